@@ -1,0 +1,181 @@
+#include "core/base/json_reader.h"
+
+#include <cmath>
+#include <limits>
+
+namespace camrig {
+namespace {
+
+constexpr int max_depth = 64;
+
+std::string type_name(const nlohmann::json& value) {
+    return value.is_number() ? "number" : value.type_name();
+}
+
+}  // namespace
+
+Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes) {
+    if (text.size() > max_bytes) {
+        return error(ErrorKind::resource_exhausted, "JSON text of " + std::to_string(text.size()) + " bytes; at most " +
+                                                        std::to_string(max_bytes) + " are taken");
+    }
+    bool too_deep = false;
+    std::string duplicate;
+    std::vector<std::set<std::string>> keys;
+    using Event = nlohmann::json::parse_event_t;
+    const auto watch = [&](int depth, Event event, nlohmann::json& value) {
+        if (depth > max_depth) {
+            too_deep = true;
+            return false;
+        }
+        if (event == Event::object_start) keys.emplace_back();
+        if (event == Event::object_end && !keys.empty()) keys.pop_back();
+        if (event == Event::key && !keys.empty()) {
+            auto name = value.get<std::string>();
+            if (!keys.back().insert(name).second) duplicate = std::move(name);
+        }
+        return true;
+    };
+    try {
+        nlohmann::json parsed = nlohmann::json::parse(text, watch);
+        if (too_deep) {
+            return error(ErrorKind::invalid_argument,
+                         "JSON nested deeper than " + std::to_string(max_depth) + " levels");
+        }
+        if (!duplicate.empty())
+            return error(ErrorKind::invalid_argument, "JSON object has key '" + duplicate + "' twice");
+        return parsed;
+    } catch (const nlohmann::json::exception& problem) {
+        std::string what = problem.what();
+        // "[json.exception.parse_error.101] parse error at line 1, column 2: ..." -> what a person needs.
+        if (const auto end = what.find("] "); end != std::string::npos) what.erase(0, end + 2);
+        return error(ErrorKind::invalid_argument, "not JSON: " + what.substr(0, 300));
+    }
+}
+
+JsonReader::JsonReader(const nlohmann::json& object, std::string path) : object_(&object), path_(std::move(path)) {
+    if (!object.is_object()) {
+        error_ = Error{ErrorKind::invalid_argument,
+                       (path_.empty() ? "value" : path_) + ": expected an object, got " + type_name(object)};
+    }
+}
+
+bool JsonReader::has(std::string_view key) const {
+    return object_->is_object() && object_->contains(key);
+}
+
+std::string JsonReader::path_of(std::string_view key) const {
+    return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+}
+
+const nlohmann::json* JsonReader::find(std::string_view key) {
+    known_.emplace(key);
+    if (error_ || !has(key)) return nullptr;
+    return &*object_->find(key);
+}
+
+const nlohmann::json* JsonReader::need(std::string_view key) {
+    const nlohmann::json* value = find(key);
+    if (!value && !error_) fail(key, "is missing");
+    return value;
+}
+
+void JsonReader::required(std::string_view key, bool& out) {
+    const auto* value = need(key);
+    if (!value) return;
+    if (!value->is_boolean()) return fail(key, "expected true or false, got " + type_name(*value));
+    out = value->get<bool>();
+}
+
+void JsonReader::required(std::string_view key, std::string& out) {
+    const auto* value = need(key);
+    if (!value) return;
+    if (!value->is_string()) return fail(key, "expected a string, got " + type_name(*value));
+    out = value->get<std::string>();
+}
+
+void JsonReader::required(std::string_view key, std::int64_t& out) {
+    const auto* value = need(key);
+    if (!value) return;
+    const bool fits =
+        value->is_number_integer() &&
+        (!value->is_number_unsigned() ||
+         value->get<std::uint64_t>() <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()));
+    if (!fits) return fail(key, "expected an integer, got " + value->dump().substr(0, 40));
+    out = value->get<std::int64_t>();
+}
+
+void JsonReader::required(std::string_view key, std::uint64_t& out) {
+    const auto* value = need(key);
+    if (!value) return;
+    if (!value->is_number_unsigned())
+        return fail(key, "expected an integer from 0, got " + value->dump().substr(0, 40));
+    out = value->get<std::uint64_t>();
+}
+
+void JsonReader::required(std::string_view key, int& out) {
+    std::int64_t wide = 0;
+    required(key, wide);
+    if (error_) return;
+    if (wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max())
+        return fail(key, std::to_string(wide) + " is out of range");
+    out = static_cast<int>(wide);
+}
+
+void JsonReader::required(std::string_view key, double& out) {
+    const auto* value = need(key);
+    if (!value) return;
+    if (!value->is_number()) return fail(key, "expected a number, got " + type_name(*value));
+    const double number = value->get<double>();
+    if (!std::isfinite(number)) return fail(key, "expected a finite number");
+    out = number;
+}
+
+void JsonReader::required(std::string_view key, std::span<double> out) {
+    const auto* value = need(key);
+    if (!value) return;
+    const std::string wanted = "expected an array of " + std::to_string(out.size()) + " numbers";
+    if (!value->is_array() || value->size() != out.size()) return fail(key, wanted);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const auto& item = (*value)[i];
+        if (!item.is_number() || !std::isfinite(item.get<double>())) return fail(key, wanted);
+        out[i] = item.get<double>();
+    }
+}
+
+std::span<const nlohmann::json> JsonReader::array(std::string_view key, std::size_t max_items) {
+    const auto* value = find(key);
+    if (!value) return {};
+    if (!value->is_array()) {
+        fail(key, "expected an array, got " + type_name(*value));
+        return {};
+    }
+    if (value->size() > max_items) {
+        fail(key, std::to_string(value->size()) + " items; at most " + std::to_string(max_items) + " are taken",
+             ErrorKind::resource_exhausted);
+        return {};
+    }
+    const auto& items = value->get_ref<const nlohmann::json::array_t&>();
+    return {items.data(), items.size()};
+}
+
+void JsonReader::fail(std::string_view key, std::string message, ErrorKind kind) {
+    if (!error_) error_ = Error{kind, path_of(key) + ": " + message};
+}
+
+void JsonReader::fail(Error error) {
+    if (!error_) error_ = std::move(error);
+}
+
+Result<void> JsonReader::finish() {
+    if (error_) return std::unexpected(*error_);
+    for (const auto& [key, value] : object_->items()) {
+        if (known_.contains(key)) continue;
+        std::string names;
+        for (const auto& name : known_) names += (names.empty() ? "" : ", ") + name;
+        return error(ErrorKind::invalid_argument, path_of(key.substr(0, 60)) + ": unknown key; known here: " + names);
+    }
+    return {};
+}
+
+}  // namespace camrig

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "core/base/image_size.h"
+#include "core/base/result.h"
+
+namespace camrig {
+
+/// The pinhole part of a camera, in pixels; pixel centres are at integer coordinates (OpenCV), so the middle of an
+/// image is cx = (width - 1) / 2.
+struct Intrinsics {
+    double fx = 1.0;
+    double fy = 1.0;
+    double cx = 0.0;
+    double cy = 0.0;
+    friend bool operator==(const Intrinsics&, const Intrinsics&) = default;
+};
+
+/// Square pixels, centred, with the given full vertical (or horizontal) field of view, measured edge to edge of the
+/// image (height pixels, not height - 1). 0 < angle < pi, else invalid_argument.
+Result<Intrinsics> intrinsics_from_vfov(ImageSize size, double vfov_rad);
+Result<Intrinsics> intrinsics_from_hfov(ImageSize size, double hfov_rad);
+
+/// Refuses what no camera can have: not finite, focal length not positive, or a field of view outside (0.01, 179.9)
+/// deg.
+Result<void> check_intrinsics(ImageSize size, const Intrinsics& intrinsics);
+
+/// Full fields of view of the pinhole part, edge to edge, radians.
+double vfov_rad(ImageSize size, const Intrinsics& intrinsics);
+double hfov_rad(ImageSize size, const Intrinsics& intrinsics);
+
+}  // namespace camrig

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/frame/frame.h"
+
+namespace camrig {
+
+enum class Codec : std::uint8_t { raw, jpeg, png };
+std::string_view to_string(Codec codec);
+
+/// Encoded bytes, shared by all who send them.
+using BytesRef = std::shared_ptr<const std::vector<std::byte>>;
+
+/// Turns frames into bytes. One thread at a time; keeps its tables and buffers between calls.
+class Encoder {
+public:
+    virtual ~Encoder() = default;
+    virtual Result<BytesRef> encode(const Frame& frame) = 0;
+};
+
+/// Baseline JFIF, 4:2:0, accurate integer DCT, standard Huffman tables (RFC 2435 needs them), no EXIF.
+/// quality 1..100 on libjpeg's scale. Takes rgba8, bgr24, rgb24, gray8 and jpeg_i420 frames.
+Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality);
+
+/// 8-bit RGB from rgba8/rgb24/bgr24, 8-bit gray, or 16-bit gray from depth32f (millimetres, 0 = nothing or
+/// beyond 65.535 m) and id32 (ids; above 65535 is an error). `level` 0..9 of zlib; 1 is fast.
+Result<std::unique_ptr<Encoder>> create_png_encoder(int level = 1);
+
+inline constexpr int default_jpeg_quality = 90;
+
+}  // namespace camrig

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/base/time.h"
+#include "core/stream/statistics.h"
+#include "core/world/camera_spec.h"
+#include "core/world/scene.h"
+
+/// Commands as data: what clients can ask of the engine, each with the type of its reply. The control side makes them
+/// from JSON, the engine applies them between instants, in the order they came.
+namespace camrig {
+
+enum class RunMode : std::uint8_t { realtime, lockstep };
+enum class OverloadPolicy : std::uint8_t { drop, slow };
+
+struct CameraState {
+    CameraId id{};
+    CameraSpec spec;
+    Pose world_pose;             ///< where it is now
+    std::int64_t sequence = -1;  ///< of the latest due frame; -1: none yet
+    std::size_t readers = 0;
+    TimeNs applied_ns = 0;  ///< world time from which this state shows
+};
+
+struct WorldState {
+    std::string scene;  ///< its name
+    std::string scene_file;
+    RunMode mode = RunMode::realtime;
+    OverloadPolicy overload = OverloadPolicy::drop;
+    Quality quality = Quality::simple;
+    bool paused = false;
+    TimeNs world_ns = 0;
+    TimeNs step_ns = 0;
+    std::uint64_t seed = 0;
+    std::size_t objects = 0;
+    std::size_t actors = 0;
+    std::size_t cameras = 0;
+    std::vector<std::string> places;
+    TimeNs applied_ns = 0;
+};
+
+struct Applied {
+    TimeNs applied_ns = 0;
+};
+
+struct CreateCamera {
+    using Reply = CameraState;
+    std::string name;
+    std::optional<std::string> place;  ///< pose and field of view of a place of the scene, under the patch
+    CameraPatch patch;
+};
+struct SetCamera {
+    using Reply = CameraState;
+    std::string name;
+    CameraPatch patch;
+};
+struct DeleteCamera {
+    using Reply = Applied;
+    std::string name;
+};
+struct GetCamera {
+    using Reply = CameraState;
+    std::string name;
+};
+struct ListCameras {
+    using Reply = std::vector<CameraState>;
+};
+/// The scene is loaded by the caller, off the engine's thread. Cameras stay; those of the scene are added unless their
+/// names are taken.
+struct LoadWorld {
+    using Reply = WorldState;
+    SceneRef scene;
+};
+struct GetWorld {
+    using Reply = WorldState;
+};
+struct PauseWorld {
+    using Reply = WorldState;
+};
+struct ResumeWorld {
+    using Reply = WorldState;
+};
+/// Lockstep (or paused realtime): moves the world; answers when every connected reader was sent every due frame.
+struct StepWorld {
+    using Reply = WorldState;
+    TimeNs duration_ns = 0;
+    TimeNs timeout_ns = 10 * ns_per_s;
+};
+struct GetStats {
+    using Reply = RigReport;
+};
+
+/// A command with the one who waits for it. `done` is called exactly once, on the engine's thread, and must not block.
+template <typename C>
+struct Request {
+    C command;
+    std::function<void(Result<typename C::Reply>)> done;
+};
+
+using Command = std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
+                             Request<ListCameras>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>,
+                             Request<ResumeWorld>, Request<StepWorld>, Request<GetStats>>;
+
+/// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
+class CommandPort {
+public:
+    virtual ~CommandPort() = default;
+    virtual void post(Command command) = 0;
+};
+
+inline constexpr std::size_t max_queued_commands = 1024;
+
+}  // namespace camrig

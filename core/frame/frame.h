@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/image_size.h"
+#include "core/base/time.h"
+#include "core/frame/pixel_format.h"
+
+namespace camrig {
+
+/// What a frame's pixels mean.
+enum class FrameKind : std::uint8_t {
+    color,     ///< rgba8, sRGB, alpha 255
+    depth,     ///< depth32f: metres along the optical axis, +inf where nothing is
+    instance,  ///< id32: ObjectId, 0 where nothing is
+    semantic,  ///< id32: class number
+    normal,    ///< normal32f: 3 floats, optical frame, 0 where nothing is
+};
+inline constexpr int frame_kind_count = 5;
+
+/// What a frame shows and when. All cameras due at one instant carry the same world_ns and monotonic_ns.
+struct FrameInfo {
+    CameraId camera_id{};
+    std::shared_ptr<const std::string> camera;  ///< its name; never null
+    std::int64_t sequence = 0;                  ///< strictly rising per camera; gaps are dropped frames
+    TimeNs world_ns = 0;
+    TimeNs monotonic_ns = 0;
+    ImageSize size;
+    FrameKind kind = FrameKind::color;
+    PixelFormat format = PixelFormat::rgba8;
+};
+
+/// Pixels of one picture, top row first, rows without padding, planes one after the other (see pixel_format.h).
+/// Immutable once it is shared; its memory goes back to the pool when the last reference is gone.
+class Frame {
+public:
+    Frame(FrameInfo frame_info, std::vector<std::byte> bytes)
+        : info_(std::move(frame_info)), bytes_(std::move(bytes)) {}
+
+    const FrameInfo& info() const { return info_; }
+    std::span<const std::byte> bytes() const { return bytes_; }
+    /// For the maker of the frame only, before it is shared.
+    std::span<std::byte> mutable_bytes() { return bytes_; }
+    std::vector<std::byte> take_bytes() && { return std::move(bytes_); }
+
+private:
+    FrameInfo info_;
+    std::vector<std::byte> bytes_;
+};
+
+using FrameRef = std::shared_ptr<const Frame>;
+
+/// All frames of one instant.
+struct FrameSet {
+    TimeNs world_ns = 0;
+    TimeNs monotonic_ns = 0;
+    std::vector<FrameRef> frames;
+};
+
+}  // namespace camrig

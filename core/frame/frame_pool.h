@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "core/frame/frame.h"
+
+namespace camrig {
+
+/// Recycles frame buffers, so that steady state allocates nothing. Any thread.
+///
+/// Keeps at most `max_idle_bytes` of unused buffers (the oldest go first); buffers in use are bounded by their users'
+/// mailboxes and queues. Frames may outlive the pool.
+class FramePool {
+public:
+    explicit FramePool(std::size_t max_idle_bytes = std::size_t{256} << 20);
+
+    /// A frame with room for info.format and info.size; the content is undefined. Fill it, then hand it on as a
+    /// FrameRef.
+    std::shared_ptr<Frame> acquire(FrameInfo info);
+
+    std::size_t idle_bytes() const;
+
+private:
+    struct Shelf;
+    std::shared_ptr<Shelf> shelf_;
+};
+
+}  // namespace camrig

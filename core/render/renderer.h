@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/frame/frame.h"
+#include "core/world/camera_spec.h"
+#include "core/world/snapshot.h"
+
+namespace camrig {
+
+/// One picture to draw: a camera at an instant.
+struct View {
+    CameraId camera{};
+    std::shared_ptr<const std::string> name;
+    std::shared_ptr<const CameraSpec> spec;
+    std::uint64_t spec_revision = 0;  ///< changes whenever spec does; with the camera id the key of per-camera caches
+    Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
+    Quality quality = Quality::simple;
+    std::int64_t sequence = 0;
+    std::uint32_t camera_number = 0;                                    ///< what the code strip carries
+    bool kinds[frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
+};
+
+/// Draws views of snapshots into frames.
+///
+/// Thread: the engine's; every call comes from the same thread, the one that created it.
+/// submit() issues all drawing of one instant and returns before the pixels are there where the device allows;
+/// collect() gives the oldest submitted instant, one frame per view and wanted kind, in the order of the views. At most
+/// `max_in_flight` instants may be between the two. Frames come from the pool given at creation.
+/// A view that fails (too large for the device) costs its frame, not the instant: the error is in `failures`.
+class Renderer {
+public:
+    static constexpr int max_in_flight = 2;
+
+    struct Finished {
+        FrameSet set;
+        struct Failure {
+            CameraId camera{};
+            Error error;
+        };
+        std::vector<Failure> failures;
+    };
+
+    virtual ~Renderer() = default;
+    virtual Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
+    virtual Result<Finished> collect() = 0;
+    virtual int in_flight() const = 0;
+    /// Frees what was kept for a camera that is gone.
+    virtual void forget(CameraId camera) = 0;
+    /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5, Mesa 22.3.6" for server.info and reports.
+    virtual std::string description() const = 0;
+};
+
+}  // namespace camrig

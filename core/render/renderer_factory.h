@@ -1,0 +1,24 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/frame/frame_pool.h"
+#include "core/render/renderer.h"
+
+namespace camrig {
+
+struct RendererOptions {
+    /// "null": deterministic pattern, no GL. "cpu": Mesa llvmpipe. "N": EGL device N. "": a hardware device if there is
+    /// one, else llvmpipe.
+    std::string device;
+    std::shared_ptr<FramePool> pool;
+    int raster_threads = 0;  ///< llvmpipe: threads of the rasteriser; 0 = as many as cores
+};
+
+/// Errors say which devices there are.
+Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options);
+
+}  // namespace camrig

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/stream/sink.h"
+#include "core/stream/statistics.h"
+
+namespace camrig {
+
+/// A camera as outputs see it.
+struct CameraStream {
+    CameraId id{};
+    std::string name;
+    ImageSize size;
+    Rate rate;
+};
+
+struct SubscribeOptions {
+    std::string kind;  ///< "mjpeg", "v4l2", ...: for statistics and messages
+    std::string peer;  ///< who reads
+    std::optional<Rate>
+        rate;  ///< at most this rate: of the camera's frames those are taken that are first at or after a tick of it
+};
+
+/// Hears of cameras that come, change and go. Calls come from the engine's thread, one at a time, and must not block.
+class CameraObserver {
+public:
+    virtual ~CameraObserver() = default;
+    virtual void camera_added(const CameraStream& camera) = 0;
+    virtual void camera_changed(const CameraStream& camera) = 0;
+    virtual void camera_removed(const CameraStream& camera) = 0;
+};
+
+/// Keeps one sink attached; detaches (and closes the sink) when it is destroyed. Movable, any thread.
+class Subscription {
+public:
+    Subscription() = default;
+    Subscription(Subscription&&) noexcept = default;
+    Subscription& operator=(Subscription&& other) noexcept {
+        reset();
+        detach_ = std::exchange(other.detach_, nullptr);
+        return *this;
+    }
+    ~Subscription() { reset(); }
+    void reset() {
+        if (auto detach = std::exchange(detach_, nullptr)) detach();
+    }
+    explicit Subscription(std::function<void()> detach) : detach_(std::move(detach)) {}
+
+private:
+    std::function<void()> detach_;
+};
+
+/// Brings frames from the engine to whoever watches. publish() never blocks; a slow output loses frames of its own
+/// only.
+///
+/// One Output per (camera, MediaFormat) converts and encodes once for all its sinks, on a bounded worker pool.
+/// Consumer side (subscribe, cameras, find, report): any thread. Producer side: the engine's thread.
+class FrameBus {
+public:
+    virtual ~FrameBus() = default;
+
+    /// Attaches a sink; its open() is called on a worker before the first write(). The sink is closed when the
+    /// subscription goes, the camera is deleted or its size changes, or the sink fails; on_end (may be empty) then
+    /// tells why, once, from a worker thread, unless the subscription itself was reset.
+    virtual Result<Subscription> subscribe(std::string_view camera, const MediaFormat& format, SubscribeOptions options,
+                                           std::shared_ptr<Sink> sink, std::function<void(Error)> on_end) = 0;
+    virtual std::vector<CameraStream> cameras() const = 0;
+    virtual Result<CameraStream> find(std::string_view camera) const = 0;
+    /// Observers are told of present cameras at once (on the caller's thread). They must outlive the bus or be removed.
+    virtual void add_observer(CameraObserver* observer) = 0;
+    virtual void remove_observer(CameraObserver* observer) = 0;
+};
+
+/// What a one-off request for a picture gives.
+struct FetchRequest {
+    std::string camera;
+    FrameKind kind = FrameKind::color;
+    TimeNs min_ns = 0;   ///< world time the picture must at least show; waits for it
+    MediaFormat format;  ///< raw rgba8, jpeg or png
+};
+
+/// The camera's latest due frame, rendered on demand when nobody was watching (snapshots, frame.get).
+class FrameFetcher {
+public:
+    virtual ~FrameFetcher() = default;
+    /// Any thread; `done` is called once, from another thread, and must not block.
+    virtual void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) = 0;
+};
+
+}  // namespace camrig

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/ids.h"
+#include "core/base/rate.h"
+#include "core/base/result.h"
+#include "core/codec/encoder.h"
+#include "core/frame/frame.h"
+#include "core/stream/delivery.h"
+#include "core/stream/statistics.h"
+
+namespace camrig {
+
+/// In which form a sink wants a camera's pictures. Equal formats of one camera share one conversion and one encoding.
+struct MediaFormat {
+    Codec codec = Codec::raw;
+    PixelFormat pixels = PixelFormat::rgba8;  ///< raw: the layout. jpeg, png: ignored
+    int quality = 0;                          ///< jpeg: 1..100. Others: 0
+    ImageSize size;                           ///< 0x0: the camera's own; else scaled to this
+
+    friend auto operator<=>(const MediaFormat&, const MediaFormat&) = default;
+};
+
+/// What a sink learns when it is opened. Size and format hold until close(); a camera that changes its size closes its
+/// sinks.
+struct StreamInfo {
+    CameraId camera_id{};
+    std::string camera;
+    ImageSize size;
+    Rate rate;
+    MediaFormat format;
+    std::shared_ptr<ReaderStats> stats;  ///< the sink counts delivered and dropped units here
+};
+
+/// One picture ready to send. Cheap to copy; bytes are shared.
+struct MediaUnit {
+    FrameInfo info;
+    BytesRef bytes;                        ///< encoded (jpeg, png); null for raw
+    FrameRef frame;                        ///< raw pixels in the wanted layout and size; null for encoded
+    std::shared_ptr<DeliveryLatch> latch;  ///< lockstep only: take a hold while the unit is on its way
+};
+
+/// Delivers the frames of one camera to the outside.
+///
+/// Thread: every call comes from the Output that owns the sink, one at a time.
+/// Order: open(), any number of write(), close(); close() may come early and twice, and must not block.
+/// write() must not block longer than a copy takes: a sink with a slow peer keeps one unit and counts what it drops.
+/// Every unit written is counted once in StreamInfo::stats, as delivered or as dropped.
+class Sink {
+public:
+    virtual ~Sink() = default;
+    /// Prepares the target for frames of exactly this format and size.
+    virtual Result<void> open(const StreamInfo& info) = 0;
+    /// Delivers one unit. ErrorKind::unavailable asks the Output to reopen later; any other error ends the
+    /// subscription.
+    virtual Result<void> write(const MediaUnit& unit) = 0;
+    virtual void close() noexcept = 0;
+};
+
+}  // namespace camrig

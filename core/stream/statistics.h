@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+
+namespace camrig {
+
+/// Counts of one reader. Always: offered = delivered + dropped + in flight (at most one or two units).
+struct ReaderStats {
+    std::string kind;  ///< "mjpeg", "v4l2", ...
+    std::string peer;  ///< "127.0.0.1:40312", "/dev/video4"
+    std::atomic<std::uint64_t> offered{0};
+    std::atomic<std::uint64_t> delivered{0};
+    std::atomic<std::uint64_t> dropped{0};
+    std::atomic<std::uint64_t> bytes{0};
+    std::atomic<TimeNs> last_latency_ns{0};  ///< instant -> handed to the kernel
+};
+
+/// Durations of one stage of the pipeline, as a histogram with 8 buckets per factor of two (at most 9 % wide),
+/// lock-free.
+class StageTimer {
+public:
+    void record(TimeNs duration_ns);
+
+    struct Summary {
+        std::uint64_t count = 0;
+        double mean_ms = 0;
+        double p50_ms = 0;
+        double p99_ms = 0;
+        double max_ms = 0;
+    };
+    Summary summary() const;
+
+private:
+    static constexpr int bucket_count = 8 * 40;
+    std::array<std::atomic<std::uint64_t>, bucket_count> buckets_{};
+    std::atomic<std::uint64_t> count_{0};
+    std::atomic<std::uint64_t> total_ns_{0};
+    std::atomic<std::uint64_t> max_ns_{0};
+};
+
+/// Everything `stats.get` and /metrics show, at one moment. Plain data.
+struct ReaderReport {
+    std::string kind, peer;
+    std::uint64_t offered = 0, delivered = 0, dropped = 0, bytes = 0;
+    double latency_ms = 0;
+};
+struct OutputReport {
+    std::string format;  ///< "jpeg q90", "yuyv 640x480"
+    std::uint64_t received = 0, encoded = 0, dropped = 0, failed = 0;
+    std::vector<ReaderReport> readers;
+};
+struct CameraReport {
+    std::string name;
+    /// Frames that fell due while somebody watched; due = rendered + dropped. Frames due with nobody watching are
+    /// `idle`.
+    std::uint64_t due = 0, rendered = 0, dropped = 0, idle = 0;
+    std::vector<OutputReport> outputs;
+};
+struct StageReport {
+    std::string name;  ///< "world", "submit", "collect", "convert", "encode", "wakeup", ...
+    StageTimer::Summary summary;
+};
+struct RigReport {
+    TimeNs world_ns = 0;
+    TimeNs monotonic_ns = 0;
+    std::uint64_t instants = 0;          ///< instants at which something was due
+    std::uint64_t dropped_instants = 0;  ///< skipped as a whole under overload
+    std::vector<CameraReport> cameras;
+    std::vector<StageReport> stages;
+};
+
+}  // namespace camrig

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/image_size.h"
+#include "core/base/rate.h"
+#include "core/base/result.h"
+#include "core/camera/intrinsics.h"
+#include "core/camera/lens.h"
+#include "core/camera/pose.h"
+
+namespace camrig {
+
+enum class Quality : std::uint8_t { fast, simple, beautiful };
+std::string_view to_string(Quality quality);
+Result<Quality> parse_quality(std::string_view name);
+
+/// How the user gave the optics; kept, so that a later change of size keeps the field of view.
+struct VerticalFov {
+    double rad = 1.0471975511965976;  // 60 deg
+    friend bool operator==(const VerticalFov&, const VerticalFov&) = default;
+};
+struct HorizontalFov {
+    double rad = 1.0471975511965976;
+    friend bool operator==(const HorizontalFov&, const HorizontalFov&) = default;
+};
+using Optics = std::variant<VerticalFov, HorizontalFov, Intrinsics>;
+
+/// One wished output of a camera. `kind` names a sink family ("v4l2", "device", "rtsp", "mjpeg"); which of the other
+/// fields matter is the family's affair.
+struct OutputSpec {
+    std::string kind;
+    std::optional<int> number;   ///< v4l2, device: N of /dev/videoN
+    std::string format;          ///< v4l2: YUYV, YU12, MJPG, BGR3
+    std::string codec;           ///< rtsp: h264, mjpeg
+    std::optional<int> quality;  ///< mjpeg: 1..100
+    friend bool operator==(const OutputSpec&, const OutputSpec&) = default;
+};
+
+/// Everything a user can say about a camera. Valid by construction: made by create_camera_spec / patch_camera_spec
+/// only.
+struct CameraSpec {
+    std::string name;
+    ImageSize size{640, 480};
+    Rate rate;  // 25
+    Optics optics = VerticalFov{};
+    Intrinsics intrinsics;  ///< derived from size and optics
+    Pose pose;              ///< world_from_link
+    Lens lens;
+    double near_m = 0.05;
+    double far_m = 0.0;              ///< 0: infinite
+    std::optional<Quality> quality;  ///< nullopt: the rig's
+    bool code_strip = false;
+    std::vector<OutputSpec> outputs;
+    friend bool operator==(const CameraSpec&, const CameraSpec&) = default;
+};
+
+inline constexpr int max_outputs_per_camera = 16;
+
+/// The fields of camera.create and camera.set; what is empty stays as it is.
+struct CameraPatch {
+    std::optional<ImageSize> size;
+    std::optional<Rate> rate;
+    std::optional<Optics> optics;
+    std::optional<Pose> pose;
+    std::optional<Lens> lens;
+    std::optional<double> near_m;
+    std::optional<double> far_m;
+    std::optional<Quality> quality;
+    std::optional<bool> code_strip;
+    std::optional<std::vector<OutputSpec>> outputs;
+};
+
+/// A copy of `base` with the patch applied, checked as a whole; nothing changes when it fails.
+Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& patch);
+
+}  // namespace camrig

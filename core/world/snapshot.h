@@ -1,0 +1,76 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "core/base/ids.h"
+#include "core/base/time.h"
+#include "core/world/model.h"
+#include "core/world/posed_model.h"
+
+namespace camrig {
+
+/// What never changes about an object while it lives.
+struct ObjectInfo {
+    ObjectId id{};
+    std::string name;
+    std::string object_class;  ///< "person", "vehicle", "furniture", ...; free text of the scene
+    ModelRef model;
+};
+
+/// One object at one instant. World placement in double: world_from_model = T(position) * R(orientation) * scale.
+struct Instance {
+    std::shared_ptr<const ObjectInfo> info;
+    glm::dvec3 position{0.0};
+    glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
+    double scale = 1.0;
+    glm::dvec3 velocity{0.0};      ///< m/s, world
+    std::vector<ClipState> clips;  ///< empty: rest pose
+};
+
+/// A light in the world, as shading uses it: diffuse radiance = albedo * max(0, n.l) * color * intensity * attenuation
+/// (the 1/pi of Lambert is folded into intensity). Attenuation and range as in KHR_lights_punctual.
+struct Light {
+    std::string name;
+    LightType type = LightType::directional;
+    glm::vec3 color{1.0f};
+    float intensity = 1.0f;
+    glm::dvec3 position{0.0};
+    glm::dvec3 direction{0.0, 0.0, -1.0};  ///< unit, the way the light travels
+    float range = 0.0f;
+    float inner_cone_rad = 0.0f;
+    float outer_cone_rad = 0.7853982f;
+    friend bool operator==(const Light&, const Light&) = default;
+};
+
+/// Linear RGB throughout.
+struct Environment {
+    glm::vec3 background{0.6f, 0.7f, 0.8f};
+    glm::vec3 ambient_sky{0.5f};     ///< hemisphere ambient from +z; multiplies albedo * occlusion
+    glm::vec3 ambient_ground{0.3f};  ///< from -z
+    float exposure = 1.0f;           ///< factor on linear colour before the sRGB curve
+    friend bool operator==(const Environment&, const Environment&) = default;
+};
+
+/// What does not move between commands, shared by all snapshots until a command or an event changes it.
+struct StaticSet {
+    std::uint64_t revision = 0;  ///< changes exactly when the content does; key of the renderer's caches
+    std::vector<Instance> objects;
+    std::vector<Light> lights;
+    Environment environment;
+};
+
+/// The world at one instant: light, immutable, complete. Everything drawn or told about this instant comes from here.
+struct Snapshot {
+    TimeNs world_ns = 0;
+    std::shared_ptr<const StaticSet> statics;
+    std::vector<Instance> movers;
+};
+
+using SnapshotRef = std::shared_ptr<const Snapshot>;
+
+}  // namespace camrig

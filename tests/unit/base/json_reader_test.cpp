@@ -1,0 +1,56 @@
+#include "core/base/json_reader.h"
+
+#include <gtest/gtest.h>
+
+namespace camrig {
+namespace {
+
+TEST(JsonReader, ErrorsCarryThePathOfThePlace) {
+    const auto json = parse_json(R"({"near": "a"})", 1000).value();
+    JsonReader reader(json, "cameras[2]");
+    double near = 1;
+    reader.optional("near", near);
+    const auto done = reader.finish();
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().message, "cameras[2].near: expected a number, got string");
+}
+
+TEST(JsonReader, UnknownKeysAreErrorsThatNameTheKnownOnes) {
+    const auto json = parse_json(R"({"name": "a", "colour": 1})", 1000).value();
+    JsonReader reader(json, "");
+    std::string name;
+    reader.required("name", name);
+    bool lit = false;
+    reader.optional("lit", lit);
+    const auto done = reader.finish();
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().message, "colour: unknown key; known here: lit, name");
+}
+
+TEST(JsonReader, TheFirstErrorWinsAndTheRestDoesNothing) {
+    const auto json = parse_json(R"({"a": [1, 2], "b": 5})", 1000).value();
+    JsonReader reader(json, "x");
+    std::array<double, 3> three{};
+    reader.required("a", std::span<double>(three));
+    std::string b = "untouched";
+    reader.required("b", b);
+    EXPECT_EQ(b, "untouched");
+    EXPECT_EQ(reader.finish().error().message, "x.a: expected an array of 3 numbers");
+}
+
+TEST(JsonReader, SomethingElseThanAnObjectIsAnError) {
+    const auto json = parse_json("[1]", 1000).value();
+    EXPECT_EQ(JsonReader(json, "pose").finish().error().message, "pose: expected an object, got array");
+}
+
+TEST(ParseJson, HostileTextIsRefused) {
+    EXPECT_EQ(parse_json(std::string(2000, '['), 1000).error().kind, ErrorKind::resource_exhausted);
+    EXPECT_NE(parse_json(std::string(100, '[') + std::string(100, ']'), 1000).error().message.find("deeper"),
+              std::string::npos);
+    EXPECT_NE(parse_json(R"({"a":1,"a":2})", 1000).error().message.find("twice"), std::string::npos);
+    for (const char* text : {"", "{", "nul", "{\"a\":NaN}", "1e999", "{} x", "\"\xff\""})
+        EXPECT_FALSE(parse_json(text, 1000)) << text;
+}
+
+}  // namespace
+}  // namespace camrig
