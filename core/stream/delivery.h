@@ -1,14 +1,12 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
-
-#include "core/base/time.h"
 
 namespace camrig {
 
@@ -32,19 +30,20 @@ public:
         std::list<std::string>::iterator place_;
     };
 
-    static std::shared_ptr<DeliveryLatch> create() { return std::make_shared<DeliveryLatch>(); }
+    /// on_open (may be empty) is called each time the last hold goes, from the thread that let it go; it must not block.
+    static std::shared_ptr<DeliveryLatch> create(std::function<void()> on_open = {});
 
     /// `who` is told to the user when the wait takes too long, e.g. "MJPEG reader 127.0.0.1:5123 of camera lobby".
     Hold hold(std::string who);
-    /// True once no hold is left; false after the time limit (CLOCK_MONOTONIC).
-    bool wait_until(TimeNs monotonic_ns);
+    /// True when nobody holds.
+    bool is_open() const;
     /// Who still holds.
     std::vector<std::string> holders() const;
 
 private:
     mutable std::mutex mutex_;
-    std::condition_variable changed_;
     std::list<std::string> holders_;
+    std::function<void()> on_open_;
 };
 
 /// A new hold on the latch, or an empty one when there is no latch.

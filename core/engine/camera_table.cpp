@@ -1,0 +1,82 @@
+#include "core/engine/camera_table.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/base/names.h"
+
+namespace camrig {
+
+Result<CameraEntry*> CameraTable::find(const std::string& name) {
+    const auto found = std::ranges::find_if(by_id_, [&](const auto& entry) { return *entry.second.name == name; });
+    if (found != by_id_.end()) return &found->second;
+    std::string names;
+    for (const auto& [id, entry] : by_id_) {
+        if (names.size() > 200) {
+            names += ", ...";
+            break;
+        }
+        names += (names.empty() ? "" : ", ") + *entry.name;
+    }
+    return error(ErrorKind::not_found, "no camera '" + name.substr(0, 60) + "'; " +
+                                           (names.empty() ? "there are none" : "there are: " + names));
+}
+
+CameraEntry& CameraTable::at(CameraId id) {
+    const auto found = by_id_.find(id);
+    CHECK(found != by_id_.end());
+    return found->second;
+}
+
+Result<void> CameraTable::check_pixels(std::int64_t added) const {
+    std::int64_t total = added;
+    for (const auto& [id, entry] : by_id_) total += entry.spec->size.pixels();
+    if (total <= max_total_pixels) return {};
+    return error(ErrorKind::resource_exhausted,
+                 "all cameras together would have " + std::to_string(total >> 20) + " Mpixel; at most " +
+                     std::to_string(max_total_pixels >> 20) + " are possible: delete cameras or make them smaller");
+}
+
+Result<CameraEntry*> CameraTable::add(CameraSpec spec) {
+    if (auto good = check_name("name", spec.name); !good) return std::unexpected(good.error());
+    if (find(spec.name)) {
+        return error(ErrorKind::already_exists,
+                     "camera '" + spec.name + "' exists; choose another name, or delete or set the one there");
+    }
+    if (by_id_.size() >= max_cameras)
+        return error(ErrorKind::resource_exhausted, std::to_string(max_cameras) + " cameras exist; delete some");
+    if (auto fits = check_pixels(spec.size.pixels()); !fits) return std::unexpected(fits.error());
+
+    std::array<bool, 256> taken{};
+    for (const auto& [id, entry] : by_id_) taken[entry.number] = true;
+
+    const CameraId id{++last_id_};
+    CameraEntry& entry = by_id_[id];
+    entry.id = id;
+    entry.number = static_cast<std::uint8_t>(std::ranges::find(taken, false) - taken.begin());
+    entry.name = std::make_shared<const std::string>(spec.name);
+    entry.spec = std::make_shared<const CameraSpec>(std::move(spec));
+    entry.spec_revision = ++last_revision_;
+    return &entry;
+}
+
+Result<CameraEntry*> CameraTable::replace(const std::string& name, CameraSpec spec) {
+    auto found = find(name);
+    if (!found) return found;
+    CameraEntry& entry = **found;
+    if (auto fits = check_pixels(spec.size.pixels() - entry.spec->size.pixels()); !fits)
+        return std::unexpected(fits.error());
+    entry.spec = std::make_shared<const CameraSpec>(std::move(spec));
+    entry.spec_revision = ++last_revision_;
+    return &entry;
+}
+
+Result<CameraEntry> CameraTable::remove(const std::string& name) {
+    auto found = find(name);
+    if (!found) return std::unexpected(found.error());
+    CameraEntry entry = std::move(**found);
+    by_id_.erase(entry.id);
+    return entry;
+}
+
+}  // namespace camrig

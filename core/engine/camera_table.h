@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/engine/command.h"
+#include "core/frame/frame.h"
+#include "core/world/camera_spec.h"
+#include "core/world/snapshot.h"
+
+namespace camrig {
+
+/// The latest picture a camera should have made: drawn already, or drawable at any time from the snapshot of its instant.
+struct LatestDue {
+    std::shared_ptr<const CameraSpec> spec;  ///< as it was at that instant
+    std::uint64_t spec_revision = 0;
+    std::int64_t sequence = -1;
+    TimeNs world_ns = 0;
+    TimeNs monotonic_ns = 0;
+    SnapshotRef snapshot;
+    FrameRef color;  ///< null until drawn
+};
+
+/// A camera as the engine holds it.
+struct CameraEntry {
+    CameraId id{};
+    std::uint8_t number = 0;  ///< what the code strip carries; free again when the camera is deleted
+    std::shared_ptr<const std::string> name;
+    std::shared_ptr<const CameraSpec> spec;
+    std::uint64_t spec_revision = 0;
+    LatestDue latest;
+    std::uint64_t due = 0, rendered = 0, dropped = 0, idle = 0;
+};
+
+/// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.
+class CameraTable {
+public:
+    static constexpr std::size_t max_cameras = 256;
+    /// All cameras together; at 8 bytes per pixel on the device and 4 in each frame this is about 2 GiB.
+    static constexpr std::int64_t max_total_pixels = std::int64_t{160} << 20;
+
+    /// Adds a camera; already_exists, invalid name and resource_exhausted are errors and change nothing.
+    Result<CameraEntry*> add(CameraSpec spec);
+    /// Replaces a camera's spec (same name).
+    Result<CameraEntry*> replace(const std::string& name, CameraSpec spec);
+    Result<CameraEntry*> find(const std::string& name);
+    CameraEntry& at(CameraId id);
+    /// Removes and returns it.
+    Result<CameraEntry> remove(const std::string& name);
+
+    std::size_t size() const { return by_id_.size(); }
+    /// In the order they were made.
+    std::map<CameraId, CameraEntry>& all() { return by_id_; }
+
+private:
+    Result<void> check_pixels(std::int64_t added) const;
+
+    std::map<CameraId, CameraEntry> by_id_;
+    std::uint32_t last_id_ = 0;
+    std::uint64_t last_revision_ = 0;
+};
+
+}  // namespace camrig

@@ -1,0 +1,73 @@
+#include "core/engine/engine.h"
+
+#include <pthread.h>
+
+#include <future>
+
+#include "core/base/clock.h"
+#include "core/engine/rig.h"
+
+namespace camrig {
+
+Result<std::unique_ptr<Engine>> Engine::start(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus) {
+    std::unique_ptr<Engine> engine(new Engine);
+    std::promise<Result<void>> promise;
+    auto started = promise.get_future();
+    engine->thread_ = std::thread([&engine = *engine, scene = std::move(scene), options, &bus, &promise] {
+        engine.run(scene, options, bus, [&promise](Result<void> result) { promise.set_value(std::move(result)); });
+    });
+    pthread_setname_np(engine->thread_.native_handle(), "camrig-engine");
+    if (auto result = started.get(); !result) return std::unexpected(result.error());
+    return engine;
+}
+
+Engine::~Engine() {
+    queue_.close();
+    if (thread_.joinable()) thread_.join();
+}
+
+void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus,
+                 std::function<void(Result<void>)> started) {
+    auto renderer = create_renderer(options.renderer);
+    if (!renderer) return started(std::unexpected(renderer.error()));
+    renderer_description_ = (*renderer)->description();
+    auto rig = Rig::create(std::move(scene), options, std::move(*renderer), bus, [this] { queue_.wake(); });
+    if (!rig) return started(std::unexpected(rig.error()));
+    started({});
+
+    while (!queue_.closed()) {
+        const TimeNs deadline_ns = (*rig)->wake_time_ns();
+        std::vector<Message> messages = queue_.wait_until(deadline_ns);
+        for (Message& message : messages) {
+            if (auto* command = std::get_if<Command>(&message)) {
+                (*rig)->apply(*command);
+            } else {
+                auto& fetch = std::get<Fetch>(message);
+                (*rig)->fetch(std::move(fetch.request), std::move(fetch.done));
+            }
+        }
+        (*rig)->tick(monotonic_now_ns());
+    }
+    for (Message& message : queue_.wait_until(0)) refuse(message, {ErrorKind::unavailable, "the rig shuts down"});
+}
+
+void Engine::refuse(Message& message, const Error& why) {
+    if (auto* fetch = std::get_if<Fetch>(&message)) return fetch->done(std::unexpected(why));
+    std::visit([&](auto& request) { request.done(std::unexpected(why)); }, std::get<Command>(message));
+}
+
+void Engine::post(Command command) {
+    Message message(std::move(command));
+    if (!queue_.put(message)) {
+        refuse(message, queue_.closed() ? Error{ErrorKind::unavailable, "the rig shuts down"}
+                                        : Error{ErrorKind::resource_exhausted,
+                                                std::to_string(max_queued_commands) + " commands are waiting; send slower"});
+    }
+}
+
+void Engine::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+    Message message(Fetch{std::move(request), std::move(done)});
+    if (!queue_.put(message)) refuse(message, {ErrorKind::resource_exhausted, "too many requests are waiting; send slower"});
+}
+
+}  // namespace camrig

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+
+#include "core/base/result.h"
+#include "core/engine/command.h"
+#include "core/engine/command_queue.h"
+#include "core/render/renderer_factory.h"
+#include "core/stream/local_frame_bus.h"
+
+namespace camrig {
+
+struct EngineOptions {
+    RunMode mode = RunMode::realtime;
+    OverloadPolicy overload = OverloadPolicy::drop;
+    Quality quality = Quality::simple;
+    std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
+    RendererOptions renderer;
+};
+
+/// The tick loop: the thread that owns the world and the renderer. Commands and requests for pictures come in by a bounded
+/// queue, frames go out to the bus; nothing else passes.
+///
+/// Any thread may post and fetch. The bus must outlive the engine.
+class Engine final : public CommandPort, public FrameFetcher {
+public:
+    /// Starts the thread, makes world and renderer on it, and creates the scene's cameras.
+    static Result<std::unique_ptr<Engine>> start(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus);
+    /// Stops and joins; what is still queued is answered with `unavailable`.
+    ~Engine() override;
+
+    void post(Command command) override;
+    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) override;
+
+    const std::string& renderer_description() const { return renderer_description_; }
+
+private:
+    struct Fetch {
+        FetchRequest request;
+        std::function<void(Result<MediaUnit>)> done;
+    };
+    using Message = std::variant<Command, Fetch>;
+
+    Engine() = default;
+    void run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus, std::function<void(Result<void>)> started);
+    static void refuse(Message& message, const Error& why);
+
+    CommandQueue<Message> queue_{max_queued_commands};
+    std::string renderer_description_;
+    std::thread thread_;
+};
+
+}  // namespace camrig

@@ -1,0 +1,214 @@
+#include "core/engine/rig.h"
+
+#include <algorithm>
+#include <set>
+
+#include <spdlog/spdlog.h>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+/// With no camera due, the world still keeps up this often, so that it never has to catch up much at once.
+constexpr TimeNs idle_tick_ns = 100 * ns_per_ms;
+/// Policy slow: how late a picture may be before the world waits.
+constexpr TimeNs slow_tolerance_ns = 20 * ns_per_ms;
+
+}  // namespace
+
+Rig::Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus, std::function<void()> wake)
+    : options_(options), bus_(bus), wake_(std::move(wake)), renderer_(std::move(renderer)) {}
+
+Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& options, std::unique_ptr<Renderer> renderer,
+                                         LocalFrameBus& bus, std::function<void()> wake) {
+    std::unique_ptr<Rig> rig(new Rig(options, std::move(renderer), bus, std::move(wake)));
+    rig->thread_.check();
+    if (auto loaded = rig->load(std::move(scene)); !loaded) return std::unexpected(loaded.error());
+    if (options.mode == RunMode::realtime) rig->clock_.run(0, monotonic_now_ns());
+    return rig;
+}
+
+Rig::~Rig() {
+    const Error why{ErrorKind::unavailable, "the rig shuts down"};
+    for (auto& step : steps_) step.done(std::unexpected(why));
+    for (auto& fetch : pending_) fetch.done(std::unexpected(why));
+}
+
+TimeNs Rig::wake_time_ns() const {
+    TimeNs wake = max_time_ns;
+    if (clock_.running()) {
+        wake = monotonic_now_ns() + idle_tick_ns;
+        if (!schedule_.empty()) wake = std::min(wake, clock_.monotonic_at(schedule_.next_due_ns()));
+    } else if (!steps_.empty()) {
+        wake = steps_.front().deadline_ns;
+    }
+    for (const auto& fetch : pending_) wake = std::min(wake, fetch.deadline_ns);
+    return wake;
+}
+
+TimeNs Rig::world_now_ns(TimeNs monotonic_ns) const {
+    return std::min(clock_.world_at(monotonic_ns), schedule_.next_due_ns());
+}
+
+void Rig::tick(TimeNs monotonic_ns) {
+    thread_.check();
+    if (clock_.running()) {
+        run_realtime(monotonic_ns);
+    } else {
+        advance_step(monotonic_ns);
+    }
+    answer_pending(monotonic_ns);
+}
+
+void Rig::run_realtime(TimeNs monotonic_ns) {
+    const TimeNs next_ns = schedule_.next_due_ns();
+    const TimeNs now_ns = clock_.world_at(monotonic_ns);
+    if (next_ns > now_ns) {
+        world_->advance_to(now_ns);
+        return;
+    }
+    wakeup_.record(now_ns - next_ns);
+    TimeNs instant_ns = next_ns;
+    if (options_.overload == OverloadPolicy::drop) {
+        instant_ns = schedule_.choose_instant(now_ns);
+        account_skipped(instant_ns);
+    } else if (now_ns - next_ns > slow_tolerance_ns) {
+        clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
+    }
+    const FrameSet set = draw_instant(instant_ns, clock_.monotonic_at(instant_ns));
+    bus_.publish(set, nullptr);
+}
+
+void Rig::account_skipped(TimeNs instant_ns) {
+    constexpr std::int64_t max_counted_one_by_one = 4096;
+    std::set<TimeNs> instants;
+    std::int64_t most = 0;
+    for (const auto& skipped : schedule_.skip_before(instant_ns)) {
+        CameraEntry& entry = cameras_.at(skipped.camera);
+        const auto frames = static_cast<std::uint64_t>(skipped.frames);
+        if (bus_.wants(skipped.camera, skipped.first_ns)) {
+            entry.due += frames;
+            entry.dropped += frames;
+        } else {
+            entry.idle += frames;
+        }
+        const Rate& rate = entry.spec->rate;
+        const std::int64_t first = rate.first_frame_at_or_after(skipped.first_ns);
+        for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
+            instants.insert(rate.time_of_frame(first + i));
+        most = std::max(most, skipped.frames);
+    }
+    const auto count = std::max(static_cast<std::uint64_t>(most), static_cast<std::uint64_t>(instants.size()));
+    instants_ += count;
+    dropped_instants_ += count;
+}
+
+void Rig::advance_step(TimeNs monotonic_ns) {
+    if (steps_.empty()) return;
+    StepJob& job = steps_.front();
+    // The next instant is drawn while the last one is on its way; it is published when that has arrived.
+    const TimeNs next_ns = schedule_.next_due_ns();
+    if (!job.ready && next_ns <= job.target_ns) job.ready = draw_instant(next_ns, monotonic_now_ns());
+
+    if (job.latch && !job.latch->is_open()) {
+        if (monotonic_ns < job.deadline_ns) return;
+        std::string laggards;
+        for (const auto& who : job.latch->holders()) laggards += (laggards.empty() ? "" : "; ") + who;
+        clock_.hold(job.ready ? job.ready->world_ns : clock_.world_at(monotonic_ns));
+        job.done(error(ErrorKind::unavailable,
+                       "the step waits for " + laggards.substr(0, 500) + " since " +
+                           std::to_string(job.timeout_ns / ns_per_ms) + " ms and was given up at world time " +
+                           std::to_string(clock_.world_at(0)) + " ns; close that reader or give a longer timeout_s"));
+        if (job.ready) bus_.publish(*job.ready, nullptr);
+        steps_.pop_front();
+        return wake_();
+    }
+    if (job.ready) {
+        clock_.hold(job.ready->world_ns);
+        job.latch = DeliveryLatch::create(wake_);
+        job.deadline_ns = monotonic_now_ns() + job.timeout_ns;
+        bus_.publish(*job.ready, job.latch);
+        job.ready.reset();
+        return wake_();
+    }
+    world_->advance_to(job.target_ns);
+    clock_.hold(job.target_ns);
+    auto done = std::move(job.done);
+    steps_.pop_front();
+    done(world_state());
+    wake_();
+}
+
+View Rig::view_of(const CameraEntry& entry, const LatestDue& latest) const {
+    View view;
+    view.camera = entry.id;
+    view.name = entry.name;
+    view.spec = latest.spec;
+    view.spec_revision = latest.spec_revision;
+    view.pose = latest.spec->pose;
+    view.quality = latest.spec->quality.value_or(options_.quality);
+    view.sequence = latest.sequence;
+    view.camera_number = entry.number;
+    return view;
+}
+
+FrameSet Rig::draw_instant(TimeNs world_ns, TimeNs monotonic_ns) {
+    ++instants_;
+    const TimeNs start_ns = monotonic_now_ns();
+    world_->advance_to(world_ns);
+    const SnapshotRef snapshot = world_->snapshot(world_ns);
+    world_time_.record(monotonic_now_ns() - start_ns);
+
+    std::vector<View> views;
+    std::vector<bool> wanted;
+    for (const auto& due : schedule_.take(world_ns)) {
+        CameraEntry& entry = cameras_.at(due.camera);
+        entry.latest = {entry.spec, entry.spec_revision, due.sequence, world_ns, monotonic_ns, snapshot, nullptr};
+        const bool is_wanted = bus_.wants(entry.id, world_ns);
+        ++(is_wanted ? entry.due : entry.idle);
+        if (!is_wanted && !has_pending_fetch(entry, world_ns)) continue;
+        views.push_back(view_of(entry, entry.latest));
+        wanted.push_back(is_wanted);
+    }
+    FrameSet set = draw(snapshot, monotonic_ns, views);
+    for (const FrameRef& frame : set.frames) cameras_.at(frame->info().camera_id).latest.color = frame;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        CameraEntry& entry = cameras_.at(views[i].camera);
+        if (wanted[i]) ++(entry.latest.color ? entry.rendered : entry.dropped);
+    }
+    return set;
+}
+
+FrameSet Rig::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, const std::vector<View>& views) {
+    FrameSet nothing;
+    nothing.world_ns = snapshot->world_ns;
+    nothing.monotonic_ns = monotonic_ns;
+    if (views.empty()) return nothing;
+
+    const TimeNs start_ns = monotonic_now_ns();
+    const auto submitted = renderer_->submit(snapshot, monotonic_ns, views);
+    const TimeNs submitted_ns = monotonic_now_ns();
+    submit_.record(submitted_ns - start_ns);
+    if (!submitted) {
+        for (const View& view : views) note_failure(cameras_.at(view.camera), submitted.error());
+        return nothing;
+    }
+    auto finished = renderer_->collect();
+    collect_.record(monotonic_now_ns() - submitted_ns);
+    if (!finished) {
+        for (const View& view : views) note_failure(cameras_.at(view.camera), finished.error());
+        return nothing;
+    }
+    for (const auto& failure : finished->failures) note_failure(cameras_.at(failure.camera), failure.error);
+    return std::move(finished->set);
+}
+
+void Rig::note_failure(const CameraEntry& entry, const Error& why) {
+    const TimeNs now_ns = monotonic_now_ns();
+    if (now_ns - last_failure_log_ns_ < ns_per_s) return;
+    last_failure_log_ns_ = now_ns;
+    spdlog::error("camera {}: could not be drawn: {}", *entry.name, why.message);
+}
+
+}  // namespace camrig

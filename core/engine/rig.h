@@ -1,0 +1,111 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <list>
+#include <memory>
+
+#include "core/base/thread_check.h"
+#include "core/engine/camera_table.h"
+#include "core/engine/command.h"
+#include "core/engine/engine.h"
+#include "core/engine/schedule.h"
+#include "core/engine/world_clock.h"
+#include "core/render/renderer.h"
+#include "core/stream/local_frame_bus.h"
+#include "core/world/world.h"
+
+namespace camrig {
+
+/// World, cameras, schedule and renderer put together: what happens at an instant, and what each command does.
+///
+/// Thread: the engine's, for every call. Time enters as an argument or from the one monotonic clock; `wake` may be called from
+/// other threads when a delivery has completed, and asks for another tick().
+class Rig {
+public:
+    static Result<std::unique_ptr<Rig>> create(SceneRef scene, const EngineOptions& options,
+                                               std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
+                                               std::function<void()> wake);
+    ~Rig();
+
+    void apply(Command& command);
+    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done);
+
+    /// Does what is due at monotonic_ns: at most one instant.
+    void tick(TimeNs monotonic_ns);
+    /// When tick() has to be called next, if nothing else happens (CLOCK_MONOTONIC).
+    TimeNs wake_time_ns() const;
+
+private:
+    struct PendingFetch {
+        FetchRequest request;
+        std::function<void(Result<MediaUnit>)> done;
+        TimeNs deadline_ns = 0;
+    };
+    struct StepJob {
+        TimeNs target_ns = 0;
+        TimeNs timeout_ns = 0;
+        TimeNs deadline_ns = 0;                ///< for the delivery in progress
+        std::shared_ptr<DeliveryLatch> latch;  ///< of the instant published last
+        std::optional<FrameSet> ready;         ///< drawn, to be published when the latch is open
+        std::function<void(Result<WorldState>)> done;
+    };
+
+    Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus, std::function<void()> wake);
+
+    // Instants (rig.cpp).
+    void run_realtime(TimeNs monotonic_ns);
+    void advance_step(TimeNs monotonic_ns);
+    FrameSet draw_instant(TimeNs world_ns, TimeNs monotonic_ns);
+    void account_skipped(TimeNs instant_ns);
+    View view_of(const CameraEntry& entry, const LatestDue& latest) const;
+    FrameSet draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, const std::vector<View>& views);
+    /// World time now, but never past an instant that is still to be drawn.
+    TimeNs world_now_ns(TimeNs monotonic_ns) const;
+    void note_failure(const CameraEntry& entry, const Error& why);
+
+    // Pictures on request (rig_fetch.cpp).
+    void answer(CameraEntry& entry, FetchRequest request, std::function<void(Result<MediaUnit>)> done);
+    void answer_pending(TimeNs monotonic_ns);
+    bool has_pending_fetch(const CameraEntry& entry, TimeNs world_ns) const;
+
+    // Commands (rig_commands.cpp).
+    Result<CameraState> run(CreateCamera& command);
+    Result<CameraState> run(SetCamera& command);
+    Result<Applied> run(DeleteCamera& command);
+    Result<CameraState> run(GetCamera& command);
+    Result<std::vector<CameraState>> run(ListCameras& command);
+    Result<WorldState> run(LoadWorld& command);
+    Result<WorldState> run(GetWorld& command);
+    Result<WorldState> run(PauseWorld& command);
+    Result<WorldState> run(ResumeWorld& command);
+    Result<RigReport> run(GetStats& command);
+    void start_step(Request<StepWorld>& request);
+    Result<void> load(SceneRef scene);
+    Result<CameraEntry*> add_camera(CameraSpec spec);
+    /// The camera's newest picture shows the world of now with its present spec, as the next in its sequence.
+    void renew_latest(CameraEntry& entry);
+    CameraState state_of(const CameraEntry& entry) const;
+    WorldState world_state() const;
+
+    ThreadCheck thread_;
+    const EngineOptions options_;
+    LocalFrameBus& bus_;
+    const std::function<void()> wake_;
+    std::unique_ptr<Renderer> renderer_;
+    std::unique_ptr<World> world_;
+    SceneRef scene_;
+    std::uint64_t seed_ = 0;
+    CameraTable cameras_;
+    Schedule schedule_;
+    WorldClock clock_;
+    std::deque<StepJob> steps_;
+    std::list<PendingFetch> pending_;
+
+    std::uint64_t instants_ = 0;
+    std::uint64_t dropped_instants_ = 0;
+    StageTimer wakeup_, world_time_, submit_, collect_;
+    TimeNs last_failure_log_ns_ = 0;
+};
+
+}  // namespace camrig

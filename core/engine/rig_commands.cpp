@@ -1,0 +1,246 @@
+#include <algorithm>
+#include <type_traits>
+
+#include "core/base/clock.h"
+#include "core/engine/rig.h"
+
+// What each command does. A command that fails changes nothing.
+namespace camrig {
+namespace {
+
+constexpr std::size_t max_queued_steps = 64;
+
+CameraStream stream_of(const CameraEntry& entry) {
+    return {entry.id, *entry.name, entry.spec->size, entry.spec->rate};
+}
+
+}  // namespace
+
+void Rig::apply(Command& command) {
+    thread_.check();
+    std::visit(
+        [this](auto& request) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(request)>, Request<StepWorld>>) {
+                start_step(request);
+            } else {
+                request.done(run(request.command));
+            }
+        },
+        command);
+}
+
+Result<CameraState> Rig::run(CreateCamera& command) {
+    CameraSpec base;
+    base.name = command.name;
+    CameraPatch patch = command.patch;
+    if (command.place) {
+        const auto found = scene_->places.find(*command.place);
+        if (found == scene_->places.end()) {
+            std::string names;
+            for (const auto& [name, place] : scene_->places) names += (names.empty() ? "" : ", ") + name;
+            return error(ErrorKind::not_found, "place: the scene has no place '" + command.place->substr(0, 60) + "'; " +
+                                                   (names.empty() ? "it has none" : "it has: " + names));
+        }
+        if (!patch.pose) patch.pose = found->second.pose;
+        if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
+    }
+    auto spec = patch_camera_spec(base, patch);
+    if (!spec) return std::unexpected(spec.error());
+    auto entry = add_camera(std::move(*spec));
+    if (!entry) return std::unexpected(entry.error());
+    CameraState state = state_of(**entry);
+    state.applied_ns = (*entry)->latest.world_ns;
+    return state;
+}
+
+Result<CameraEntry*> Rig::add_camera(CameraSpec spec) {
+    auto entry = cameras_.add(std::move(spec));
+    if (!entry) return entry;
+    // Its first picture shows the moment it was made, with the number just before that of its next grid point: at world
+    // time 0 that is frame 0 itself.
+    const TimeNs now_ns = world_now_ns(monotonic_now_ns());
+    const Rate& rate = (*entry)->spec->rate;
+    schedule_.set((*entry)->id, rate, now_ns, rate.first_frame_at_or_after(now_ns + 1) - 1);
+    renew_latest(**entry);
+    bus_.add_camera(stream_of(**entry));
+    return entry;
+}
+
+void Rig::renew_latest(CameraEntry& entry) {
+    TimeNs monotonic_ns = monotonic_now_ns();
+    const TimeNs now_ns = world_now_ns(monotonic_ns);
+    if (clock_.running()) monotonic_ns = clock_.monotonic_at(now_ns);
+    world_->advance_to(now_ns);
+    const std::int64_t sequence = schedule_.next_sequence(entry.id);
+    schedule_.set(entry.id, entry.spec->rate, now_ns, sequence + 1);
+    entry.latest = {entry.spec, entry.spec_revision, sequence, now_ns, monotonic_ns, world_->snapshot(now_ns), nullptr};
+}
+
+Result<CameraState> Rig::run(SetCamera& command) {
+    auto found = cameras_.find(command.name);
+    if (!found) return std::unexpected(found.error());
+    const std::shared_ptr<const CameraSpec> old = (*found)->spec;
+    auto spec = patch_camera_spec(*old, command.patch);
+    if (!spec) return std::unexpected(spec.error());
+    auto replaced = cameras_.replace(command.name, std::move(*spec));
+    if (!replaced) return std::unexpected(replaced.error());
+    CameraEntry& entry = **replaced;
+
+    const TimeNs now_ns = world_now_ns(monotonic_now_ns());
+    if (entry.spec->rate != old->rate)
+        schedule_.set(entry.id, entry.spec->rate, now_ns, schedule_.next_sequence(entry.id));
+    TimeNs applied_ns = schedule_.next_due_ns(entry.id);
+    if (!clock_.running()) {
+        // Nothing falls due while the world stands still, yet the change must show.
+        renew_latest(entry);
+        applied_ns = entry.latest.world_ns;
+    }
+    if (entry.spec->size != old->size || entry.spec->rate != old->rate) bus_.change_camera(stream_of(entry));
+    if (!clock_.running() && options_.mode == RunMode::realtime && bus_.reader_count(entry.id) > 0) {
+        FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, {view_of(entry, entry.latest)});
+        if (!set.frames.empty()) entry.latest.color = set.frames.front();
+        bus_.publish(set, nullptr);
+    }
+    CameraState state = state_of(entry);
+    state.applied_ns = applied_ns;
+    return state;
+}
+
+Result<Applied> Rig::run(DeleteCamera& command) {
+    auto removed = cameras_.remove(command.name);
+    if (!removed) return std::unexpected(removed.error());
+    const Applied applied{world_now_ns(monotonic_now_ns())};
+    schedule_.remove(removed->id);
+    bus_.remove_camera(removed->id);
+    renderer_->forget(removed->id);
+    return applied;
+}
+
+Result<CameraState> Rig::run(GetCamera& command) {
+    auto found = cameras_.find(command.name);
+    if (!found) return std::unexpected(found.error());
+    return state_of(**found);
+}
+
+Result<std::vector<CameraState>> Rig::run(ListCameras&) {
+    std::vector<CameraState> states;
+    for (const auto& [id, entry] : cameras_.all()) states.push_back(state_of(entry));
+    return states;
+}
+
+CameraState Rig::state_of(const CameraEntry& entry) const {
+    CameraState state;
+    state.id = entry.id;
+    state.spec = *entry.spec;
+    state.world_pose = entry.spec->pose;
+    state.sequence = entry.latest.sequence;
+    state.readers = bus_.reader_count(entry.id);
+    state.applied_ns = entry.latest.world_ns;
+    return state;
+}
+
+Result<WorldState> Rig::run(LoadWorld& command) {
+    if (!steps_.empty())
+        return error(ErrorKind::unavailable, "a step is in progress; load when it has answered");
+    if (auto loaded = load(command.scene); !loaded) return std::unexpected(loaded.error());
+    WorldState state = world_state();
+    state.applied_ns = 0;
+    return state;
+}
+
+Result<void> Rig::load(SceneRef scene) {
+    const std::uint64_t seed = options_.seed.value_or(scene->seed);
+    auto world = World::create(scene, seed);
+    if (!world) return std::unexpected(world.error());
+    world_ = std::move(*world);
+    scene_ = std::move(scene);
+    seed_ = seed;
+    // World time starts again at 0; cameras stay, and their sequence numbers go on.
+    std::map<CameraId, std::int64_t> next_sequence;
+    for (const auto& [id, entry] : cameras_.all()) next_sequence[id] = schedule_.next_sequence(id);
+    if (clock_.running()) {
+        clock_.run(0, monotonic_now_ns());
+    } else {
+        clock_.hold(0);
+    }
+    for (auto& [id, entry] : cameras_.all()) schedule_.set(id, entry.spec->rate, 0, next_sequence[id]);
+    for (auto& [id, entry] : cameras_.all()) renew_latest(entry);
+    for (const CameraSpec& spec : scene_->cameras) {
+        if (cameras_.find(spec.name)) continue;
+        if (auto added = add_camera(spec); !added)
+            return at(scene_->file.string() + ": camera " + spec.name, added.error());
+    }
+    return {};
+}
+
+Result<WorldState> Rig::run(GetWorld&) { return world_state(); }
+
+Result<WorldState> Rig::run(PauseWorld&) {
+    if (options_.mode == RunMode::lockstep)
+        return error(ErrorKind::unsupported, "in lockstep the world moves by world.step only; there is nothing to pause");
+    if (clock_.running()) clock_.hold(clock_.world_at(monotonic_now_ns()));
+    return world_state();
+}
+
+Result<WorldState> Rig::run(ResumeWorld&) {
+    if (options_.mode == RunMode::lockstep)
+        return error(ErrorKind::unsupported, "in lockstep the world moves by world.step only; start with --mode realtime to let it run");
+    if (!steps_.empty()) return error(ErrorKind::unavailable, "a step is in progress; resume when it has answered");
+    if (!clock_.running()) clock_.run(clock_.world_at(0), monotonic_now_ns());
+    return world_state();
+}
+
+void Rig::start_step(Request<StepWorld>& request) {
+    if (clock_.running()) {
+        return request.done(error(ErrorKind::unavailable, "the world runs in real time; pause it first, or start with --mode lockstep"));
+    }
+    if (steps_.size() >= max_queued_steps)
+        return request.done(error(ErrorKind::resource_exhausted, std::to_string(max_queued_steps) + " steps are waiting; send slower"));
+    const StepWorld& step = request.command;
+    const TimeNs from_ns = steps_.empty() ? clock_.world_at(0) : steps_.back().target_ns;
+    if (step.duration_ns < 0 || step.duration_ns > max_time_ns - from_ns)
+        return request.done(error(ErrorKind::invalid_argument, "a step must be from 0 ns and end before 146 years"));
+    StepJob job;
+    job.target_ns = from_ns + step.duration_ns;
+    job.timeout_ns = step.timeout_ns;
+    job.done = std::move(request.done);
+    steps_.push_back(std::move(job));
+    wake_();
+}
+
+WorldState Rig::world_state() const {
+    WorldState state;
+    state.scene = scene_->name;
+    state.scene_file = scene_->file.string();
+    state.mode = options_.mode;
+    state.overload = options_.overload;
+    state.quality = options_.quality;
+    state.paused = options_.mode == RunMode::realtime && !clock_.running();
+    state.world_ns = world_now_ns(monotonic_now_ns());
+    state.step_ns = scene_->step_ns;
+    state.seed = seed_;
+    state.objects = scene_->objects.size();
+    state.actors = scene_->actors.size();
+    state.cameras = cameras_.size();
+    for (const auto& [name, place] : scene_->places) state.places.push_back(name);
+    state.applied_ns = state.world_ns;
+    return state;
+}
+
+Result<RigReport> Rig::run(GetStats&) {
+    RigReport report;
+    report.monotonic_ns = monotonic_now_ns();
+    report.world_ns = world_now_ns(report.monotonic_ns);
+    report.instants = instants_;
+    report.dropped_instants = dropped_instants_;
+    for (const auto& [id, entry] : cameras_.all())
+        report.cameras.push_back({*entry.name, entry.due, entry.rendered, entry.dropped, entry.idle, {}});
+    report.stages = {{"wakeup", wakeup_.summary()},
+                     {"world", world_time_.summary()},
+                     {"submit", submit_.summary()},
+                     {"collect", collect_.summary()}};
+    bus_.fill_report(report);
+    return report;
+}
+
+}  // namespace camrig

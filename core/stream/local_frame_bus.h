@@ -1,0 +1,71 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/stream/frame_bus.h"
+#include "core/stream/output.h"
+
+namespace camrig {
+
+/// The frame bus of one rig. Consumer side: any thread (FrameBus). Producer side: the engine's thread.
+class LocalFrameBus final : public FrameBus {
+public:
+    struct Options {
+        int workers = 2;  ///< threads that convert and encode
+        std::shared_ptr<FramePool> pool;
+    };
+    static constexpr std::size_t max_outputs_per_camera = 16;
+    static constexpr std::size_t max_readers_per_camera = 1024;
+
+    explicit LocalFrameBus(Options options);
+    ~LocalFrameBus() override;
+
+    Result<Subscription> subscribe(std::string_view camera, const MediaFormat& format, SubscribeOptions options,
+                                   std::shared_ptr<Sink> sink, std::function<void(Error)> on_end) override;
+    std::vector<CameraStream> cameras() const override;
+    Result<CameraStream> find(std::string_view camera) const override;
+    void add_observer(CameraObserver* observer) override;
+    void remove_observer(CameraObserver* observer) override;
+
+    void add_camera(const CameraStream& camera);
+    /// A new size ends the camera's outputs (their format cannot change); a new rate does not.
+    void change_camera(const CameraStream& camera);
+    void remove_camera(CameraId id);
+    /// True if some reader would take a frame of this camera at this world time.
+    bool wants(CameraId id, TimeNs world_ns) const;
+    std::size_t reader_count(CameraId id) const;
+    /// Never blocks. With a latch, everything on its way holds it.
+    void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
+
+    /// Brings one frame into a format, on the worker pool; `done` is called there.
+    void transcode_once(FrameRef frame, const MediaFormat& format, std::function<void(Result<MediaUnit>)> done);
+
+    /// Fills in each camera's outputs (by name) and the stages of this side.
+    void fill_report(RigReport& report) const;
+
+private:
+    struct Camera {
+        CameraStream stream;
+        std::map<MediaFormat, std::shared_ptr<Output>> outputs;
+    };
+    using Cameras = std::map<CameraId, Camera>;
+
+    void detach(CameraId id, const MediaFormat& format, const std::shared_ptr<Output>& output,
+                const std::shared_ptr<Reader>& reader);
+    void end_outputs(Camera& camera, const Error& why);
+    Cameras::iterator find_locked(std::string_view name);
+
+    const Options options_;
+    std::shared_ptr<TranscodeTimers> timers_ = std::make_shared<TranscodeTimers>();
+    mutable std::mutex mutex_;  ///< guards cameras_; held for look-ups only
+    Cameras cameras_;
+    std::mutex observers_mutex_;  ///< also keeps observer calls in order
+    std::vector<CameraObserver*> observers_;
+    std::unique_ptr<WorkerPool> pool_;  ///< last member: its threads go first
+};
+
+}  // namespace camrig

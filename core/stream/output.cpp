@@ -1,0 +1,201 @@
+#include "core/stream/output.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+/// How long a sink that is unavailable is left alone before it is opened again.
+constexpr TimeNs reopen_after_ns = ns_per_s;
+
+/// Ticks of `rate` from 0 up to and including world_ns.
+std::int64_t ticks_until(const Rate& rate, TimeNs world_ns) { return rate.first_frame_at_or_after(world_ns + 1); }
+
+bool takes(const Reader& reader, TimeNs world_ns) {
+    return !reader.options.rate || ticks_until(*reader.options.rate, world_ns) != reader.ticks_taken;
+}
+
+}  // namespace
+
+Output::Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool)
+    : camera_(std::move(camera)), transcoder_(std::move(transcoder)), pool_(pool) {}
+
+void Output::attach(std::shared_ptr<Reader> reader) {
+    std::lock_guard lock(mutex_);
+    readers_.push_back(std::move(reader));
+}
+
+bool Output::detach(const std::shared_ptr<Reader>& reader) {
+    bool empty = false;
+    {
+        std::lock_guard lock(mutex_);
+        std::erase(readers_, reader);
+        empty = readers_.empty();
+    }
+    std::lock_guard lock(reader->mutex);
+    if (std::exchange(reader->state, Reader::State::closed) != Reader::State::closed) reader->sink->close();
+    return empty;
+}
+
+void Output::end(Error why) {
+    pool_.post([self = shared_from_this(), why = std::move(why)] {
+        std::vector<std::shared_ptr<Reader>> all;
+        {
+            std::lock_guard lock(self->mutex_);
+            all.swap(self->readers_);
+        }
+        for (const auto& reader : all) self->end_reader(reader, why);
+    });
+}
+
+void Output::end_reader(const std::shared_ptr<Reader>& reader, Error why) {
+    {
+        std::lock_guard lock(reader->mutex);
+        if (std::exchange(reader->state, Reader::State::closed) == Reader::State::closed) return;
+        reader->sink->close();
+    }
+    if (reader->on_end) reader->on_end(std::move(why));
+}
+
+std::size_t Output::reader_count() const {
+    std::lock_guard lock(mutex_);
+    return readers_.size();
+}
+
+bool Output::wants(TimeNs world_ns) const {
+    std::lock_guard lock(mutex_);
+    return std::ranges::any_of(readers_, [&](const auto& reader) { return takes(*reader, world_ns); });
+}
+
+void Output::offer(const FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch) {
+    const TimeNs world_ns = frame->info().world_ns;
+    Item item;
+    {
+        std::lock_guard lock(mutex_);
+        for (const auto& reader : readers_) {
+            if (!takes(*reader, world_ns)) continue;
+            if (reader->options.rate) reader->ticks_taken = ticks_until(*reader->options.rate, world_ns);
+            reader->stats->offered.fetch_add(1, std::memory_order_relaxed);
+            item.takers.push_back(reader);
+        }
+    }
+    if (item.takers.empty()) return;
+    received_.fetch_add(1, std::memory_order_relaxed);
+    item.frame = frame;
+    item.latch = latch;
+    if (latch) item.hold = latch->hold("encoding of camera " + camera_.name + " (" + describe(format()) + ")");
+    std::optional<Item> replaced;
+    bool idle = false;
+    {
+        std::lock_guard lock(slot_mutex_);
+        replaced = std::exchange(slot_, std::move(item));
+        idle = !std::exchange(busy_, true);
+    }
+    if (replaced) {
+        dropped_.fetch_add(1, std::memory_order_relaxed);
+        for (const auto& reader : replaced->takers) reader->stats->dropped.fetch_add(1, std::memory_order_relaxed);
+    }
+    if (idle) pool_.post([self = shared_from_this()] { self->run(); });
+}
+
+void Output::run() {
+    std::optional<Item> item;
+    {
+        std::lock_guard lock(slot_mutex_);
+        item = std::exchange(slot_, std::nullopt);
+        if (!item) busy_ = false;
+    }
+    if (!item) return;
+    deliver(std::move(*item));
+    // One frame per turn: a busy output does not keep the others of the pool waiting.
+    pool_.post([self = shared_from_this()] { self->run(); });
+}
+
+void Output::deliver(Item item) {
+    auto unit = transcoder_->transcode(item.frame);
+    if (!unit) {
+        failed_.fetch_add(1, std::memory_order_relaxed);
+        for (const auto& reader : item.takers) {
+            reader->stats->dropped.fetch_add(1, std::memory_order_relaxed);
+            detach(reader);
+            if (reader->on_end) reader->on_end(unit.error());
+        }
+        return;
+    }
+    encoded_.fetch_add(1, std::memory_order_relaxed);
+    unit->latch = item.latch;
+    for (const auto& reader : item.takers) {
+        Result<void> written;
+        {
+            std::lock_guard lock(reader->mutex);
+            written = write(*reader, *unit);
+        }
+        if (written) continue;
+        spdlog::info("camera {}: {} reader {} ends: {}", camera_.name, reader->options.kind, reader->options.peer,
+                     written.error().message);
+        {
+            std::lock_guard lock(mutex_);
+            std::erase(readers_, reader);
+        }
+        if (reader->on_end) reader->on_end(written.error());
+    }
+}
+
+Result<void> Output::write(Reader& reader, const MediaUnit& unit) {
+    using State = Reader::State;
+    const auto drop = [&]() -> Result<void> {
+        reader.stats->dropped.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    };
+    const auto wait_or_end = [&](const Error& why) -> Result<void> {
+        std::ignore = drop();
+        if (why.kind != ErrorKind::unavailable) return std::unexpected(why);
+        if (reader.state != State::waiting) {
+            spdlog::warn("camera {}: {} {}: {}; trying again each second", camera_.name, reader.options.kind,
+                         reader.options.peer, why.message);
+        }
+        reader.state = State::waiting;
+        reader.retry_at_ns = monotonic_now_ns() + reopen_after_ns;
+        return {};
+    };
+
+    if (reader.state == State::closed) return drop();
+    if (reader.state == State::waiting && monotonic_now_ns() < reader.retry_at_ns) return drop();
+    if (reader.state != State::open) {
+        StreamInfo info{camera_.id, camera_.name, unit.info.size, camera_.rate, format(), reader.stats};
+        if (const auto opened = reader.sink->open(info); !opened) return wait_or_end(opened.error());
+        reader.state = State::open;
+    }
+    if (const auto written = reader.sink->write(unit); !written) {
+        reader.sink->close();
+        const auto ended = wait_or_end(written.error());
+        if (!ended) reader.state = State::closed;
+        return ended;
+    }
+    return {};
+}
+
+OutputReport Output::report() const {
+    OutputReport report;
+    report.format = describe(format());
+    report.received = received_.load();
+    report.encoded = encoded_.load();
+    report.dropped = dropped_.load();
+    report.failed = failed_.load();
+    std::lock_guard lock(mutex_);
+    for (const auto& reader : readers_) {
+        const ReaderStats& stats = *reader->stats;
+        report.readers.push_back({stats.kind, stats.peer, stats.offered.load(), stats.delivered.load(),
+                                  stats.dropped.load(), stats.bytes.load(),
+                                  static_cast<double>(stats.last_latency_ns.load()) / 1e6});
+    }
+    return report;
+}
+
+}  // namespace camrig

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "core/stream/frame_bus.h"
+#include "core/stream/transcoder.h"
+#include "core/stream/worker_pool.h"
+
+namespace camrig {
+
+/// One sink with its books. The mutex makes sink calls come one at a time, also against detaching.
+struct Reader {
+    SubscribeOptions options;
+    std::shared_ptr<Sink> sink;
+    std::function<void(Error)> on_end;
+    std::shared_ptr<ReaderStats> stats;
+    std::int64_t ticks_taken = -1;  ///< engine thread: ticks of options.rate up to the last frame taken
+
+    std::mutex mutex;  ///< guards what follows and every call of the sink
+    enum class State : std::uint8_t { fresh, open, waiting, closed } state = State::fresh;
+    TimeNs retry_at_ns = 0;
+};
+
+/// All readers of one camera in one MediaFormat: mailbox -> transcode once -> every reader's sink.
+///
+/// offer() is the engine's and never blocks; the rest runs as one job at a time on the worker pool. When the pool is behind,
+/// the newest frame wins and the readers' books say so.
+class Output : public std::enable_shared_from_this<Output> {
+public:
+    Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool);
+
+    const CameraStream& camera() const { return camera_; }
+    const MediaFormat& format() const { return transcoder_->format(); }
+
+    void attach(std::shared_ptr<Reader> reader);
+    /// Closes the sink (waits for a write in progress, never from inside one). True if no reader is left.
+    bool detach(const std::shared_ptr<Reader>& reader);
+    /// Ends every reader: sinks are closed and on_end is called, on the worker pool.
+    void end(Error why);
+    std::size_t reader_count() const;
+
+    /// Engine thread: would a frame of this world time be taken by anybody?
+    bool wants(TimeNs world_ns) const;
+    /// Engine thread.
+    void offer(const FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch);
+
+    OutputReport report() const;
+
+private:
+    struct Item {
+        FrameRef frame;
+        std::shared_ptr<DeliveryLatch> latch;
+        DeliveryLatch::Hold hold;
+        std::vector<std::shared_ptr<Reader>> takers;
+    };
+
+    void run();
+    void deliver(Item item);
+    Result<void> write(Reader& reader, const MediaUnit& unit);
+    void end_reader(const std::shared_ptr<Reader>& reader, Error why);
+
+    const CameraStream camera_;
+    const std::unique_ptr<Transcoder> transcoder_;
+    WorkerPool& pool_;
+
+    std::mutex slot_mutex_;
+    std::optional<Item> slot_;  ///< latest wins
+    bool busy_ = false;         ///< a job is queued or running
+
+    mutable std::mutex mutex_;  ///< guards readers_
+    std::vector<std::shared_ptr<Reader>> readers_;
+
+    std::atomic<std::uint64_t> received_{0};
+    std::atomic<std::uint64_t> encoded_{0};
+    std::atomic<std::uint64_t> dropped_{0};
+    std::atomic<std::uint64_t> failed_{0};
+};
+
+}  // namespace camrig

@@ -1,0 +1,73 @@
+#include "core/stream/transcoder.h"
+
+#include "core/base/clock.h"
+#include "core/frame/convert.h"
+
+namespace camrig {
+namespace {
+
+class ScopedTimer {
+public:
+    explicit ScopedTimer(StageTimer& timer) : timer_(timer) {}
+    ~ScopedTimer() { timer_.record(monotonic_now_ns() - start_ns_); }
+
+private:
+    StageTimer& timer_;
+    TimeNs start_ns_ = monotonic_now_ns();
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
+                                                       std::shared_ptr<TranscodeTimers> timers) {
+    const bool own_size = format.size == ImageSize{};
+    if (!own_size && (format.size.width < min_image_size.width || format.size.height < min_image_size.height ||
+                      format.size.width > max_image_size.width || format.size.height > max_image_size.height)) {
+        return error(ErrorKind::invalid_argument, "size " + format.size.to_string() + " is out of range; use " +
+                                                      min_image_size.to_string() + " to " + max_image_size.to_string());
+    }
+    std::unique_ptr<Transcoder> transcoder(new Transcoder);
+    transcoder->format_ = format;
+    transcoder->pool_ = std::move(pool);
+    transcoder->timers_ = std::move(timers);
+    if (format.codec != Codec::raw) {
+        auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality) : create_png_encoder();
+        if (!encoder) return std::unexpected(encoder.error());
+        transcoder->encoder_ = std::move(*encoder);
+    }
+    return transcoder;
+}
+
+Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
+    FrameRef current = frame;
+    const ImageSize size = format_.size == ImageSize{} ? frame->info().size : format_.size;
+    const bool is_color = frame->info().kind == FrameKind::color;
+    const PixelFormat pixels = format_.codec == Codec::raw && is_color ? format_.pixels : frame->info().format;
+    if (size != frame->info().size || pixels != frame->info().format) {
+        const ScopedTimer timer(timers_->convert);
+        auto converted_frame = converted(*pool_, current, pixels, size);
+        if (!converted_frame) return std::unexpected(converted_frame.error());
+        current = std::move(*converted_frame);
+    }
+    MediaUnit unit;
+    unit.info = current->info();
+    if (!encoder_) {
+        unit.frame = std::move(current);
+        return unit;
+    }
+    const ScopedTimer timer(timers_->encode);
+    auto bytes = encoder_->encode(*current);
+    if (!bytes) return std::unexpected(bytes.error());
+    unit.bytes = std::move(*bytes);
+    return unit;
+}
+
+std::string describe(const MediaFormat& format) {
+    std::string text(to_string(format.codec));
+    if (format.codec == Codec::raw) text += " " + std::string(to_string(format.pixels));
+    if (format.codec == Codec::jpeg) text += " q" + std::to_string(format.quality);
+    if (format.size != ImageSize{}) text += " " + format.size.to_string();
+    return text;
+}
+
+}  // namespace camrig

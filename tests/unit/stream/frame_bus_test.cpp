@@ -1,0 +1,169 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "core/stream/local_frame_bus.h"
+#include "tests/unit/stream/fake_sink.h"
+
+namespace camrig {
+namespace {
+
+constexpr CameraId lobby{1};
+constexpr MediaFormat jpeg{Codec::jpeg, PixelFormat::rgba8, 90, {}};
+constexpr MediaFormat raw{};
+
+class FrameBusTest : public testing::Test {
+protected:
+    FrameBusTest() { bus.add_camera({lobby, "lobby", {64, 48}, Rate::create(25, 1).value()}); }
+
+    FrameSet set_at(TimeNs world_ns, std::int64_t sequence) {
+        FrameInfo info;
+        info.camera_id = lobby;
+        info.camera = name;
+        info.sequence = sequence;
+        info.world_ns = world_ns;
+        info.size = {64, 48};
+        auto frame = pool->acquire(info);
+        std::ranges::fill(frame->mutable_bytes(), std::byte{static_cast<unsigned char>(sequence * 10)});
+        FrameSet set;
+        set.world_ns = world_ns;
+        set.frames.push_back(frame);
+        return set;
+    }
+    Subscription subscribe(std::shared_ptr<FakeSink> sink, const MediaFormat& format = raw,
+                           std::optional<Rate> rate = {}, std::function<void(Error)> on_end = {}) {
+        auto subscription = bus.subscribe("lobby", format, {"test", "me", rate}, std::move(sink), std::move(on_end));
+        EXPECT_TRUE(subscription);
+        return std::move(*subscription);
+    }
+
+    std::shared_ptr<const std::string> name = std::make_shared<const std::string>("lobby");
+    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    LocalFrameBus bus{{2, pool}};
+};
+
+TEST_F(FrameBusTest, NobodyWatchingMeansNothingIsWanted) {
+    EXPECT_FALSE(bus.wants(lobby, 0));
+    auto sink = std::make_shared<FakeSink>();
+    auto subscription = subscribe(sink);
+    EXPECT_TRUE(bus.wants(lobby, 0));
+    subscription.reset();
+    EXPECT_FALSE(bus.wants(lobby, 0));
+    EXPECT_EQ(bus.reader_count(lobby), 0u);
+}
+
+// One encode per (camera, codec, quality), whoever reads.
+TEST_F(FrameBusTest, ReadersOfOneFormatShareOneEncoding) {
+    auto first = std::make_shared<FakeSink>(), second = std::make_shared<FakeSink>(), other = std::make_shared<FakeSink>();
+    auto s1 = subscribe(first, jpeg), s2 = subscribe(second, jpeg);
+    auto s3 = subscribe(other, {Codec::jpeg, PixelFormat::rgba8, 50, {}});
+    bus.publish(set_at(0, 1), nullptr);
+    ASSERT_TRUE(first->wait_for_units(1) && second->wait_for_units(1) && other->wait_for_units(1));
+    EXPECT_EQ(first->units()[0].bytes, second->units()[0].bytes);
+    EXPECT_NE(first->units()[0].bytes, other->units()[0].bytes);
+}
+
+// A stuck consumer must cost frames, never time.
+TEST_F(FrameBusTest, SlowOutputGetsNewestFrameAndCountsTheRest) {
+    auto slow = std::make_shared<FakeSink>(), quick = std::make_shared<FakeSink>();
+    slow->set_stuck(true);
+    auto s1 = subscribe(slow, raw), s2 = subscribe(quick, jpeg);
+    bus.publish(set_at(0, 1), nullptr);
+    ASSERT_TRUE(quick->wait_for_units(1));
+    for (int i = 2; i <= 10; ++i) bus.publish(set_at(i, i), nullptr);
+    slow->set_stuck(false);
+    // The first may have been replaced before the worker took it; the newest always arrives.
+    ASSERT_TRUE(slow->wait_for_units(1));
+    while (slow->units().back().info.sequence != 10) ASSERT_TRUE(slow->wait_for_units(slow->units().size() + 1));
+    const auto stats = slow->info().stats;
+    EXPECT_EQ(stats->offered.load(), 10u);
+    EXPECT_EQ(stats->offered.load(), stats->delivered.load() + stats->dropped.load());
+}
+
+TEST_F(FrameBusTest, AReaderCanTakeALowerRateThanTheCamera) {
+    auto sink = std::make_shared<FakeSink>();
+    auto subscription = subscribe(sink, raw, Rate::create(10, 1).value());
+    const Rate rate = Rate::create(25, 1).value();
+    int wanted = 0;
+    for (int n = 0; n < 50; ++n) {
+        const TimeNs t = rate.time_of_frame(n);
+        if (!bus.wants(lobby, t)) continue;
+        bus.publish(set_at(t, n), nullptr);
+        ASSERT_TRUE(sink->wait_for_units(static_cast<std::size_t>(++wanted)));
+    }
+    EXPECT_EQ(wanted, 20);
+}
+
+TEST_F(FrameBusTest, DeletingTheCameraEndsItsReadersAndSaysWhy) {
+    auto sink = std::make_shared<FakeSink>();
+    std::promise<Error> ended;
+    auto subscription = subscribe(sink, raw, {}, [&](Error why) { ended.set_value(std::move(why)); });
+    bus.publish(set_at(0, 1), nullptr);
+    ASSERT_TRUE(sink->wait_for_units(1));
+    bus.remove_camera(lobby);
+    const Error why = ended.get_future().get();
+    EXPECT_EQ(why.message, "camera lobby was deleted");
+    EXPECT_EQ(sink->closed(), 1);
+    subscription.reset();
+    EXPECT_EQ(sink->closed(), 1);
+    EXPECT_FALSE(bus.find("lobby"));
+}
+
+TEST_F(FrameBusTest, AChangeOfSizeEndsReadersAChangeOfRateDoesNot) {
+    auto sink = std::make_shared<FakeSink>();
+    auto subscription = subscribe(sink);
+    bus.publish(set_at(0, 1), nullptr);
+    ASSERT_TRUE(sink->wait_for_units(1));
+    bus.change_camera({lobby, "lobby", {64, 48}, Rate::create(5, 1).value()});
+    EXPECT_EQ(bus.reader_count(lobby), 1u);
+    bus.change_camera({lobby, "lobby", {128, 48}, Rate::create(5, 1).value()});
+    EXPECT_TRUE(sink->wait_for_close());
+    EXPECT_EQ(bus.reader_count(lobby), 0u);
+}
+
+TEST_F(FrameBusTest, AnUnavailableSinkIsKeptAndAFailingOneEnds) {
+    auto sink = std::make_shared<FakeSink>(), second = std::make_shared<FakeSink>();
+    sink->fail_open(Error{ErrorKind::unavailable, "no device"});
+    auto s1 = subscribe(sink, raw);
+    std::promise<Error> ended;
+    auto s2 = subscribe(second, jpeg, {}, [&](Error why) { ended.set_value(std::move(why)); });
+    second->fail_writes(Error{ErrorKind::internal, "broken"});
+    bus.publish(set_at(0, 1), nullptr);
+    EXPECT_EQ(ended.get_future().get().message, "broken");
+    EXPECT_EQ(bus.reader_count(lobby), 1u);
+}
+
+TEST_F(FrameBusTest, TheLatchOpensWhenTheLastReaderHasItsFrame) {
+    auto sink = std::make_shared<FakeSink>();
+    sink->keep_holds();
+    auto subscription = subscribe(sink);
+    std::promise<void> opened;
+    auto latch = DeliveryLatch::create([&] { opened.set_value(); });
+    bus.publish(set_at(0, 1), latch);
+    ASSERT_TRUE(sink->wait_for_units(1));
+    EXPECT_FALSE(latch->is_open());
+    while (latch->holders().size() > 1) std::this_thread::yield();  // the encoding's own hold goes a moment later
+    EXPECT_THAT(latch->holders(), testing::ElementsAre("fake reader"));
+    sink->release_holds();
+    opened.get_future().wait();
+    EXPECT_TRUE(latch->is_open());
+}
+
+TEST_F(FrameBusTest, FormatsAndReadersAreBounded) {
+    std::vector<Subscription> all;
+    Result<Subscription> last = error(ErrorKind::internal, "");
+    for (int quality = 1; quality <= 30; ++quality) {
+        last = bus.subscribe("lobby", {Codec::jpeg, PixelFormat::rgba8, quality, {}}, {"test", "me", {}},
+                             std::make_shared<FakeSink>(), {});
+        if (!last) break;
+        all.push_back(std::move(*last));
+    }
+    EXPECT_EQ(all.size(), LocalFrameBus::max_outputs_per_camera);
+    EXPECT_EQ(last.error().kind, ErrorKind::resource_exhausted);
+    EXPECT_EQ(bus.subscribe("nowhere", raw, {}, std::make_shared<FakeSink>(), {}).error().message,
+              "no camera 'nowhere'; there are: lobby");
+}
+
+}  // namespace
+}  // namespace camrig
