@@ -16,6 +16,9 @@ namespace camrig {
 class FramePool {
 public:
     explicit FramePool(std::size_t max_idle_bytes = std::size_t{256} << 20);
+    ~FramePool();
+    FramePool(const FramePool&) = delete;
+    FramePool& operator=(const FramePool&) = delete;
 
     /// A frame with room for info.format and info.size; the content is undefined. Fill it, then hand it on as a
     /// FrameRef.

@@ -1,0 +1,78 @@
+#include "core/frame/frame_pool.h"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+
+namespace camrig {
+
+/// Idle frames, oldest first. Kept alive by the pool and by every frame that will come back to it.
+struct FramePool::Shelf {
+    std::mutex mutex;
+    std::deque<std::unique_ptr<Frame>> idle;
+    std::size_t idle_bytes = 0;
+    std::size_t max_idle_bytes = 0;
+    bool open = true;  ///< false once the pool is gone: returning frames are freed
+
+    /// The newest idle frame whose buffer has exactly this size (its memory is the warmest); null if there is none.
+    /// Cameras come in few sizes and formats, so an exact match is the rule, and it needs no clearing of new bytes.
+    std::unique_ptr<Frame> take(std::size_t bytes) {
+        std::lock_guard lock(mutex);
+        const auto found =
+            std::find_if(idle.rbegin(), idle.rend(), [&](const auto& frame) { return frame->bytes().size() == bytes; });
+        if (found == idle.rend()) return nullptr;
+        std::unique_ptr<Frame> frame = std::move(*found);
+        idle.erase(std::next(found).base());
+        idle_bytes -= bytes;
+        return frame;
+    }
+
+    void put(std::unique_ptr<Frame> frame) {
+        std::deque<std::unique_ptr<Frame>> evicted;  // freed outside the lock: unmapping megabytes takes its time
+        std::lock_guard lock(mutex);
+        const std::size_t bytes = frame->bytes().size();
+        if (!open || bytes > max_idle_bytes) {
+            evicted.push_back(std::move(frame));
+            return;
+        }
+        while (idle_bytes + bytes > max_idle_bytes || idle.size() >= max_idle_frames) {
+            idle_bytes -= idle.front()->bytes().size();
+            evicted.push_back(std::move(idle.front()));
+            idle.pop_front();
+        }
+        idle.push_back(std::move(frame));
+        idle_bytes += bytes;
+    }
+
+    static constexpr std::size_t max_idle_frames = 1024;  ///< bounds the search when pictures are tiny
+};
+
+FramePool::FramePool(std::size_t max_idle_bytes) : shelf_(std::make_shared<Shelf>()) {
+    shelf_->max_idle_bytes = max_idle_bytes;
+}
+
+FramePool::~FramePool() {
+    std::deque<std::unique_ptr<Frame>> freed;
+    std::lock_guard lock(shelf_->mutex);
+    shelf_->open = false;
+    freed.swap(shelf_->idle);
+    shelf_->idle_bytes = 0;
+}
+
+std::shared_ptr<Frame> FramePool::acquire(FrameInfo info) {
+    const std::size_t bytes = bytes_of(info.format, info.size);
+    std::unique_ptr<Frame> frame = shelf_->take(bytes);
+    if (frame) {
+        *frame = Frame(std::move(info), std::move(*frame).take_bytes());
+    } else {
+        frame = std::make_unique<Frame>(std::move(info), std::vector<std::byte>(bytes));
+    }
+    return {frame.release(), [shelf = shelf_](Frame* used) { shelf->put(std::unique_ptr<Frame>(used)); }};
+}
+
+std::size_t FramePool::idle_bytes() const {
+    std::lock_guard lock(shelf_->mutex);
+    return shelf_->idle_bytes;
+}
+
+}  // namespace camrig

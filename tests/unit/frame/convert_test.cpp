@@ -1,0 +1,157 @@
+#include "core/frame/convert.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/frame/rgb_to_yuv.h"
+#include "tests/unit/frame/test_pictures.h"
+
+namespace camrig {
+namespace {
+
+using test::code;
+
+std::vector<std::byte> converted_bytes(const Frame& frame, PixelFormat format, ImageSize size = {}) {
+    std::vector<std::byte> out(bytes_of(format, size == ImageSize{} ? frame.info().size : size));
+    EXPECT_TRUE(convert(frame, format, size, out).has_value());
+    return out;
+}
+
+constexpr ImageSize sizes[] = {{16, 16}, {17, 33}, {1, 1}, {3, 2}, {2, 3}, {100, 75}, {641, 359}};
+
+TEST(Convert, PackedRgbKeepsEveryPixel) {
+    for (const ImageSize size : sizes) {
+        const Frame frame = test::noise(size);
+        const auto rgb = converted_bytes(frame, PixelFormat::rgb24);
+        const auto bgr = converted_bytes(frame, PixelFormat::bgr24);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(size.pixels()); ++i) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                ASSERT_EQ(rgb[3 * i + c], frame.bytes()[4 * i + c]) << size.to_string();
+                ASSERT_EQ(bgr[3 * i + c], frame.bytes()[4 * i + 2 - c]) << size.to_string();
+            }
+        }
+    }
+}
+
+TEST(Convert, PlanesAreWhereTheFormatSaysAtOddSizesToo) {
+    for (const ImageSize size : sizes) {
+        const Frame frame = test::noise(size);
+        const auto [width, height] = size;
+        const int half_width = (width + 1) / 2, half_height = (height + 1) / 2;
+        const auto i420 = converted_bytes(frame, PixelFormat::i420);
+        const auto nv12 = converted_bytes(frame, PixelFormat::nv12);
+        const auto yuyv = converted_bytes(frame, PixelFormat::yuyv);
+        const auto at = [](const auto& bytes, std::int64_t i) { return code(bytes[static_cast<std::size_t>(i)]); };
+
+        std::vector<std::byte> u(static_cast<std::size_t>(half_width)), v = u, luma(static_cast<std::size_t>(width));
+        for (int y = 0; y < height; ++y) {
+            const std::byte* const row = frame.bytes().data() + y * width * 4;
+            luma_row(YuvRange::limited, row, width, luma.data());
+            chroma_row(YuvRange::limited, row, row, width, u.data(), v.data());
+            for (int x = 0; x < width; ++x) {
+                ASSERT_EQ(at(i420, y * width + x), at(luma, x));
+                ASSERT_EQ(at(nv12, y * width + x), at(luma, x));
+                ASSERT_EQ(at(yuyv, y * half_width * 4 + 2 * x), at(luma, x));
+            }
+            for (int x = 0; x < half_width; ++x) {
+                ASSERT_EQ(at(yuyv, y * half_width * 4 + 4 * x + 1), at(u, x));
+                ASSERT_EQ(at(yuyv, y * half_width * 4 + 4 * x + 3), at(v, x));
+            }
+            if (width % 2) {
+                ASSERT_EQ(at(yuyv, (y + 1) * half_width * 4 - 2), at(luma, width - 1));
+            }
+        }
+        for (int y = 0; y < half_height; ++y) {
+            const std::byte* const row_0 = frame.bytes().data() + 2 * y * width * 4;
+            const std::byte* const row_1 = 2 * y + 1 < height ? row_0 + width * 4 : row_0;
+            chroma_row(YuvRange::limited, row_0, row_1, width, u.data(), v.data());
+            for (int x = 0; x < half_width; ++x) {
+                const std::int64_t i = y * half_width + x;
+                ASSERT_EQ(at(i420, size.pixels() + i), at(u, x));
+                ASSERT_EQ(at(i420, size.pixels() + half_width * half_height + i), at(v, x));
+                ASSERT_EQ(at(nv12, size.pixels() + 2 * i), at(u, x));
+                ASSERT_EQ(at(nv12, size.pixels() + 2 * i + 1), at(v, x));
+            }
+        }
+    }
+}
+
+TEST(Convert, RangesAreAsNamed) {
+    Frame white = test::smooth({16, 16});
+    for (std::byte& b : white.mutable_bytes()) b = std::byte{255};
+    EXPECT_EQ(code(converted_bytes(white, PixelFormat::i420)[0]), 235);
+    EXPECT_EQ(code(converted_bytes(white, PixelFormat::jpeg_i420)[0]), 255);
+    EXPECT_EQ(code(converted_bytes(white, PixelFormat::gray8)[0]), 255);
+    for (std::byte& b : white.mutable_bytes()) b = std::byte{0};
+    EXPECT_EQ(code(converted_bytes(white, PixelFormat::i420)[0]), 16);
+    EXPECT_EQ(code(converted_bytes(white, PixelFormat::jpeg_i420)[0]), 0);
+}
+
+TEST(Convert, HalvingIsTheMeanOfFourPixels) {
+    const Frame frame = test::noise({64, 48});
+    const auto half = converted_bytes(frame, PixelFormat::rgba8, {32, 24});
+    for (int y = 0; y < 24; ++y) {
+        for (int x = 0; x < 32; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                double mean = 0;
+                for (int j = 0; j < 2; ++j) {
+                    for (int i = 0; i < 2; ++i) {
+                        mean += code(frame.bytes()[static_cast<std::size_t>(((2 * y + j) * 64 + 2 * x + i) * 4 + c)]);
+                    }
+                }
+                ASSERT_NEAR(code(half[static_cast<std::size_t>((y * 32 + x) * 4 + c)]), mean / 4, 1.0);
+            }
+        }
+    }
+}
+
+TEST(Convert, ScalingKeepsASmoothPictureInPlace) {
+    const Frame frame = test::smooth({640, 480});
+    for (const ImageSize size : {ImageSize{320, 240}, {500, 375}, {1000, 750}, {161, 121}, {100, 75}}) {
+        const auto scaled = converted_bytes(frame, PixelFormat::rgba8, size);
+        const Frame wanted = test::smooth(size);
+        for (std::size_t i = 0; i < scaled.size(); ++i) {
+            ASSERT_NEAR(code(scaled[i]), code(wanted.bytes()[i]), 3) << size.to_string() << " " << i;
+        }
+    }
+}
+
+TEST(Converted, AFrameThatIsAsWantedComesBackItself) {
+    FramePool pool;
+    const auto frame = std::make_shared<const Frame>(test::noise({16, 16}));
+    EXPECT_EQ(converted(pool, frame, PixelFormat::rgba8, {}).value(), frame);
+    EXPECT_EQ(converted(pool, frame, PixelFormat::rgba8, {16, 16}).value(), frame);
+    const auto depth = std::make_shared<const Frame>(test::noise({16, 16}, PixelFormat::depth32f));
+    EXPECT_EQ(converted(pool, depth, PixelFormat::depth32f, {}).value(), depth);
+}
+
+TEST(Converted, CarriesTheInstantAndGivesItsMemoryBack) {
+    FramePool pool;
+    const auto frame = std::make_shared<const Frame>(test::smooth({64, 48}));
+    auto small = converted(pool, frame, PixelFormat::yuyv, {32, 24}).value();
+    EXPECT_EQ(small->info().size, (ImageSize{32, 24}));
+    EXPECT_EQ(small->info().format, PixelFormat::yuyv);
+    EXPECT_EQ(small->info().sequence, frame->info().sequence);
+    EXPECT_EQ(small->info().world_ns, frame->info().world_ns);
+    EXPECT_EQ(*small->info().camera, "lobby");
+
+    std::vector<std::byte> direct(bytes_of(PixelFormat::yuyv, {32, 24}));
+    ASSERT_TRUE(convert(*frame, PixelFormat::yuyv, {32, 24}, direct).has_value());
+    EXPECT_TRUE(std::equal(direct.begin(), direct.end(), small->bytes().begin(), small->bytes().end()));
+    small.reset();
+    EXPECT_EQ(pool.idle_bytes(), 32U * 24 * 4 + 32 * 24 * 2);
+}
+
+TEST(Converted, WhatIsNoColourIsRefused) {
+    FramePool pool;
+    const auto depth = std::make_shared<const Frame>(test::noise({16, 16}, PixelFormat::depth32f));
+    EXPECT_EQ(converted(pool, depth, PixelFormat::i420, {}).error().kind, ErrorKind::unsupported);
+    const auto color = std::make_shared<const Frame>(test::noise({16, 16}));
+    EXPECT_EQ(converted(pool, color, PixelFormat::depth32f, {}).error().kind, ErrorKind::unsupported);
+    EXPECT_EQ(converted(pool, color, PixelFormat::i420, {-1, 5}).error().kind, ErrorKind::invalid_argument);
+    EXPECT_EQ(converted(pool, color, PixelFormat::i420, {16, 9000}).error().kind, ErrorKind::invalid_argument);
+}
+
+}  // namespace
+}  // namespace camrig
