@@ -1,0 +1,141 @@
+"""scenes/hall/person_*.glb: the people. Each is one skinned mesh with one texture, plus a soft shadow on the floor."""
+
+import numpy as np
+
+from . import ao, clips, paint, skeleton
+from .body import Shaper, blend_joins
+from .cast import CAST
+from .glb import CLAMP, Glb
+from .head import Head
+from .noise import smoothstep
+from .shapes import disc
+from .wardrobe import Wardrobe
+
+ATLAS_WIDTH = 512
+JOINS = [("trunk", f"{side}_{part}", 0.030) for side in ("left", "right") for part in ("sleeve", "arm")]
+JOINS += [("pelvis", f"{side}_trouser", 0.022) for side in ("left", "right")] + [("neck", "head", 0.02)]
+
+
+def files():
+    return {f"hall/{name}.glb": person(name, spec) for name, spec in CAST.items()}
+
+
+def person(name, spec):
+    rig = skeleton.Rig(skeleton.Build(**spec["build"]))
+    shaper = Shaper(rig)
+    parts = _dress(shaper, spec)
+    blend_joins(parts, JOINS, shaper.s)
+    used = paint.pack(parts, ATLAS_WIDTH)
+    size = (ATLAS_WIDTH, 512 if used <= 512 else 1024)
+    if used > size[1]:
+        raise ValueError(f"{name}: the texture atlas is {used} rows high")
+    texture = paint.jpeg(paint.atlas(parts, size))
+
+    glb = Glb(name, extras={"keypoints": skeleton.KEYPOINTS})
+    image = glb.texture(glb.image(texture, "image/jpeg", name), CLAMP)
+    cloth = glb.material("person", texture=image, roughness=0.85)
+    shadow = glb.material("contact_shadow", base=(0, 0, 0, 1), alpha="BLEND", roughness=1.0, unlit=True)
+    mesh = glb.mesh(name, [_skinned(glb, parts, rig, size, cloth), _shadow(glb, rig, shadow)])
+    nodes = _nodes(glb, rig)
+    inverse = np.tile(np.eye(4), (len(rig.names), 1, 1))
+    inverse[:, :3, 3] = -rig.places
+    glb.node("body", mesh=mesh, skin=glb.skin(name, nodes, inverse, nodes[0]))
+    for clip, (times, turns, hips, extras) in clips.all_clips(rig, spec.get("gait", {})).items():
+        moving = [i for i in range(len(nodes)) if np.ptp(turns[:, i], axis=0).max() > 1e-5 or np.abs(turns[0, i, :3]).max() > 1e-5]
+        tracks = [(nodes[rig.index["hips"]], "translation", hips)] + [(nodes[i], "rotation", turns[:, i]) for i in moving]
+        glb.animation(clip, times, tracks, extras)
+    return glb.bytes()
+
+
+def _dress(shaper, spec):
+    tone, hair_colour = paint.rgb(spec["skin"]), paint.rgb(spec["hair"]["colour"])
+    head, wardrobe = Head(shaper, spec["hair"]), Wardrobe(shaper, tone)
+    strands = spec["hair"].get("strands", 1)
+    parts = head.parts(paint.face(head, tone, hair_colour, spec["hair"]), lambda part, points, u, v: paint.hair(points, hair_colour, 7, strands))
+    parts += wardrobe.wear_top(spec["top"], spec["seed"]) + wardrobe.wear_bottom(spec["bottom"], spec["seed"] + 10) + wardrobe.wear_shoes(spec["shoes"])
+    return parts + (wardrobe.carry(spec["bag"]) if "bag" in spec else [])
+
+
+def _nodes(glb, rig):
+    """The skeleton as nodes; the face's keypoints are leaves below the head."""
+    coco = {node: name for name, node in skeleton.KEYPOINTS.items()}
+    nodes = []
+    for i, name in enumerate(rig.names):
+        parent = nodes[rig.parents[i]] if rig.parents[i] >= 0 else None
+        nodes.append(glb.node(name, parent, rig.offset(i), extras={"keypoint": coco[name]} if name in coco else None))
+    for name, place in skeleton.face_nodes(rig.build):
+        glb.node(name, nodes[rig.index["head"]], place - rig.at("head"), extras={"keypoint": name})
+    return nodes
+
+
+def _skinned(glb, parts, rig, size, material):
+    positions, normals, uv, weights, triangles, rows = [], [], [], [], [], []
+    base = 0
+    for part in parts:
+        count = part.grid.shape[0] * part.grid.shape[1]
+        positions.append(part.grid.reshape(-1, 3))
+        normals.append(part.normals.reshape(-1, 3))
+        uv.append(paint.texture_coordinates(part, size))
+        weights.append(part.weights.reshape(count, -1))
+        triangles.append(part.triangles() + base)
+        rows.append((base, part.grid.shape[:2]))
+        base += count
+    positions, normals, triangles = np.concatenate(positions), np.concatenate(normals), np.concatenate(triangles)
+    weights = np.clip(np.concatenate(weights), 0, None)
+    joints = np.argsort(-weights, axis=1, kind="stable")[:, :4]
+    shares = np.take_along_axis(weights, joints, axis=1)
+    joints[shares <= 0] = 0
+    colours = np.repeat(_occlusion(positions, normals, triangles, rows)[:, None], 3, axis=1)
+    return glb.primitive(positions, normals, triangles, material, uv=np.concatenate(uv), colors=colours, joints=joints, weights=shares)
+
+
+def _occlusion(positions, normals, triangles, rows):
+    """Baked ambient occlusion of the bind pose with a floor; what lies inside another part takes its neighbours' light."""
+    floor = np.array([[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]], dtype=np.float64)
+    soup = ao.Rays(np.concatenate([positions, floor]), np.concatenate([triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(positions)]))
+    open_share, backs = ao.openness(soup, positions, normals, reach=0.45, count=96, lift=0.003)
+    light = 0.30 + 0.70 * smoothstep(-0.05, 0.95, open_share)
+    hidden = backs > 0.25
+    for base, (height, width) in rows:
+        block = slice(base, base + height * width)
+        grid, unknown = light[block].reshape(height, width).copy(), hidden[block].reshape(height, width).copy()
+        for _ in range(24):
+            if not unknown.any() or unknown.all():
+                break
+            total, count = np.zeros_like(grid), np.zeros_like(grid)
+            for dr, dc in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                other, known = np.roll(grid, (dr, dc), (0, 1)), ~np.roll(unknown, (dr, dc), (0, 1))
+                if dr:
+                    known[0 if dr > 0 else -1] = False
+                total += np.where(known, other, 0)
+                count += known
+            fill = unknown & (count > 0)
+            grid[fill] = total[fill] / count[fill]
+            unknown &= ~fill
+        grid[:, -1] = grid[:, 0] = (grid[:, 0] + grid[:, -1]) / 2
+        light[block] = np.maximum(grid, 0.35).reshape(-1)
+    return light
+
+
+def _shadow(glb, rig, material):
+    """A soft dark spot below the feet: transparent at its rim, fixed to the root."""
+    s = rig.build.scale
+    rings, columns = ((0.0, 0.50), (0.35, 0.42), (0.65, 0.18), (1.0, 0.0)), 16
+    turn = np.linspace(0, 2 * np.pi, columns, endpoint=False)
+    positions, alphas, triangles = [(0, 0, 0)], [rings[0][1]], []
+    for radius, alpha in rings[1:]:
+        positions += [(0.30 * s * radius * np.sin(a), 0, 0.02 + 0.42 * s * radius * np.cos(a)) for a in turn]
+        alphas += [alpha] * columns
+    for i in range(columns):
+        j = (i + 1) % columns
+        triangles.append((0, 1 + i, 1 + j))
+        for ring in range(len(rings) - 2):
+            a, b = 1 + ring * columns, 1 + (ring + 1) * columns
+            triangles += [(a + i, b + i, b + j), (a + i, b + j, a + j)]
+    positions = np.array(positions) + (0, 0.006, 0)
+    colours = np.ones((len(positions), 4))
+    colours[:, 3] = alphas
+    weights = np.zeros((len(positions), 4))
+    weights[:, 0] = 1
+    return glb.primitive(positions, np.tile((0.0, 1, 0), (len(positions), 1)), triangles, material, colors=colours,
+                         joints=np.zeros((len(positions), 4), dtype=int), weights=weights)
