@@ -1,0 +1,17 @@
+#include "core/codec/encoder.h"
+
+namespace camrig {
+
+std::string_view to_string(Codec codec) {
+    switch (codec) {
+        case Codec::raw:
+            return "raw";
+        case Codec::jpeg:
+            return "jpeg";
+        case Codec::png:
+            return "png";
+    }
+    return "unknown";
+}
+
+}  // namespace camrig
