@@ -1,0 +1,31 @@
+#include "core/camera/lens.h"
+
+#include <string>
+
+namespace camrig {
+namespace {
+
+constexpr struct {
+    LensModel model;
+    std::string_view name;
+    int coefficients;
+} models[] = {{LensModel::pinhole, "pinhole", 0},
+              {LensModel::plumb_bob, "plumb_bob", 5},
+              {LensModel::rational_polynomial, "rational_polynomial", 8},
+              {LensModel::equidistant, "equidistant", 4}};
+
+}  // namespace
+
+std::string_view to_string(LensModel model) { return models[static_cast<int>(model)].name; }
+
+int coefficient_count(LensModel model) { return models[static_cast<int>(model)].coefficients; }
+
+Result<LensModel> parse_lens_model(std::string_view name) {
+    for (const auto& entry : models)
+        if (entry.name == name) return entry.model;
+    return error(ErrorKind::invalid_argument, "'" + std::string(name.substr(0, 40)) +
+                                                  "' is no lens model; there are pinhole, plumb_bob, "
+                                                  "rational_polynomial and equidistant");
+}
+
+}  // namespace camrig

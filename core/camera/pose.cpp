@@ -1,0 +1,92 @@
+#include "core/camera/pose.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace camrig {
+namespace {
+
+Result<void> check_position(const char* what, const glm::dvec3& p) {
+    for (int i = 0; i < 3; ++i) {
+        if (!std::isfinite(p[i]) || std::abs(p[i]) > max_coordinate_m) {
+            return error(ErrorKind::invalid_argument,
+                         std::string(what) + ": coordinates must be finite and within 1e10 m of the origin");
+        }
+    }
+    return {};
+}
+
+/// Rotation about z (pan), then down about the new y (-tilt), then about the new x (roll).
+glm::dquat from_angles(const PanTiltRoll& angles) {
+    const auto about = [](double angle, glm::dvec3 axis) {
+        return glm::dquat(std::cos(0.5 * angle), std::sin(0.5 * angle) * axis);
+    };
+    const glm::dquat q = about(angles.pan, {0, 0, 1}) * about(-angles.tilt, {0, 1, 0}) * about(angles.roll, {1, 0, 0});
+    return glm::normalize(q);
+}
+
+}  // namespace
+
+Result<Pose> pose_look_at(glm::dvec3 eye, glm::dvec3 target) {
+    if (auto good = check_position("position", eye); !good) return std::unexpected(good.error());
+    if (auto good = check_position("look_at", target); !good) return std::unexpected(good.error());
+    const glm::dvec3 forward = target - eye;
+    const double distance = std::hypot(forward.x, forward.y, forward.z);
+    if (distance < 1e-9) {
+        return error(ErrorKind::invalid_argument,
+                     "look_at: is the same point as position; give a point at least 1e-9 m away, or angles");
+    }
+    const double horizontal = std::hypot(forward.x, forward.y);
+    PanTiltRoll angles;
+    angles.tilt = std::atan2(forward.z, horizontal);
+    // Straight up or down there is no heading; 0 is the limit of a camera that looks along +x and is tilted.
+    if (horizontal > 1e-9 * distance) angles.pan = std::atan2(forward.y, forward.x);
+    return Pose{eye, from_angles(angles)};
+}
+
+Result<Pose> pose_from_angles(glm::dvec3 position, PanTiltRoll angles) {
+    if (auto good = check_position("position", position); !good) return std::unexpected(good.error());
+    const auto bad = [](double angle) { return !std::isfinite(angle) || std::abs(angle) > 1e6; };
+    if (bad(angles.pan) || bad(angles.tilt) || bad(angles.roll))
+        return error(ErrorKind::invalid_argument, "pan_deg, tilt_deg and roll_deg must be finite angles");
+    return Pose{position, from_angles(angles)};
+}
+
+Result<Pose> pose_from_quaternion(glm::dvec3 position, glm::dquat orientation) {
+    if (auto good = check_position("position", position); !good) return std::unexpected(good.error());
+    // Scaled by its largest part first, so that neither huge nor denormal parts overflow or vanish when squared.
+    double largest = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        if (!std::isfinite(orientation[i]))
+            return error(ErrorKind::invalid_argument, "orientation: [x, y, z, w] must be finite");
+        largest = std::max(largest, std::abs(orientation[i]));
+    }
+    if (largest < 1e-150)
+        return error(ErrorKind::invalid_argument, "orientation: a zero quaternion is no rotation; [0, 0, 0, 1] is none at all");
+    return Pose{position, glm::normalize(orientation * (1.0 / largest))};
+}
+
+PanTiltRoll angles_of(const glm::dquat& orientation) {
+    const glm::dmat3 r = glm::mat3_cast(orientation);  // columns: where x, y, z of the body point
+    const glm::dvec3 x = r[0], y = r[1], z = r[2];
+    PanTiltRoll angles;
+    const double horizontal = std::hypot(x.x, x.y);
+    angles.tilt = std::atan2(x.z, horizontal);
+    if (horizontal > 1e-9) {
+        angles.pan = std::atan2(x.y, x.x);
+        angles.roll = std::atan2(y.z, z.z);
+    } else {
+        angles.pan = std::atan2(-y.x, y.y);
+    }
+    return angles;
+}
+
+glm::dmat3 link_from_optical() {
+    // Columns: optical x (right) is link -y, optical y (down) is link -z, optical z (forward) is link x.
+    return glm::dmat3(glm::dvec3(0, -1, 0), glm::dvec3(0, 0, -1), glm::dvec3(1, 0, 0));
+}
+
+glm::dmat3 world_from_optical_rotation(const Pose& pose) { return glm::mat3_cast(pose.orientation) * link_from_optical(); }
+
+}  // namespace camrig
