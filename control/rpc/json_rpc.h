@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/result.h"
+
+/// JSON-RPC 2.0 messages (specification of 2013-01-04), without transport and without methods.
+namespace camrig {
+
+/// Longest request line or body.
+inline constexpr std::size_t max_request_bytes = std::size_t{1} << 20;
+inline constexpr std::size_t max_batch = 256;
+
+namespace rpc_code {
+inline constexpr int parse_error = -32700;
+inline constexpr int invalid_request = -32600;
+inline constexpr int method_not_found = -32601;
+inline constexpr int invalid_params = -32602;
+inline constexpr int internal_error = -32603;
+inline constexpr int application = -32000;
+}  // namespace rpc_code
+
+/// One well-formed request. No id: a notification, which gets no answer.
+struct RpcRequest {
+    std::optional<nlohmann::json> id;
+    std::string method;
+    nlohmann::json params = nlohmann::json::object();
+};
+
+/// What is wrong with a message or a call.
+struct RpcError {
+    int code = rpc_code::application;
+    Error error;
+    nlohmann::json id = nullptr;
+};
+
+struct RpcMessage {
+    bool is_batch = false;
+    std::vector<std::variant<RpcRequest, RpcError>> items;
+};
+
+/// Reads one message. Never fails: what cannot be read is an RpcError item.
+RpcMessage parse_rpc(std::string_view text);
+
+std::string rpc_result(const nlohmann::json& id, const nlohmann::json& result);
+std::string rpc_error(const RpcError& error);
+/// The code under which an error of a handler is told: invalid_params for invalid_argument, else application.
+int rpc_code_of(ErrorKind kind);
+
+}  // namespace camrig

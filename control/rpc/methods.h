@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "control/rpc/method.h"
+#include "control/rpc/rpc_server.h"
+
+/// The families of methods. A new method is one entry in one of these files.
+namespace camrig {
+
+std::vector<Method> camera_methods(RpcContext& context);
+std::vector<Method> world_methods(RpcContext& context);
+std::vector<Method> frame_methods(RpcContext& context);
+std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
+
+nlohmann::json to_json(const CameraState& state);
+nlohmann::json to_json(const WorldState& state);
+nlohmann::json to_json(const RigReport& report);
+
+/// Posts a command and turns its reply into JSON.
+template <typename C, typename ToJson>
+void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply) {
+    context.commands.post(Request<C>{std::move(command), [done = std::move(done), to_json_of_reply](auto reply) {
+                                         if (!reply) return done(std::unexpected(reply.error()));
+                                         done(to_json_of_reply(*reply));
+                                     }});
+}
+
+/// Standard base64 (RFC 4648, section 4) with padding.
+std::string base64(std::span<const std::byte> bytes);
+
+}  // namespace camrig

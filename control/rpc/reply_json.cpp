@@ -1,0 +1,82 @@
+#include <string>
+
+#include "control/rpc/methods.h"
+#include "core/world/camera_json.h"
+
+namespace camrig {
+
+using nlohmann::json;
+
+json to_json(const CameraState& state) {
+    json value = camera_to_json(state.spec);
+    value["id"] = static_cast<std::uint32_t>(state.id);
+    value["sequence"] = state.sequence;
+    value["readers"] = state.readers;
+    value["applied_ns"] = state.applied_ns;
+    return value;
+}
+
+json to_json(const WorldState& state) {
+    return {{"scene", state.scene},
+            {"scene_file", state.scene_file},
+            {"mode", state.mode == RunMode::realtime ? "realtime" : "lockstep"},
+            {"overload", state.overload == OverloadPolicy::drop ? "drop" : "slow"},
+            {"quality", std::string(to_string(state.quality))},
+            {"paused", state.paused},
+            {"world_ns", state.world_ns},
+            {"step_ns", state.step_ns},
+            {"seed", state.seed},
+            {"objects", state.objects},
+            {"actors", state.actors},
+            {"cameras", state.cameras},
+            {"places", state.places},
+            {"applied_ns", state.applied_ns}};
+}
+
+json to_json(const RigReport& report) {
+    json cameras = json::array();
+    for (const auto& camera : report.cameras) {
+        json outputs = json::array();
+        for (const auto& output : camera.outputs) {
+            json readers = json::array();
+            for (const auto& reader : output.readers) {
+                readers.push_back({{"kind", reader.kind},
+                                   {"peer", reader.peer},
+                                   {"offered", reader.offered},
+                                   {"delivered", reader.delivered},
+                                   {"dropped", reader.dropped},
+                                   {"bytes", reader.bytes},
+                                   {"latency_ms", reader.latency_ms}});
+            }
+            outputs.push_back({{"format", output.format},
+                               {"received", output.received},
+                               {"encoded", output.encoded},
+                               {"dropped", output.dropped},
+                               {"failed", output.failed},
+                               {"readers", std::move(readers)}});
+        }
+        cameras.push_back({{"name", camera.name},
+                           {"due", camera.due},
+                           {"rendered", camera.rendered},
+                           {"dropped", camera.dropped},
+                           {"idle", camera.idle},
+                           {"outputs", std::move(outputs)}});
+    }
+    json stages = json::array();
+    for (const auto& stage : report.stages) {
+        stages.push_back({{"name", stage.name},
+                          {"count", stage.summary.count},
+                          {"mean_ms", stage.summary.mean_ms},
+                          {"p50_ms", stage.summary.p50_ms},
+                          {"p99_ms", stage.summary.p99_ms},
+                          {"max_ms", stage.summary.max_ms}});
+    }
+    return {{"world_ns", report.world_ns},
+            {"monotonic_ns", report.monotonic_ns},
+            {"instants", report.instants},
+            {"dropped_instants", report.dropped_instants},
+            {"cameras", std::move(cameras)},
+            {"stages", std::move(stages)}};
+}
+
+}  // namespace camrig

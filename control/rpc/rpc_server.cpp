@@ -1,0 +1,130 @@
+#include "control/rpc/rpc_server.h"
+
+#include <algorithm>
+#include <mutex>
+#include <optional>
+
+#include "control/rpc/json_rpc.h"
+#include "control/rpc/methods.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+/// Collects the answers of a batch in order; sends when the last one is there.
+class Batch {
+public:
+    Batch(std::size_t size, bool is_batch, std::function<void(std::string)> done)
+        : answers_(size), open_(size), is_batch_(is_batch), done_(std::move(done)) {}
+
+    void answer(std::size_t index, std::string text) {
+        {
+            std::lock_guard lock(mutex_);
+            answers_[index] = std::move(text);
+            if (--open_ > 0) return;
+        }
+        if (!is_batch_) return done_(std::move(answers_.front()));
+        std::string all;
+        for (const auto& text_of_one : answers_)
+            if (!text_of_one.empty()) all += (all.empty() ? "[" : ",") + text_of_one;
+        done_(all.empty() ? all : all + "]");
+    }
+
+private:
+    std::mutex mutex_;
+    std::vector<std::string> answers_;
+    std::size_t open_;
+    const bool is_batch_;
+    const std::function<void(std::string)> done_;
+};
+
+/// Unknown and missing parameter names, from the table.
+Result<void> check_names(const Method& method, const json& params) {
+    for (const auto& [key, value] : params.items()) {
+        if (std::ranges::find(method.params, key, &Field::name) != method.params.end()) continue;
+        std::string known;
+        for (const auto& field : method.params) known += (known.empty() ? "" : ", ") + field.name;
+        return error(ErrorKind::invalid_argument, method.name + ": unknown parameter '" + key.substr(0, 60) + "'; " +
+                                                      (known.empty() ? "it takes none" : "it takes " + known));
+    }
+    for (const auto& field : method.params) {
+        if (field.required && !params.contains(field.name))
+            return error(ErrorKind::invalid_argument, method.name + ": parameter '" + field.name + "' is missing: " + field.doc);
+    }
+    return {};
+}
+
+}  // namespace
+
+RpcServer::RpcServer(RpcContext context)
+    : context_(std::move(context)),
+      methods_(make_methods(context_, [this] { return json(calls()); })),
+      calls_(methods_.size()) {
+    for (std::size_t i = 0; i < methods_.size(); ++i) by_name_.emplace(methods_[i].name, i);
+}
+
+std::map<std::string, std::uint64_t> RpcServer::calls() const {
+    std::map<std::string, std::uint64_t> counts;
+    for (std::size_t i = 0; i < methods_.size(); ++i) counts[methods_[i].name] = calls_[i].load();
+    return counts;
+}
+
+void RpcServer::call(const json& params, std::size_t index, RpcReply done) {
+    const Method& method = methods_[index];
+    calls_[index].fetch_add(1);
+    if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
+    method.handler(params, std::move(done));
+}
+
+void RpcServer::handle(std::string_view text, std::function<void(std::string)> done) {
+    const RpcMessage message = parse_rpc(text);
+    const auto batch = std::make_shared<Batch>(message.items.size(), message.is_batch, std::move(done));
+    for (std::size_t i = 0; i < message.items.size(); ++i) {
+        if (const auto* bad = std::get_if<RpcError>(&message.items[i])) {
+            batch->answer(i, rpc_error(*bad));
+            continue;
+        }
+        const auto& request = std::get<RpcRequest>(message.items[i]);
+        const auto found = by_name_.find(request.method);
+        if (found == by_name_.end()) {
+            const RpcError unknown{rpc_code::method_not_found,
+                                   {ErrorKind::not_found, "no method '" + request.method.substr(0, 60) +
+                                                              "'; server.info lists the methods"},
+                                   request.id.value_or(nullptr)};
+            batch->answer(i, request.id ? rpc_error(unknown) : std::string());
+            continue;
+        }
+        call(request.params, found->second, [batch, i, id = request.id](Result<json> result) {
+            if (!id) return batch->answer(i, {});
+            if (result) return batch->answer(i, rpc_result(*id, *result));
+            batch->answer(i, rpc_error({rpc_code_of(result.error().kind), result.error(), *id}));
+        });
+    }
+}
+
+std::vector<Method> make_methods(RpcContext& context, std::function<json()> call_counts) {
+    std::vector<Method> all;
+    const auto add = [&](std::vector<Method> some) { std::ranges::move(some, std::back_inserter(all)); };
+    add(camera_methods(context));
+    add(world_methods(context));
+    add(frame_methods(context));
+    auto rig = rig_methods(context, std::move(call_counts));
+    // server.info lists all methods, its own family too.
+    json names = json::array();
+    for (const auto& method : all) names.push_back(method.name);
+    for (const auto& method : rig) names.push_back(method.name);
+    for (auto& method : rig) {
+        if (method.name != "server.info") continue;
+        method.handler = [inner = std::move(method.handler), names](const json& params, RpcReply done) {
+            inner(params, [names, done = std::move(done)](Result<json> result) {
+                if (result) (*result)["methods"] = names;
+                done(std::move(result));
+            });
+        };
+    }
+    add(std::move(rig));
+    return all;
+}
+
+}  // namespace camrig
