@@ -5,6 +5,11 @@ import numpy as np
 
 def _lattice(ix, iy, iz, seed):
     """A fixed pseudo-random number in [0,1) for every lattice point (integer hash, 32-bit wrap-around)."""
+    with np.errstate(over="ignore"):   # wrapping around is what the hash wants
+        return _hash(ix, iy, iz, seed)
+
+
+def _hash(ix, iy, iz, seed):
     h = (ix.astype(np.uint32) * np.uint32(374761393) + iy.astype(np.uint32) * np.uint32(668265263)
          + iz.astype(np.uint32) * np.uint32(2147483647) + np.uint32(seed) * np.uint32(974634151))
     h = (h ^ (h >> np.uint32(13))) * np.uint32(1274126177)
