@@ -54,9 +54,8 @@ LightSet select_lights(std::span<const Light> lights, float exposure, const glm:
         candidates.push_back({bright / std::max(distance * distance, 1e-6), index, false});
     }
     if (candidates.size() > max_lights_per_draw) {
-        std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
-            return a.strength > b.strength;
-        });
+        std::ranges::stable_sort(candidates,
+                                 [](const Candidate& a, const Candidate& b) { return a.strength > b.strength; });
         candidates.resize(max_lights_per_draw);
     }
     std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {

@@ -1,5 +1,7 @@
 #include "core/render/view_frames.h"
 
+#include "core/frame/code_strip.h"
+
 namespace camrig {
 
 PixelFormat format_of(FrameKind kind) {
@@ -32,7 +34,10 @@ std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKin
 
 void finish_color(const View& view, Frame& frame) {
     if (!view.spec->code_strip) return;
-    static_cast<void>(frame);
+    draw_code_strip(frame.mutable_bytes(), frame.info().size,
+                    {.camera = static_cast<std::uint8_t>(view.camera_number),
+                     .sequence = static_cast<std::uint32_t>(view.sequence),
+                     .world_ns = frame.info().world_ns});
 }
 
 }  // namespace camrig

@@ -47,9 +47,7 @@ Frustum make_frustum(const ViewTransform& view, double far_m) {
     const double top = -0.5 - slack_px;
     const double right = view.size.width - 0.5 + slack_px;
     const double bottom = view.size.height - 0.5 + slack_px;
-    const auto side = [](double x, double y, double z) {
-        return glm::dvec4(glm::normalize(glm::dvec3(x, y, z)), 0.0);
-    };
+    const auto side = [](double x, double y, double z) { return glm::dvec4(glm::normalize(glm::dvec3(x, y, z)), 0.0); };
     Frustum frustum;
     frustum.planes[0] = side(k.fx, 0.0, k.cx - left);
     frustum.planes[1] = side(-k.fx, 0.0, right - k.cx);

@@ -52,7 +52,6 @@ struct Frustum {
 Frustum make_frustum(const ViewTransform& view, double far_m);
 
 /// False only if the box, placed by `optical_from_local`, certainly touches no pixel.
-bool may_be_visible(const Frustum& frustum, const glm::dmat4& optical_from_local, glm::vec3 box_min,
-                    glm::vec3 box_max);
+bool may_be_visible(const Frustum& frustum, const glm::dmat4& optical_from_local, glm::vec3 box_min, glm::vec3 box_max);
 
 }  // namespace camrig

@@ -27,8 +27,7 @@ struct Device {
 };
 
 std::vector<Device> list_devices() {
-    const auto query_devices =
-        reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
+    const auto query_devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
     const auto query_string =
         reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(eglGetProcAddress("eglQueryDeviceStringEXT"));
     if (query_devices == nullptr || query_string == nullptr) return {};
@@ -39,7 +38,9 @@ std::vector<Device> list_devices() {
     std::vector<Device> devices;
     for (int i = 0; i < count; ++i) {
         const char* extensions = query_string(handles[i], EGL_EXTENSIONS);
-        Device device{.handle = handles[i], .is_software = has_extension(extensions, "EGL_MESA_device_software")};
+        Device device;
+        device.handle = handles[i];
+        device.is_software = has_extension(extensions, "EGL_MESA_device_software");
         device.label = device.is_software ? "software" : "hardware";
         if (has_extension(extensions, "EGL_EXT_device_drm")) {
             if (const char* file = query_string(handles[i], EGL_DRM_DEVICE_FILE_EXT)) device.label = file;
@@ -79,9 +80,15 @@ Result<void> EglContext::open(void* display, const std::string& what) {
 #else
     constexpr EGLint debug = EGL_TRUE;
 #endif
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                 EGL_CONTEXT_OPENGL_DEBUG, debug, EGL_NONE};
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_CONTEXT_OPENGL_DEBUG,
+                                 debug,
+                                 EGL_NONE};
     context_ = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
     if (context_ == EGL_NO_CONTEXT) return error(ErrorKind::unsupported, what + ": no OpenGL 4.5 core context");
     if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
@@ -110,7 +117,9 @@ void EglContext::close() noexcept {
     context_ = nullptr;
 }
 
-EglContext::~EglContext() { close(); }
+EglContext::~EglContext() {
+    close();
+}
 
 Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& options) {
     // llvmpipe reads its thread count once per process, when its screen is made.
@@ -129,11 +138,11 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
         }
         // A Mesa without a software device in its list: the surfaceless platform, told to use its CPU rasteriser.
         setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
-        auto context =
-            try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device cpu");
+        auto context = try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device cpu");
         if (context && !(*context)->is_software()) {
-            return error(ErrorKind::unavailable, "device cpu: Mesa's software rasteriser is not installed (package "
-                                                 "libgl1-mesa-dri)");
+            return error(ErrorKind::unavailable,
+                         "device cpu: Mesa's software rasteriser is not installed (package "
+                         "libgl1-mesa-dri)");
         }
         return context;
     };

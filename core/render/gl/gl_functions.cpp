@@ -7,11 +7,10 @@
 namespace camrig {
 
 Result<void> GlFunctions::load() {
-#define CAMRIG_GL_LOAD(name, NAME)                                                    \
-    name = reinterpret_cast<PFNGL##NAME##PROC>(eglGetProcAddress("gl" #name));        \
-    if (name == nullptr) {                                                            \
-        return error(ErrorKind::unsupported, "the OpenGL driver has no gl" #name      \
-                                             "; OpenGL 4.5 core is needed");          \
+#define CAMRIG_GL_LOAD(name, NAME)                                                                               \
+    name = reinterpret_cast<PFNGL##NAME##PROC>(eglGetProcAddress("gl" #name));                                   \
+    if (name == nullptr) {                                                                                       \
+        return error(ErrorKind::unsupported, "the OpenGL driver has no gl" #name "; OpenGL 4.5 core is needed"); \
     }
     CAMRIG_GL_FUNCTIONS(CAMRIG_GL_LOAD)
 #undef CAMRIG_GL_LOAD

@@ -140,11 +140,31 @@ ShaderKey key_of(const Material& material, const UvSlots& slots, const Primitive
 
 GLenum mode_of(Topology topology) {
     switch (topology) {
-        case Topology::points: return GL_POINTS;
-        case Topology::lines: return GL_LINES;
-        case Topology::triangles: return GL_TRIANGLES;
+        case Topology::points:
+            return GL_POINTS;
+        case Topology::lines:
+            return GL_LINES;
+        case Topology::triangles:
+            return GL_TRIANGLES;
     }
     return GL_TRIANGLES;
+}
+
+std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
+    std::vector<JointBox> boxes;
+    for (std::size_t v = 0; v < primitive.joints.size(); ++v) {
+        for (int k = 0; k < 4; ++k) {
+            if (!(primitive.weights[v][k] > 0.0f)) continue;
+            const std::size_t joint = primitive.joints[v][k];
+            if (joint >= boxes.size()) boxes.resize(joint + 1);
+            JointBox& entry = boxes[joint];
+            const glm::vec3 point = primitive.positions[v];
+            entry.box.min = entry.is_used ? glm::min(entry.box.min, point) : point;
+            entry.box.max = entry.is_used ? glm::max(entry.box.max, point) : point;
+            entry.is_used = true;
+        }
+    }
+    return boxes;
 }
 
 /// Collects the vertex and index bytes of all primitives and where each begins.
@@ -169,6 +189,8 @@ struct GeometryUploader {
         put(attribute_uv1, primitive.texcoords[1], 2);
         put(attribute_color, primitive.colors, 4);
         layouts.push_back(layout);
+        gpu.position_offset = layout[attribute_position].offset;
+        gpu.normal_offset = layout[attribute_normal].offset;
 
         gpu.index_count = static_cast<GLsizei>(primitive.indices.size());
         if (primitive.positions.size() <= 0xFFFF) {
@@ -182,8 +204,8 @@ struct GeometryUploader {
     }
 };
 
-GlVertexArray make_layout(const GlFunctions& gl, const std::array<GeometryUploader::Layout, 6>& layout,
-                          GLuint vertices, GLuint indices) {
+GlVertexArray make_layout(const GlFunctions& gl, const std::array<GeometryUploader::Layout, 6>& layout, GLuint vertices,
+                          GLuint indices) {
     GlVertexArray array = make_vertex_array(gl);
     gl.VertexArrayElementBuffer(array.name(), indices);
     for (GLuint attribute = 0; attribute < layout.size(); ++attribute) {
@@ -215,7 +237,8 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
         GpuMaterial entry{.alpha_mode = material.alpha_mode, .double_sided = material.double_sided};
         const auto refs = textures_of(material);
         for (int use = 0; use < texture_use_count; ++use) {
-            if (refs[use]->texture >= 0) entry.textures[use] = textures.upload(*refs[use], static_cast<TextureUse>(use));
+            if (refs[use]->texture >= 0)
+                entry.textures[use] = textures.upload(*refs[use], static_cast<TextureUse>(use));
         }
         uniforms.resize((uniforms.size() + alignment - 1) / alignment * alignment);
         entry.block_offset = append(uniforms, std::vector{block_of(material, slots.back())});
@@ -234,6 +257,7 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
             entry.mode = mode_of(primitive.topology);
             entry.key = key_of(materials[material], slots[material], primitive);
             entry.source = &primitive;
+            entry.joint_boxes = joint_boxes_of(primitive);
             geometry.add(primitive, entry);
         }
     }

@@ -11,8 +11,20 @@
 namespace camrig {
 
 /// Vertex attribute locations and the vertex buffer bindings of the same number.
-enum VertexAttribute : GLuint { attribute_position, attribute_normal, attribute_tangent, attribute_uv0, attribute_uv1,
-                                attribute_color };
+enum VertexAttribute : GLuint {
+    attribute_position,
+    attribute_normal,
+    attribute_tangent,
+    attribute_uv0,
+    attribute_uv1,
+    attribute_color
+};
+
+/// What one joint of a skin moves: box of its vertices in the mesh's bind space.
+struct JointBox {
+    Box box;
+    bool is_used = false;
+};
 
 struct GpuPrimitive {
     GlVertexArray vertex_array;
@@ -20,9 +32,12 @@ struct GpuPrimitive {
     GLenum index_type = GL_UNSIGNED_INT;
     GLsizei index_count = 0;
     GLintptr index_offset = 0;
-    int material = 0;      ///< into GpuModel::materials
-    ShaderKey key;         ///< material and vertex part; quality and lights are filled per draw
+    GLintptr position_offset = 0;  ///< in GpuModel::vertices
+    GLintptr normal_offset = 0;
+    int material = 0;                   ///< into GpuModel::materials
+    ShaderKey key;                      ///< material and vertex part; quality and lights are filled per draw
     const Primitive* source = nullptr;  ///< lives as long as the model
+    std::vector<JointBox> joint_boxes;  ///< per joint index that vertices use; empty without a skin
 };
 
 struct GpuTexture {

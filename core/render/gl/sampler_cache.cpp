@@ -5,9 +5,12 @@ namespace {
 
 GLint gl_wrap(Wrap wrap) {
     switch (wrap) {
-        case Wrap::repeat: return GL_REPEAT;
-        case Wrap::clamp_to_edge: return GL_CLAMP_TO_EDGE;
-        case Wrap::mirrored_repeat: return GL_MIRRORED_REPEAT;
+        case Wrap::repeat:
+            return GL_REPEAT;
+        case Wrap::clamp_to_edge:
+            return GL_CLAMP_TO_EDGE;
+        case Wrap::mirrored_repeat:
+            return GL_MIRRORED_REPEAT;
     }
     return GL_REPEAT;
 }

@@ -37,8 +37,9 @@ GLuint ShaderCache::truth_program(bool masked, bool uv1, bool has_color, bool te
     if (masked && textured) defines += "#define BASE_UV\n";
     if (masked && has_color) defines += "#define HAS_COLOR\n";
     defines += uv1 ? "#define UV0 in_uv1\n" : "#define UV0 in_uv0\n";
-    GlProgram program = must_build(gl_, "truth", defines, std::string(shader_source::blocks) + shader_source::truth_vert,
-                                   std::string(shader_source::blocks) + shader_source::truth_frag);
+    GlProgram program =
+        must_build(gl_, "truth", defines, std::string(shader_source::blocks) + shader_source::truth_vert,
+                   std::string(shader_source::blocks) + shader_source::truth_frag);
     return truth_programs_.emplace(key, std::move(program)).first->second.name();
 }
 

@@ -11,8 +11,12 @@ int round_up(int count, std::initializer_list<int> steps) {
 
 }  // namespace
 
-int rounded_directional(int count) { return round_up(count, {0, 1, 2, 4, max_lights_per_draw}); }
-int rounded_local(int count) { return round_up(count, {0, 1, 2, 3, 4, 6, max_lights_per_draw}); }
+int rounded_directional(int count) {
+    return round_up(count, {0, 1, 2, 4, max_lights_per_draw});
+}
+int rounded_local(int count) {
+    return round_up(count, {0, 1, 2, 3, 4, 6, max_lights_per_draw});
+}
 
 ShaderKey simplified(ShaderKey key) {
     auto& slots = key.uv_slots;

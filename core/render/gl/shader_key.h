@@ -24,7 +24,7 @@ struct ShaderKey {
     bool double_sided = false;
     bool has_color = false;
     bool has_tangent = false;
-    std::uint8_t uv_sets = 0;                                                ///< bit i: slot i reads texture coordinate 1
+    std::uint8_t uv_sets = 0;  ///< bit i: slot i reads texture coordinate 1
     std::array<std::int8_t, texture_use_count> uv_slots{-1, -1, -1, -1, -1};  ///< per TextureUse; -1: no such texture
     std::uint8_t directional_lights = 0;
     std::uint8_t local_lights = 0;

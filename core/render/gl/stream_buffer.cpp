@@ -19,8 +19,8 @@ void StreamBuffer::add_chunk(std::size_t size) {
     constexpr GLbitfield access = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     Chunk chunk{.buffer = make_buffer(gl_), .size = size};
     gl_.NamedBufferStorage(chunk.buffer.name(), static_cast<GLsizeiptr>(size), nullptr, access);
-    chunk.data = static_cast<std::byte*>(
-        gl_.MapNamedBufferRange(chunk.buffer.name(), 0, static_cast<GLsizeiptr>(size), access));
+    chunk.data =
+        static_cast<std::byte*>(gl_.MapNamedBufferRange(chunk.buffer.name(), 0, static_cast<GLsizeiptr>(size), access));
     CHECK(chunk.data != nullptr);
     chunks_.push_back(std::move(chunk));
     used_ = 0;
