@@ -1,0 +1,240 @@
+#include "core/render/gl/draw_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace camrig {
+namespace {
+
+glm::vec4 row(const glm::dmat3& m, int i, double w = 0.0) {
+    return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
+}
+
+DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item) {
+    const glm::dmat3 m(optical_from_local);
+    // Normals go with the cofactor matrix: right under non-uniform scale and defined even when the matrix is singular.
+    glm::dmat3 cofactor(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
+    double largest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) largest = std::max(largest, std::abs(cofactor[i][j]));
+    }
+    if (largest > 0.0) cofactor *= (item.is_mirrored ? -1.0 : 1.0) / largest;
+
+    DrawBlock block{};
+    for (int i = 0; i < 3; ++i) {
+        block.position_rows[i] = row(m, i, optical_from_local[3][i]);
+        block.normal_rows[i] = row(cofactor, i);
+    }
+    block.ids = glm::uvec4(static_cast<std::uint32_t>(item.object), 0u, 0u, 0u);
+    return block;
+}
+
+LocalLightBlock local_block(const Light& light, const ViewTransform& view, float exposure) {
+    const glm::vec3 position(view.optical_from_world * (light.position - view.eye));
+    const glm::vec3 direction(view.optical_from_world * light.direction);
+    const float inverse_range2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
+    float spot_scale = 0.0f;
+    float spot_offset = 1.0f;
+    if (light.type == LightType::spot) {
+        const float inner = std::cos(light.inner_cone_rad);
+        const float outer = std::cos(light.outer_cone_rad);
+        spot_scale = 1.0f / std::max(0.001f, inner - outer);
+        spot_offset = -outer * spot_scale;
+    }
+    return {glm::vec4(position, inverse_range2), glm::vec4(light.color * light.intensity * exposure, spot_scale),
+            glm::vec4(direction, spot_offset)};
+}
+
+template <typename T>
+void put(std::byte*& to, const T& value) {
+    std::memcpy(to, &value, sizeof(T));
+    to += sizeof(T);
+}
+
+}  // namespace
+
+void DrawPass::begin_instant() {
+    // y = -1 is the top row by the projection itself, so window origin and row order stay GL's own; the mirrored y
+    // turns counter-clockwise triangles into clockwise ones (use_sides).
+    gl_.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    gl_.Enable(GL_DEPTH_TEST);
+    gl_.DepthFunc(GL_GREATER);
+    gl_.CullFace(GL_BACK);
+    // Alpha stays 255 in the picture whatever is blended over it.
+    gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    program_ = 0;
+    material_ = nullptr;
+    sides_ = -1;
+}
+
+void DrawPass::begin_view(const PassView& view, StreamBuffer& stream) {
+    view_ = view;
+    stream_ = &stream;
+    material_ = nullptr;  // samplers differ by quality
+    light_blocks_.assign(static_cast<std::size_t>(view.light_sets->size()), {});
+    light_set_ = -1;
+
+    const ViewTransform& t = view.transform;
+    const Environment& environment = *view.environment;
+    ViewBlock block{};
+    block.projection = glm::vec4(glm::dvec4(t.x_scale, t.x_shift, t.y_scale, t.y_shift));
+    block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
+    block.up = glm::vec4(glm::dvec4(t.optical_from_world * glm::dvec3(0.0, 0.0, 1.0), 0.0));
+    block.sky = glm::vec4(environment.ambient_sky * environment.exposure, environment.exposure);
+    block.ground = glm::vec4(environment.ambient_ground * environment.exposure, 0.0f);
+    const auto piece = stream.allocate(sizeof block);
+    std::memcpy(piece.data, &block, sizeof block);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, view_binding, piece.buffer, piece.offset, sizeof block);
+}
+
+void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>& opaque, std::vector<VisibleDraw>& blended) {
+    for (SceneItem& item : items.items) {
+        const glm::dmat4 optical_from_local = view_.transform.optical_from(item.world_from_local);
+        if (!may_be_visible(view_.frustum, optical_from_local, item.bounds.min, item.bounds.max)) continue;
+        const DrawBlock block = draw_block(optical_from_local, item);
+        VisibleDraw visible{.item = &item, .owner = &items, .uniforms = stream_->allocate(sizeof block)};
+        std::memcpy(visible.uniforms.data, &block, sizeof block);
+        const glm::dvec3 middle = 0.5 * (glm::dvec3(item.bounds.min) + glm::dvec3(item.bounds.max));
+        visible.distance_m = (optical_from_local * glm::dvec4(middle, 1.0)).z;
+        (item.key.alpha_mode == AlphaMode::blend ? blended : opaque).push_back(visible);
+    }
+}
+
+void DrawPass::use_program(GLuint program) {
+    if (program == program_) return;
+    gl_.UseProgram(program);
+    program_ = program;
+}
+
+void DrawPass::use_material(const SceneItem& item) {
+    if (item.material == material_) return;
+    material_ = item.material;
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, material_binding, item.model->uniforms.name(), material_->block_offset,
+                        sizeof(MaterialBlock));
+    for (GLuint unit = 0; unit < texture_use_count; ++unit) {
+        const GpuTexture& texture = material_->textures[unit];
+        if (texture.texture == 0) continue;
+        gl_.BindTextureUnit(unit, texture.texture);
+        gl_.BindSampler(unit, texture.samplers[static_cast<std::size_t>(view_.quality)]);
+    }
+}
+
+StreamBuffer::Piece DrawPass::write_lights(int light_set) {
+    const LightSet& set = (*view_.light_sets)[light_set];
+    const float exposure = view_.environment->exposure;
+    const int directional = rounded_directional(set.directional);
+    const int local = rounded_local(set.local);
+    auto piece = stream_->allocate(static_cast<std::size_t>(directional) * sizeof(DirectionalLightBlock) +
+                                   static_cast<std::size_t>(local) * sizeof(LocalLightBlock));
+    std::byte* to = piece.data;
+    for (int i = 0; i < directional; ++i) {
+        DirectionalLightBlock block{};
+        if (i < set.directional) {
+            const Light& light = view_.lights[set.lights[i]];
+            block.towards = glm::vec4(glm::dvec4(view_.transform.optical_from_world * -light.direction, 0.0));
+            block.color = glm::vec4(light.color * light.intensity * exposure, 0.0f);
+        }
+        put(to, block);
+    }
+    for (int i = 0; i < local; ++i) {
+        LocalLightBlock block{glm::vec4(0.0f, 0.0f, -1.0f, 0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
+        if (i < set.local) {
+            block = local_block(view_.lights[set.lights[set.directional + i]], view_.transform, exposure);
+        }
+        put(to, block);
+    }
+    return piece;
+}
+
+void DrawPass::use_lights(int light_set) {
+    if (light_set == light_set_) return;
+    light_set_ = light_set;
+    const LightSet& set = (*view_.light_sets)[light_set];
+    const auto bytes = static_cast<GLsizeiptr>(
+        static_cast<std::size_t>(rounded_directional(set.directional)) * sizeof(DirectionalLightBlock) +
+        static_cast<std::size_t>(rounded_local(set.local)) * sizeof(LocalLightBlock));
+    if (bytes == 0) return;
+    StreamBuffer::Piece& piece = light_blocks_[static_cast<std::size_t>(light_set)];
+    if (piece.data == nullptr) piece = write_lights(light_set);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, light_binding, piece.buffer, piece.offset, bytes);
+}
+
+void DrawPass::use_sides(const SceneItem& item) {
+    const int sides = item.material->double_sided ? 2 + item.is_mirrored : static_cast<int>(item.is_mirrored);
+    if (sides == sides_) return;
+    sides_ = sides;
+    gl_.FrontFace(item.is_mirrored ? GL_CCW : GL_CW);
+    if (item.material->double_sided) {
+        gl_.Disable(GL_CULL_FACE);
+    } else {
+        gl_.Enable(GL_CULL_FACE);
+    }
+}
+
+void DrawPass::draw(const VisibleDraw& draw) {
+    const GpuPrimitive& primitive = *draw.item->primitive;
+    const GLuint vertex_array = primitive.vertex_array.name();
+    const auto fetch_from = [&](GLuint positions, GLintptr position_offset, GLuint normals, GLintptr normal_offset) {
+        constexpr GLsizei stride = sizeof(glm::vec3);
+        gl_.VertexArrayVertexBuffer(vertex_array, attribute_position, positions, position_offset, stride);
+        if (primitive.source->normals.empty()) return;
+        gl_.VertexArrayVertexBuffer(vertex_array, attribute_normal, normals, normal_offset, stride);
+    };
+    if (draw.item->deformation >= 0) {
+        const Deformation& made = draw.owner->deformed(*draw.item, *stream_);
+        fetch_from(made.positions.buffer, made.positions.offset, made.normals.buffer, made.normals.offset);
+    } else if (!primitive.joint_boxes.empty()) {
+        // The same mesh without a skin elsewhere in the file: back to the vertices as they were loaded.
+        const GLuint loaded = draw.item->model->vertices.name();
+        fetch_from(loaded, primitive.position_offset, loaded, primitive.normal_offset);
+    }
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, draw.uniforms.buffer, draw.uniforms.offset, sizeof(DrawBlock));
+    use_sides(*draw.item);
+    gl_.BindVertexArray(vertex_array);
+    gl_.DrawElementsBaseVertex(primitive.mode, primitive.index_count, primitive.index_type,
+                               reinterpret_cast<const void*>(primitive.index_offset), 0);
+}
+
+void DrawPass::draw_opaque(std::span<const VisibleDraw> draws) {
+    for (const VisibleDraw& visible : draws) {
+        SceneItem& item = *visible.item;
+        GLuint& program = item.programs[static_cast<std::size_t>(view_.quality)];
+        if (program == 0) {
+            ShaderKey key = item.key;
+            key.quality = view_.quality;
+            program = shaders_.program(key);
+        }
+        use_program(program);
+        use_material(item);
+        if (item.key.lit) use_lights(item.light_set);
+        draw(visible);
+    }
+}
+
+void DrawPass::draw_blended(std::vector<VisibleDraw>& draws) {
+    if (draws.empty()) return;
+    std::ranges::stable_sort(draws,
+                             [](const VisibleDraw& a, const VisibleDraw& b) { return a.distance_m > b.distance_m; });
+    // Blending is linear light, so here the target encodes; switching it on costs a CPU rasteriser a flush.
+    gl_.Enable(GL_FRAMEBUFFER_SRGB);
+    gl_.Enable(GL_BLEND);
+    gl_.DepthMask(GL_FALSE);
+    draw_opaque(draws);
+    gl_.DepthMask(GL_TRUE);
+    gl_.Disable(GL_BLEND);
+    gl_.Disable(GL_FRAMEBUFFER_SRGB);
+}
+
+void DrawPass::draw_truth(std::span<const VisibleDraw> draws) {
+    for (const VisibleDraw& visible : draws) {
+        const ShaderKey& key = visible.item->key;
+        const bool masked = key.alpha_mode == AlphaMode::mask;
+        const bool textured = key.uv_slots[static_cast<int>(TextureUse::base_color)] >= 0;
+        use_program(shaders_.truth_program(masked, (key.uv_sets & 1) != 0, key.has_color, textured));
+        if (masked) use_material(*visible.item);
+        draw(visible);
+    }
+}
+
+}  // namespace camrig

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/render/gl/scene_items.h"
+#include "core/render/gl/shader_cache.h"
+#include "core/render/view_transform.h"
+
+namespace camrig {
+
+/// What one picture needs to know about the world around the draws.
+struct PassView {
+    ViewTransform transform;
+    Frustum frustum;
+    Quality quality = Quality::simple;
+    const Environment* environment = nullptr;
+    std::span<const Light> lights;
+    const LightTable* light_sets = nullptr;
+};
+
+/// A draw that may touch the picture, with its uniforms already written.
+struct VisibleDraw {
+    SceneItem* item = nullptr;
+    SceneItems* owner = nullptr;
+    StreamBuffer::Piece uniforms;
+    double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis
+};
+
+/// Issues the draws of one picture after another. Knows GL state, nothing of cameras, frames or caches.
+class DrawPass {
+public:
+    DrawPass(const GlFunctions& gl, ShaderCache& shaders) : gl_(gl), shaders_(shaders) {}
+
+    /// Global state that no draw changes; once per instant.
+    void begin_instant();
+    void begin_view(const PassView& view, StreamBuffer& stream);
+    /// Appends what may be visible of `items` to `opaque` and `blended`, in the order of the items.
+    void cull(SceneItems& items, std::vector<VisibleDraw>& opaque, std::vector<VisibleDraw>& blended);
+
+    /// Into the bound framebuffer: opaque and masked surfaces, in the given order.
+    void draw_opaque(std::span<const VisibleDraw> draws);
+    /// Farthest first, without writing depth.
+    void draw_blended(std::vector<VisibleDraw>& draws);
+    void draw_truth(std::span<const VisibleDraw> draws);
+
+private:
+    void use_program(GLuint program);
+    void use_material(const SceneItem& item);
+    void use_lights(int light_set);
+    void use_sides(const SceneItem& item);
+    void draw(const VisibleDraw& draw);
+    StreamBuffer::Piece write_lights(int light_set);
+
+    const GlFunctions& gl_;
+    ShaderCache& shaders_;
+    PassView view_;
+    StreamBuffer* stream_ = nullptr;
+    std::vector<StreamBuffer::Piece> light_blocks_;  ///< per light set of this view; made on first use
+    // What is bound, to leave out calls that change nothing.
+    GLuint program_ = 0;
+    const GpuMaterial* material_ = nullptr;
+    int light_set_ = -1;
+    int sides_ = -1;
+};
+
+}  // namespace camrig

@@ -1,0 +1,171 @@
+#include "core/render/gl/egl_context.h"
+
+#include <charconv>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <spdlog/spdlog.h>
+
+namespace camrig {
+namespace {
+
+constexpr int max_egl_devices = 64;
+
+bool has_extension(const char* extensions, std::string_view name) {
+    if (extensions == nullptr) return false;
+    const std::string padded = " " + std::string(extensions) + " ";
+    return padded.find(" " + std::string(name) + " ") != std::string::npos;
+}
+
+struct Device {
+    EGLDeviceEXT handle = nullptr;
+    bool is_software = false;
+    std::string label;
+};
+
+std::vector<Device> list_devices() {
+    const auto query_devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
+    const auto query_string =
+        reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(eglGetProcAddress("eglQueryDeviceStringEXT"));
+    if (query_devices == nullptr || query_string == nullptr) return {};
+
+    EGLDeviceEXT handles[max_egl_devices];
+    EGLint count = 0;
+    if (!query_devices(max_egl_devices, handles, &count)) return {};
+    std::vector<Device> devices;
+    for (int i = 0; i < count; ++i) {
+        const char* extensions = query_string(handles[i], EGL_EXTENSIONS);
+        Device device;
+        device.handle = handles[i];
+        device.is_software = has_extension(extensions, "EGL_MESA_device_software");
+        device.label = device.is_software ? "software" : "hardware";
+        if (has_extension(extensions, "EGL_EXT_device_drm")) {
+            if (const char* file = query_string(handles[i], EGL_DRM_DEVICE_FILE_EXT)) device.label = file;
+        }
+        devices.push_back(std::move(device));
+    }
+    return devices;
+}
+
+std::string describe(const std::vector<Device>& devices) {
+    std::string text = "EGL devices here: ";
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        text += std::to_string(i) + " (" + devices[i].label + "), ";
+    }
+    return text + "cpu";
+}
+
+EGLDisplay display_of(const Device& device) {
+    return eglGetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT, device.handle, nullptr);
+}
+
+void APIENTRY log_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei, const GLchar* text, const void*) {
+    if (type == GL_DEBUG_TYPE_ERROR) spdlog::error("OpenGL: {}", text);
+    if (type != GL_DEBUG_TYPE_ERROR && severity == GL_DEBUG_SEVERITY_HIGH) spdlog::warn("OpenGL: {}", text);
+}
+
+}  // namespace
+
+Result<void> EglContext::open(void* display, const std::string& what) {
+    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
+        return error(ErrorKind::unavailable, what + ": EGL does not start on it");
+    }
+    display_ = display;
+    if (!eglBindAPI(EGL_OPENGL_API)) return error(ErrorKind::unsupported, what + ": no desktop OpenGL");
+#ifdef NDEBUG
+    constexpr EGLint debug = EGL_FALSE;
+#else
+    constexpr EGLint debug = EGL_TRUE;
+#endif
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_CONTEXT_OPENGL_DEBUG,
+                                 debug,
+                                 EGL_NONE};
+    context_ = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    if (context_ == EGL_NO_CONTEXT) return error(ErrorKind::unsupported, what + ": no OpenGL 4.5 core context");
+    if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
+        return error(ErrorKind::unsupported, what + ": no context without a surface");
+    }
+    if (auto loaded = gl_.load(); !loaded) return at(what, loaded.error());
+
+    const auto* renderer = reinterpret_cast<const char*>(gl_.GetString(GL_RENDERER));
+    const auto* version = reinterpret_cast<const char*>(gl_.GetString(GL_VERSION));
+    description_ = std::string(renderer) + ", OpenGL " + version;
+    is_software_ = description_.starts_with("llvmpipe") || description_.starts_with("softpipe");
+    gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &max_texture_size_);
+    if (debug) {
+        gl_.Enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+        gl_.DebugMessageCallback(log_gl_message, nullptr);
+    }
+    return {};
+}
+
+void EglContext::close() noexcept {
+    if (display_ == nullptr) return;
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (context_ != nullptr) eglDestroyContext(display_, context_);
+    // The display stays initialised: EGL displays are per process and other contexts may use this one.
+    display_ = nullptr;
+    context_ = nullptr;
+}
+
+EglContext::~EglContext() {
+    close();
+}
+
+Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& options) {
+    // llvmpipe reads its thread count once per process, when its screen is made.
+    if (options.raster_threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.raster_threads).c_str(), 1);
+
+    const std::vector<Device> devices = list_devices();
+    const auto try_open = [](EGLDisplay display, const std::string& what) -> Result<std::unique_ptr<EglContext>> {
+        std::unique_ptr<EglContext> context(new EglContext);
+        if (auto opened = context->open(display, what); !opened) return std::unexpected(opened.error());
+        return context;
+    };
+    const auto open_software = [&]() -> Result<std::unique_ptr<EglContext>> {
+        for (const Device& device : devices) {
+            if (!device.is_software) continue;
+            if (auto context = try_open(display_of(device), "device cpu")) return context;
+        }
+        // A Mesa without a software device in its list: the surfaceless platform, told to use its CPU rasteriser.
+        setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+        auto context = try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device cpu");
+        if (context && !(*context)->is_software()) {
+            return error(ErrorKind::unavailable,
+                         "device cpu: Mesa's software rasteriser is not installed (package "
+                         "libgl1-mesa-dri)");
+        }
+        return context;
+    };
+
+    if (options.device == "cpu") return open_software();
+    if (options.device.empty()) {
+        for (const Device& device : devices) {
+            if (device.is_software) continue;
+            if (auto context = try_open(display_of(device), device.label)) return context;
+        }
+        return open_software();
+    }
+
+    std::size_t index = 0;
+    const char* end = options.device.data() + options.device.size();
+    const auto [stop, failure] = std::from_chars(options.device.data(), end, index);
+    if (failure != std::errc{} || stop != end || index >= devices.size()) {
+        return error(ErrorKind::invalid_argument,
+                     "device '" + options.device + "' does not exist; " + describe(devices));
+    }
+    auto context = try_open(display_of(devices[index]), "device " + options.device);
+    if (!context) return error(context.error().kind, context.error().message + "; " + describe(devices));
+    return context;
+}
+
+}  // namespace camrig

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/render/gl/gl_functions.h"
+
+namespace camrig {
+
+struct EglContextOptions {
+    /// "cpu": Mesa's software device, also beside a vendor's driver. "N": EGL device N. "": the first hardware device
+    /// that gives OpenGL 4.5 core, else the software device.
+    std::string device;
+    int raster_threads = 0;  ///< llvmpipe: threads of its rasteriser, 0 = one per core; the first context decides
+};
+
+/// An OpenGL 4.5 core context without any surface, current on the thread that created it until destroyed there.
+class EglContext {
+public:
+    /// Errors list the EGL devices there are.
+    static Result<std::unique_ptr<EglContext>> create(const EglContextOptions& options);
+    ~EglContext();
+    EglContext(const EglContext&) = delete;
+    EglContext& operator=(const EglContext&) = delete;
+
+    const GlFunctions& gl() const { return gl_; }
+    /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6"
+    const std::string& description() const { return description_; }
+    /// True for rasterisers that run on the CPU: pixels are already in host memory.
+    bool is_software() const { return is_software_; }
+    int max_texture_size() const { return max_texture_size_; }
+
+private:
+    EglContext() = default;
+    Result<void> open(void* display, const std::string& what);
+    void close() noexcept;
+
+    void* display_ = nullptr;
+    void* context_ = nullptr;
+    GlFunctions gl_;
+    std::string description_;
+    bool is_software_ = false;
+    int max_texture_size_ = 0;
+};
+
+}  // namespace camrig

@@ -1,0 +1,20 @@
+#include "core/render/gl/gl_functions.h"
+
+#include <string>
+
+#include <EGL/egl.h>
+
+namespace camrig {
+
+Result<void> GlFunctions::load() {
+#define CAMRIG_GL_LOAD(name, NAME)                                                                               \
+    name = reinterpret_cast<PFNGL##NAME##PROC>(eglGetProcAddress("gl" #name));                                   \
+    if (name == nullptr) {                                                                                       \
+        return error(ErrorKind::unsupported, "the OpenGL driver has no gl" #name "; OpenGL 4.5 core is needed"); \
+    }
+    CAMRIG_GL_FUNCTIONS(CAMRIG_GL_LOAD)
+#undef CAMRIG_GL_LOAD
+    return {};
+}
+
+}  // namespace camrig

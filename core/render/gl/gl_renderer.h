@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "core/base/thread_check.h"
+#include "core/render/gl/draw_pass.h"
+#include "core/render/gl/egl_context.h"
+#include "core/render/gl/readback.h"
+#include "core/render/renderer_factory.h"
+
+namespace camrig {
+
+/// The Renderer on OpenGL 4.5.
+///
+/// submit(): models are uploaded when first seen, everything is posed once, then each view is culled and drawn into
+/// targets of its own; nothing is read until every view is drawn. collect(): reads the pixels of the oldest instant.
+class GlRenderer final : public Renderer {
+public:
+    static Result<std::unique_ptr<Renderer>> create(const RendererOptions& options);
+    ~GlRenderer() override;
+
+    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
+    Result<Finished> collect() override;
+    int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    void forget(CameraId camera) override;
+    std::string description() const override { return context_->description(); }
+
+private:
+    struct Targets {
+        std::optional<ColorTarget> color;
+        std::optional<TruthTarget> truth;
+    };
+    /// What collect() needs to know of one picture of one view.
+    struct Pending {
+        std::size_t view = 0;
+        FrameKind kind = FrameKind::color;
+        GLuint framebuffer = 0;
+        std::size_t buffer_offset = 0;
+        ViewTransform transform;
+    };
+    struct Slot {
+        explicit Slot(const GlFunctions& gl) : stream(gl), readback(gl) {}
+        StreamBuffer stream;
+        ReadbackBuffer readback;
+        std::map<CameraId, Targets> targets;
+    };
+    struct Instant {
+        SnapshotRef snapshot;
+        TimeNs monotonic_ns = 0;
+        std::size_t slot = 0;
+        std::vector<View> views;
+        std::vector<Pending> pending;
+        std::vector<Finished::Failure> failures;
+    };
+
+    GlRenderer(std::unique_ptr<EglContext> context, std::shared_ptr<FramePool> pool);
+    void update_statics(const std::shared_ptr<const StaticSet>& statics);
+    void update_movers(const Snapshot& snapshot, Slot& slot);
+    Result<void> draw_view(Instant& instant, std::size_t index);
+    Result<void> draw_color(const PassView& view, Targets& targets);
+    Result<void> draw_truth(Targets& targets, ImageSize size);
+    FrameRef finish(const Instant& instant, const Pending& pending);
+
+    std::unique_ptr<EglContext> context_;
+    const GlFunctions& gl_;
+    std::shared_ptr<FramePool> pool_;
+    ReadbackMode readback_mode_;
+    ShaderCache shaders_;
+    SamplerCache samplers_;
+    ModelCache models_;
+    DrawPass pass_;
+
+    std::shared_ptr<const StaticSet> statics_;
+    SceneItems static_items_;
+    LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
+    int static_light_sets_ = 0;
+    StreamBuffer static_stream_;
+    SceneItems mover_items_;
+
+    std::array<Slot, max_in_flight> slots_;
+    std::size_t next_slot_ = 0;
+    std::deque<Instant> submitted_;
+    std::vector<VisibleDraw> opaque_;
+    std::vector<VisibleDraw> blended_;
+    ThreadCheck thread_;
+};
+
+}  // namespace camrig

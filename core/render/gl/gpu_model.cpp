@@ -1,0 +1,275 @@
+#include "core/render/gl/gpu_model.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+namespace camrig {
+namespace {
+
+GLint uniform_alignment(const GlFunctions& gl) {
+    GLint alignment = 256;
+    gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
+    return alignment;
+}
+
+GlBuffer immutable_buffer(const GlFunctions& gl, const std::vector<std::byte>& bytes) {
+    GlBuffer buffer = make_buffer(gl);
+    // Never empty: zero-sized storage is a GL error.
+    const std::byte nothing{};
+    gl.NamedBufferStorage(buffer.name(), static_cast<GLsizeiptr>(std::max<std::size_t>(bytes.size(), 1)),
+                          bytes.empty() ? &nothing : bytes.data(), 0);
+    return buffer;
+}
+
+template <typename T>
+GLintptr append(std::vector<std::byte>& bytes, const std::vector<T>& values) {
+    bytes.resize((bytes.size() + 15) / 16 * 16);
+    const std::size_t offset = bytes.size();
+    bytes.resize(offset + values.size() * sizeof(T));
+    if (!values.empty()) std::memcpy(bytes.data() + offset, values.data(), values.size() * sizeof(T));
+    return static_cast<GLintptr>(offset);
+}
+
+GlTexture upload_image(const GlFunctions& gl, const Image& image, bool is_color) {
+    GlTexture texture = make_texture_2d(gl);
+    const auto longest = static_cast<unsigned>(std::max(image.size.width, image.size.height));
+    gl.TextureStorage2D(texture.name(), std::bit_width(longest), is_color ? GL_SRGB8_ALPHA8 : GL_RGBA8,
+                        image.size.width, image.size.height);
+    gl.TextureSubImage2D(texture.name(), 0, 0, 0, image.size.width, image.size.height, GL_RGBA, GL_UNSIGNED_BYTE,
+                         image.rgba.data());
+    gl.GenerateTextureMipmap(texture.name());
+    return texture;
+}
+
+/// Uploads images on first use; one image may be needed both as colour (sRGB) and as data.
+class TextureUploader {
+public:
+    TextureUploader(const GlFunctions& gl, SamplerCache& samplers, GpuModel& gpu)
+        : gl_(gl), samplers_(samplers), gpu_(gpu) {}
+
+    GpuTexture upload(const TextureRef& ref, TextureUse use) {
+        const Texture& texture = gpu_.source->textures[static_cast<std::size_t>(ref.texture)];
+        const bool is_color = use == TextureUse::base_color || use == TextureUse::emissive;
+        const auto [entry, is_new] = uploaded_.try_emplace({texture.image, is_color}, 0u);
+        if (is_new) {
+            const Image& image = gpu_.source->images[static_cast<std::size_t>(texture.image)];
+            gpu_.textures.push_back(upload_image(gl_, image, is_color));
+            entry->second = gpu_.textures.back().name();
+        }
+        GpuTexture result{.texture = entry->second};
+        for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+            result.samplers[static_cast<std::size_t>(quality)] = samplers_.sampler(texture.sampler, quality);
+        }
+        return result;
+    }
+
+private:
+    const GlFunctions& gl_;
+    SamplerCache& samplers_;
+    GpuModel& gpu_;
+    std::map<std::pair<int, bool>, GLuint> uploaded_;
+};
+
+std::array<const TextureRef*, texture_use_count> textures_of(const Material& material) {
+    return {&material.base_color_texture, &material.emissive_texture, &material.occlusion_texture,
+            &material.normal_texture, &material.metallic_roughness_texture};
+}
+
+bool same_coordinates(const TextureRef& a, const TextureRef& b) {
+    return a.texcoord == b.texcoord && a.offset == b.offset && a.scale == b.scale && a.rotation == b.rotation;
+}
+
+/// Texture coordinates of a material: uses that agree in set and transform share a slot.
+struct UvSlots {
+    std::array<std::int8_t, texture_use_count> slot_of_use{-1, -1, -1, -1, -1};
+    std::array<const TextureRef*, max_uv_slots> refs{};
+    int count = 0;
+};
+
+UvSlots assign_uv_slots(const Material& material) {
+    UvSlots slots;
+    const auto refs = textures_of(material);
+    for (std::size_t use = 0; use < refs.size(); ++use) {
+        if (refs[use]->texture < 0) continue;
+        int slot = 0;
+        while (slot < slots.count && !same_coordinates(*slots.refs[slot], *refs[use])) ++slot;
+        if (slot == slots.count) slots.refs[slots.count++] = refs[use];
+        slots.slot_of_use[use] = static_cast<std::int8_t>(slot);
+    }
+    return slots;
+}
+
+MaterialBlock block_of(const Material& material, const UvSlots& slots) {
+    MaterialBlock block{};
+    block.base_color = material.base_color;
+    block.emissive = glm::vec4(material.emissive, material.alpha_cutoff);
+    block.factors =
+        glm::vec4(material.metallic, material.roughness, material.normal_scale, material.occlusion_strength);
+    for (int i = 0; i < slots.count; ++i) {
+        // KHR_texture_transform: translation * rotation * scale; counter-clockwise with v pointing down.
+        const TextureRef& ref = *slots.refs[i];
+        const float c = std::cos(ref.rotation);
+        const float s = std::sin(ref.rotation);
+        block.uv_rows[2 * i] = glm::vec4(c * ref.scale.x, s * ref.scale.y, ref.offset.x, 0.0f);
+        block.uv_rows[2 * i + 1] = glm::vec4(-s * ref.scale.x, c * ref.scale.y, ref.offset.y, 0.0f);
+    }
+    return block;
+}
+
+ShaderKey key_of(const Material& material, const UvSlots& slots, const Primitive& primitive) {
+    ShaderKey key;
+    key.alpha_mode = material.alpha_mode;
+    key.lit = !material.unlit && !primitive.normals.empty();
+    key.double_sided = material.double_sided;
+    key.has_color = !primitive.colors.empty();
+    key.has_tangent = !primitive.tangents.empty();
+    const auto refs = textures_of(material);
+    for (std::size_t use = 0; use < refs.size(); ++use) {
+        const int slot = slots.slot_of_use[use];
+        if (slot < 0 || primitive.texcoords[refs[use]->texcoord].empty()) continue;
+        key.uv_slots[use] = static_cast<std::int8_t>(slot);
+    }
+    for (int i = 0; i < slots.count; ++i) {
+        if (slots.refs[i]->texcoord == 1) key.uv_sets |= static_cast<std::uint8_t>(1 << i);
+    }
+    return key;
+}
+
+GLenum mode_of(Topology topology) {
+    switch (topology) {
+        case Topology::points:
+            return GL_POINTS;
+        case Topology::lines:
+            return GL_LINES;
+        case Topology::triangles:
+            return GL_TRIANGLES;
+    }
+    return GL_TRIANGLES;
+}
+
+std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
+    std::vector<JointBox> boxes;
+    for (std::size_t v = 0; v < primitive.joints.size(); ++v) {
+        for (int k = 0; k < 4; ++k) {
+            if (!(primitive.weights[v][k] > 0.0f)) continue;
+            const std::size_t joint = primitive.joints[v][k];
+            if (joint >= boxes.size()) boxes.resize(joint + 1);
+            JointBox& entry = boxes[joint];
+            const glm::vec3 point = primitive.positions[v];
+            entry.box.min = entry.is_used ? glm::min(entry.box.min, point) : point;
+            entry.box.max = entry.is_used ? glm::max(entry.box.max, point) : point;
+            entry.is_used = true;
+        }
+    }
+    return boxes;
+}
+
+/// Collects the vertex and index bytes of all primitives and where each begins.
+struct GeometryUploader {
+    std::vector<std::byte> vertices;
+    std::vector<std::byte> indices;
+    struct Layout {
+        GLintptr offset = -1;
+        GLsizei components = 0;
+    };
+    std::vector<std::array<Layout, 6>> layouts;
+
+    void add(const Primitive& primitive, GpuPrimitive& gpu) {
+        std::array<Layout, 6> layout{};
+        const auto put = [&](GLuint attribute, const auto& values, GLsizei components) {
+            if (!values.empty()) layout[attribute] = {append(vertices, values), components};
+        };
+        put(attribute_position, primitive.positions, 3);
+        put(attribute_normal, primitive.normals, 3);
+        put(attribute_tangent, primitive.tangents, 4);
+        put(attribute_uv0, primitive.texcoords[0], 2);
+        put(attribute_uv1, primitive.texcoords[1], 2);
+        put(attribute_color, primitive.colors, 4);
+        layouts.push_back(layout);
+        gpu.position_offset = layout[attribute_position].offset;
+        gpu.normal_offset = layout[attribute_normal].offset;
+
+        gpu.index_count = static_cast<GLsizei>(primitive.indices.size());
+        if (primitive.positions.size() <= 0xFFFF) {
+            const std::vector<std::uint16_t> narrow(primitive.indices.begin(), primitive.indices.end());
+            gpu.index_type = GL_UNSIGNED_SHORT;
+            gpu.index_offset = append(indices, narrow);
+        } else {
+            gpu.index_type = GL_UNSIGNED_INT;
+            gpu.index_offset = append(indices, primitive.indices);
+        }
+    }
+};
+
+GlVertexArray make_layout(const GlFunctions& gl, const std::array<GeometryUploader::Layout, 6>& layout, GLuint vertices,
+                          GLuint indices) {
+    GlVertexArray array = make_vertex_array(gl);
+    gl.VertexArrayElementBuffer(array.name(), indices);
+    for (GLuint attribute = 0; attribute < layout.size(); ++attribute) {
+        if (layout[attribute].offset < 0) continue;
+        const GLsizei components = layout[attribute].components;
+        gl.EnableVertexArrayAttrib(array.name(), attribute);
+        gl.VertexArrayAttribFormat(array.name(), attribute, components, GL_FLOAT, GL_FALSE, 0);
+        gl.VertexArrayAttribBinding(array.name(), attribute, attribute);
+        gl.VertexArrayVertexBuffer(array.name(), attribute, vertices, layout[attribute].offset,
+                                   components * static_cast<GLsizei>(sizeof(float)));
+    }
+    return array;
+}
+
+}  // namespace
+
+GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model) {
+    GpuModel gpu;
+    gpu.source = model;
+    std::vector<Material> materials = model->materials;
+    materials.emplace_back();  // the glTF default
+
+    TextureUploader textures(gl, samplers, gpu);
+    std::vector<UvSlots> slots;
+    std::vector<std::byte> uniforms;
+    const auto alignment = static_cast<std::size_t>(uniform_alignment(gl));
+    for (const Material& material : materials) {
+        slots.push_back(assign_uv_slots(material));
+        GpuMaterial entry{.alpha_mode = material.alpha_mode, .double_sided = material.double_sided};
+        const auto refs = textures_of(material);
+        for (int use = 0; use < texture_use_count; ++use) {
+            if (refs[use]->texture >= 0)
+                entry.textures[use] = textures.upload(*refs[use], static_cast<TextureUse>(use));
+        }
+        uniforms.resize((uniforms.size() + alignment - 1) / alignment * alignment);
+        entry.block_offset = append(uniforms, std::vector{block_of(material, slots.back())});
+        gpu.materials.push_back(entry);
+    }
+    gpu.uniforms = immutable_buffer(gl, uniforms);
+
+    GeometryUploader geometry;
+    for (const Mesh& mesh : model->meshes) {
+        auto& primitives = gpu.meshes.emplace_back();
+        for (const Primitive& primitive : mesh.primitives) {
+            GpuPrimitive& entry = primitives.emplace_back();
+            const auto last = static_cast<int>(materials.size()) - 1;
+            entry.material = primitive.material < 0 ? last : primitive.material;
+            const auto material = static_cast<std::size_t>(entry.material);
+            entry.mode = mode_of(primitive.topology);
+            entry.key = key_of(materials[material], slots[material], primitive);
+            entry.source = &primitive;
+            entry.joint_boxes = joint_boxes_of(primitive);
+            geometry.add(primitive, entry);
+        }
+    }
+    gpu.vertices = immutable_buffer(gl, geometry.vertices);
+    gpu.indices = immutable_buffer(gl, geometry.indices);
+    auto layout = geometry.layouts.begin();
+    for (auto& primitives : gpu.meshes) {
+        for (GpuPrimitive& primitive : primitives) {
+            primitive.vertex_array = make_layout(gl, *layout++, gpu.vertices.name(), gpu.indices.name());
+        }
+    }
+    return gpu;
+}
+
+}  // namespace camrig

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/render/gl/gl_objects.h"
+#include "core/render/gl/sampler_cache.h"
+#include "core/render/gl/shader_key.h"
+#include "core/world/model.h"
+
+namespace camrig {
+
+/// Vertex attribute locations and the vertex buffer bindings of the same number.
+enum VertexAttribute : GLuint {
+    attribute_position,
+    attribute_normal,
+    attribute_tangent,
+    attribute_uv0,
+    attribute_uv1,
+    attribute_color
+};
+
+/// What one joint of a skin moves: box of its vertices in the mesh's bind space.
+struct JointBox {
+    Box box;
+    bool is_used = false;
+};
+
+struct GpuPrimitive {
+    GlVertexArray vertex_array;
+    GLenum mode = GL_TRIANGLES;
+    GLenum index_type = GL_UNSIGNED_INT;
+    GLsizei index_count = 0;
+    GLintptr index_offset = 0;
+    GLintptr position_offset = 0;  ///< in GpuModel::vertices
+    GLintptr normal_offset = 0;
+    int material = 0;                   ///< into GpuModel::materials
+    ShaderKey key;                      ///< material and vertex part; quality and lights are filled per draw
+    const Primitive* source = nullptr;  ///< lives as long as the model
+    std::vector<JointBox> joint_boxes;  ///< per joint index that vertices use; empty without a skin
+};
+
+struct GpuTexture {
+    GLuint texture = 0;
+    std::array<GLuint, 3> samplers{};  ///< per Quality
+};
+
+struct GpuMaterial {
+    GLintptr block_offset = 0;  ///< MaterialBlock in GpuModel::uniforms
+    std::array<GpuTexture, texture_use_count> textures{};
+    AlphaMode alpha_mode = AlphaMode::opaque;
+    bool double_sided = false;
+};
+
+/// A Model on the device: uploaded once, drawn by every camera.
+struct GpuModel {
+    ModelRef source;  ///< keeps the key of the cache alive
+    GlBuffer vertices;
+    GlBuffer indices;
+    GlBuffer uniforms;
+    std::vector<GlTexture> textures;
+    std::vector<GpuMaterial> materials;  ///< the glTF default material is the last
+    std::vector<std::vector<GpuPrimitive>> meshes;
+};
+
+GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model);
+
+}  // namespace camrig

@@ -1,0 +1,64 @@
+#include "core/render/gl/readback.h"
+
+#include "core/base/time.h"
+
+namespace camrig {
+namespace {
+
+constexpr TimeNs device_timeout_ns = 10 * ns_per_s;
+
+}  // namespace
+
+void read_pixels(const GlFunctions& gl, GLuint framebuffer, FrameKind kind, ImageSize size, void* to) {
+    struct Format {
+        GLenum format;
+        GLenum type;
+        GLenum attachment;
+    };
+    Format format{GL_RGBA, GL_UNSIGNED_BYTE, GL_COLOR_ATTACHMENT0};
+    if (kind == FrameKind::depth) format = {GL_DEPTH_COMPONENT, GL_FLOAT, GL_COLOR_ATTACHMENT0};
+    if (kind == FrameKind::instance) format = {GL_RED_INTEGER, GL_UNSIGNED_INT, GL_COLOR_ATTACHMENT0};
+    if (kind == FrameKind::normal) format = {GL_RGB, GL_FLOAT, GL_COLOR_ATTACHMENT1};
+    gl.NamedFramebufferReadBuffer(framebuffer, format.attachment);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl.ReadPixels(0, 0, size.width, size.height, format.format, format.type, to);
+}
+
+void ReadbackBuffer::reset(std::size_t bytes) {
+    used_ = 0;
+    if (bytes <= capacity_) return;
+    // Client storage keeps the mapping in cached host memory: uncached reads are 20 times slower.
+    constexpr GLbitfield access = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    buffer_ = make_buffer(gl_);
+    gl_.NamedBufferStorage(buffer_.name(), static_cast<GLsizeiptr>(bytes), nullptr, access | GL_CLIENT_STORAGE_BIT);
+    data_ = static_cast<std::byte*>(gl_.MapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), access));
+    CHECK(data_ != nullptr);
+    capacity_ = bytes;
+}
+
+std::size_t ReadbackBuffer::read(GLuint framebuffer, FrameKind kind, ImageSize size, std::size_t bytes) {
+    CHECK(used_ + bytes <= capacity_);
+    const std::size_t offset = used_;
+    gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, buffer_.name());
+    read_pixels(gl_, framebuffer, kind, size, reinterpret_cast<void*>(offset));
+    gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    used_ += bytes;
+    return offset;
+}
+
+void ReadbackBuffer::start_fence() {
+    fence_ = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl_.Flush();
+}
+
+Result<void> ReadbackBuffer::wait() {
+    CHECK(fence_ != nullptr);
+    const GLenum state = gl_.ClientWaitSync(fence_, GL_SYNC_FLUSH_COMMANDS_BIT, device_timeout_ns);
+    gl_.DeleteSync(fence_);
+    fence_ = nullptr;
+    if (state == GL_ALREADY_SIGNALED || state == GL_CONDITION_SATISFIED) return {};
+    return error(ErrorKind::unavailable, "the graphics device did not finish drawing within 10 s");
+}
+
+}  // namespace camrig

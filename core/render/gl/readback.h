@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "core/frame/frame.h"
+#include "core/render/gl/gl_objects.h"
+#include "core/render/gl/view_target.h"
+
+namespace camrig {
+
+/// How pixels come to host memory.
+/// `direct`: glReadPixels into the frame. On a CPU rasteriser this is one memcpy; a pixel buffer would only add
+/// another. `buffered`: glReadPixels into a mapped pixel buffer behind the draws, a fence, and one memcpy at collect():
+/// the only way that does not stop a GPU once per camera.
+enum class ReadbackMode { direct, buffered };
+
+/// Starts reading one kind of picture from the framebuffer that holds it; `to` is host memory, or an offset into the
+/// bound GL_PIXEL_PACK_BUFFER.
+void read_pixels(const GlFunctions& gl, GLuint framebuffer, FrameKind kind, ImageSize size, void* to);
+
+/// Host-visible memory that pixel reads of one instant go to (ReadbackMode::buffered).
+class ReadbackBuffer {
+public:
+    explicit ReadbackBuffer(const GlFunctions& gl) : gl_(gl) {}
+    /// Makes room for an instant; the device must be done with the one before.
+    void reset(std::size_t bytes);
+    /// Reads into the next part of the buffer and says where it begins.
+    std::size_t read(GLuint framebuffer, FrameKind kind, ImageSize size, std::size_t bytes);
+    void start_fence();
+    /// Blocks until everything read has arrived. Error: the device gave no sign of life for 10 s.
+    Result<void> wait();
+    std::span<const std::byte> bytes(std::size_t offset, std::size_t size) const { return {data_ + offset, size}; }
+
+private:
+    const GlFunctions& gl_;
+    GlBuffer buffer_;
+    std::byte* data_ = nullptr;
+    std::size_t capacity_ = 0;
+    std::size_t used_ = 0;
+    GLsync fence_ = nullptr;
+};
+
+}  // namespace camrig

@@ -1,0 +1,73 @@
+#include "core/render/gl/shader_key.h"
+
+#include <algorithm>
+
+namespace camrig {
+namespace {
+
+int round_up(int count, std::initializer_list<int> steps) {
+    return *std::ranges::find_if(steps, [count](int step) { return step >= count; });
+}
+
+}  // namespace
+
+int rounded_directional(int count) {
+    return round_up(count, {0, 1, 2, 4, max_lights_per_draw});
+}
+int rounded_local(int count) {
+    return round_up(count, {0, 1, 2, 3, 4, 6, max_lights_per_draw});
+}
+
+ShaderKey simplified(ShaderKey key) {
+    auto& slots = key.uv_slots;
+    const auto drop = [&slots](TextureUse use) { slots[static_cast<int>(use)] = -1; };
+    if (!key.lit) {
+        key.directional_lights = key.local_lights = 0;
+        drop(TextureUse::emissive);
+    }
+    if (!key.lit || key.quality == Quality::fast) drop(TextureUse::occlusion);
+    if (!key.lit || key.quality != Quality::beautiful) {
+        drop(TextureUse::normal);
+        drop(TextureUse::metallic_roughness);
+    }
+    if (slots[static_cast<int>(TextureUse::normal)] < 0) key.has_tangent = false;
+    if (!key.lit) key.double_sided = false;
+    key.directional_lights = static_cast<std::uint8_t>(rounded_directional(key.directional_lights));
+    key.local_lights = static_cast<std::uint8_t>(rounded_local(key.local_lights));
+    const int used = *std::ranges::max_element(slots) + 1;
+    key.uv_sets &= static_cast<std::uint8_t>((1 << used) - 1);
+    return key;
+}
+
+std::string defines_of(const ShaderKey& key) {
+    static constexpr std::array<const char*, texture_use_count> names{"BASE_UV", "EMISSIVE_UV", "OCCLUSION_UV",
+                                                                      "NORMAL_UV", "METALLIC_ROUGHNESS_UV"};
+    std::string text;
+    const auto define = [&text](const std::string& line) { text += "#define " + line + "\n"; };
+    const bool beautiful = key.quality == Quality::beautiful;
+    const bool per_pixel = key.lit && key.quality != Quality::fast;
+
+    const int uv_count = *std::ranges::max_element(key.uv_slots) + 1;
+    define("UV_COUNT " + std::to_string(uv_count));
+    for (int i = 0; i < uv_count; ++i) {
+        define("UV" + std::to_string(i) + ((key.uv_sets >> i & 1) != 0 ? " in_uv1" : " in_uv0"));
+    }
+    for (int i = 0; i < texture_use_count; ++i) {
+        if (key.uv_slots[i] >= 0) define(std::string(names[i]) + " " + std::to_string(key.uv_slots[i]));
+    }
+    define("DIRECTIONAL_LIGHTS " + std::to_string(key.directional_lights));
+    define("LOCAL_LIGHTS " + std::to_string(key.local_lights));
+    if (key.has_color) define("HAS_COLOR");
+    if (key.has_tangent) define("HAS_TANGENT");
+    if (!key.lit) define("UNLIT");
+    if (key.double_sided) define("DOUBLE_SIDED");
+    if (key.alpha_mode == AlphaMode::mask) define("ALPHA_MASK");
+    if (key.alpha_mode == AlphaMode::blend) define("BLEND");
+    if (key.lit && !per_pixel) define("VERTEX_LIGHT");
+    if (per_pixel) define("PIXEL_NORMAL");
+    if (per_pixel && (beautiful || key.local_lights > 0)) define("PIXEL_POSITION");
+    if (per_pixel && beautiful) define("GGX");
+    return text;
+}
+
+}  // namespace camrig

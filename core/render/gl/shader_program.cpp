@@ -1,0 +1,55 @@
+#include "core/render/gl/shader_program.h"
+
+#include <array>
+
+namespace camrig {
+namespace {
+
+constexpr GLsizei max_log_bytes = 4096;
+
+Result<GlShader> compile(const GlFunctions& gl, GLenum stage, std::string_view name, std::string_view defines,
+                         std::string_view source) {
+    constexpr std::string_view version = "#version 450 core\n";
+    GlShader shader(gl, gl.CreateShader(stage));
+    const std::array<const char*, 3> parts{version.data(), defines.data(), source.data()};
+    const std::array<GLint, 3> lengths{static_cast<GLint>(version.size()), static_cast<GLint>(defines.size()),
+                                       static_cast<GLint>(source.size())};
+    gl.ShaderSource(shader.name(), 3, parts.data(), lengths.data());
+    gl.CompileShader(shader.name());
+    GLint ok = GL_FALSE;
+    gl.GetShaderiv(shader.name(), GL_COMPILE_STATUS, &ok);
+    if (ok == GL_TRUE) return shader;
+
+    std::string log(max_log_bytes, '\0');
+    GLsizei length = 0;
+    gl.GetShaderInfoLog(shader.name(), max_log_bytes, &length, log.data());
+    log.resize(static_cast<std::size_t>(length));
+    return error(ErrorKind::internal, std::string(name) + (stage == GL_VERTEX_SHADER ? ".vert" : ".frag") +
+                                          " does not compile with\n" + std::string(defines) + log);
+}
+
+}  // namespace
+
+Result<GlProgram> build_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
+                                std::string_view vertex_source, std::string_view fragment_source) {
+    auto vertex = compile(gl, GL_VERTEX_SHADER, name, defines, vertex_source);
+    if (!vertex) return std::unexpected(vertex.error());
+    auto fragment = compile(gl, GL_FRAGMENT_SHADER, name, defines, fragment_source);
+    if (!fragment) return std::unexpected(fragment.error());
+
+    GlProgram program(gl, gl.CreateProgram());
+    gl.AttachShader(program.name(), vertex->name());
+    gl.AttachShader(program.name(), fragment->name());
+    gl.LinkProgram(program.name());
+    GLint ok = GL_FALSE;
+    gl.GetProgramiv(program.name(), GL_LINK_STATUS, &ok);
+    if (ok == GL_TRUE) return program;
+
+    std::string log(max_log_bytes, '\0');
+    GLsizei length = 0;
+    gl.GetProgramInfoLog(program.name(), max_log_bytes, &length, log.data());
+    log.resize(static_cast<std::size_t>(length));
+    return error(ErrorKind::internal, std::string(name) + " does not link with\n" + std::string(defines) + log);
+}
+
+}  // namespace camrig

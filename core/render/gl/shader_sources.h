@@ -1,0 +1,11 @@
+#pragma once
+
+/// The texts of core/render/shaders, put into the program by CMake.
+namespace camrig::shader_source {
+extern const char* const blocks;
+extern const char* const lighting;
+extern const char* const forward_vert;
+extern const char* const forward_frag;
+extern const char* const truth_vert;
+extern const char* const truth_frag;
+}  // namespace camrig::shader_source

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/render/gl/gl_objects.h"
+
+namespace camrig {
+
+/// Memory for one instant that the CPU writes once and the device reads: uniform blocks and skinned vertices. Mapped
+/// for good, so writing is a plain store: no driver call, no check whether the device is still busy. The owner calls
+/// reset() only when the device is done with everything given out before.
+class StreamBuffer {
+public:
+    explicit StreamBuffer(const GlFunctions& gl);
+
+    struct Piece {
+        GLuint buffer = 0;
+        GLintptr offset = 0;
+        std::byte* data = nullptr;
+    };
+    /// Aligned for uniform blocks.
+    Piece allocate(std::size_t bytes);
+    void reset();
+
+private:
+    struct Chunk {
+        GlBuffer buffer;
+        std::byte* data = nullptr;
+        std::size_t size = 0;
+    };
+    void add_chunk(std::size_t size);
+
+    const GlFunctions& gl_;
+    std::size_t alignment_ = 256;
+    std::vector<Chunk> chunks_;  ///< the last one is being filled
+    std::size_t used_ = 0;
+};
+
+}  // namespace camrig

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "core/render/light_selection.h"
+
+/// The uniform blocks of shaders/blocks.glsl as C++ (std140: only vec4 and arrays of it, so both layouts agree).
+/// Kept small and apart by how often they change: llvmpipe copies each changed block into its scene, whole.
+namespace camrig {
+
+inline constexpr unsigned view_binding = 0;
+inline constexpr unsigned draw_binding = 1;
+inline constexpr unsigned material_binding = 2;
+inline constexpr unsigned light_binding = 3;
+
+struct ViewBlock {
+    glm::vec4 projection;
+    glm::vec4 depth;
+    glm::vec4 up;
+    glm::vec4 sky;
+    glm::vec4 ground;
+};
+
+struct DrawBlock {
+    glm::vec4 position_rows[3];
+    glm::vec4 normal_rows[3];
+    glm::uvec4 ids;
+};
+
+inline constexpr int max_uv_slots = 5;
+
+struct MaterialBlock {
+    glm::vec4 base_color;
+    glm::vec4 emissive;
+    glm::vec4 factors;
+    glm::vec4 uv_rows[2 * max_uv_slots];
+};
+
+struct DirectionalLightBlock {
+    glm::vec4 towards;
+    glm::vec4 color;
+};
+
+struct LocalLightBlock {
+    glm::vec4 position;
+    glm::vec4 color;
+    glm::vec4 direction;
+};
+
+}  // namespace camrig

@@ -1,0 +1,51 @@
+#include "core/render/gl/view_target.h"
+
+namespace camrig {
+namespace {
+
+GlTexture storage(const GlFunctions& gl, GLenum format, ImageSize size) {
+    GlTexture texture = make_texture_2d(gl);
+    gl.TextureStorage2D(texture.name(), 1, format, size.width, size.height);
+    return texture;
+}
+
+Result<void> check_complete(const GlFunctions& gl, const GlFramebuffer& framebuffer, ImageSize size) {
+    if (gl.CheckNamedFramebufferStatus(framebuffer.name(), GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+    return error(ErrorKind::resource_exhausted, "no memory on the device for a picture of " + size.to_string());
+}
+
+}  // namespace
+
+Result<ColorTarget> make_color_target(const GlFunctions& gl, ImageSize size) {
+    ColorTarget target{.size = size,
+                       .color = storage(gl, GL_SRGB8_ALPHA8, size),
+                       .depth = storage(gl, GL_DEPTH_COMPONENT32F, size),
+                       .framebuffer = make_framebuffer(gl)};
+    const GLuint framebuffer = target.framebuffer.name();
+    gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target.color.name(), 0);
+    gl.NamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, target.depth.name(), 0);
+    if (auto complete = check_complete(gl, target.framebuffer, size); !complete) {
+        return std::unexpected(complete.error());
+    }
+    return target;
+}
+
+Result<TruthTarget> make_truth_target(const GlFunctions& gl, ImageSize size) {
+    TruthTarget target{.size = size,
+                       .instance = storage(gl, GL_R32UI, size),
+                       .normal = storage(gl, GL_RGBA32F, size),
+                       .depth = storage(gl, GL_DEPTH_COMPONENT32F, size),
+                       .framebuffer = make_framebuffer(gl)};
+    const GLuint framebuffer = target.framebuffer.name();
+    gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target.instance.name(), 0);
+    gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT1, target.normal.name(), 0);
+    gl.NamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, target.depth.name(), 0);
+    const GLenum buffers[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    gl.NamedFramebufferDrawBuffers(framebuffer, 2, buffers);
+    if (auto complete = check_complete(gl, target.framebuffer, size); !complete) {
+        return std::unexpected(complete.error());
+    }
+    return target;
+}
+
+}  // namespace camrig

@@ -1,0 +1,112 @@
+#include "core/render/null_renderer.h"
+
+#include <array>
+#include <cstring>
+#include <limits>
+#include <span>
+
+#include "core/render/view_frames.h"
+
+namespace camrig {
+namespace {
+
+void paint_color(const View& view, TimeNs world_ns, std::span<std::byte> out) {
+    const ImageSize size = view.spec->size;
+    const std::uint8_t blue = null_pattern_blue(view.camera_number, view.sequence, world_ns);
+    auto* pixel = reinterpret_cast<std::uint8_t*>(out.data());
+    for (int y = 0; y < size.height; ++y) {
+        const auto green = static_cast<std::uint8_t>(255 * y / size.height);
+        for (int x = 0; x < size.width; ++x, pixel += 4) {
+            pixel[0] = static_cast<std::uint8_t>(255 * x / size.width);
+            pixel[1] = green;
+            pixel[2] = blue;
+            pixel[3] = 255;
+        }
+    }
+}
+
+void paint_depth(ImageSize size, std::span<std::byte> out) {
+    auto* pixel = reinterpret_cast<float*>(out.data());
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            *pixel++ = y + 1 == size.height ? std::numeric_limits<float>::infinity()
+                                            : 1.0f + 0.01f * static_cast<float>(x + y);
+        }
+    }
+}
+
+void paint_ids(ImageSize size, std::span<std::byte> out) {
+    auto* pixel = reinterpret_cast<std::uint32_t*>(out.data());
+    const int blocks_per_row = (size.width + 7) / 8;
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x)
+            *pixel++ = static_cast<std::uint32_t>((y / 8) * blocks_per_row + x / 8) % 16;
+    }
+}
+
+void paint_normals(ImageSize size, std::span<std::byte> out) {
+    constexpr std::array<float, 3> towards_camera{0.0f, 0.0f, -1.0f};
+    for (std::int64_t i = 0; i < size.pixels(); ++i) std::memcpy(out.data() + 12 * i, towards_camera.data(), 12);
+}
+
+void paint(FrameKind kind, const View& view, TimeNs world_ns, Frame& frame) {
+    const ImageSize size = view.spec->size;
+    switch (kind) {
+        case FrameKind::color:
+            paint_color(view, world_ns, frame.mutable_bytes());
+            finish_color(view, frame);
+            return;
+        case FrameKind::depth:
+            return paint_depth(size, frame.mutable_bytes());
+        case FrameKind::instance:
+        case FrameKind::semantic:
+            return paint_ids(size, frame.mutable_bytes());
+        case FrameKind::normal:
+            return paint_normals(size, frame.mutable_bytes());
+    }
+}
+
+}  // namespace
+
+std::uint8_t null_pattern_blue(std::uint32_t camera_number, std::int64_t sequence, TimeNs world_ns) {
+    std::uint64_t hash = camera_number;
+    for (const auto word : {static_cast<std::uint64_t>(sequence), static_cast<std::uint64_t>(world_ns)}) {
+        hash = (hash ^ word) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 29;
+    }
+    return static_cast<std::uint8_t>(hash >> 24);
+}
+
+NullRenderer::NullRenderer(std::shared_ptr<FramePool> pool) : pool_(std::move(pool)) {
+    CHECK(pool_ != nullptr);
+}
+
+Result<void> NullRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
+    thread_.check();
+    CHECK(in_flight() < max_in_flight);
+    submitted_.push_back({std::move(snapshot), monotonic_ns, {views.begin(), views.end()}});
+    return {};
+}
+
+Result<Renderer::Finished> NullRenderer::collect() {
+    thread_.check();
+    CHECK(!submitted_.empty());
+    const Instant instant = std::move(submitted_.front());
+    submitted_.pop_front();
+
+    Finished finished;
+    finished.set.world_ns = instant.snapshot->world_ns;
+    finished.set.monotonic_ns = instant.monotonic_ns;
+    for (const View& view : instant.views) {
+        for (int k = 0; k < frame_kind_count; ++k) {
+            const auto kind = static_cast<FrameKind>(k);
+            if (!wants(view, kind)) continue;
+            auto frame = acquire_frame(*pool_, view, kind, instant.snapshot->world_ns, instant.monotonic_ns);
+            paint(kind, view, instant.snapshot->world_ns, *frame);
+            finished.set.frames.push_back(std::move(frame));
+        }
+    }
+    return finished;
+}
+
+}  // namespace camrig

@@ -1,0 +1,45 @@
+// Uniform blocks, mirrored by gl/uniform_blocks.h. Positions, normals and lights are all in the optical frame of the
+// view (x right, y down, z forward); colours are linear and already multiplied by the exposure.
+
+layout(std140, binding = 0) uniform ViewBlock {
+    vec4 projection;  // x_scale, x_shift, y_scale, y_shift
+    vec4 depth;       // depth_scale, depth_shift
+    vec4 up;          // world up
+    vec4 sky;         // ambient from above; w: exposure
+    vec4 ground;      // ambient from below
+} view;
+
+layout(std140, binding = 1) uniform DrawBlock {
+    vec4 position_rows[3];  // optical_from_local
+    vec4 normal_rows[3];    // its cofactor matrix, times the sign of the determinant
+    uvec4 ids;              // x: object
+} draw;
+
+#define MAX_UV 5
+layout(std140, binding = 2) uniform MaterialBlock {
+    vec4 base_color;
+    vec4 emissive;         // w: alpha cutoff
+    vec4 factors;          // metallic, roughness, normal scale, occlusion strength
+    vec4 uv_rows[2 * MAX_UV];  // per used texture coordinate: KHR_texture_transform as two affine rows
+} material;
+
+#if DIRECTIONAL_LIGHTS > 0 || LOCAL_LIGHTS > 0
+struct DirectionalLight {
+    vec4 towards;  // unit, towards the light
+    vec4 color;
+};
+// Point and spot lights in one form: a point light has spot scale 0 and spot offset 1.
+struct LocalLight {
+    vec4 position;   // w: 1 / range^2, 0 without a range
+    vec4 color;      // w: spot scale
+    vec4 direction;  // the way it shines; w: spot offset
+};
+layout(std140, binding = 3) uniform LightBlock {
+#if DIRECTIONAL_LIGHTS > 0
+    DirectionalLight directional[DIRECTIONAL_LIGHTS];
+#endif
+#if LOCAL_LIGHTS > 0
+    LocalLight local[LOCAL_LIGHTS];
+#endif
+} lights;
+#endif

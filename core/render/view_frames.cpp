@@ -1,0 +1,43 @@
+#include "core/render/view_frames.h"
+
+#include "core/frame/code_strip.h"
+
+namespace camrig {
+
+PixelFormat format_of(FrameKind kind) {
+    switch (kind) {
+        case FrameKind::color:
+            return PixelFormat::rgba8;
+        case FrameKind::depth:
+            return PixelFormat::depth32f;
+        case FrameKind::instance:
+        case FrameKind::semantic:
+            return PixelFormat::id32;
+        case FrameKind::normal:
+            return PixelFormat::normal32f;
+    }
+    CHECK(false);
+    return PixelFormat::rgba8;
+}
+
+std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
+                                     TimeNs monotonic_ns) {
+    return pool.acquire({.camera_id = view.camera,
+                         .camera = view.name,
+                         .sequence = view.sequence,
+                         .world_ns = world_ns,
+                         .monotonic_ns = monotonic_ns,
+                         .size = view.spec->size,
+                         .kind = kind,
+                         .format = format_of(kind)});
+}
+
+void finish_color(const View& view, Frame& frame) {
+    if (!view.spec->code_strip) return;
+    draw_code_strip(frame.mutable_bytes(), frame.info().size,
+                    {.camera = static_cast<std::uint8_t>(view.camera_number),
+                     .sequence = static_cast<std::uint32_t>(view.sequence),
+                     .world_ns = frame.info().world_ns});
+}
+
+}  // namespace camrig

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+
+#include "core/base/result.h"
+#include "core/frame/frame_pool.h"
+#include "core/render/renderer.h"
+
+namespace camrig {
+
+inline bool wants(const View& view, FrameKind kind) {
+    return view.kinds[static_cast<int>(kind)];
+}
+
+/// The one pixel format of each kind (see FrameKind).
+PixelFormat format_of(FrameKind kind);
+
+/// An empty frame of the view's size that carries everything about the instant.
+std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
+                                     TimeNs monotonic_ns);
+
+/// Draws the code strip into a finished colour frame if the camera wants one.
+void finish_color(const View& view, Frame& frame);
+
+}  // namespace camrig

@@ -1,0 +1,89 @@
+#include "core/render/null_renderer.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "core/render/renderer_factory.h"
+
+namespace camrig {
+namespace {
+
+View view_of(std::uint32_t number, std::int64_t sequence, ImageSize size = {64, 48}) {
+    auto spec = std::make_shared<CameraSpec>();
+    spec->name = "c" + std::to_string(number);
+    spec->size = size;
+    View view;
+    view.camera = CameraId{number};
+    view.name = std::make_shared<const std::string>(spec->name);
+    view.spec = spec;
+    view.sequence = sequence;
+    view.camera_number = number;
+    return view;
+}
+
+SnapshotRef snapshot_at(TimeNs world_ns) {
+    auto snapshot = std::make_shared<Snapshot>();
+    snapshot->world_ns = world_ns;
+    snapshot->statics = std::make_shared<StaticSet>();
+    return snapshot;
+}
+
+std::unique_ptr<Renderer> null_renderer() {
+    auto renderer = create_renderer({.device = "null", .pool = std::make_shared<FramePool>()});
+    EXPECT_TRUE(renderer.has_value());
+    return std::move(*renderer);
+}
+
+TEST(NullRenderer, TheSameInstantGivesTheSameBytes) {
+    auto renderer = null_renderer();
+    const View view = view_of(3, 7);
+    std::vector<FrameRef> frames;
+    for (int i = 0; i < 2; ++i) {
+        ASSERT_TRUE(renderer->submit(snapshot_at(40 * ns_per_ms), 5, {&view, 1}).has_value());
+        frames.push_back(renderer->collect()->set.frames.at(0));
+    }
+    EXPECT_TRUE(std::ranges::equal(frames[0]->bytes(), frames[1]->bytes()));
+}
+
+TEST(NullRenderer, CameraSequenceAndTimeEachShowInThePicture) {
+    EXPECT_NE(null_pattern_blue(1, 0, 0), null_pattern_blue(2, 0, 0));
+    EXPECT_NE(null_pattern_blue(1, 0, 0), null_pattern_blue(1, 1, 0));
+    EXPECT_NE(null_pattern_blue(1, 0, 0), null_pattern_blue(1, 0, 1));
+}
+
+TEST(NullRenderer, CollectGivesInstantsInOrderAndFramesInTheOrderOfTheViews) {
+    auto renderer = null_renderer();
+    const std::vector<View> first{view_of(1, 10), view_of(2, 20)};
+    const std::vector<View> second{view_of(2, 21)};
+    ASSERT_TRUE(renderer->submit(snapshot_at(100), 1100, first).has_value());
+    ASSERT_TRUE(renderer->submit(snapshot_at(200), 1200, second).has_value());
+    EXPECT_EQ(renderer->in_flight(), 2);
+
+    const auto a = renderer->collect();
+    ASSERT_EQ(a->set.frames.size(), 2u);
+    EXPECT_EQ(a->set.world_ns, 100);
+    EXPECT_EQ(a->set.monotonic_ns, 1100);
+    EXPECT_EQ(a->set.frames[0]->info().sequence, 10);
+    EXPECT_EQ(*a->set.frames[1]->info().camera, "c2");
+    EXPECT_EQ(renderer->collect()->set.frames.at(0)->info().sequence, 21);
+    EXPECT_EQ(renderer->in_flight(), 0);
+}
+
+TEST(NullRenderer, EveryWantedKindComesWithItsFormat) {
+    auto renderer = null_renderer();
+    View view = view_of(1, 0);
+    std::ranges::fill(view.kinds, true);
+    ASSERT_TRUE(renderer->submit(snapshot_at(0), 0, {&view, 1}).has_value());
+    const auto finished = renderer->collect();
+    ASSERT_EQ(finished->set.frames.size(), 5u);
+    EXPECT_EQ(finished->set.frames[1]->info().format, PixelFormat::depth32f);
+    EXPECT_EQ(finished->set.frames[2]->info().format, PixelFormat::id32);
+    EXPECT_EQ(finished->set.frames[4]->info().format, PixelFormat::normal32f);
+    for (const auto& frame : finished->set.frames) {
+        EXPECT_EQ(frame->bytes().size(), bytes_of(frame->info().format, frame->info().size));
+    }
+}
+
+}  // namespace
+}  // namespace camrig
