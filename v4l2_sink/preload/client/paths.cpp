@@ -1,0 +1,185 @@
+#include "v4l2_sink/preload/client/paths.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "v4l2_sink/preload/client/device.h"
+#include "v4l2_sink/preload/client/sys.h"
+
+namespace camrig::device {
+
+namespace {
+
+char socket_name[PATH_MAX];
+char tree_name[PATH_MAX];
+
+/// Appends text; false when there is no room.
+bool append(char* to, size_t& length, const char* text, size_t bytes) {
+    if (length + bytes + 1 > PATH_MAX) return false;
+    memcpy(to + length, text, bytes);
+    length += bytes;
+    to[length] = 0;
+    return true;
+}
+bool append(char* to, size_t& length, const char* text) { return append(to, length, text, strlen(text)); }
+
+__attribute__((constructor)) void read_environment() {
+    size_t length = 0;
+    const char* given = getenv("CAMRIG_DEVICE_SOCKET");
+    const char* runtime = getenv("XDG_RUNTIME_DIR");
+    if (given != nullptr && *given != 0) {
+        append(socket_name, length, given);
+    } else if (runtime != nullptr && *runtime != 0) {
+        if (append(socket_name, length, runtime)) append(socket_name, length, "/camrig-devices.sock");
+    } else {
+        append(socket_name, length, "/tmp/camrig-devices-");
+        char digits[12];
+        int at = sizeof digits;
+        unsigned user = static_cast<unsigned>(raw_syscall(SYS_getuid));
+        do digits[--at] = static_cast<char>('0' + user % 10);
+        while ((user /= 10) != 0);
+        append(socket_name, length, digits + at, sizeof digits - static_cast<size_t>(at));
+        append(socket_name, length, ".sock");
+    }
+    length = 0;
+    if (!append(tree_name, length, socket_name) || !append(tree_name, length, ".tree")) tree_name[0] = 0;
+}
+
+bool starts_with(const char* text, const char* prefix) { return strncmp(text, prefix, strlen(prefix)) == 0; }
+
+/// "videoN" with N in range and nothing behind: the number, else -1.
+int video_number(const char* name) {
+    if (!starts_with(name, "video")) return -1;
+    const char* digit = name + 5;
+    if (*digit == 0 || (*digit == '0' && digit[1] != 0)) return -1;
+    int number = 0;
+    for (; *digit != 0; ++digit) {
+        if (*digit < '0' || *digit > '9') return -1;
+        number = number * 10 + (*digit - '0');
+        if (number > camrig_max_device_number) return -1;
+    }
+    return number;
+}
+
+const char* last_component(const char* name) {
+    const char* slash = strrchr(name, '/');
+    return slash != nullptr ? slash + 1 : name;
+}
+
+/// Removes double slashes and "." components of an absolute name; ".." is left to the kernel (false).
+bool tidy(const char* name, char* out, size_t& length) {
+    while (*name != 0) {
+        while (*name == '/') ++name;
+        const char* end = strchr(name, '/');
+        const size_t bytes = end != nullptr ? static_cast<size_t>(end - name) : strlen(name);
+        if (bytes == 2 && name[0] == '.' && name[1] == '.') return false;
+        if (bytes > 0 && !(bytes == 1 && name[0] == '.'))
+            if (!append(out, length, "/", 1) || !append(out, length, name, bytes)) return false;
+        name += bytes;
+    }
+    return true;
+}
+
+/// The folder a relative name starts from, as an absolute name.
+bool base_folder(int directory_fd, char* out, size_t& length) {
+    long got;
+    if (directory_fd == AT_FDCWD) {
+        got = raw_syscall(SYS_getcwd, arg(out), PATH_MAX);
+        if (got <= 1 || out[0] != '/') return false;
+        length = static_cast<size_t>(got) - 1;
+        return true;
+    }
+    char link[40] = "/proc/self/fd/";
+    char digits[12];
+    int at = sizeof digits - 1;
+    digits[at] = 0;
+    unsigned value = static_cast<unsigned>(directory_fd);
+    do digits[--at] = static_cast<char>('0' + value % 10);
+    while ((value /= 10) != 0);
+    strcat(link, digits + at);
+    got = raw_syscall(SYS_readlinkat, AT_FDCWD, arg(link), arg(out), PATH_MAX - 1);
+    if (got <= 0 || out[0] != '/') return false;
+    length = static_cast<size_t>(got);
+    out[length] = 0;
+    return true;
+}
+
+long mode_of(const char* path, bool follow, uint32_t& mode) {
+    struct stat info;
+    const long result = raw_syscall(SYS_newfstatat, AT_FDCWD, arg(path), arg(&info), follow ? 0 : AT_SYMLINK_NOFOLLOW);
+    mode = failed(result) ? 0 : info.st_mode;
+    return result;
+}
+
+}  // namespace
+
+const char* socket_path() { return socket_name; }
+
+bool may_be_ours(const char* name) {
+    if (name == nullptr || tree_name[0] == 0) return false;
+    if (name[0] == '/') {
+        while (name[1] == '/') ++name;
+        if (starts_with(name, "/dev")) return name[4] == 0 || name[4] == '/';
+        if (starts_with(name, "/sys")) return name[4] == 0 || name[4] == '/';
+        return starts_with(name, tree_name);
+    }
+    return true;
+}
+
+void find_place(int directory_fd, const char* name, Place& place) {
+    place.kind = PlaceKind::foreign;
+    place.link = false;
+    if (!may_be_ours(name)) return;
+    char full[PATH_MAX];
+    size_t length = 0;
+    full[0] = 0;
+    if (name[0] != '/') {
+        // Programs hardly ever use relative names for devices; only the last component decides whether to look closer.
+        if (directory_fd == AT_FDCWD && video_number(last_component(name)) < 0) return;
+        char base[PATH_MAX];
+        size_t base_length = 0;
+        if (name[0] == 0 || !base_folder(directory_fd, base, base_length)) return;
+        if (!starts_with(base, "/dev") && !starts_with(base, "/sys") && !starts_with(base, tree_name)) return;
+        if (!tidy(base, full, length)) return;
+    }
+    if (!tidy(name, full, length)) return;
+    const char* inside = full;
+    if (starts_with(full, tree_name)) inside += strlen(tree_name);  // a folder of ours that the program has opened
+    if (!starts_with(inside, "/dev") && !starts_with(inside, "/sys")) return;
+    if (strcmp(inside, "/dev/null") == 0) return;
+
+    size_t tree_length = 0;
+    if (!append(place.path, tree_length, tree_name) || !append(place.path, tree_length, inside)) return;
+    uint32_t mode = 0;
+    if (failed(mode_of(place.path, false, mode))) return;
+
+    const bool is_link = (mode & S_IFMT) == S_IFLNK;
+    if (starts_with(inside, "/dev/")) {
+        int number = video_number(inside + 5);
+        if (number < 0 && is_link) {
+            char target[PATH_MAX];
+            const long got = raw_syscall(SYS_readlinkat, AT_FDCWD, arg(place.path), arg(target), PATH_MAX - 1);
+            if (got > 0) {
+                target[got] = 0;
+                number = video_number(last_component(target));
+            }
+        }
+        if (number >= 0) {
+            place.kind = PlaceKind::node;
+            place.number = static_cast<uint32_t>(number);
+            place.link = is_link;
+            return;
+        }
+    }
+    place.kind = PlaceKind::file;
+    if ((mode & S_IFMT) == S_IFDIR) {
+        uint32_t system_mode = 0;
+        if (!failed(mode_of(inside, true, system_mode))) place.kind = PlaceKind::merged;
+    }
+}
+
+}  // namespace camrig::device
