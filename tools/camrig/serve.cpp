@@ -1,0 +1,155 @@
+#include "tools/camrig/serve.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <semaphore>
+#include <thread>
+
+#include <spdlog/spdlog.h>
+
+#include "control/rpc/rpc_server.h"
+#include "control/server/control_server.h"
+#include "core/base/clock.h"
+#include "core/stream/local_frame_bus.h"
+#include "rtsp_out/http/http_server.h"
+#include "tools/camrig/version.h"
+
+// The composition root: makes every part, plugs them together, and takes them down in the opposite order.
+namespace camrig {
+namespace {
+
+constexpr std::size_t max_token_bytes = 4096;
+
+int fail(const Error& why) {
+    std::fprintf(stderr, "camrig: %s\n", why.message.c_str());
+    return 1;
+}
+
+Result<std::string> read_token(const std::filesystem::path& file) {
+    if (file.empty()) return std::string();
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return error(ErrorKind::not_found, "--token-file " + file.string() + ": cannot be read");
+    std::string token(max_token_bytes + 1, '\0');
+    stream.read(token.data(), static_cast<std::streamsize>(token.size()));
+    token.resize(static_cast<std::size_t>(stream.gcount()));
+    if (token.size() > max_token_bytes)
+        return error(ErrorKind::invalid_argument, "--token-file " + file.string() + ": longer than 4096 bytes");
+    while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+    if (token.empty()) return error(ErrorKind::invalid_argument, "--token-file " + file.string() + ": is empty");
+    return token;
+}
+
+/// The signals that end the rig are blocked in every thread and waited for in one.
+class StopSignal {
+public:
+    StopSignal() {
+        sigemptyset(&signals_);
+        sigaddset(&signals_, SIGINT);
+        sigaddset(&signals_, SIGTERM);
+        pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    }
+    void wait() {
+        int signal = 0;
+        sigwait(&signals_, &signal);
+    }
+    /// From any thread.
+    static void raise() { ::kill(::getpid(), SIGTERM); }
+
+private:
+    sigset_t signals_{};
+};
+
+void tell_ready(int fd, const nlohmann::json& facts) {
+    if (fd < 0) return;
+    const std::string line = facts.dump() + "\n";
+    if (::write(fd, line.data(), line.size()) != static_cast<ssize_t>(line.size()))
+        spdlog::warn("--ready-fd {}: could not be written", fd);
+    ::close(fd);
+}
+
+}  // namespace
+
+int run_serve(const ServeOptions& options) {
+    std::signal(SIGPIPE, SIG_IGN);
+    StopSignal stop;
+
+    auto token = read_token(options.token_file);
+    if (!token) return fail(token.error());
+    auto scene = load_scene(options.scene);
+    if (!scene) return fail(scene.error());
+
+    auto pool = std::make_shared<FramePool>();
+    LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
+    EngineOptions engine_options = options.engine;
+    engine_options.renderer.pool = pool;
+    auto engine = Engine::start(std::move(*scene), engine_options, bus);
+    if (!engine) return fail(engine.error());
+
+    nlohmann::json facts;
+    const TimeNs started_ns = monotonic_now_ns();
+    RpcServer rpc({**engine, **engine,
+                   [&] {
+                       nlohmann::json info = facts;
+                       info["uptime_s"] = static_cast<double>(monotonic_now_ns() - started_ns) / 1e9;
+                       return info;
+                   },
+                   [] { StopSignal::raise(); }});
+
+    HttpOptions http_options;
+    http_options.host = options.host;
+    http_options.port = options.http_port;
+    http_options.token = *token;
+    http_options.bus = &bus;
+    http_options.fetcher = engine->get();
+    http_options.hooks.rpc = [&rpc](std::string body, std::function<void(std::string)> reply) {
+        rpc.handle(body, std::move(reply));
+    };
+    http_options.hooks.stats = [&engine = **engine](std::function<void(RigReport)> reply) {
+        engine.post(Request<GetStats>{{}, [reply = std::move(reply)](Result<RigReport> report) {
+                                          reply(report ? std::move(*report) : RigReport{});
+                                      }});
+    };
+    // The HTTP port tells the facts before anybody can ask for them: servers are made last.
+    auto http = HttpServer::create(std::move(http_options));
+    if (!http) return fail(http.error());
+
+    facts = {{"version", version},
+             {"pid", ::getpid()},
+             {"renderer", (*engine)->renderer_description()},
+             {"control", options.control},
+             {"host", options.host},
+             {"http", (*http)->port()},
+             {"rtsp", 0}};
+
+    ControlServerOptions control_options;
+    control_options.unix_path = options.control;
+    control_options.host = options.host;
+    control_options.tcp_port = options.tcp_port;
+    control_options.token = *token;
+    control_options.rpc = &rpc;
+    auto control = ControlServer::create(std::move(control_options));
+    if (!control) return fail(control.error());
+    facts["tcp"] = (*control)->tcp_port();
+
+    std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());
+    std::printf("  control  %s\n", options.control.c_str());
+    if (options.tcp_port) std::printf("  control  %s:%u\n", options.host.c_str(), (*control)->tcp_port());
+    std::printf("  http     http://%s:%u/\n", options.host.c_str(), (*http)->port());
+    for (const auto& camera : bus.cameras()) {
+        std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", options.host.c_str(), (*http)->port(),
+                    camera.name.c_str());
+    }
+    std::fflush(stdout);
+    tell_ready(options.ready_fd, facts);
+
+    stop.wait();
+    (*control)->stop();
+    (*http)->stop();
+    engine->reset();
+    return 0;
+}
+
+}  // namespace camrig

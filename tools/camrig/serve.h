@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/engine/engine.h"
+
+namespace camrig {
+
+/// The options of `camrig serve`, as in the contract.
+struct ServeOptions {
+    std::filesystem::path scene;
+    std::string control;  ///< path of the Unix socket; never empty
+    std::string host = "127.0.0.1";
+    std::uint16_t http_port = 8080;
+    std::uint16_t rtsp_port = 8554;
+    std::optional<std::uint16_t> tcp_port;
+    std::filesystem::path token_file;
+    EngineOptions engine;
+    int ready_fd = -1;
+};
+
+/// Serves until SIGINT, SIGTERM or server.shutdown. Returns the exit code; errors are one line on stderr.
+int run_serve(const ServeOptions& options);
+
+}  // namespace camrig
