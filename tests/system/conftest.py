@@ -1,0 +1,55 @@
+"""Shared by the system tests: every test talks to a real rig through its public doors only."""
+
+import os
+import pathlib
+import socket
+import time
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def scenes() -> pathlib.Path:
+    return REPOSITORY / "scenes"
+
+
+def wait_until(condition, timeout_s=20.0, what="condition"):
+    """Waits until condition() is true; fails with `what` after timeout_s."""
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline, f"timed out after {timeout_s} s waiting for {what}"
+        time.sleep(0.01)
+
+
+class Process:
+    """What the kernel says of a process: memory, descriptors, threads."""
+
+    def __init__(self, pid: int):
+        self.pid = pid
+
+    def rss_kib(self) -> int:
+        for line in pathlib.Path(f"/proc/{self.pid}/status").read_text().splitlines():
+            if line.startswith("VmRSS:"):
+                return int(line.split()[1])
+        raise AssertionError("no VmRSS")
+
+    def fds(self) -> int:
+        return len(os.listdir(f"/proc/{self.pid}/fd"))
+
+    def threads(self) -> int:
+        return len(os.listdir(f"/proc/{self.pid}/task"))
+
+
+@pytest.fixture
+def process(rig) -> Process:
+    return Process(rig.call("server.info")["pid"])
+
+
+def control_socket(rig) -> socket.socket:
+    """A raw connection to the control socket, for messages no decent client would send."""
+    raw = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    raw.settimeout(30)
+    raw.connect(rig.call("server.info")["control"])
+    return raw

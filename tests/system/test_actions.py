@@ -1,0 +1,136 @@
+"""The twelve functional actions that a multi-camera simulator must be able to do, each through a real rig."""
+
+import cv2
+import numpy as np
+import pytest
+
+import camrig
+
+pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+
+
+def test_connect(rig):
+    with camrig.connect(control=rig.call("server.info")["control"]) as second:
+        assert second.status()["scene"] == rig.status()["scene"]
+
+
+def test_create_a_camera_with_any_configuration(rig):
+    cam = rig.create_camera(
+        "any", size=(321, 243), fps="30000/1001", intrinsics={"fx": 300, "fy": 310, "cx": 150.5, "cy": 120},
+        position=(3, 2, 1.5), look_at=(0, 0, 0.5), near=0.1, far=500, quality="fast", code_strip=True)
+    state = cam.get()
+    assert state["size"] == [321, 243]
+    assert state["fps"] == "30000/1001"
+    assert state["intrinsics"] == {"fx": 300, "fy": 310, "cx": 150.5, "cy": 120}
+    assert state["quality"] == "fast"
+    assert cam.frame().image.shape == (243, 321, 3)
+
+
+@pytest.mark.parametrize("size", [(16, 16), (17, 31), (99, 99), (160, 120), (640, 480), (1279, 719), (1920, 1080), (4096, 2160)])
+def test_resolutions_from_tiny_to_4k_and_odd_ones(rig, size):
+    cam = rig.create_camera("c", size=size, position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    rig.step(seconds=0.04)
+    image = cam.frame().image
+    assert image.shape == (size[1], size[0], 3)
+    assert image.std() > 1  # a picture, not a blank
+
+
+@pytest.mark.parametrize("size", [(15, 16), (16, 15), (8193, 16), (0, 0), (-1, 10)])
+def test_sizes_beyond_the_limits_are_refused(rig, size):
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.create_camera("c", size=size)
+    assert caught.value.kind == "invalid_argument"
+    assert "size" in str(caught.value)
+
+
+def test_a_second_camera_of_one_name_is_refused(rig):
+    rig.create_camera("twin")
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.create_camera("twin")
+    assert caught.value.kind == "already_exists"
+    assert [c["name"] for c in rig.call("camera.list")["cameras"]].count("twin") == 1
+
+
+@pytest.mark.parametrize("fps, step_s, frames", [("1/10", 20, 2), (1, 3, 3), (25, 0.2, 5), ("30000/1001", 1.001, 30), (1000, 0.05, 50)])
+def test_rates_from_a_tenth_to_a_thousand(rig, fps, step_s, frames):
+    cam = rig.create_camera("c", size=(16, 16), fps=fps)
+    before = cam.frame().sequence
+    rig.step(seconds=step_s)
+    assert cam.frame().sequence - before == frames
+
+
+@pytest.mark.parametrize("fps", [0, -1, 1001, "1/11", "a", "1/0"])
+def test_impossible_rates_are_refused(rig, fps):
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.create_camera("c", fps=fps)
+    assert caught.value.kind == "invalid_argument"
+
+
+def test_delete_a_camera(rig):
+    cam = rig.create_camera("gone")
+    cam.delete()
+    with pytest.raises(camrig.CamrigError) as caught:
+        cam.frame()
+    assert caught.value.kind == "not_found"
+    rig.create_camera("gone")  # the name is free again
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_stream_one_camera(rig):
+    cam = rig.create_camera("c", size=(320, 240), code_strip=True, position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    capture = cv2.VideoCapture(cam.url())
+    assert capture.isOpened()
+    codes = []
+    for _ in range(10):
+        ok, image = capture.read()
+        assert ok
+        codes.append(camrig.read_code(image))
+    sequences = [code.sequence for code in codes]
+    assert sequences == sorted(set(sequences))
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_stream_several_cameras_and_several_streams_at_once(rig):
+    cameras = [rig.create_camera(f"c{i}", size=(160, 120), fps=10, code_strip=True) for i in range(4)]
+    captures = [cv2.VideoCapture(cam.url()) for cam in cameras for _ in range(2)]
+    seen = [set() for _ in captures]
+    for _ in range(6):
+        for capture, numbers in zip(captures, seen):
+            ok, image = capture.read()
+            assert ok
+            numbers.add(camrig.read_code(image).camera)
+    assert all(len(numbers) == 1 for numbers in seen)  # every stream shows its own camera only
+    assert len({n for numbers in seen for n in numbers}) == 4
+
+
+def test_move_while_streaming_and_see_it(rig):
+    cam = rig.create_camera("c", size=(160, 120), position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    rig.step(seconds=0.04)
+    before = cam.frame().image
+    reply = cam.set(position=(-3, 2, 1.5), look_at=(0, 0, 0.5))
+    after = cam.frame(min_ns=reply["applied_ns"]).image
+    assert np.abs(before.astype(int) - after).mean() > 2
+
+
+def test_change_field_of_view_and_rate_while_streaming(rig):
+    cam = rig.create_camera("c", size=(160, 120), vfov_deg=60, position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    wide = cam.frame().image
+    cam.set(vfov_deg=20)
+    narrow = cam.frame().image
+    assert np.abs(wide.astype(int) - narrow).mean() > 2
+    last = cam.frame().sequence
+    cam.set(fps=5)
+    rig.step(seconds=1)
+    frame = cam.frame()
+    assert frame.sequence > last
+    assert cam.get()["fps"] == "5"
+
+
+def test_jpeg_and_png_are_sound(rig, tmp_path):
+    cam = rig.create_camera("c", size=(161, 121), position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    raw = cam.frame().image
+    png = cv2.imread(str(cam.snapshot(tmp_path / "a.png")))
+    jpeg = cv2.imread(str(cam.snapshot(tmp_path / "a.jpg")))
+    assert np.array_equal(raw, png)
+    error = np.abs(raw.astype(int) - jpeg)
+    assert jpeg.shape == raw.shape and error.mean() < 3

@@ -1,0 +1,180 @@
+"""Bad input gets a clear error or a closed connection; the rig goes on and nothing leaks."""
+
+import json
+import os
+import pathlib
+import random
+import socket
+import subprocess
+import urllib.parse
+
+import pytest
+
+import camrig
+from conftest import REPOSITORY, control_socket, wait_until
+
+pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+
+
+def some_glb() -> bytes:
+    return next(iter(sorted((REPOSITORY / "scenes" / "minimal").glob("*.glb")))).read_bytes()
+
+
+def test_damaged_glb_files_are_errors_that_name_the_file(rig, tmp_path):
+    original = some_glb()
+    rng = random.Random(1)
+    for case in range(60):
+        data = bytearray(original)
+        if case < 20:
+            data = data[: rng.randrange(len(data))]
+        elif case < 50:
+            for _ in range(rng.choice([1, 10, 200])):
+                data[rng.randrange(len(data))] = rng.randrange(256)
+        else:
+            data = bytearray(rng.randbytes(rng.randrange(1, 5000)))
+        path = tmp_path / f"damaged_{case}.glb"
+        path.write_bytes(data)
+        try:
+            rig.load(str(path))  # some flipped bytes hit nothing that matters
+        except camrig.CamrigError as error:
+            assert error.kind in ("invalid_argument", "unsupported", "resource_exhausted"), error
+            assert path.name in str(error)
+    rig.load(str(REPOSITORY / "scenes" / "minimal.json"))
+    assert rig.status()["scene"] == "minimal"
+
+
+@pytest.mark.parametrize("change, place", [
+    ({"colour": 1}, "colour"),
+    ({"environment": {"background": [0, 0]}}, "environment.background"),
+    ({"objects": [{"name": "x", "model": "nothing"}]}, "objects[0].model"),
+    ({"cameras": [{"name": "Bad Name"}]}, "cameras[0].name"),
+    ({"actors": [{"name": "a", "model": "nothing", "behaviour": {"type": "stand"}}]}, "actors[0].model"),
+    ({"models": {"m": {"file": "../../../etc/passwd"}}}, "models.m"),
+])
+def test_bad_scenes_name_file_and_json_path(rig, tmp_path, change, place):
+    scene = {"camrig_scene": 1, "name": "bad", **change}
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(scene))
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.load(str(path))
+    assert "bad.json" in str(caught.value) and place in str(caught.value)
+    assert rig.status()["scene"] == "minimal"  # nothing has changed
+
+
+def test_a_missing_texture_is_an_error_that_names_it(rig, tmp_path):
+    (tmp_path / "m.gltf").write_text(json.dumps({
+        "asset": {"version": "2.0"}, "images": [{"uri": "wood.png"}], "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]}))
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.load(str(tmp_path / "m.gltf"))
+    assert "wood.png" in str(caught.value)
+
+
+@pytest.mark.parametrize("pose", [
+    '{"position":[NaN,0,0]}', '{"position":[1e999,0,0]}', '{"position":[0,0,0],"look_at":[0,0,0]}',
+    '{"position":[0,0,0],"orientation":[0,0,0,0]}', '{"position":[1e300,0,0]}', '{"position":[0,0]}',
+    '{"position":[0,0,0],"look_at":[1,0,0],"pan_deg":3}', '{}', '7'])
+def test_poses_that_are_none_are_refused(rig, pose):
+    raw = control_socket(rig)
+    raw.sendall(('{"jsonrpc":"2.0","id":1,"method":"camera.create","params":{"name":"c","pose":%s}}\n' % pose).encode())
+    reply = json.loads(raw.makefile().readline())
+    assert reply["error"]["data"]["kind"] == "invalid_argument"
+    assert rig.cameras() == [] or "c" not in [c.name for c in rig.cameras()]
+
+
+def test_100_megabytes_of_json_do_not_grow_the_rig(rig, process):
+    before = process.rss_kib()
+    raw = control_socket(rig)
+    chunk = b'{"a":[' + b"1," * 500_000
+    sent = 0
+    try:
+        while sent < 100_000_000:
+            raw.sendall(chunk)
+            sent += len(chunk)
+    except OSError:
+        pass  # closed by the rig, as it should be
+    assert sent < 20_000_000
+    assert process.rss_kib() - before < 32 * 1024
+    assert rig.status()["scene"] == "minimal"
+
+
+def test_a_client_that_never_reads_is_closed_and_costs_no_memory(rig, process):
+    rig.create_camera("c", size=(640, 480))
+    before = process.rss_kib()
+    raw = control_socket(rig)
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 20)
+    request = b'{"jsonrpc":"2.0","id":1,"method":"frame.get","params":{"camera":"c","format":"raw"}}\n'
+    raw.settimeout(1)
+    try:
+        for _ in range(20_000):
+            raw.sendall(request)
+    except OSError:
+        pass
+    assert process.rss_kib() - before < 200 * 1024
+    assert rig.status()["scene"] == "minimal"
+    raw.close()
+
+
+def test_clients_that_vanish_in_the_middle_leave_nothing(rig, process):
+    cam = rig.create_camera("c", size=(320, 240))
+    url = urllib.parse.urlparse(cam.url())
+
+    def vanish():
+        raw = socket.create_connection((url.hostname, url.port))
+        raw.sendall(f"GET {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\n\r\n".encode())
+        raw.recv(1000)
+        raw.close()
+        control = control_socket(rig)
+        control.sendall(b'{"jsonrpc":"2.0","id":1,"method":"frame.get","params":{"camera":"c"')
+        control.close()
+
+    vanish()
+    rig.step(seconds=0.2)
+    fds = process.fds()
+    for _ in range(50):
+        vanish()
+    rig.step(seconds=0.2)
+    wait_until(lambda: process.fds() <= fds, what="descriptors of vanished clients to be closed")
+    assert rig.call("camera.get", name="c")["readers"] == 0
+
+
+@pytest.mark.slow
+def test_a_thousand_create_delete_cycles_leak_nothing(rig, process):
+    def cycle(count):
+        for _ in range(count):
+            cam = rig.create_camera("c", size=(64, 48), code_strip=False)
+            cam.frame()
+            rig.step(nanoseconds=40_000_000)
+            cam.delete()
+
+    cycle(100)
+    rss, fds, threads = process.rss_kib(), process.fds(), process.threads()
+    cycle(1000)
+    assert process.fds() == fds
+    assert process.threads() == threads
+    assert process.rss_kib() - rss < 4 * 1024
+
+
+@pytest.mark.parametrize("line, code", [
+    (b"{", -32700), (b"[]", -32600), (b"1", -32600), (b'{"jsonrpc":"1.0","id":1,"method":"x"}', -32600),
+    (b'{"jsonrpc":"2.0","id":1,"method":"no.such"}', -32601),
+    (b'{"jsonrpc":"2.0","id":1,"method":"camera.get","params":[1]}', -32602),
+    (b'{"jsonrpc":"2.0","id":1,"method":"camera.get","params":{"name":"x","nme":1}}', -32602),
+    (b'{"jsonrpc":"2.0","id":1,"method":"camera.get"}', -32602),
+    (b"\xff\xfe{}", -32700)])
+def test_wrong_messages_get_the_code_of_the_standard(rig, line, code):
+    raw = control_socket(rig)
+    raw.sendall(line + b"\n")
+    assert json.loads(raw.makefile().readline())["error"]["code"] == code
+
+
+def test_serving_what_cannot_be_served_is_one_clear_line(tmp_path):
+    program = os.environ["CAMRIG_BIN"]
+    for arguments, word in ((["serve", str(tmp_path / "none.json")], "none.json"),
+                            (["serve", str(REPOSITORY / "scenes/minimal.json"), "--host", "0.0.0.0"], "token"),
+                            (["serve", str(REPOSITORY / "scenes/minimal.json"), "--device", "99"], "device")):
+        done = subprocess.run([program, *arguments, "--http", "0", "--rtsp", "0", "--control", str(tmp_path / "s")],
+                              capture_output=True, text=True, timeout=60)
+        assert done.returncode == 1
+        assert word in done.stderr
+        assert len(done.stderr.strip().splitlines()) == 1
