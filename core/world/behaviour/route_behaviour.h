@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+
+#include "core/world/behaviour/behaviour.h"
+#include "core/world/route_path.h"
+
+namespace camrig {
+
+/// Walks a route at constant speed. Distance is counted in whole nanometres from world time, so place and clip phase at
+/// a time are exact functions of it, however long the rig runs. A clip with a ground speed advances by the distance
+/// walked (feet do not slide); without one it plays in real time.
+class RouteWalk final : public Behaviour {
+public:
+    struct Options {
+        std::shared_ptr<const RoutePath> path;
+        RouteBehaviour::Mode mode = RouteBehaviour::Mode::loop;
+        double speed_m_s = 1.0;
+        double start_m = 0.0;
+        ModelRef model;
+        int animation = -1;  ///< none
+        double scale = 1.0;  ///< of the actor: a larger one takes longer steps
+    };
+    explicit RouteWalk(Options options);
+    void step(const StepContext& context, ActorState& state) override;
+
+private:
+    /// Whole nanometres walked since the start of the route.
+    WideInt distance_nm(TimeNs now_ns) const;
+    WideInt clip_ns(TimeNs now_ns) const;
+
+    Options options_;
+    std::int64_t length_nm_;
+    std::int64_t speed_nm_s_;
+    std::int64_t start_nm_;
+    std::int64_t ground_nm_s_ = 0;  ///< of the clip at this scale; 0: real time
+};
+
+}  // namespace camrig

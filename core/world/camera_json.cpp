@@ -1,0 +1,206 @@
+#include "core/world/camera_json.h"
+
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+/// Hands a nested result to a reader: the value, or nothing and the error remembered at the key.
+template <typename T>
+std::optional<T> take(JsonReader& reader, std::string_view key, Result<T> result) {
+    if (result) return std::move(*result);
+    reader.fail(key, result.error().message, result.error().kind);
+    return std::nullopt;
+}
+
+void read_size(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("size");
+    if (!value) return;
+    const bool good =
+        value->is_array() && value->size() == 2 && (*value)[0].is_number_integer() && (*value)[1].is_number_integer();
+    if (!good) return reader.fail("size", "expected [width, height] in pixels");
+    const auto in_range = [](const json& side) {
+        // A first fence against numbers that do not fit an int; the exact range is patch_camera_spec's.
+        return side.get<double>() >= 0 && side.get<double>() <= 1e6 ? side.get<int>() : 1'000'000;
+    };
+    patch.size = ImageSize{in_range((*value)[0]), in_range((*value)[1])};
+}
+
+void read_rate(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("fps");
+    if (!value) return;
+    if (value->is_string())
+        patch.rate = take(reader, "fps", Rate::parse(value->get_ref<const std::string&>()));
+    else if (value->is_number())
+        patch.rate = take(reader, "fps", Rate::from_number(value->get<double>()));
+    else
+        reader.fail("fps", "expected a number or \"num/den\"");
+}
+
+void read_optics(JsonReader& reader, CameraPatch& patch) {
+    std::optional<double> vfov_deg, hfov_deg;
+    reader.optional("vfov_deg", vfov_deg);
+    reader.optional("hfov_deg", hfov_deg);
+    const json* intrinsics = reader.find("intrinsics");
+    if (int{vfov_deg.has_value()} + int{hfov_deg.has_value()} + int{intrinsics != nullptr} > 1)
+        return reader.fail(intrinsics ? "intrinsics" : "hfov_deg",
+                           "give only one of vfov_deg, hfov_deg and intrinsics");
+    if (vfov_deg) patch.optics = VerticalFov{glm::radians(*vfov_deg)};
+    if (hfov_deg) patch.optics = HorizontalFov{glm::radians(*hfov_deg)};
+    if (!intrinsics) return;
+    JsonReader nested(*intrinsics, reader.path_of("intrinsics"));
+    Intrinsics k;
+    nested.required("fx", k.fx);
+    nested.required("fy", k.fy);
+    nested.required("cx", k.cx);
+    nested.required("cy", k.cy);
+    if (auto done = nested.finish(); !done) return reader.fail(done.error());
+    patch.optics = k;
+}
+
+void read_lens(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("lens");
+    if (!value) return;
+    JsonReader nested(*value, reader.path_of("lens"));
+    std::string name;
+    nested.required("model", name);
+    Lens lens;
+    if (nested.ok())
+        if (const auto model = take(nested, "model", parse_lens_model(name))) lens.model = *model;
+    const auto wanted = static_cast<std::size_t>(coefficient_count(lens.model));
+    if (nested.ok() && (wanted > 0 || nested.has("coefficients")))
+        nested.required("coefficients", std::span<double>(lens.coefficients.data(), wanted));
+    if (auto done = nested.finish(); !done) return reader.fail(done.error());
+    patch.lens = lens;
+}
+
+OutputSpec read_output(const json& value, const std::string& path, JsonReader& parent) {
+    JsonReader reader(value, path);
+    OutputSpec output;
+    reader.required("kind", output.kind);
+    reader.optional("number", output.number);
+    reader.optional("format", output.format);
+    reader.optional("codec", output.codec);
+    reader.optional("quality", output.quality);
+    if (auto done = reader.finish(); !done) parent.fail(done.error());
+    return output;
+}
+
+void read_outputs(JsonReader& reader, CameraPatch& patch) {
+    if (!reader.find("outputs")) return;
+    std::vector<OutputSpec> outputs;
+    const auto items = reader.array("outputs", max_outputs_per_camera);
+    for (std::size_t i = 0; i < items.size(); ++i)
+        outputs.push_back(read_output(items[i], reader.path_of("outputs") + "[" + std::to_string(i) + "]", reader));
+    patch.outputs = std::move(outputs);
+}
+
+json array_of(const glm::dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+json output_to_json(const OutputSpec& output) {
+    json out = {{"kind", output.kind}};
+    if (output.number) out["number"] = *output.number;
+    if (!output.format.empty()) out["format"] = output.format;
+    if (!output.codec.empty()) out["codec"] = output.codec;
+    if (output.quality) out["quality"] = *output.quality;
+    return out;
+}
+
+}  // namespace
+
+CameraPatch read_camera_patch(JsonReader& reader) {
+    CameraPatch patch;
+    read_size(reader, patch);
+    read_rate(reader, patch);
+    read_optics(reader, patch);
+    if (const json* pose = reader.find("pose")) {
+        if (auto read = read_pose(*pose, reader.path_of("pose")))
+            patch.pose = *read;
+        else
+            reader.fail(read.error());
+    }
+    read_lens(reader, patch);
+    reader.optional("near", patch.near_m);
+    reader.optional("far", patch.far_m);
+    std::optional<std::string> quality;
+    reader.optional("quality", quality);
+    if (quality) patch.quality = take(reader, "quality", parse_quality(*quality));
+    reader.optional("code_strip", patch.code_strip);
+    read_outputs(reader, patch);
+    return patch;
+}
+
+Result<Pose> read_pose(const json& value, std::string path) {
+    JsonReader reader(value, path);
+    std::array<double, 3> position{}, target{};
+    std::array<double, 4> q{};
+    PanTiltRoll angles;
+    reader.required("position", std::span<double>(position));
+    const bool looks = reader.has("look_at");
+    const bool turned = reader.has("orientation");
+    const bool angled = reader.has("pan_deg") || reader.has("tilt_deg") || reader.has("roll_deg");
+    if (int{looks} + int{turned} + int{angled} > 1)
+        reader.fail(looks ? "look_at" : "orientation", "give only one of look_at, orientation and the angles");
+    if (looks) reader.required("look_at", std::span<double>(target));
+    if (turned) reader.required("orientation", std::span<double>(q));
+    const auto angle = [&](const char* key, double& out) {
+        double deg = 0.0;
+        reader.optional(key, deg);
+        out = glm::radians(deg);
+    };
+    angle("pan_deg", angles.pan);
+    angle("tilt_deg", angles.tilt);
+    angle("roll_deg", angles.roll);
+    for (const char* known : {"look_at", "orientation"}) reader.find(known);
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+
+    const glm::dvec3 eye(position[0], position[1], position[2]);
+    auto pose = looks    ? pose_look_at(eye, {target[0], target[1], target[2]})
+                : turned ? pose_from_quaternion(eye, glm::dquat(q[3], q[0], q[1], q[2]))
+                         : pose_from_angles(eye, angles);
+    if (!pose) return at(path, pose.error());
+    return pose;
+}
+
+json pose_to_json(const Pose& pose) {
+    const PanTiltRoll angles = angles_of(pose.orientation);
+    const glm::dquat& q = pose.orientation;
+    return {{"position", array_of(pose.position)},
+            {"orientation", {q.x, q.y, q.z, q.w}},
+            {"pan_deg", glm::degrees(angles.pan)},
+            {"tilt_deg", glm::degrees(angles.tilt)},
+            {"roll_deg", glm::degrees(angles.roll)}};
+}
+
+json camera_to_json(const CameraSpec& spec) {
+    const Intrinsics& k = spec.intrinsics;
+    const auto coefficients = static_cast<std::ptrdiff_t>(coefficient_count(spec.lens.model));
+    json outputs = json::array();
+    for (const OutputSpec& output : spec.outputs) outputs.push_back(output_to_json(output));
+    return {
+        {"name", spec.name},
+        {"size", {spec.size.width, spec.size.height}},
+        {"fps", spec.rate.den() == 1 ? json(spec.rate.num()) : json(spec.rate.to_string())},
+        {"vfov_deg", glm::degrees(vfov_rad(spec.size, k))},
+        {"hfov_deg", glm::degrees(hfov_rad(spec.size, k))},
+        {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
+        {"pose", pose_to_json(spec.pose)},
+        {"lens",
+         {{"model", to_string(spec.lens.model)},
+          {"coefficients",
+           json(std::vector<double>(spec.lens.coefficients.begin(), spec.lens.coefficients.begin() + coefficients))}}},
+        {"near", spec.near_m},
+        {"far", spec.far_m},
+        {"quality", spec.quality ? json(to_string(*spec.quality)) : json(nullptr)},
+        {"code_strip", spec.code_strip},
+        {"outputs", std::move(outputs)},
+    };
+}
+
+}  // namespace camrig

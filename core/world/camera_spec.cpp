@@ -1,0 +1,167 @@
+#include "core/world/camera_spec.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace camrig {
+namespace {
+
+/// The code strip's cells need this much room (core/frame/code_strip).
+constexpr ImageSize min_code_strip_size{128, 32};
+constexpr int max_device_number = 255;
+constexpr double max_near_m = 1e6;
+
+Error invalid(std::string message) {
+    return {ErrorKind::invalid_argument, std::move(message)};
+}
+
+Result<Intrinsics> derive_intrinsics(ImageSize size, const Optics& optics) {
+    if (const auto* vertical = std::get_if<VerticalFov>(&optics)) return intrinsics_from_vfov(size, vertical->rad);
+    if (const auto* horizontal = std::get_if<HorizontalFov>(&optics))
+        return intrinsics_from_hfov(size, horizontal->rad);
+    return std::get<Intrinsics>(optics);
+}
+
+Result<void> check_size(const CameraSpec& spec) {
+    const auto [width, height] = spec.size;
+    if (width < min_image_size.width || height < min_image_size.height || width > max_image_size.width ||
+        height > max_image_size.height) {
+        return std::unexpected(invalid("size: " + spec.size.to_string() + "; cameras have " +
+                                       min_image_size.to_string() + " to " + max_image_size.to_string() + " pixels"));
+    }
+    if (spec.code_strip && (width < min_code_strip_size.width || height < min_code_strip_size.height)) {
+        return std::unexpected(invalid("code_strip: a picture of " + spec.size.to_string() +
+                                       " has no room for it; it needs " + min_code_strip_size.to_string()));
+    }
+    return {};
+}
+
+Result<void> check_range(const CameraSpec& spec) {
+    if (!(spec.near_m > 0.0 && spec.near_m <= max_near_m))
+        return std::unexpected(invalid("near: must be over 0 and at most 1e6 m"));
+    if (!(spec.far_m == 0.0 || (std::isfinite(spec.far_m) && spec.far_m > spec.near_m)))
+        return std::unexpected(invalid("far: must be 0 (no limit) or over near"));
+    return {};
+}
+
+Result<void> check_pose(const Pose& pose) {
+    for (glm::length_t i = 0; i < 3; ++i) {
+        if (!(std::abs(pose.position[i]) <= max_coordinate_m))
+            return std::unexpected(invalid("pose.position: must be finite and within 1e10 m of the origin"));
+    }
+    // Made by core/camera, so a unit quaternion; this is for specs put together in code.
+    if (!(std::abs(glm::length(pose.orientation) - 1.0) < 1e-6))
+        return std::unexpected(invalid("pose.orientation: is not a unit quaternion"));
+    return {};
+}
+
+Result<void> check_lens(const Lens& lens) {
+    for (const double coefficient : lens.coefficients)
+        if (!std::isfinite(coefficient)) return std::unexpected(invalid("lens.coefficients: must be finite"));
+    if (lens.model != LensModel::pinhole) {
+        return error(ErrorKind::unsupported, "lens.model: " + std::string(to_string(lens.model)) +
+                                                 " is not rendered by this version; use pinhole");
+    }
+    return {};
+}
+
+Result<void> check_output(const OutputSpec& output, const std::string& place) {
+    const bool numbered = output.kind == "v4l2" || output.kind == "device";
+    if (!numbered && output.kind != "rtsp" && output.kind != "mjpeg") {
+        return std::unexpected(
+            invalid(place + ".kind: '" + output.kind.substr(0, 40) + "' is none of v4l2, device, rtsp, mjpeg"));
+    }
+    if (numbered && !output.number)
+        return std::unexpected(invalid(place + ".number: is missing; it is the N of /dev/videoN"));
+    if (!numbered && output.number)
+        return std::unexpected(invalid(place + ".number: " + output.kind + " outputs have none"));
+    if (output.number && (*output.number < 0 || *output.number > max_device_number))
+        return std::unexpected(invalid(place + ".number: must be 0 to 255"));
+
+    constexpr std::array formats = {"", "YUYV", "YU12", "MJPG", "BGR3"};
+    if (!output.format.empty() && output.kind != "v4l2")
+        return std::unexpected(invalid(place + ".format: only v4l2 outputs have one"));
+    if (std::ranges::find(formats, output.format) == formats.end())
+        return std::unexpected(
+            invalid(place + ".format: '" + output.format.substr(0, 40) + "' is none of YUYV, YU12, MJPG, BGR3"));
+
+    constexpr std::array codecs = {"", "h264", "mjpeg"};
+    if (!output.codec.empty() && output.kind != "rtsp")
+        return std::unexpected(invalid(place + ".codec: only rtsp outputs have one"));
+    if (std::ranges::find(codecs, output.codec) == codecs.end())
+        return std::unexpected(invalid(place + ".codec: '" + output.codec.substr(0, 40) + "' is none of h264, mjpeg"));
+
+    if (output.quality && output.kind != "mjpeg")
+        return std::unexpected(invalid(place + ".quality: only mjpeg outputs have one"));
+    if (output.quality && (*output.quality < 1 || *output.quality > 100))
+        return std::unexpected(invalid(place + ".quality: must be 1 to 100"));
+    return {};
+}
+
+Result<void> check_outputs(const std::vector<OutputSpec>& outputs) {
+    if (outputs.size() > max_outputs_per_camera) {
+        return error(ErrorKind::resource_exhausted, "outputs: " + std::to_string(outputs.size()) +
+                                                        " of them; a camera has at most " +
+                                                        std::to_string(max_outputs_per_camera));
+    }
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const std::string place = "outputs[" + std::to_string(i) + "]";
+        if (auto good = check_output(outputs[i], place); !good) return good;
+        for (std::size_t earlier = 0; earlier < i; ++earlier) {
+            const OutputSpec &a = outputs[earlier], &b = outputs[i];
+            if (a.kind == b.kind && a.number == b.number && a.codec == b.codec)
+                return std::unexpected(
+                    invalid(place + ": is the same output as outputs[" + std::to_string(earlier) + "]"));
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+std::string_view to_string(Quality quality) {
+    switch (quality) {
+        case Quality::fast:
+            return "fast";
+        case Quality::simple:
+            return "simple";
+        case Quality::beautiful:
+            return "beautiful";
+    }
+    return "simple";
+}
+
+Result<Quality> parse_quality(std::string_view name) {
+    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful})
+        if (name == to_string(quality)) return quality;
+    return error(ErrorKind::invalid_argument,
+                 "'" + std::string(name.substr(0, 40)) + "' is none of fast, simple, beautiful");
+}
+
+Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& patch) {
+    CameraSpec spec = base;
+    const auto apply = [](const auto& from, auto& to) {
+        if (from) to = *from;
+    };
+    apply(patch.size, spec.size);
+    apply(patch.rate, spec.rate);
+    apply(patch.optics, spec.optics);
+    apply(patch.pose, spec.pose);
+    apply(patch.lens, spec.lens);
+    apply(patch.near_m, spec.near_m);
+    apply(patch.far_m, spec.far_m);
+    if (patch.quality) spec.quality = patch.quality;
+    apply(patch.code_strip, spec.code_strip);
+    apply(patch.outputs, spec.outputs);
+
+    for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_lens(spec.lens),
+                             check_outputs(spec.outputs)})
+        if (!good) return std::unexpected(good.error());
+    auto intrinsics = derive_intrinsics(spec.size, spec.optics);
+    if (!intrinsics) return std::unexpected(intrinsics.error());
+    if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
+    spec.intrinsics = *intrinsics;
+    return spec;
+}
+
+}  // namespace camrig

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace camrig::gltf {
+
+/// The two parts of a glTF file; views into the bytes given to split_container().
+struct Container {
+    std::string_view json;
+    std::span<const std::byte> binary{};  ///< the BIN chunk; empty for .gltf
+    bool has_binary = false;
+};
+
+/// Tells .glb (magic) from .gltf and checks header and chunks of the former (glTF 2.0, 4.4). Throws Failure.
+Container split_container(std::span<const std::byte> bytes);
+
+}  // namespace camrig::gltf

@@ -1,0 +1,193 @@
+#include "core/world/gltf/material_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/world/gltf/image_decode.h"
+#include "core/world/gltf/resources.h"
+
+namespace camrig::gltf {
+namespace {
+
+float factor(double value, double high, std::string_view place) {
+    require(std::isfinite(value), place, "is not finite");
+    return static_cast<float>(std::clamp(value, 0.0, high));
+}
+
+/// KHR_texture_transform, read from the parsed extension object.
+void apply_transform(const tinygltf::ExtensionMap& extensions, TextureRef& ref, const std::string& place) {
+    const auto found = extensions.find("KHR_texture_transform");
+    if (found == extensions.end() || !found->second.IsObject()) return;
+    const tinygltf::Value& value = found->second;
+    const std::string at = place + ".extensions.KHR_texture_transform";
+    const auto number = [&](const tinygltf::Value& n, const char* key) {
+        require(n.IsNumber() && std::abs(n.GetNumberAsDouble()) <= 1e6, at + "." + key, "expected a number within 1e6");
+        return static_cast<float>(n.GetNumberAsDouble());
+    };
+    const auto pair = [&](const char* key, glm::vec2& out) {
+        if (!value.Has(key)) return;
+        const tinygltf::Value& list = value.Get(key);
+        require(list.IsArray() && list.ArrayLen() == 2, at + "." + key, "expected an array of 2 numbers");
+        out = {number(list.Get(0), key), number(list.Get(1), key)};
+    };
+    pair("offset", ref.offset);
+    pair("scale", ref.scale);
+    if (value.Has("rotation")) ref.rotation = number(value.Get("rotation"), "rotation");
+    if (value.Has("texCoord") && value.Get("texCoord").IsInt()) ref.texcoord = value.Get("texCoord").GetNumberAsInt();
+}
+
+template <typename Info>
+TextureRef texture_ref(const Document& document, const Info& info, const std::string& place) {
+    TextureRef ref{.texture = info.index, .texcoord = info.texCoord};
+    if (info.index < 0) return ref;
+    require(info.index < std::ssize(document.gltf.textures), place + ".index",
+            "texture " + std::to_string(info.index) + " of " + std::to_string(document.gltf.textures.size()));
+    apply_transform(info.extensions, ref, place);
+    if (ref.texcoord < 0 || ref.texcoord > 1)
+        fail(place + ".texCoord", "texture coordinate sets 0 and 1 are read", ErrorKind::unsupported);
+    return ref;
+}
+
+AlphaMode alpha_mode(const std::string& name, const std::string& place) {
+    if (name == "OPAQUE") return AlphaMode::opaque;
+    if (name == "MASK") return AlphaMode::mask;
+    if (name == "BLEND") return AlphaMode::blend;
+    fail(place + ".alphaMode", "'" + name.substr(0, 40) + "' is none of OPAQUE, MASK, BLEND");
+}
+
+Material read_material(const Document& document, const tinygltf::Material& from, const std::string& place) {
+    Material to;
+    to.name = from.name.substr(0, max_name_bytes);
+    const auto& pbr = from.pbrMetallicRoughness;
+    const std::string pbr_place = place + ".pbrMetallicRoughness";
+    for (glm::length_t i = 0; i < 4; ++i)
+        to.base_color[i] = factor(pbr.baseColorFactor[static_cast<std::size_t>(i)], 1.0, pbr_place);
+    to.metallic = factor(pbr.metallicFactor, 1.0, pbr_place);
+    to.roughness = factor(pbr.roughnessFactor, 1.0, pbr_place);
+    to.base_color_texture = texture_ref(document, pbr.baseColorTexture, pbr_place + ".baseColorTexture");
+    to.metallic_roughness_texture =
+        texture_ref(document, pbr.metallicRoughnessTexture, pbr_place + ".metallicRoughnessTexture");
+    to.normal_texture = texture_ref(document, from.normalTexture, place + ".normalTexture");
+    require(std::abs(from.normalTexture.scale) <= max_value, place + ".normalTexture.scale", "is not finite");
+    to.normal_scale = static_cast<float>(from.normalTexture.scale);
+    to.occlusion_texture = texture_ref(document, from.occlusionTexture, place + ".occlusionTexture");
+    to.occlusion_strength = factor(from.occlusionTexture.strength, 1.0, place + ".occlusionTexture.strength");
+    to.emissive_texture = texture_ref(document, from.emissiveTexture, place + ".emissiveTexture");
+    for (glm::length_t i = 0; i < 3; ++i)
+        to.emissive[i] = factor(from.emissiveFactor[static_cast<std::size_t>(i)], 1.0, place + ".emissiveFactor");
+    to.alpha_mode = alpha_mode(from.alphaMode, place);
+    to.alpha_cutoff = factor(from.alphaCutoff, 1e6, place + ".alphaCutoff");
+    to.double_sided = from.doubleSided;
+    to.unlit = from.extensions.contains("KHR_materials_unlit");
+    return to;
+}
+
+Wrap wrap(int value, const std::string& place) {
+    switch (value) {
+        case TINYGLTF_TEXTURE_WRAP_REPEAT:
+            return Wrap::repeat;
+        case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
+            return Wrap::clamp_to_edge;
+        case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+            return Wrap::mirrored_repeat;
+        default:
+            fail(place, std::to_string(value) + " is no wrap mode");
+    }
+}
+
+Sampler read_sampler(const tinygltf::Sampler& from, const std::string& place) {
+    Sampler to{.wrap_s = wrap(from.wrapS, place + ".wrapS"), .wrap_t = wrap(from.wrapT, place + ".wrapT")};
+    switch (from.magFilter) {
+        case -1:
+        case TINYGLTF_TEXTURE_FILTER_LINEAR:
+            break;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST:
+            to.magnify = Filter::nearest;
+            break;
+        default:
+            fail(place + ".magFilter", std::to_string(from.magFilter) + " is no filter");
+    }
+    switch (from.minFilter) {
+        case -1:
+        case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR:
+            break;
+        case TINYGLTF_TEXTURE_FILTER_LINEAR:
+            to.mipmaps = false;
+            break;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST:
+            to.mipmaps = false;
+            to.minify = Filter::nearest;
+            break;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
+            to.minify = Filter::nearest;
+            to.between_mipmaps = Filter::nearest;
+            break;
+        case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
+            to.between_mipmaps = Filter::nearest;
+            break;
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR:
+            to.minify = Filter::nearest;
+            break;
+        default:
+            fail(place + ".minFilter", std::to_string(from.minFilter) + " is no filter");
+    }
+    return to;
+}
+
+std::size_t image_count(const Document& document) {
+    const auto images = document.json.find("images");
+    return images == document.json.end() ? 0 : images->size();
+}
+
+Image read_image(const Document& document, std::size_t index, Budget& budget) {
+    const nlohmann::json& image = document.json["images"][index];
+    const std::string place = item("images", index);
+    if (const auto view = image.find("bufferView"); view != image.end())
+        return decode_image(document.view(view->get<std::int64_t>(), place), place, budget);
+    const auto uri = image.find("uri");
+    require(uri != image.end() && uri->is_string(), place, "has neither bufferView nor uri");
+    const auto bytes = load_uri(uri->get_ref<const std::string&>(), document.base, place + ".uri");
+    return decode_image(bytes, place, budget);
+}
+
+}  // namespace
+
+std::vector<Material> read_materials(const Document& document) {
+    std::vector<Material> out;
+    for (std::size_t i = 0; i < document.gltf.materials.size(); ++i)
+        out.push_back(read_material(document, document.gltf.materials[i], item("materials", i)));
+    return out;
+}
+
+std::vector<Texture> read_textures(const Document& document) {
+    std::vector<Sampler> samplers;
+    for (std::size_t i = 0; i < document.gltf.samplers.size(); ++i)
+        samplers.push_back(read_sampler(document.gltf.samplers[i], item("samplers", i)));
+    std::vector<Texture> out;
+    const std::size_t images = image_count(document);
+    for (std::size_t i = 0; i < document.gltf.textures.size(); ++i) {
+        const tinygltf::Texture& from = document.gltf.textures[i];
+        const std::string place = item("textures", i);
+        require(from.source >= 0 && from.source < static_cast<std::int64_t>(images), place + ".source",
+                "image " + std::to_string(from.source) + " of " + std::to_string(images));
+        require(from.sampler < std::ssize(samplers), place + ".sampler",
+                "sampler " + std::to_string(from.sampler) + " of " + std::to_string(samplers.size()));
+        Texture texture;
+        texture.image = from.source;
+        if (from.sampler >= 0) texture.sampler = samplers[static_cast<std::size_t>(from.sampler)];
+        out.push_back(texture);
+    }
+    return out;
+}
+
+std::vector<Image> read_images(const Document& document, Budget& budget) {
+    std::vector<Image> out(image_count(document));
+    std::vector<bool> used(out.size());
+    for (const tinygltf::Texture& texture : document.gltf.textures)
+        used[static_cast<std::size_t>(texture.source)] = true;
+    for (std::size_t i = 0; i < out.size(); ++i)
+        if (used[i]) out[i] = read_image(document, i, budget);
+    return out;
+}
+
+}  // namespace camrig::gltf

@@ -1,0 +1,60 @@
+#include <algorithm>
+#include <new>
+
+#include "core/base/json_reader.h"
+#include "core/world/gltf/failure.h"
+#include "core/world/gltf/resources.h"
+#include "core/world/gltf_loader.h"
+#include "core/world/model_scene.h"
+#include "core/world/scene_reader.h"
+
+namespace camrig {
+namespace {
+
+Result<Scene> load_scene_file(const std::filesystem::path& file) {
+    std::vector<std::byte> bytes;
+    try {
+        bytes = gltf::read_file(file, max_scene_bytes);
+    } catch (const gltf::Failure& failure) {
+        return std::unexpected(failure.error);
+    }
+    auto document = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, max_scene_bytes);
+    if (!document) return std::unexpected(document.error());
+    const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+    return read_scene(*document, folder, [](const std::filesystem::path& model) { return load_model(model); });
+}
+
+Result<Scene> load_any(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (extension == ".json") {
+        auto scene = load_scene_file(file);
+        if (!scene) return at(file.string(), scene.error());
+        return scene;
+    }
+    if (extension == ".gltf" || extension == ".glb") {
+        auto model = load_model(file);
+        if (!model) return std::unexpected(model.error());
+        auto scene = scene_of_model(*model);
+        if (!scene) return at(file.string(), scene.error());
+        return scene;
+    }
+    return error(ErrorKind::invalid_argument, file.string() + ": is no scene; scenes are .json, .gltf or .glb files");
+}
+
+}  // namespace
+
+Result<SceneRef> load_scene(const std::filesystem::path& file) {
+    try {
+        auto scene = load_any(file);
+        if (!scene) return std::unexpected(scene.error());
+        scene->file = file;
+        return std::make_shared<const Scene>(std::move(*scene));
+    } catch (const std::bad_alloc&) {
+        return error(ErrorKind::resource_exhausted, file.string() + ": not enough memory for this scene");
+    } catch (const std::filesystem::filesystem_error& problem) {
+        return error(ErrorKind::invalid_argument, problem.what());
+    }
+}
+
+}  // namespace camrig
