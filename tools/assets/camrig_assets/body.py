@@ -91,7 +91,7 @@ TORSO_WOMAN = [(0.78, 0.105, 0.068, 0.085, 0.0), (0.86, 0.170, 0.094, 0.120, 0.0
                (1.33, 0.154, 0.106, 0.100, 0.0), (1.38, 0.158, 0.086, 0.096, -0.004), (1.42, 0.148, 0.070, 0.088, -0.008), (1.45, 0.116, 0.058, 0.078, -0.012),
                (1.475, 0.080, 0.050, 0.066, -0.014), (1.50, 0.058, 0.044, 0.054, -0.014)]
 # way along the arm (0 shoulder joint, 1 elbow, 2 wrist), radius across, front, back
-ARM = [(-0.18, 0.006, 0.006, 0.006), (-0.155, 0.030, 0.034, 0.034), (-0.09, 0.048, 0.054, 0.056), (0.05, 0.056, 0.061, 0.063), (0.25, 0.053, 0.057, 0.058),
+ARM = [(-0.115, 0.004, 0.004, 0.004), (-0.095, 0.026, 0.030, 0.030), (-0.04, 0.044, 0.050, 0.052), (0.08, 0.054, 0.060, 0.061), (0.25, 0.052, 0.057, 0.057),
        (0.55, 0.046, 0.051, 0.050), (0.85, 0.041, 0.043, 0.043), (1.0, 0.041, 0.041, 0.044), (1.15, 0.043, 0.044, 0.043), (1.35, 0.041, 0.043, 0.040),
        (1.7, 0.031, 0.034, 0.031), (2.0, 0.023, 0.029, 0.028), (2.08, 0.022, 0.030, 0.029)]
 # height, half width, front, back
@@ -135,10 +135,10 @@ class Shaper:
         w = self.blank(len(heights), columns)
         for row, y in enumerate(heights):
             x = grid[row, :, 0] / self.s
-            down = 1 - smoothstep(0.70, 0.95, y)
-            left = smoothstep(-0.10, 0.10, x)
-            w[row, :, self.j("left_thigh")], w[row, :, self.j("right_thigh")] = 0.9 * down * left, 0.9 * down * (1 - left)
-            rest = 1 - 0.9 * down
+            down = 1 - smoothstep(0.72, 0.96, y)
+            left = smoothstep(-0.075, 0.075, x)
+            w[row, :, self.j("left_thigh")], w[row, :, self.j("right_thigh")] = 0.96 * down * left, 0.96 * down * (1 - left)
+            rest = 1 - 0.96 * down
             spine, chest = smoothstep(0.98, 1.12, y), smoothstep(1.13, 1.28, y)
             neck = 0.6 * smoothstep(1.47, 1.52, y)
             w[row, :, self.j("hips")] = rest * (1 - spine)
@@ -194,9 +194,9 @@ class Shaper:
         up = -(first / np.linalg.norm(first) * (1 - bend) + second / np.linalg.norm(second) * bend)
         return point, up
 
-    def arm(self, name, side, from_t, to_t, ease, columns=10, cuff=0.0, stations=None, **keywords):
+    def arm(self, name, side, from_t, to_t, ease, columns=9, cuff=0.0, stations=None, **keywords):
         """A sleeve or bare arm between two stations, `ease` off the skin; `cuff` closes the lower end inwards."""
-        ts = stations if stations is not None else [-0.18, -0.155, -0.09, 0.05, 0.25, 0.55, 0.82, 0.92, 1.0, 1.08, 1.2, 1.4, 1.7, 2.0]
+        ts = stations if stations is not None else [-0.115, -0.095, -0.04, 0.08, 0.28, 0.60, 0.86, 1.0, 1.14, 1.4, 1.7, 2.0]
         ts = np.array([t for t in ts if from_t <= t < to_t - 0.03] + [to_t])
         thick = 1 + 0.10 * self.build.weight - 0.14 * self.build.female
         rows, kept = [], []
@@ -204,7 +204,7 @@ class Shaper:
             point, up = self.arm_frame(side, t)
             half, front, back = table(ARM, t) * thick
             off = ease(t) if callable(ease) else ease
-            off *= smoothstep(-0.19, -0.10, t)
+            off *= smoothstep(-0.125, -0.03, t)
             rows.append(ring_at(point, up, half + off, front + off, back + off, columns, 2.2))
             kept.append(t)
         if cuff:
@@ -282,9 +282,9 @@ class Shaper:
         ankle = self.rig.at(f"{side}_foot") / self.s
         size = 1 - 0.06 * self.build.female
         # z from the ankle, half width at the ground, height, width of the top against the ground
-        rows = [(-0.072, 0.006, 0.030, 0.8), (-0.068, 0.022, top * 0.80, 0.8), (-0.050, 0.032, top, 0.88), (-0.010, 0.035, top * 1.02, 0.9), (0.030, 0.037, top * 0.93, 0.85), (0.065, 0.042, 0.068, 0.72),
-                (0.105, 0.046, 0.053, 0.70), (0.140, 0.045, 0.043, 0.72), (0.172, 0.036 * (1 - 0.3 * pointed), 0.034, 0.7), (0.190, 0.020 * (1 - 0.4 * pointed), 0.026, 0.6), (0.196 + 0.01 * pointed, 0.004, 0.018, 0.5)]
-        shape = np.array([(0.0, 0.0), (-0.98, 0.0), (-1.03, 0.17), (-1.0, 0.42), (-0.80, 0.75), (-0.36, 0.97), (0.36, 0.97), (0.80, 0.75), (1.0, 0.42), (1.03, 0.17), (0.98, 0.0), (0.0, 0.0)])
+        rows = [(-0.072, 0.0, 0.030, 0.8), (-0.067, 0.022, top * 0.85, 0.8), (-0.045, 0.033, top, 0.88), (0.015, 0.036, top * 0.98, 0.87), (0.065, 0.042, 0.068, 0.72),
+                (0.110, 0.046, 0.052, 0.70), (0.150, 0.043 * (1 - 0.12 * pointed), 0.041, 0.72), (0.180, 0.031 * (1 - 0.38 * pointed), 0.031, 0.68), (0.195 + 0.01 * pointed, 0.014 * (1 - 0.4 * pointed), 0.022, 0.6), (0.199 + 0.012 * pointed, 0.0, 0.014, 0.5)]
+        shape = np.array([(0.0, 0.0), (-0.98, 0.0), (-1.03, 0.20), (-0.95, 0.50), (-0.55, 0.92), (0.0, 1.0), (0.55, 0.92), (0.95, 0.50), (1.03, 0.20), (0.98, 0.0), (0.0, 0.0)])
         grid, w = [], self.blank(len(rows), len(shape) - 1)
         for row, (z, half, high, taper) in enumerate(rows):
             inward = -sign * 0.006 * smoothstep(0.02, 0.19, z)
@@ -297,9 +297,10 @@ class Shaper:
 
     def blob(self, name, joint, centre, radii, columns, rows, paint, texels=(32, 32), power=2.0, turn=None):
         """A closed rounded shape (superellipsoid) fixed to one joint: buns, bags, ears."""
-        ring = unit_ring(columns, power)
+        boxy = power >= 3.5
+        ring = unit_ring(0, power, (0, 38, 52, 90, 128, 142, 180, 218, 232, 270, 308, 322, 360)) if boxy else unit_ring(columns, power)
         grid = []
-        for lat in np.linspace(-90, 90, rows):
+        for lat in (-90, -54, -38, 0, 38, 54, 90) if boxy else np.linspace(-90, 90, rows):
             c, s = np.cos(np.radians(lat)), np.sin(np.radians(lat))
             length = (abs(c) ** power + abs(s) ** power) ** (1 / power)
             c, s = (0.0, np.sign(s)) if abs(lat) == 90 else (c / length, s / length)
@@ -307,7 +308,7 @@ class Shaper:
         grid = np.array(grid) * radii
         if turn is not None:
             grid = grid @ np.asarray(turn).T
-        return self._fixed(Part(name, (grid + centre) * self.s, self.blank(rows, columns), texels, paint), joint)
+        return self._fixed(Part(name, (grid + centre) * self.s, self.blank(len(grid), len(ring) - 1), texels, paint), joint)
 
 
 def blend_joins(parts, pairs, scale):

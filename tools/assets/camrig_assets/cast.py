@@ -4,15 +4,15 @@ CAST = {
     "person_1": {  # woman, tan trench coat, long brown hair
         "build": {"height": 1.69, "female": 1.0, "weight": -0.2}, "skin": "#dfae90", "seed": 100,
         "hair": {"colour": "#3b2417", "hairline": "long", "thickness": 0.016, "style": "long", "ears": False, "lips": "#b2575a", "lashes": 0.0028, "eyes": "#5a4030"},
-        "top": {"style": "coat", "colour": "#b99464", "shirt": "#f2efe9", "hem": 0.56, "flare": 0.018, "folds": 1.1, "waisted": 1.0},
+        "top": {"style": "coat", "colour": "#b99464", "shirt": "#f2efe9", "hem": 0.56, "flare": 0.024, "folds": 1.1, "waisted": 1.0},
         "bottom": {"style": "trousers", "colour": "#23252c", "fit": 0.15}, "shoes": {"colour": "#2a1b14", "pointed": 0.6},
-        "bag": {"kind": "right_hand", "colour": "#6e2a22", "radii": (0.05, 0.11, 0.15)}, "gait": {"right_swing": 9, "hip_yaw": 7, "hip_roll": 4, "width": 0.62}},
+        "bag": {"kind": "right_hand", "colour": "#6e2a22", "radii": (0.05, 0.11, 0.15)}, "gait": {"carry": "right", "right_swing": 8, "hip_yaw": 7, "hip_roll": 4, "width": 0.62}},
     "person_2": {  # man, navy suit, briefcase
         "build": {"height": 1.81, "shoulders": 1.04}, "skin": "#d8a382", "seed": 200,
         "hair": {"colour": "#2e2117", "hairline": "short", "thickness": 0.011, "quiff": 0.7, "beard": 0.18},
         "top": {"style": "jacket", "colour": "#27324d", "shirt": "#e6ecf5", "tie": "#7c1f2b", "hem": 0.80, "flare": 0.010, "folds": 0.8},
         "bottom": {"style": "trousers", "colour": "#262f47", "fit": 0.55}, "shoes": {"colour": "#1d1512", "pointed": 0.4},
-        "bag": {"kind": "left_hand", "colour": "#4a2f1d", "radii": (0.045, 0.14, 0.20)}, "gait": {"left_swing": 8}},
+        "bag": {"kind": "left_hand", "colour": "#4a2f1d", "radii": (0.045, 0.14, 0.20)}, "gait": {"carry": "left", "left_swing": 8}},
     "person_3": {  # woman, red sweater, jeans, black bob, backpack
         "build": {"height": 1.62, "female": 1.0}, "skin": "#e6bd98", "seed": 300,
         "hair": {"colour": "#17120f", "hairline": "long", "thickness": 0.015, "style": "bob", "ears": False, "eyes": "#2a1a12", "lashes": 0.0026},
@@ -42,7 +42,7 @@ CAST = {
         "hair": {"colour": "#a9a7a4", "hairline": "short", "thickness": 0.020, "crown": 0.5, "style": "curly", "strands": 0, "brows": "#87827c", "glasses": True, "eyes": "#50606a"},
         "top": {"style": "cardigan", "colour": "#2f6650", "shirt": "#5c2c52", "hem": 0.86, "flare": 0.02, "weave": 0.07},
         "bottom": {"style": "skirt", "colour": "#5c2c52", "dots": "#d9b6cf", "hem": 0.40, "flare": 0.06, "tights": "#54433c"}, "shoes": {"colour": "#2b211e"},
-        "bag": {"kind": "left_hand", "colour": "#202228", "radii": (0.05, 0.09, 0.13)}, "gait": {"stride": 0.85, "cadence": 0.96, "left_swing": 7, "right_swing": 14, "lean": 5}},
+        "bag": {"kind": "left_hand", "colour": "#202228", "radii": (0.05, 0.09, 0.13)}, "gait": {"stride": 0.85, "cadence": 0.96, "carry": "left", "left_swing": 6, "right_swing": 14, "lean": 5}},
     "person_8": {  # boy, teal T-shirt, shorts, small backpack
         "build": {"height": 1.34, "weight": -0.35, "head": 1.20, "legs": 0.96, "shoulders": 0.92, "female": 0.3}, "skin": "#e4b694", "seed": 800,
         "hair": {"colour": "#6b4526", "hairline": "short", "thickness": 0.017, "quiff": 0.3, "eyes": "#5a6b3c", "flush": 0.9},

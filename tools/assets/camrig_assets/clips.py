@@ -143,11 +143,11 @@ def walk_posture(rig, phase, stride, style, height):
     """One instant of the gait; `height` is that of the pelvis, see `walk`."""
     turn = math.tau * phase
     s = rig.build.scale
-    ahead = stride * 0.30
+    ahead = stride * style["ahead"]
     feet = {"left": _walk_foot(rig, "left", phase % 1, stride, ahead, style["width"]),
             "right": _walk_foot(rig, "right", (phase + 0.5) % 1, stride, ahead, style["width"])}
     sway = math.sin(turn - 0.35)
-    pelvis = np.array([style["sway"] * s * sway, height + 0.017 * s * math.cos(2 * (turn - math.tau * 0.31)), 0.01 * s * math.sin(2 * turn)])
+    pelvis = np.array([style["sway"] * s * sway, height + 0.021 * s * math.cos(2 * (turn - math.tau * 0.30)), 0.01 * s * math.sin(2 * turn)])
     yaw, lift = -style["hip_yaw"] * math.cos(turn), style["hip_roll"] * sway
     lean = style["lean"]
     chest_yaw = style["chest_yaw"] * math.cos(turn)
@@ -160,7 +160,17 @@ def walk_posture(rig, phase, stride, style, height):
         angles[f"{side}_forearm"] = (-flex, -sign * 6, 0)
         angles[f"{side}_hand"] = (-4, 0, 0)
         angles[f"{side}_shoulder"] = (0, sign * swing * 0.12, 0)
+    _hang(angles, style)
     return Posture(pelvis, feet, angles, knee_out=style.get("knee_out", 4.0))
+
+
+def _hang(angles, style):
+    """A hand that carries a bag: the arm stays nearly straight and the bag's weight keeps it upright in the grip."""
+    for side in ("left", "right"):
+        if style.get("carry") == side:
+            arm, fore = angles[f"{side}_upper_arm"], angles[f"{side}_forearm"]
+            angles[f"{side}_forearm"] = (-8.0, fore[1], 0)
+            angles[f"{side}_hand"] = (8.0 - arm[0], 0, -arm[2])
 
 
 DEFAULT_STYLE = {"cadence": 1.0, "stride": 1.0, "sway": 0.020, "hip_yaw": 6.0, "hip_roll": 3.0, "chest_yaw": 5.0, "lean": 3.0, "head_pitch": 1.0,
@@ -170,20 +180,24 @@ DEFAULT_STYLE = {"cadence": 1.0, "stride": 1.0, "sway": 0.020, "hip_yaw": 6.0, "
 def walk(rig, style):
     """The walking cycle: (times, postures, ground speed). The pelvis is as high as both legs can reach all the time."""
     legs = rig.at("left_thigh")[1]
-    stride = 1.50 * legs * style["stride"]
-    period = 1.06 * math.sqrt(legs / 0.915) / style["cadence"]
+    stride = 1.43 * legs * style["stride"]
+    period = 1.04 * math.sqrt(legs / 0.915) / style["cadence"]
     phases = np.arange(WALK_KEYS + 1) / WALK_KEYS
-    low, high = 0.7 * legs, legs * 1.1
-    for _ in range(40):
-        height = (low + high) / 2
-        low, high = (height, high) if _stretch(rig, stride, style, height) < 0.992 else (low, height)
+    best = (0.0, 0.0)
+    for ahead in np.arange(0.20, 0.32, 0.01):   # where the foot strikes: the choice that lets the pelvis stay highest
+        low, high = 0.7 * legs, legs * 1.1
+        for _ in range(16):
+            height = (low + high) / 2
+            low, high = (height, high) if _stretch(rig, stride, {**style, "ahead": ahead}, height) < 0.996 else (low, height)
+        best = max(best, (low, ahead))
+    low, style = best[0], {**style, "ahead": best[1]}
     return phases * period, [walk_posture(rig, p % 1, stride, style, low) for p in phases], stride / period
 
 
 def _stretch(rig, stride, style, height):
     """The largest hip-to-ankle distance over the cycle as a share of the leg's length."""
     worst = 0.0
-    for p in np.arange(60) / 60:
+    for p in np.arange(24) / 24:
         posture = walk_posture(rig, p, stride, style, height)
         turn = rotation(*posture.angles["hips"])
         for side in ("left", "right"):
@@ -207,6 +221,7 @@ def _standing(rig, shift, style, drop=0.004):
         angles[f"{side}_forearm"] = (-(12 + style.get(f"{side}_flex", 0)), -sign * 8, 0)
         angles[f"{side}_hand"] = (-4, 0, 0)
         angles[f"{side}_shoulder"] = (0, 0, 0)
+    _hang(angles, style)
     return Posture(pelvis, feet, angles, knee_out=9)
 
 

@@ -121,8 +121,9 @@ class Glb:
             rgba[:, :np.shape(colors)[1]] = colors
             attributes["COLOR_0"] = self.accessor(np.round(np.clip(rgba, 0, 1) * 255), "VEC4", UINT8, ARRAY_BUFFER, normalized=True)
         if joints is not None:
-            attributes["JOINTS_0"] = self.accessor(joints, "VEC4", UINT8, ARRAY_BUFFER)
-            attributes["WEIGHTS_0"] = self.accessor(byte_weights(weights), "VEC4", UINT8, ARRAY_BUFFER, normalized=True)
+            shares = byte_weights(weights)
+            attributes["JOINTS_0"] = self.accessor(np.where(shares > 0, joints, 0), "VEC4", UINT8, ARRAY_BUFFER)
+            attributes["WEIGHTS_0"] = self.accessor(shares, "VEC4", UINT8, ARRAY_BUFFER, normalized=True)
         component = UINT16 if len(positions) < 65535 else UINT32
         return {"attributes": attributes, "material": material,
                 "indices": self.accessor(triangles, "SCALAR", component, ELEMENT_ARRAY_BUFFER)}

@@ -16,13 +16,15 @@ from .scene import Scene
 
 MAP_WIDTH = 1024
 SKY_LIGHT, GROUND_LIGHT = 3.2, 0.9           # radiance seen through windows, up and down
-GLOW = {"pendant_pair": 9.0, "downlights": 14.0, "light_line": 8.0, "departure_board": 0.4, "reception_desk": 3.0}
+GLOW = {"departure_board": 0.4, "reception_desk": 2.0}
+# lamp: places along it, height, radius of the sampled disc, area, radiance
+LAMPS = {"pendant_pair": ((-0.9, 0.9), 0.0, 0.30, 0.332, 9.0), "downlights": ((-2.5, 0, 2.5), -0.02, 0.09, 0.0314, 60.0), "light_line": ((-1.2, 0, 1.2), -0.04, 0.25, 0.13, 12.0)}
 PROP_ALBEDO = 0.40
-BOUNCES = (48, 48, 320)
+BOUNCES = (48, 48, 400)
 AMBIENT_SKY, AMBIENT_GROUND = (0.80, 0.81, 0.83), (0.52, 0.50, 0.48)
-KEY = {"color": (1.0, 0.97, 0.92), "intensity": 0.36, "direction": (-0.35, 0.62, -0.70)}   # soft light from the southern windows and the entrance
-SELF_LIT = {"ceiling": 0.20}                 # emissive share, because the ambient light from below is weak
-FLOOR_LEVEL = 0.80                           # the floor's median light in the picture
+KEY = {"color": (1.0, 0.97, 0.92), "intensity": 0.32, "direction": (-0.35, 0.62, -0.70)}   # soft light from the southern windows and the entrance
+SELF_LIT = {"ceiling": 0.25}                 # emissive share, because the ambient light from below is weak
+FLOOR_LEVEL = 0.76                           # the floor's median light in the picture
 
 
 def ambient(normals):
@@ -73,10 +75,14 @@ def _bake(parts, plan, size):
             for k, (material, mesh) in enumerate(meshes):
                 points, normals = _world(mesh, position, yaw)
                 if material != "glass":
-                    room.add(points, mesh.triangles, PROP_ALBEDO if material != "leaf" else 0.15, GLOW.get(name, 0.6) if material == "glow" else 0.0, owner=owner)
+                    room.add(points, mesh.triangles, PROP_ALBEDO if material != "leaf" else 0.15, GLOW.get(name, 0.6) if material == "glow" and name not in LAMPS else 0.0, owner=owner)
                 if i in sample and material in ("props", "leaf"):
                     index.setdefault((name, k), []).append((len(sets), normals))
                     sets.append((points, normals, owner))
+            if name in LAMPS:
+                offsets, height, radius, area, radiance = LAMPS[name]
+                for offset in offsets:
+                    room.add_lamp(np.array(position) + (offset * np.cos(np.radians(yaw)), offset * np.sin(np.radians(yaw)), height), radius, area, radiance)
             owner += 1
     room.close(owner)
     vertex_light = room.bake([p.chart for p in parts], sets, BOUNCES)
@@ -130,7 +136,7 @@ def _assemble(parts, plan, size, lightmap, prop_light):
     _structure_nodes(glb, root, parts, size, materials)
     _outside_nodes(glb, root, materials)
     for name, (meshes, places) in plan.items():
-        primitives = [glb.primitive(mesh.positions, mesh.normals, mesh.triangles, materials[material], uv=mesh.uv,
+        primitives = [glb.primitive(mesh.positions, mesh.normals, mesh.triangles, materials[material], uv=None if material == "glass" else mesh.uv,
                                     colors=np.repeat(prop_light[name, k][:, None], 3, axis=1) if (name, k) in prop_light else None) for k, (material, mesh) in enumerate(meshes)]
         mesh_index = glb.mesh(name, primitives)
         for node, position, yaw in places:

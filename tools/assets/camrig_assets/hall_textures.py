@@ -128,6 +128,7 @@ def outside(width=1024, height=384):
     car = (y > 0.765) & (y < 0.845) & (np.abs((x * 5.3) % 1 - 0.5) < 0.15) & (noise._lattice((x * 5.3).astype(int), house * 0, house * 0, 77) > 0.35)
     body = mix(np.broadcast_to(np.array([0.72, 0.73, 0.75]), out.shape), np.array([0.46, 0.14, 0.13]), noise._lattice((x * 5.3).astype(int), house * 0, house * 0, 78))
     out = np.where(car[..., None], np.where((y < 0.80)[..., None], np.array([0.25, 0.29, 0.33]), body), out)
+    out = 1 - (1 - out) * 0.72   # overexposed, as a street is from indoors
     return _image(out).filter(ImageFilter.GaussianBlur(1.6))
 
 

@@ -47,6 +47,7 @@ class Room:
         self.size, self.sky, self.ground = size, sky, ground
         self.positions, self.triangles, self.uv = [], [], []
         self.albedo, self.glow, self.mapped, self.owner = [], [], [], []
+        self.lamps = []
         self._count = 0
 
     def add(self, positions, triangles, albedo, glow=0.0, uv1=None, owner=-1):
@@ -60,6 +61,10 @@ class Room:
         self.mapped.append(np.full(n, uv1 is not None))
         self.owner.append(np.full(n, owner))
         self._count += len(positions)
+
+    def add_lamp(self, centre, radius, area, radiance):
+        """A disc that shines downwards; its triangles, if any, must not glow themselves."""
+        self.lamps.append((np.asarray(centre, dtype=np.float64), radius, area * radiance))
 
     def close(self, owners):
         join = np.concatenate
@@ -87,6 +92,24 @@ class Room:
             backs += back
         return light / count, backs / count
 
+    def lamp_light(self, points, normals):
+        """Light straight from the lamps: one shadow ray to a point of each, another point for each receiver."""
+        points = points + normals * LIFT
+        cell = np.floor(points * 977).astype(np.int64)
+        total = np.zeros(len(points))
+        for i, (centre, radius, power) in enumerate(self.lamps):
+            turn = noise._lattice(cell[:, 0], cell[:, 1], cell[:, 2], 40 + 2 * i) * 2 * np.pi
+            way = radius * np.sqrt(noise._lattice(cell[:, 0], cell[:, 1], cell[:, 2], 41 + 2 * i))
+            to = centre + np.stack([way * np.cos(turn), way * np.sin(turn), np.full(len(turn), -0.03)], axis=1) - points
+            distance = np.linalg.norm(to, axis=1)
+            to /= distance[:, None]
+            share = power * np.maximum(0, (normals * to).sum(axis=1)) * np.maximum(0, to[:, 2]) / (np.pi * distance ** 2)
+            lit = np.flatnonzero(share > 0.002)
+            if len(lit):
+                free = self.rays.scene.run(points[lit].astype(np.float32), to[lit].astype(np.float32), output=1)["tfar"] > distance[lit] - 0.02
+                total[lit] += np.minimum(share[lit], 3.0) * free
+        return total
+
     def _radiance(self, points, directions):
         out = self.rays.scene.run(points, directions, output=1)
         hit = out["primID"]
@@ -108,8 +131,10 @@ class Room:
         texels = [_texels(chart) for chart in charts]
         points = np.concatenate([t[0] for t in texels] + [v[0] for v in vertex_sets])
         normals = np.concatenate([t[1] for t in texels] + [v[1] for v in vertex_sets])
+        direct = self.lamp_light(points, normals)
         for count in counts:
             light, backs = self.gather(points, normals, count)
+            light += direct
             at = 0
             for chart, (place, _) in zip(charts, texels):
                 x, y, w, h = chart.rect
@@ -155,7 +180,7 @@ def _cleaned(light, hidden, w, h):
         total = norm = 0.0
         for dy, dx, weight in weights:   # bilateral: an edge of a contact shadow stays
             value = _shift(light, dy, dx)
-            k = weight * np.exp(-((value - light) / (0.10 * light.mean() + 1e-6)) ** 2)
+            k = weight * np.exp(-((value - light) / (0.22 * light.mean() + 1e-6)) ** 2)
             total, norm = total + k * value, norm + k
         light = total / norm
     return light

@@ -120,11 +120,11 @@ def _occlusion(positions, normals, triangles, rows):
 def _shadow(glb, rig, material):
     """A soft dark spot below the feet: transparent at its rim, fixed to the root."""
     s = rig.build.scale
-    rings, columns = ((0.0, 0.50), (0.35, 0.42), (0.65, 0.18), (1.0, 0.0)), 16
+    rings, columns = ((0.0, 0.42), (0.45, 0.27), (1.0, 0.0)), 12
     turn = np.linspace(0, 2 * np.pi, columns, endpoint=False)
     positions, alphas, triangles = [(0, 0, 0)], [rings[0][1]], []
     for radius, alpha in rings[1:]:
-        positions += [(0.30 * s * radius * np.sin(a), 0, 0.02 + 0.42 * s * radius * np.cos(a)) for a in turn]
+        positions += [(0.27 * s * radius * np.sin(a), 0, 0.02 + 0.40 * s * radius * np.cos(a)) for a in turn]
         alphas += [alpha] * columns
     for i in range(columns):
         j = (i + 1) % columns

@@ -38,9 +38,9 @@ class Build:
 def joints(build):
     """(name, parent, position) in the bind pose, parents first, metres."""
     hip_y, rise = 0.915 * build.legs, (build.legs - 1) * 0.915
-    shoulder_x = (0.180 - 0.022 * build.female + 0.008 * build.weight) * build.shoulders
+    shoulder_x = (0.174 - 0.024 * build.female + 0.008 * build.weight) * build.shoulders
     hip_x = 0.088 + 0.006 * build.female
-    top = 1.425 + rise * 0.35
+    top = 1.412 + rise * 0.35
     chin = 1.75 - 0.225 * build.head
     listing = [("root", None, (0, 0, 0)), ("hips", "root", (0, hip_y + 0.02, 0)), ("spine", "hips", (0, 1.06 + rise * 0.8, -0.005)),
                ("chest", "spine", (0, 1.22 + rise * 0.5, -0.01)), ("neck", "chest", (0, 1.485 + rise * 0.35, -0.018)),

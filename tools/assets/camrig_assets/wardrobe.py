@@ -132,14 +132,14 @@ class Wardrobe:
                 bottom = 1.10 if style == "jacket" else 1.28
                 shirt = rgb(spec.get("shirt", "#e8ecf2"))
                 width = np.clip((y - bottom) * (0.24 if style == "jacket" else 0.30), 0, 0.085)
-                inside = smoothstep(0.003, -0.003, ax - width) * front * (y > bottom)
+                inside = smoothstep(0.005, -0.005, ax - width) * front * (y > bottom)
                 under = cloth(points, shirt, folds(points, 0.4, seed + 1), seed + 1)
                 if spec.get("tie"):
                     knot = np.interp(y, [1.12, 1.40, 1.43, 1.47], [0.034, 0.022, 0.016, 0.020])
                     under = mix(under, cloth(points, rgb(spec["tie"]) * (1 - 0.3 * ((x + y * 1.0) * 50 % 1 < 0.3))[..., None], np.zeros(u.shape), 3), smoothstep(0.002, -0.002, ax - knot))
                     under = under * (1 - 0.2 * line(ax - 0.045 - (1.48 - y) * 0.25, 0.006) * (y > 1.42))[..., None]
                 else:
-                    skin_v = smoothstep(0.003, -0.003, ax - (y - 1.405) * 0.6)
+                    skin_v = smoothstep(0.005, -0.005, ax - (y - 1.405) * 0.6)
                     under = mix(under, paint.skin(points, self.tone), skin_v)
                 out = mix(out, under, inside)
                 lapel = smoothstep(0.002, -0.002, ax - width - np.interp(y, [bottom, 1.30, 1.385, 1.39, 1.47], [0.004, 0.060, 0.075, 0.052, 0.040])) * front * (1 - inside) * (y > bottom)
@@ -168,7 +168,7 @@ class Wardrobe:
                 under = cloth(points, rgb(spec["shirt"]), folds(points, 0.5, seed + 1), seed + 1)
                 under = mix(under, paint.skin(points, self.tone), smoothstep(1.425, 1.432, y - 0.3 * ax))
                 out = out * (1 - 0.25 * line(ax - width - 0.018, 0.004) * front)[..., None]
-                out = mix(out, under, smoothstep(0.003, -0.003, ax - width) * front)
+                out = mix(out, under, smoothstep(0.005, -0.005, ax - width) * front)
             for strap in spec.get("straps", ()):
                 colour = rgb(strap[1])
                 if strap[0] == "backpack":
@@ -188,7 +188,7 @@ class Wardrobe:
         """Trunk, sleeves and collar of a top; bare arms below short sleeves; hands."""
         shaper, parts = self.shaper, []
         style = spec["style"]
-        loose = {"tee": 0.010, "shirt": 0.012, "blouse": 0.012, "vneck": 0.008, "jacket": 0.024, "coat": 0.032, "hoodie": 0.026, "sweater": 0.018, "cardigan": 0.018}[style] * spec.get("loose", 1.0)
+        loose = {"tee": 0.010, "shirt": 0.012, "blouse": 0.012, "vneck": 0.008, "jacket": 0.024, "coat": 0.030, "hoodie": 0.024, "sweater": 0.016, "cardigan": 0.017}[style] * spec.get("loose", 1.0)
         hem = spec.get("hem", 0.88)
         flare = spec.get("flare", 0.012)
         heights = [y for y in (0.40, 0.50, 0.60, 0.70, 0.78, 0.85, 0.90) if hem + 0.04 < y] if hem < 0.86 else []
@@ -200,23 +200,23 @@ class Wardrobe:
             straight = (1 - waisted) * 0.020 * np.exp(-((y - 1.08) / 0.07) ** 2)
             return loose * (1 - 0.55 * smoothstep(1.40, 1.49, y)) + hang + straight
 
-        trunk = shaper.torso("trunk", heights, ease, columns=20, power=2.35, hem=0.025, texels=(192, 208 if hem > 0.7 else 264), paint=self.top(spec, seed))
+        trunk = shaper.torso("trunk", heights, ease, columns=18, power=2.35, hem=0.025, texels=(240, 208 if hem > 0.7 else 264), paint=self.top(spec, seed))
         parts.append(trunk)
         parts.append(shaper.neck(self.skin))
         long_sleeves = spec.get("sleeves", "long") == "long"
         for side in ("left", "right"):
             sleeve_paint = self.sleeve(spec.get("sleeve_colour", spec["colour"]), seed + 2, spec.get("folds", 1.0), spec.get("cuffs"), spec.get("weave", 0.035))
-            width = loose * 0.75 + 0.004
+            width = loose * 0.50 + 0.006
             if long_sleeves:
-                parts.append(shaper.arm(f"{side}_sleeve", side, -0.18, 1.97, lambda t, w=width: w * (0.8 + 0.25 * np.exp(-((t - 0.9) / 0.3) ** 2)) + 0.004 * smoothstep(1.6, 1.95, t), cuff=0.4, texels=(72, 144), paint=sleeve_paint))
+                parts.append(shaper.arm(f"{side}_sleeve", side, -0.115, 1.97, lambda t, w=width: w * (0.8 + 0.25 * np.exp(-((t - 0.9) / 0.3) ** 2)) + 0.004 * smoothstep(1.6, 1.95, t), cuff=0.4, texels=(72, 144), paint=sleeve_paint))
             else:
                 end = {"short": 0.62, "none": 0.05, "elbow": 0.98}[spec["sleeves"]]
                 if end > 0.1:
-                    parts.append(shaper.arm(f"{side}_sleeve", side, -0.18, end, lambda t, w=width: w + 0.010 * smoothstep(0.0, 0.6, t), cuff=0.2, texels=(72, 64), paint=sleeve_paint))
+                    parts.append(shaper.arm(f"{side}_sleeve", side, -0.115, end, lambda t, w=width: w + 0.010 * smoothstep(0.0, 0.6, t), cuff=0.2, texels=(72, 64), paint=sleeve_paint))
                 bare = self.skin
-                parts.append(shaper.arm(f"{side}_arm", side, -0.18 if end < 0.1 else end - 0.25, 2.06, 0.0, texels=(48, 80), paint=bare))
+                parts.append(shaper.arm(f"{side}_arm", side, -0.115 if end < 0.1 else end - 0.25, 2.06, 0.0, texels=(48, 80), paint=bare))
             parts += shaper.hand(f"{side}_hand", side, self.skin)
-        if style in ("shirt", "jacket", "coat", "blouse"):
+        if style in ("shirt", "jacket", "coat"):
             parts.append(self.collar(spec))
         if style == "hoodie":
             hood = shaper.blob("hood", "chest", (0, shaper.lift(1.475), -0.075), np.array([0.115, 0.050, 0.070]), 12, 6, self.plain(spec["colour"], seed + 5), (64, 32), 2.2)
@@ -226,12 +226,12 @@ class Wardrobe:
     def collar(self, spec):
         shaper = self.shaper
         colour = spec.get("shirt") if spec["style"] == "jacket" else spec["colour"]
-        ys = np.array([1.470, 1.498, 1.522, 1.512, 1.478])
-        out = np.array([0.066, 0.064, 0.064, 0.071, 0.082]) - 0.006 * shaper.build.female
+        ys = np.array([1.466, 1.492, 1.516, 1.522, 1.512])   # outside up, over the fold, a little down inside
+        out = np.array([0.088, 0.077, 0.068, 0.064, 0.060]) - 0.006 * shaper.build.female
         rows, w = [], shaper.blank(len(ys), 14)
         from .body import ring_at, Part
         for y, r in zip(ys, out):
-            ring = ring_at((0, shaper.lift(y), -0.014), (0, 1, -0.25), r, r * 0.92, r * 1.02, 14)
+            ring = ring_at((0, shaper.lift(y), -0.014), (0, 1, -0.25), r, r * 0.94, r * 1.02, 14)
             rows.append(ring)
         w[..., shaper.j("neck")], w[..., shaper.j("chest")] = 0.45, 0.55
         return Part("collar", np.array(rows)[:, ::1] * self.s, w, (64, 20), self.plain(colour, 71))
@@ -250,12 +250,13 @@ class Wardrobe:
 
             def ease(y):
                 low = smoothstep(0.55, 0.12, y)
-                wide = (0.002 if style == "leggings" else 0.008 + 0.010 * fit) + low * fit * 0.020
+                wide = (0.002 if style == "leggings" else 0.008 + 0.010 * fit) + low * fit * 0.016
+                wide -= 0.020 * smoothstep(0.78, 0.90, y)
                 return np.array([wide, wide + low * fit * 0.006, wide - 0.006 * smoothstep(0.3, 0.38, y) * smoothstep(0.46, 0.38, y)])
 
             for side in ("left", "right"):
                 if style == "shorts":
-                    parts.append(shaper.leg(f"{side}_trouser", side, (0.46, 0.53, 0.60, 0.70, 0.80, 0.88, 0.955), lambda y: 0.014 + 0.02 * smoothstep(0.8, 0.46, y), cuff=0.15, texels=(88, 80), paint=painter))
+                    parts.append(shaper.leg(f"{side}_trouser", side, (0.46, 0.53, 0.60, 0.70, 0.80, 0.88, 0.955), lambda y: 0.012 + 0.02 * smoothstep(0.8, 0.46, y) - 0.024 * smoothstep(0.76, 0.90, y), cuff=0.15, texels=(88, 80), paint=painter))
                     parts.append(shaper.leg(f"{side}_leg", side, (0.05, 0.10, 0.18, 0.28, 0.37, 0.45, 0.50, 0.56), 0.0, columns=10, texels=(48, 80), paint=self.skin))
                 else:
                     parts.append(shaper.leg(f"{side}_trouser", side, LEG_ROWS, ease, cuff=0.12, texels=(88, 176), paint=painter))
@@ -263,7 +264,7 @@ class Wardrobe:
         else:
             legs = self.tights(spec["tights"]) if "tights" in spec else self.skin
             for side in ("left", "right"):
-                parts.append(shaper.leg(f"{side}_leg", side, (0.05, 0.10, 0.18, 0.28, 0.37, 0.45, 0.50, 0.56, 0.65, 0.78, 0.90), 0.0, columns=10, texels=(56, 128), paint=legs))
+                parts.append(shaper.leg(f"{side}_leg", side, (0.05, 0.10, 0.18, 0.28, 0.37, 0.45, 0.50, 0.56, 0.66, 0.80), lambda y: -0.016 * smoothstep(0.58, 0.75, y), columns=10, texels=(56, 128), paint=legs))
             if style == "skirt":
                 hem = spec.get("hem", 0.50)
                 heights = [y for y in np.linspace(hem, 0.90, 6)] + [0.95, 1.0, 1.04]
