@@ -1,0 +1,30 @@
+"""camrig: a rig of virtual cameras that programs take for real ones.
+
+    with camrig.start("scenes/hall.json", mode="lockstep") as rig:
+        cam = rig.create_camera("lobby", size=(640, 480), fps=25, vfov_deg=60, position=(2, 3, 2.8), look_at=(12, 9, 1))
+        rig.step(seconds=0.2)
+        frame = cam.frame()
+"""
+
+from .camera import Camera
+from .code_strip import Code, read_code
+from .errors import CamrigError, CamrigTimeout
+from .frame import Frame
+from .launch import find_binary, start
+from .rig import Rig, connect, default_control_path
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Camera",
+    "CamrigError",
+    "CamrigTimeout",
+    "Code",
+    "Frame",
+    "Rig",
+    "connect",
+    "default_control_path",
+    "find_binary",
+    "read_code",
+    "start",
+]

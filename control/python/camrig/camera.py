@@ -1,0 +1,93 @@
+"""One camera of a rig."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+import numpy as np
+
+from .errors import CamrigError
+from .frame import Frame, data_of, frame_of
+from .spec import camera_params
+
+if TYPE_CHECKING:
+    from .rig import Rig
+
+_SNAPSHOT_FORMATS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png"}
+
+
+class Camera:
+    """A camera by its name. Holds no state: what it is now, ``get()`` asks the rig."""
+
+    def __init__(self, rig: Rig, name: str) -> None:
+        self._rig = rig
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"Camera({self.name!r})"
+
+    def get(self) -> dict[str, Any]:
+        """All its settings, as camera.get gives them."""
+        return self._rig.call("camera.get", name=self.name)
+
+    def set(self, **options: Any) -> dict[str, Any]:
+        """Changes any option of Rig.create_camera but name and place. The reply's ``applied_ns`` is the world time from
+        which it shows."""
+        return self._rig.call("camera.set", name=self.name, **camera_params(**options))
+
+    def delete(self) -> dict[str, Any]:
+        return self._rig.call("camera.delete", name=self.name)
+
+    def frame(self, min_ns: int | None = None, kind: str = "color", format: str = "raw", timeout: float | None = None) -> Frame:
+        """The latest due frame; with ``min_ns``, the first that shows that world time or a later one (waits for it).
+
+        ``format`` is how it travels: raw (exact), png (exact) or jpeg (smaller; color only).
+        """
+        return frame_of(self._frame_get(min_ns, kind, format, timeout), self.name, kind)
+
+    def depth(self, min_ns: int | None = None) -> np.ndarray:
+        """HxW float32: metres along the optical axis, inf where nothing is."""
+        return self.frame(min_ns, kind="depth").image
+
+    def instances(self, min_ns: int | None = None) -> np.ndarray:
+        """HxW uint32: ids of objects, the same in all cameras and in truth(); 0 where nothing is."""
+        return self.frame(min_ns, kind="instance").image
+
+    def truth(self, min_ns: int | None = None) -> dict[str, Any]:
+        """The truth of the latest due frame: camera, pose and every object in view."""
+        return self._rig.call("truth.get", camera=self.name, **_optional(min_ns=min_ns))
+
+    def snapshot(self, path: str | os.PathLike[str]) -> Path:
+        """Writes the latest due frame to a .jpg or .png file, as encoded by the rig; returns the path."""
+        path = Path(path)
+        encoding = _SNAPSHOT_FORMATS.get(path.suffix.lower())
+        if encoding is None:
+            raise CamrigError("invalid_argument", f"snapshot: '{path.name}' ends in neither .jpg nor .png")
+        path.write_bytes(data_of(self._frame_get(None, "color", encoding, None)))
+        return path
+
+    def url(self, kind: str = "mjpeg", fps: float | None = None, quality: int | None = None) -> str:
+        """Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (H.264) or rtsp-mjpeg."""
+        query: dict[str, Any] = _optional(fps=fps, quality=quality)
+        if kind in ("rtsp", "rtsp-mjpeg"):
+            if query:
+                raise CamrigError("invalid_argument", f"url: fps and quality are for HTTP, not for {kind}")
+            return f"{self._rig.rtsp_url}/{self.name}" + ("/mjpeg" if kind == "rtsp-mjpeg" else "")
+        files = {"mjpeg": "stream.mjpg", "jpg": "snapshot.jpg", "png": "snapshot.png"}
+        if kind not in files:
+            raise CamrigError("invalid_argument", f"url: kind is '{kind}'; it is mjpeg, jpg, png, rtsp or rtsp-mjpeg")
+        if self._rig.token:
+            query["token"] = self._rig.token
+        url = f"{self._rig.http_url}/cameras/{self.name}/{files[kind]}"
+        return f"{url}?{urlencode(query)}" if query else url
+
+    def _frame_get(self, min_ns: int | None, kind: str, encoding: str, timeout: float | None) -> dict[str, Any]:
+        params = {"camera": self.name, "kind": kind, "format": encoding, **_optional(min_ns=min_ns)}
+        return self._rig.client.call("frame.get", params, timeout_s=timeout)
+
+
+def _optional(**params: Any) -> dict[str, Any]:
+    return {name: value for name, value in params.items() if value is not None}

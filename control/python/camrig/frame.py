@@ -1,0 +1,104 @@
+"""Pictures as arrays."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+import numpy as np
+
+from .errors import CamrigError
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture and the instant it shows.
+
+    ``image`` is HxWx3 uint8 BGR for color, HxW float32 metres for depth (inf where nothing is), HxW uint32 for instance
+    and semantic (0 where nothing is), HxWx3 float32 for normal. Cameras due at one instant have the same ``time_ns``.
+    """
+
+    image: np.ndarray
+    time_ns: int
+    monotonic_ns: int
+    sequence: int
+    camera: str
+    kind: str = "color"
+
+
+#: dtype and numbers per pixel of the raw pixel formats.
+_LAYOUTS: dict[str, tuple[np.dtype[Any], int]] = {
+    "rgba8": (np.dtype("u1"), 4),
+    "rgb24": (np.dtype("u1"), 3),
+    "bgr24": (np.dtype("u1"), 3),
+    "gray8": (np.dtype("u1"), 1),
+    "depth32f": (np.dtype("<f4"), 1),
+    "id32": (np.dtype("<u4"), 1),
+    "normal32f": (np.dtype("<f4"), 3),
+}
+_FORMAT_OF_KIND = {"color": "rgba8", "depth": "depth32f", "instance": "id32", "semantic": "id32", "normal": "normal32f"}
+
+
+def data_of(reply: Mapping[str, Any]) -> bytes:
+    """The bytes in the ``data`` of a frame.get reply."""
+    try:
+        return base64.b64decode(reply["data"], validate=True)
+    except (KeyError, TypeError, binascii.Error) as problem:
+        raise CamrigError("internal", f"frame.get: the answer has no sound base64 data: {problem!r}") from None
+
+
+def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
+    """The frame of a frame.get reply of any format."""
+    data = data_of(reply)
+    try:
+        encoding = str(reply.get("format", "raw"))
+        if encoding == "raw":
+            width, height = (int(v) for v in reply["size"])
+            image = _raw(data, str(reply.get("pixel_format", _FORMAT_OF_KIND[kind])), width, height)
+        else:
+            image = decode_image(data)
+        return Frame(
+            image=image,
+            time_ns=int(reply["time_ns"]),
+            monotonic_ns=int(reply["monotonic_ns"]),
+            sequence=int(reply["sequence"]),
+            camera=str(reply.get("camera", camera)),
+            kind=kind,
+        )
+    except (KeyError, TypeError, ValueError) as problem:
+        raise CamrigError("internal", f"frame.get: the answer is not as expected: {problem!r}") from None
+
+
+def _raw(data: bytes, pixel_format: str, width: int, height: int) -> np.ndarray:
+    dtype, channels = _LAYOUTS[pixel_format]
+    pixels = np.frombuffer(data, dtype=dtype)
+    if pixels.size != width * height * channels:
+        raise ValueError(f"{len(data)} bytes are no {pixel_format} picture of {width}x{height}")
+    pixels = pixels.reshape((height, width) if channels == 1 else (height, width, channels))
+    if pixel_format in ("rgba8", "rgb24"):
+        return np.ascontiguousarray(pixels[:, :, 2::-1])
+    return pixels.copy()  # frombuffer's view is read-only
+
+
+def decode_image(data: bytes) -> np.ndarray:
+    """A JPEG or PNG as an array: HxWx3 BGR, or HxW. Needs OpenCV or Pillow."""
+    try:
+        import cv2
+    except ImportError:
+        pass
+    else:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+        if image is None:
+            raise CamrigError("internal", f"{len(data)} bytes are no picture that OpenCV can decode")
+        return image
+    try:
+        import io
+
+        from PIL import Image
+    except ImportError:
+        raise CamrigError("unsupported", "decoding JPEG or PNG needs opencv-python or pillow; raw frames need neither") from None
+    with Image.open(io.BytesIO(data)) as picture:
+        pixels = np.asarray(picture)
+    return np.ascontiguousarray(pixels[:, :, 2::-1]) if pixels.ndim == 3 else pixels.copy()

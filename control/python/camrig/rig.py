@@ -1,0 +1,184 @@
+"""A running rig."""
+
+from __future__ import annotations
+
+import os
+from types import TracebackType
+from typing import Any, Protocol
+
+from .camera import Camera
+from .client import DEFAULT_TIMEOUT_S, Client
+from .errors import CamrigError
+from .spec import camera_params, nanoseconds_of
+from .transport import http_connector, tcp_connector, unix_connector
+
+
+class Owner(Protocol):
+    """What keeps the rig running: the process that start() made."""
+
+    def stop(self) -> None: ...
+    @property
+    def log(self) -> str: ...
+
+
+class Rig:
+    """A connection to a rig; any thread may use it. As a context manager it closes, and stops a rig that it started."""
+
+    def __init__(
+        self,
+        client: Client,
+        *,
+        host: str = "127.0.0.1",
+        token: str | None = None,
+        ports: dict[str, int] | None = None,
+        owner: Owner | None = None,
+    ) -> None:
+        self.client = client
+        self.token = token
+        self._host = host
+        self._ports = ports
+        self._owner = owner
+
+    # Cameras
+
+    def create_camera(self, name: str, *, place: str | None = None, **options: Any) -> Camera:
+        """Makes a camera. All options may be left out:
+
+        size (width, height), fps (number, "30000/1001" or Fraction), one of vfov_deg, hfov_deg or intrinsics ({fx, fy, cx,
+        cy} or a 3x3 matrix); position with one of look_at, pan_deg + tilt_deg + roll_deg, or orientation (x, y, z, w);
+        place (one of the scene's: gives pose and field of view); lens ({"model", "coefficients"} or (model, coefficients));
+        near, far (metres), quality (fast, simple, beautiful), code_strip, outputs ([{"kind": "mjpeg"}, ...]).
+        """
+        params = camera_params(**options)
+        if place is not None:
+            params["place"] = place
+        self.call("camera.create", name=name, **params)
+        return Camera(self, name)
+
+    def camera(self, name: str) -> Camera:
+        """A camera that exists, else CamrigError of kind not_found."""
+        self.call("camera.get", name=name)
+        return Camera(self, name)
+
+    def cameras(self) -> list[Camera]:
+        reply = self.call("camera.list")
+        items = reply.get("cameras", []) if isinstance(reply, dict) else reply
+        return [Camera(self, item if isinstance(item, str) else item["name"]) for item in items]
+
+    # World
+
+    def step(self, *, seconds: float | None = None, nanoseconds: int | None = None, timeout: float = 120.0) -> dict[str, Any]:
+        """Lockstep (or paused): moves the world on and returns when every due frame was sent to its readers."""
+        params = {"nanoseconds": nanoseconds_of(seconds, nanoseconds)}
+        return self.client.call("world.step", params, timeout_s=timeout)
+
+    def pause(self) -> dict[str, Any]:
+        return self.call("world.pause")
+
+    def resume(self) -> dict[str, Any]:
+        return self.call("world.resume")
+
+    def status(self) -> dict[str, Any]:
+        return self.call("world.status")
+
+    def load(self, scene: str | os.PathLike[str], timeout: float = 120.0) -> dict[str, Any]:
+        """Another world; the path is the rig's, so a relative one is made absolute here."""
+        return self.client.call("world.load", {"scene": os.path.abspath(scene)}, timeout_s=timeout)
+
+    # The rig
+
+    def stats(self) -> dict[str, Any]:
+        return self.call("stats.get")
+
+    def info(self) -> dict[str, Any]:
+        return self.call("server.info")
+
+    def call(self, method: str, **params: Any) -> Any:
+        """Any method of the control protocol, by its name."""
+        return self.client.call(method, params)
+
+    def device(self, camera: Camera | str) -> str:
+        """A path or URL that an unmodified program opens to see this camera (for now: its MJPEG stream)."""
+        return (camera if isinstance(camera, Camera) else Camera(self, camera)).url("mjpeg")
+
+    @property
+    def http_url(self) -> str:
+        """``http://host:port``, without a slash at the end."""
+        return f"http://{self._host_in_url()}:{self._port('http')}"
+
+    @property
+    def rtsp_url(self) -> str:
+        """``rtsp://host:port``, without a slash at the end."""
+        return f"rtsp://{self._host_in_url()}:{self._port('rtsp')}"
+
+    @property
+    def log(self) -> str:
+        """What a rig started here has printed so far (its end); empty for one that was there before."""
+        return self._owner.log if self._owner else ""
+
+    def close(self) -> None:
+        """Closes the connection; stops the rig if start() made it. May be called twice."""
+        self.client.close()
+        if self._owner:
+            self._owner.stop()
+
+    def __enter__(self) -> Rig:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _host_in_url(self) -> str:
+        return f"[{self._host}]" if ":" in self._host else self._host
+
+    def _port(self, service: str) -> int:
+        if self._ports is None:
+            info = self.info()
+            self._ports = {key: info[key] for key in ("http", "rtsp") if isinstance(info.get(key), int)}
+        port = self._ports.get(service)
+        if not port:
+            raise CamrigError("unsupported", f"this rig serves no {service.upper()}")
+        return port
+
+
+def default_control_path() -> str:
+    """Where `camrig serve` puts its socket: $CAMRIG_CONTROL, else in $XDG_RUNTIME_DIR, else in /tmp."""
+    if path := os.environ.get("CAMRIG_CONTROL"):
+        return path
+    if directory := os.environ.get("XDG_RUNTIME_DIR"):
+        return os.path.join(directory, "camrig.sock")
+    return f"/tmp/camrig-{os.getuid()}.sock"
+
+
+def connect(
+    control: str | os.PathLike[str] | None = None,
+    *,
+    host: str | None = None,
+    port: int | None = None,
+    http_port: int | None = None,
+    token: str | None = None,
+    timeout: float = DEFAULT_TIMEOUT_S,
+) -> Rig:
+    """Connects to a running rig and checks that it answers.
+
+    control: its Unix socket (default: as for the command line). host with port: control over TCP (`serve --tcp`). host with
+    http_port: control over HTTP (`POST /rpc`), which every rig has. timeout: seconds for each call that names none itself.
+    """
+    if host is None:
+        if port is not None or http_port is not None:
+            host = "127.0.0.1"
+    elif control is not None or (port is None) == (http_port is None):
+        raise CamrigError("invalid_argument", "connect: give control, or host with either port (TCP) or http_port")
+    if host is None:
+        rig = Rig(Client(unix_connector(control or default_control_path()), timeout_s=timeout), token=token)
+    elif port is not None:
+        rig = Rig(Client(tcp_connector(host, port), token, timeout), host=host, token=token)
+    else:
+        assert http_port is not None
+        rig = Rig(Client(http_connector(host, http_port, token), timeout_s=timeout), host=host, token=token)
+    try:
+        rig.info()
+    except BaseException:
+        rig.close()
+        raise
+    return rig

@@ -1,0 +1,169 @@
+"""Ways to send one JSON object to the rig and get one back, each with a deadline.
+
+A connection serves one request at a time; the client keeps several. After any error it is closed, because what would
+come next on it could be the answer to an earlier request.
+"""
+
+from __future__ import annotations
+
+import http.client
+import os
+import select
+import socket
+import time
+from abc import ABC, abstractmethod
+from typing import Callable
+
+from .errors import CamrigError, CamrigTimeout
+
+#: Longest answer: a raw 8192x8192 frame of 4 bytes a pixel in base64, and some.
+MAX_ANSWER_BYTES = 400 << 20
+
+#: Answers with one monotonic clock time; a request must be done before it.
+Deadline = float
+
+
+def _left(deadline: Deadline) -> float:
+    left = deadline - time.monotonic()
+    if left <= 0:
+        raise TimeoutError
+    return left
+
+
+class Connection(ABC):
+    @abstractmethod
+    def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
+        """Sends one line and returns the answer's. Raises TimeoutError, OSError or CamrigError; then it is of no more use."""
+
+    @abstractmethod
+    def is_idle(self) -> bool:
+        """False when the rig has closed it (or talks out of turn): do not use it again."""
+
+    @abstractmethod
+    def close(self) -> None: ...
+
+
+class LineConnection(Connection):
+    """One object a line, over the Unix socket or TCP."""
+
+    def __init__(self, sock: socket.socket) -> None:
+        self._socket = sock
+
+    def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
+        self._socket.settimeout(_left(deadline))
+        self._socket.sendall(request + b"\n")
+        chunks: list[bytes] = []
+        received = 0
+        while True:
+            self._socket.settimeout(_left(deadline))
+            chunk = self._socket.recv(1 << 20)
+            if not chunk:
+                raise ConnectionError("the rig closed the connection")
+            end = chunk.find(b"\n")
+            if end >= 0:
+                if end + 1 != len(chunk):
+                    raise CamrigError("internal", "the rig sent more than one line as an answer")
+                chunks.append(chunk[:end])
+                return b"".join(chunks)
+            chunks.append(chunk)
+            received += len(chunk)
+            if received > MAX_ANSWER_BYTES:
+                raise CamrigError("resource_exhausted", f"the rig's answer is longer than {MAX_ANSWER_BYTES} bytes")
+
+    def is_idle(self) -> bool:
+        try:
+            poller = select.poll()
+            poller.register(self._socket, select.POLLIN)
+            return not poller.poll(0)
+        except (OSError, ValueError):
+            return False
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class HttpConnection(Connection):
+    """One object in the body of ``POST /rpc``."""
+
+    def __init__(self, host: str, port: int, token: str | None, deadline: Deadline) -> None:
+        self._connection = http.client.HTTPConnection(host, port, timeout=_left(deadline))
+        self._connection.connect()
+        self._headers = {"Content-Type": "application/json"}
+        if token:
+            self._headers["Authorization"] = f"Bearer {token}"
+
+    def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
+        sock = self._connection.sock
+        if sock is None:
+            raise ConnectionError("the rig closed the connection")
+        sock.settimeout(_left(deadline))
+        try:
+            self._connection.request("POST", "/rpc", body=request, headers=self._headers)
+            response = self._connection.getresponse()
+            body = response.read(MAX_ANSWER_BYTES + 1)
+        except http.client.HTTPException as problem:
+            raise ConnectionError(f"not HTTP as expected: {problem!r}") from problem
+        if len(body) > MAX_ANSWER_BYTES:
+            raise CamrigError("resource_exhausted", f"the rig's answer is longer than {MAX_ANSWER_BYTES} bytes")
+        if response.status in (401, 403):
+            raise CamrigError("unauthorized", f"the rig refused the token (HTTP {response.status})")
+        if not response.headers.get("Content-Type", "").startswith("application/json"):
+            text = body[:200].decode("utf-8", "replace").strip()
+            raise CamrigError("unavailable", f"POST /rpc answered HTTP {response.status}: {text}")
+        return body
+
+    def is_idle(self) -> bool:
+        sock = self._connection.sock
+        return sock is not None and LineConnection(sock).is_idle()
+
+    def close(self) -> None:
+        self._connection.close()
+
+
+#: Opens a fresh connection before the deadline.
+Connector = Callable[[Deadline], Connection]
+
+
+def unix_connector(path: str | os.PathLike[str]) -> Connector:
+    path = os.fspath(path)
+
+    def connect(deadline: Deadline) -> Connection:
+        sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            sock.settimeout(_left(deadline))
+            sock.connect(path)
+        except TimeoutError:
+            sock.close()
+            raise CamrigTimeout("unavailable", f"no answer at {path}") from None
+        except OSError as problem:
+            sock.close()
+            raise CamrigError(
+                "unavailable", f"no rig at {path} ({problem.strerror or problem}); start one with: camrig serve SCENE --control {path}"
+            ) from problem
+        return LineConnection(sock)
+
+    return connect
+
+
+def tcp_connector(host: str, port: int) -> Connector:
+    def connect(deadline: Deadline) -> Connection:
+        try:
+            sock = socket.create_connection((host, port), timeout=_left(deadline))
+        except OSError as problem:
+            raise CamrigError(
+                "unavailable", f"no rig at {host}:{port} ({problem}); start one with: camrig serve SCENE --host {host} --tcp {port}"
+            ) from problem
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return LineConnection(sock)
+
+    return connect
+
+
+def http_connector(host: str, port: int, token: str | None) -> Connector:
+    def connect(deadline: Deadline) -> Connection:
+        try:
+            return HttpConnection(host, port, token, deadline)
+        except OSError as problem:
+            raise CamrigError("unavailable", f"no rig at http://{host}:{port} ({problem})") from problem
+
+    return connect

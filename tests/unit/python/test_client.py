@@ -1,0 +1,150 @@
+"""The client against a stand-in for the daemon."""
+
+import threading
+
+import pytest
+
+import camrig
+import fake_rig
+from camrig.client import Client
+from camrig.transport import unix_connector
+
+
+def test_errors_carry_the_kind_and_message_of_the_rig(client_rig):
+    client_rig.create_camera("lobby")
+    with pytest.raises(camrig.CamrigError, match="exists already") as caught:
+        client_rig.create_camera("lobby")
+    assert caught.value.kind == "already_exists"
+    with pytest.raises(camrig.CamrigError) as caught:
+        client_rig.camera("nobody")
+    assert caught.value.kind == "not_found"
+
+
+def test_a_method_the_rig_does_not_know_is_unsupported(client_rig):
+    with pytest.raises(camrig.CamrigError) as caught:
+        client_rig.call("actor.fly", name="x")
+    assert caught.value.kind == "unsupported"
+
+
+def test_an_error_of_the_rig_keeps_the_connection(client_rig, fake):
+    client_rig.info()
+    before = fake.connections
+    for _ in range(5):
+        with pytest.raises(camrig.CamrigError):
+            client_rig.camera("nobody")
+    assert fake.connections == before
+
+
+def test_no_rig_says_how_to_start_one(tmp_path):
+    with pytest.raises(camrig.CamrigError, match="camrig serve") as caught:
+        camrig.connect(tmp_path / "nothing.sock")
+    assert caught.value.kind == "unavailable"
+
+
+def test_a_rig_that_does_not_answer_is_a_timeout_and_the_next_call_is_in_step(client_rig, fake):
+    gate = threading.Event()
+    fake.handlers["slow"] = lambda params: gate.wait(10) and "late"
+    with pytest.raises(camrig.CamrigTimeout) as caught:
+        client_rig.client.call("slow", timeout_s=0.05)
+    assert caught.value.kind == "unavailable"
+    assert isinstance(caught.value, TimeoutError)
+    gate.set()
+    assert client_rig.call("server.info")["http"] == 8123
+
+
+def test_a_closed_connection_is_opened_again(tmp_path):
+    path = str(tmp_path / "socket")
+    first = fake_rig.serve_unix(fake_rig.FakeRig(), path)
+    client = Client(unix_connector(path))
+    client.call("server.info")
+    first.shutdown()
+    first.server_close()
+    (tmp_path / "socket").unlink()
+    for connection in client._idle:  # what the kernel does when the daemon dies
+        connection._socket.shutdown(2)
+    second = fake_rig.FakeRig()
+    server = fake_rig.serve_unix(second, path)
+    client.call("server.info")
+    assert [method for method, _ in second.requests] == ["server.info"]
+    client.close()
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_request_is_never_sent_twice(client_rig, fake):
+    def vanish(params):
+        raise fake_rig.Vanish
+
+    fake.handlers["camera.create"] = vanish
+    with pytest.raises(camrig.CamrigError) as caught:
+        client_rig.create_camera("lobby")
+    assert caught.value.kind == "unavailable"
+    assert len(fake.requests) == 1
+
+
+def test_threads_do_not_wait_for_each_other(client_rig, fake):
+    both = threading.Barrier(2, timeout=5)
+    fake.handlers["meet"] = lambda params: both.wait() is not None
+    results = []
+    threads = [threading.Thread(target=lambda: results.append(client_rig.call("meet"))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert results == [True, True]
+
+
+def test_many_threads_get_their_own_answers(client_rig, fake):
+    fake.handlers["echo"] = lambda params: params["value"]
+    wrong = []
+
+    def work(base):
+        for i in range(50):
+            if client_rig.call("echo", value=base + i) != base + i:
+                wrong.append(base + i)
+
+    threads = [threading.Thread(target=work, args=(1000 * t,)) for t in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+def test_what_is_not_json_is_refused_before_it_is_sent(client_rig, fake):
+    with pytest.raises(camrig.CamrigError) as caught:
+        client_rig.call("camera.set", name="x", near=float("nan"))
+    assert caught.value.kind == "invalid_argument"
+    assert not fake.requests
+
+
+def test_control_over_tcp_gives_its_token_first():
+    fake = fake_rig.FakeRig()
+    fake.handlers["server.authenticate"] = lambda params: {"ok": params["token"]}
+    server, port = fake_rig.serve_tcp(fake)
+    with camrig.connect(host="127.0.0.1", port=port, token="secret-token") as rig:
+        assert rig.cameras() == []
+        assert rig.http_url == "http://127.0.0.1:8123"
+    assert fake.requests[0] == ("server.authenticate", {"token": "secret-token"})
+    assert [method for method, _ in fake.requests].count("server.authenticate") == 1
+    server.shutdown()
+    server.server_close()
+
+
+def test_control_over_http():
+    fake = fake_rig.FakeRig()
+    server, port = fake_rig.serve_http(fake, token="secret-token")
+    with camrig.connect(host="127.0.0.1", http_port=port, token="secret-token") as rig:
+        rig.create_camera("lobby")
+        assert [camera.name for camera in rig.cameras()] == ["lobby"]
+    with pytest.raises(camrig.CamrigError) as caught:
+        camrig.connect(host="127.0.0.1", http_port=port, token="wrong-token")
+    assert caught.value.kind == "unauthorized"
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_closed_rig_says_so(client_rig):
+    client_rig.close()
+    with pytest.raises(camrig.CamrigError, match="closed"):
+        client_rig.info()

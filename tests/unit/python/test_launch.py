@@ -1,0 +1,124 @@
+"""camrig.start: the daemon as a child that is always cleared away."""
+
+import gc
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import camrig
+from camrig import launch
+
+
+def alive(pid):
+    """False when it ended, or only waits to be reaped."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def private_directory(rig):
+    return Path(rig.info()["arguments"][rig.info()["arguments"].index("--control") + 1]).parent
+
+
+def test_options_become_the_command_line(fake_binary):
+    with camrig.start("scene.json", mode="lockstep", device="cpu", seed=7, binary=fake_binary) as rig:
+        arguments = rig.info()["arguments"]
+        assert arguments[:2] == ["serve", "scene.json"]
+        for pair in (["--mode", "lockstep"], ["--device", "cpu"], ["--seed", "7"], ["--http", "0"], ["--rtsp", "0"]):
+            at = arguments.index(pair[0])
+            assert arguments[at : at + 2] == pair
+        assert rig.http_url == "http://127.0.0.1:8123"
+        assert rig.rtsp_url == "rtsp://127.0.0.1:8555"
+
+
+def test_nothing_is_left_after_close(fake_binary):
+    with camrig.start("scene.json", binary=fake_binary) as rig:
+        pid, directory = rig.info()["pid"], private_directory(rig)
+        assert directory.stat().st_mode & 0o777 == 0o700
+    assert not alive(pid)
+    assert not directory.exists()
+    assert "fake rig: serve" in rig.log, "its log is still there"
+    rig.close()
+
+
+def test_nothing_is_left_when_the_rig_is_forgotten(fake_binary):
+    rig = camrig.start("scene.json", binary=fake_binary)
+    pid = rig.info()["pid"]
+    del rig
+    gc.collect()
+    assert not alive(pid)
+
+
+def test_nothing_is_left_when_the_program_ends(fake_binary):
+    program = f"import camrig; rig = camrig.start('scene.json', binary={str(fake_binary)!r}); print(rig.info()['pid'])"
+    path = os.pathsep.join([str(Path(camrig.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run([sys.executable, "-c", program], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=30)
+    assert done.returncode == 0, done.stderr
+    assert not alive(int(done.stdout))
+
+
+def test_a_forked_copy_does_not_stop_the_rig(fake_binary):
+    with camrig.start("scene.json", binary=fake_binary) as rig:
+        child = os.fork()
+        if child == 0:
+            rig._owner.stop()
+            os._exit(0)
+        os.waitpid(child, 0)
+        assert alive(rig.info()["pid"])
+
+
+def test_a_rig_that_ignores_sigterm_is_killed(fake_binary, monkeypatch):
+    monkeypatch.setattr(launch, "_STOP_TIMEOUT_S", 0.1)
+    with camrig.start("stubborn.json", binary=fake_binary) as rig:
+        pid = rig.info()["pid"]
+    assert not alive(pid)
+
+
+def test_a_rig_that_cannot_start_says_why(fake_binary):
+    with pytest.raises(camrig.CamrigError, match=r"exit code 1.*\n.*\n.*cameras\[0\].size: is too small") as caught:
+        camrig.start("broken.json", binary=fake_binary)
+    assert caught.value.kind == "unavailable"
+
+
+def test_a_rig_that_never_gets_ready_is_a_timeout_and_is_gone(fake_binary):
+    with pytest.raises(camrig.CamrigTimeout, match="not ready within 1 s"):
+        camrig.start("silent.json", binary=fake_binary, timeout=1)
+
+
+def test_a_missing_program_is_an_error(tmp_path, monkeypatch):
+    with pytest.raises(camrig.CamrigError, match="cannot run"):
+        camrig.start("scene.json", binary=tmp_path / "nothing")
+    monkeypatch.delenv("CAMRIG_BIN", raising=False)
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(launch, "_CHECKOUT", tmp_path)
+    with pytest.raises(camrig.CamrigError, match="tools/run"):
+        launch.find_binary()
+
+
+def test_the_program_is_found_by_variable_path_and_checkout(tmp_path, monkeypatch):
+    built = tmp_path / "build" / "dev" / "tools" / "camrig" / "camrig"
+    built.parent.mkdir(parents=True)
+    built.touch()
+    monkeypatch.setattr(launch, "_CHECKOUT", tmp_path)
+    monkeypatch.delenv("CAMRIG_BIN", raising=False)
+    monkeypatch.setenv("PATH", "")
+    assert launch.find_binary() == str(built)
+    in_path = tmp_path / "bin" / "camrig"
+    in_path.parent.mkdir()
+    in_path.touch(mode=0o755)
+    monkeypatch.setenv("PATH", str(in_path.parent))
+    assert launch.find_binary() == str(in_path)
+    monkeypatch.setenv("CAMRIG_BIN", "/somewhere/camrig")
+    assert launch.find_binary() == "/somewhere/camrig"
+
+
+def test_scenes_of_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "x.json").touch()
+    monkeypatch.setattr(launch, "_CHECKOUT", tmp_path)
+    assert launch.find_scene("scenes/x.json") == str(tmp_path / "scenes" / "x.json")
+    assert launch.find_scene("missing.json") == "missing.json"
