@@ -56,7 +56,7 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
         encoding = str(reply.get("format", "raw"))
         if encoding == "raw":
             width, height = (int(v) for v in reply["size"])
-            image = _raw(data, str(reply.get("pixel_format", _FORMAT_OF_KIND[kind])), width, height)
+            image = _raw(data, str(reply.get("pixels", _FORMAT_OF_KIND[kind])), width, height)
         else:
             image = decode_image(data)
         return Frame(

@@ -85,7 +85,13 @@ def start(
     try:
         ready = process.wait_ready(timeout)
         ports = {service: int(ready[service]) for service in ("http", "rtsp") if ready.get(service)}
-        return Rig(Client(unix_connector(process.control)), ports=ports, owner=process)
+        host = ready.get("host", "127.0.0.1")
+        return Rig(
+            Client(unix_connector(process.control)),
+            host="127.0.0.1" if host in ("0.0.0.0", "::") else host,
+            ports=ports,
+            owner=process,
+        )
     except BaseException:
         process.stop()
         raise

@@ -28,7 +28,7 @@ class Rig:
         self,
         client: Client,
         *,
-        host: str = "127.0.0.1",
+        host: str | None = None,
         token: str | None = None,
         ports: dict[str, int] | None = None,
         owner: Owner | None = None,
@@ -104,12 +104,12 @@ class Rig:
     @property
     def http_url(self) -> str:
         """``http://host:port``, without a slash at the end."""
-        return f"http://{self._host_in_url()}:{self._port('http')}"
+        return self._url("http")
 
     @property
     def rtsp_url(self) -> str:
         """``rtsp://host:port``, without a slash at the end."""
-        return f"rtsp://{self._host_in_url()}:{self._port('rtsp')}"
+        return self._url("rtsp")
 
     @property
     def log(self) -> str:
@@ -128,13 +128,19 @@ class Rig:
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
-    def _host_in_url(self) -> str:
-        return f"[{self._host}]" if ":" in self._host else self._host
+    def _url(self, service: str) -> str:
+        port = self._port(service)
+        host = self._host or "127.0.0.1"
+        return f"{service}://[{host}]:{port}" if ":" in host else f"{service}://{host}:{port}"
 
     def _port(self, service: str) -> int:
         if self._ports is None:
             info = self.info()
             self._ports = {key: info[key] for key in ("http", "rtsp") if isinstance(info.get(key), int)}
+            # Reached by its Unix socket, the rig is on this machine, but maybe not on the loopback address.
+            host = info.get("host")
+            if self._host is None and isinstance(host, str) and host not in ("", "0.0.0.0", "::"):
+                self._host = host
         port = self._ports.get(service)
         if not port:
             raise CamrigError("unsupported", f"this rig serves no {service.upper()}")

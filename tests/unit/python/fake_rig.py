@@ -104,7 +104,7 @@ class FakeRig:
             "size": [width, height],
             "kind": params["kind"],
             "format": params["format"],
-            "pixel_format": pixel_format,
+            "pixels": pixel_format,
             "data": base64.b64encode(data).decode(),
         }
 

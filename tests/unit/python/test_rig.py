@@ -123,7 +123,7 @@ def test_what_the_rig_cannot_do_yet_is_unsupported(client_rig):
         assert caught.value.kind == "unsupported"
 
 
-@pytest.mark.parametrize("damage", [{"data": "!"}, {"data": "AAAA"}, {"size": [1]}, {"sequence": None}, {"pixel_format": "xyz"}])
+@pytest.mark.parametrize("damage", [{"data": "!"}, {"data": "AAAA"}, {"size": [1]}, {"sequence": None}, {"pixels": "xyz"}])
 def test_a_damaged_frame_is_an_error_and_no_crash(client_rig, fake, damage):
     cam = client_rig.create_camera("lobby")
     sound = fake.do_frame_get({"camera": "lobby", "kind": "color", "format": "raw"})
@@ -162,6 +162,15 @@ def test_urls(client_rig):
     assert cam.url().endswith("?token=t0ken%2Btoken")
     with pytest.raises(camrig.CamrigError):
         cam.url("gif")
+
+
+@pytest.mark.parametrize(
+    ("listens", "url"),
+    [("0.0.0.0", "http://127.0.0.1:80"), ("10.0.0.5", "http://10.0.0.5:80"), ("fe80::1", "http://[fe80::1]:80"), (None, "http://127.0.0.1:80")],
+)
+def test_urls_name_the_address_the_rig_listens_on(client_rig, fake, listens, url):
+    fake.handlers["server.info"] = lambda params: {"http": 80, "host": listens}
+    assert client_rig.http_url == url
 
 
 def test_a_service_that_is_off_is_unsupported(client_rig, fake):
