@@ -10,11 +10,21 @@ namespace {
 constexpr double deg = std::numbers::pi / 180.0;
 constexpr double min_fov_rad = 0.01 * deg;
 constexpr double max_fov_rad = 179.9 * deg;
+/// The other side of a very long and narrow picture may be this much narrower than the smallest angle one can ask for.
+constexpr double narrow_side = 1e-3;
+/// A principal point may lie outside the image (a crop of a larger sensor), but not absurdly far.
+constexpr double max_principal_point_px = 1e6;
+
+Result<void> check_size(ImageSize size) {
+    if (size.width >= 1 && size.height >= 1) return {};
+    return error(ErrorKind::invalid_argument, "size: " + size.to_string() + " has no pixels");
+}
 
 Result<double> focal_length(const char* what, int pixels, double fov_rad) {
     if (!(fov_rad > min_fov_rad && fov_rad < max_fov_rad)) {
-        return error(ErrorKind::invalid_argument, std::string(what) + ": " + std::to_string(fov_rad / deg) +
-                                                      " deg is no field of view of a pinhole camera; use 0.01 to 179.9 deg");
+        return error(ErrorKind::invalid_argument,
+                     std::string(what) + ": " + std::to_string(fov_rad / deg) +
+                         " deg is no field of view of a pinhole camera; use 0.01 to 179.9 deg");
     }
     return 0.5 * pixels / std::tan(0.5 * fov_rad);
 }
@@ -31,35 +41,41 @@ double full_angle(int pixels, double focal, double centre) {
 }  // namespace
 
 Result<Intrinsics> intrinsics_from_vfov(ImageSize size, double vfov) {
+    if (auto good = check_size(size); !good) return std::unexpected(good.error());
     const auto focal = focal_length("vfov_deg", size.height, vfov);
     if (!focal) return std::unexpected(focal.error());
     return centred(size, *focal);
 }
 
 Result<Intrinsics> intrinsics_from_hfov(ImageSize size, double hfov) {
+    if (auto good = check_size(size); !good) return std::unexpected(good.error());
     const auto focal = focal_length("hfov_deg", size.width, hfov);
     if (!focal) return std::unexpected(focal.error());
     return centred(size, *focal);
 }
 
 Result<void> check_intrinsics(ImageSize size, const Intrinsics& k) {
+    if (auto good = check_size(size); !good) return good;
     const bool finite = std::isfinite(k.fx) && std::isfinite(k.fy) && std::isfinite(k.cx) && std::isfinite(k.cy);
     if (!finite || k.fx <= 0.0 || k.fy <= 0.0)
         return error(ErrorKind::invalid_argument, "intrinsics: fx and fy must be positive and all four finite");
-    // The principal point may lie outside the image (a crop of a larger sensor), but not absurdly far.
-    if (std::abs(k.cx) > 1e6 || std::abs(k.cy) > 1e6)
+    if (std::abs(k.cx) > max_principal_point_px || std::abs(k.cy) > max_principal_point_px)
         return error(ErrorKind::invalid_argument, "intrinsics: cx and cy must be within 1e6 pixels of the image");
     for (const double fov : {hfov_rad(size, k), vfov_rad(size, k)}) {
-        if (!(fov > 1e-3 * min_fov_rad && fov < max_fov_rad)) {
+        if (!(fov > narrow_side * min_fov_rad && fov < max_fov_rad)) {
             return error(ErrorKind::invalid_argument,
-                         "intrinsics: they mean a field of view of " + std::to_string(fov / deg) +
-                             " deg for size " + size.to_string() + "; a pinhole camera has 0.01 to 179.9 deg");
+                         "intrinsics: they mean a field of view of " + std::to_string(fov / deg) + " deg for size " +
+                             size.to_string() + "; a pinhole camera has 0.01 to 179.9 deg");
         }
     }
     return {};
 }
 
-double vfov_rad(ImageSize size, const Intrinsics& k) { return full_angle(size.height, k.fy, k.cy); }
-double hfov_rad(ImageSize size, const Intrinsics& k) { return full_angle(size.width, k.fx, k.cx); }
+double vfov_rad(ImageSize size, const Intrinsics& k) {
+    return full_angle(size.height, k.fy, k.cy);
+}
+double hfov_rad(ImageSize size, const Intrinsics& k) {
+    return full_angle(size.width, k.fx, k.cx);
+}
 
 }  // namespace camrig

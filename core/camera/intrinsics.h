@@ -18,12 +18,13 @@ struct Intrinsics {
 };
 
 /// Square pixels, centred, with the given full vertical (or horizontal) field of view, measured edge to edge of the
-/// image (height pixels, not height - 1). 0 < angle < pi, else invalid_argument.
+/// image (height pixels, not height - 1). An angle outside (0.01, 179.9) deg, or NaN, is invalid_argument.
 Result<Intrinsics> intrinsics_from_vfov(ImageSize size, double vfov_rad);
 Result<Intrinsics> intrinsics_from_hfov(ImageSize size, double hfov_rad);
 
-/// Refuses what no camera can have: not finite, focal length not positive, or a field of view outside (0.01, 179.9)
-/// deg.
+/// Refuses what no camera can have: not finite, focal length not positive, principal point more than 1e6 pixels away,
+/// or a field of view outside (0.00001, 179.9) deg in either direction. Whatever intrinsics_from_vfov or _hfov makes
+/// has at least the lower bound in the other direction too, up to a side ratio of 1000.
 Result<void> check_intrinsics(ImageSize size, const Intrinsics& intrinsics);
 
 /// Full fields of view of the pinhole part, edge to edge, radians.

@@ -1,5 +1,6 @@
 #include "core/camera/lens.h"
 
+#include <iterator>
 #include <string>
 
 namespace camrig {
@@ -16,9 +17,15 @@ constexpr struct {
 
 }  // namespace
 
-std::string_view to_string(LensModel model) { return models[static_cast<int>(model)].name; }
+std::string_view to_string(LensModel model) {
+    CHECK(static_cast<std::size_t>(model) < std::size(models));
+    return models[static_cast<std::size_t>(model)].name;
+}
 
-int coefficient_count(LensModel model) { return models[static_cast<int>(model)].coefficients; }
+int coefficient_count(LensModel model) {
+    CHECK(static_cast<std::size_t>(model) < std::size(models));
+    return models[static_cast<std::size_t>(model)].coefficients;
+}
 
 Result<LensModel> parse_lens_model(std::string_view name) {
     for (const auto& entry : models)

@@ -1,11 +1,20 @@
 #include "core/camera/pose.h"
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 namespace camrig {
 namespace {
+
+/// Closer together than this, eye and target are the same point.
+constexpr double min_look_at_distance_m = 1e-9;
+/// Within this angle of straight up or down a viewing direction has no heading.
+constexpr double pole_rad = 1e-9;
+/// Larger angles are a mistake of units or a runaway integrator, and sine and cosine of them mean little.
+constexpr double max_angle_rad = 1e6;
+/// A quaternion whose largest part is below this is the zero quaternion after underflow, not a direction.
+constexpr double min_quaternion_part = 1e-150;
 
 Result<void> check_position(const char* what, const glm::dvec3& p) {
     for (int i = 0; i < 3; ++i) {
@@ -33,7 +42,7 @@ Result<Pose> pose_look_at(glm::dvec3 eye, glm::dvec3 target) {
     if (auto good = check_position("look_at", target); !good) return std::unexpected(good.error());
     const glm::dvec3 forward = target - eye;
     const double distance = std::hypot(forward.x, forward.y, forward.z);
-    if (distance < 1e-9) {
+    if (distance < min_look_at_distance_m) {
         return error(ErrorKind::invalid_argument,
                      "look_at: is the same point as position; give a point at least 1e-9 m away, or angles");
     }
@@ -41,13 +50,13 @@ Result<Pose> pose_look_at(glm::dvec3 eye, glm::dvec3 target) {
     PanTiltRoll angles;
     angles.tilt = std::atan2(forward.z, horizontal);
     // Straight up or down there is no heading; 0 is the limit of a camera that looks along +x and is tilted.
-    if (horizontal > 1e-9 * distance) angles.pan = std::atan2(forward.y, forward.x);
+    if (horizontal > pole_rad * distance) angles.pan = std::atan2(forward.y, forward.x);
     return Pose{eye, from_angles(angles)};
 }
 
 Result<Pose> pose_from_angles(glm::dvec3 position, PanTiltRoll angles) {
     if (auto good = check_position("position", position); !good) return std::unexpected(good.error());
-    const auto bad = [](double angle) { return !std::isfinite(angle) || std::abs(angle) > 1e6; };
+    const auto bad = [](double angle) { return !(std::abs(angle) <= max_angle_rad); };
     if (bad(angles.pan) || bad(angles.tilt) || bad(angles.roll))
         return error(ErrorKind::invalid_argument, "pan_deg, tilt_deg and roll_deg must be finite angles");
     return Pose{position, from_angles(angles)};
@@ -62,8 +71,9 @@ Result<Pose> pose_from_quaternion(glm::dvec3 position, glm::dquat orientation) {
             return error(ErrorKind::invalid_argument, "orientation: [x, y, z, w] must be finite");
         largest = std::max(largest, std::abs(orientation[i]));
     }
-    if (largest < 1e-150)
-        return error(ErrorKind::invalid_argument, "orientation: a zero quaternion is no rotation; [0, 0, 0, 1] is none at all");
+    if (largest < min_quaternion_part)
+        return error(ErrorKind::invalid_argument,
+                     "orientation: a zero quaternion is no rotation; [0, 0, 0, 1] is none at all");
     return Pose{position, glm::normalize(orientation * (1.0 / largest))};
 }
 
@@ -73,12 +83,15 @@ PanTiltRoll angles_of(const glm::dquat& orientation) {
     PanTiltRoll angles;
     const double horizontal = std::hypot(x.x, x.y);
     angles.tilt = std::atan2(x.z, horizontal);
-    if (horizontal > 1e-9) {
-        angles.pan = std::atan2(x.y, x.x);
-        angles.roll = std::atan2(y.z, z.z);
-    } else {
+    if (horizontal <= pole_rad) {
         angles.pan = std::atan2(-y.x, y.y);
+        return angles;
     }
+    angles.pan = std::atan2(x.y, x.x);
+    // Roll is what is left when the pan just found is taken back. Near a pole pan itself is uncertain; read off this
+    // way (and not from y.z and z.z, which vanish there) roll makes up for it, and the three together stay exact.
+    const double s = std::sin(angles.pan), c = std::cos(angles.pan);
+    angles.roll = std::atan2(s * z.x - c * z.y, c * y.y - s * y.x);
     return angles;
 }
 
@@ -87,6 +100,8 @@ glm::dmat3 link_from_optical() {
     return glm::dmat3(glm::dvec3(0, -1, 0), glm::dvec3(0, 0, -1), glm::dvec3(1, 0, 0));
 }
 
-glm::dmat3 world_from_optical_rotation(const Pose& pose) { return glm::mat3_cast(pose.orientation) * link_from_optical(); }
+glm::dmat3 world_from_optical_rotation(const Pose& pose) {
+    return glm::mat3_cast(pose.orientation) * link_from_optical();
+}
 
 }  // namespace camrig

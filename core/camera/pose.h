@@ -30,7 +30,8 @@ Result<Pose> pose_look_at(glm::dvec3 eye, glm::dvec3 target);
 Result<Pose> pose_from_angles(glm::dvec3 position, PanTiltRoll angles);
 /// Normalises; a zero or not finite quaternion is an error.
 Result<Pose> pose_from_quaternion(glm::dvec3 position, glm::dquat orientation);
-/// Inverse of pose_from_angles; at the poles pan is chosen with roll = 0.
+/// Inverse of pose_from_angles: pan and roll in [-pi, pi], tilt in [-pi/2, pi/2]; within 1e-9 rad of a pole pan is
+/// chosen with roll = 0. The orientation made of the answer is the given one within 1e-15 (2e-9 at the poles).
 PanTiltRoll angles_of(const glm::dquat& orientation);
 
 /// Positions further out than this are refused (1e10 m): beyond it doubles cannot hold a micrometre.
