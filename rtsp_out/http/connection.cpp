@@ -1,0 +1,238 @@
+#include "rtsp_out/http/connection.h"
+
+#include <algorithm>
+#include <array>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/http/read.hpp>
+
+#include "rtsp_out/http/access.h"
+#include "rtsp_out/http/mjpeg_stream.h"
+#include "rtsp_out/http/send.h"
+
+namespace camrig {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using Failure = beast::error_code;
+
+namespace {
+
+constexpr auto quiet = asio::as_tuple(asio::use_awaitable);
+constexpr std::size_t max_stray_bytes = 64 * 1024;  ///< what a stream's client may send us without meaning
+
+std::string_view view(boost::string_view text) {
+    return {text.data(), text.size()};
+}
+
+std::optional<std::string_view> field(const auto& message, http::field name) {
+    const auto found = message.find(name);
+    if (found == message.end()) return std::nullopt;
+    return view(found->value());
+}
+
+bool is_json(std::string_view content_type) {
+    content_type = content_type.substr(0, content_type.find(';'));
+    while (content_type.ends_with(' ')) content_type.remove_suffix(1);
+    return beast::iequals({content_type.data(), content_type.size()}, "application/json");
+}
+
+/// What to answer when a request cannot be read; nothing when nobody is there to hear it.
+std::optional<Reply> unreadable(const Failure& failed, bool has_target) {
+    if (failed == http::error::body_limit)
+        return error_reply(413, ErrorKind::resource_exhausted, "the body is larger than 1 MiB");
+    if ((failed == http::error::header_limit || failed == http::error::buffer_overflow) && !has_target)
+        return error_reply(414, ErrorKind::invalid_argument, "the request line is too long");
+    if (failed == http::error::header_limit || failed == http::error::buffer_overflow)
+        return error_reply(431, ErrorKind::resource_exhausted, "the header fields are larger than 16 KiB");
+    if (failed.category() != make_error_code(http::error::bad_method).category() ||
+        failed == http::error::end_of_stream || failed == http::error::partial_message)
+        return std::nullopt;
+    return error_reply(400, ErrorKind::invalid_argument, "this is not an HTTP/1 request: " + failed.message());
+}
+
+}  // namespace
+
+Connection::Connection(ServerState& state, asio::ip::tcp::socket socket, std::string peer)
+    : state_(state),
+      peer_(std::move(peer)),
+      stream_(std::move(socket)),
+      buffer_(2 * state.options.limits.header_bytes),
+      bell_(Doorbell::create(stream_.get_executor())) {
+    state_.connections.insert(this);
+    ++state_.counts.connections_open;
+    ++state_.counts.connections_total;
+}
+
+Connection::~Connection() {
+    bell_->disconnect();
+    state_.connections.erase(this);
+    --state_.counts.connections_open;
+}
+
+void Connection::close() {
+    bell_->disconnect();
+    stream_.close();
+}
+
+asio::awaitable<void> Connection::run() {
+    bool again = true;
+    while (again && !state_.stopping) again = co_await serve_one();
+    co_await linger();
+    close();
+}
+
+asio::awaitable<bool> Connection::serve_one() {
+    Parser parser;
+    parser.header_limit(static_cast<std::uint32_t>(state_.options.limits.header_bytes));
+    parser.body_limit(state_.options.limits.body_bytes);
+    stream_.expires_after(state_.options.limits.request_time);
+    const auto [failed, size] = co_await http::async_read_header(stream_, buffer_, parser, quiet);
+    Request request;
+    if (failed) {
+        auto refused = unreadable(failed, !parser.get().target().empty());
+        if (!refused) co_return false;
+        refused->close = true;
+        co_return co_await send(std::move(*refused), request);
+    }
+    std::optional<Reply> reply = examine(parser.get(), request);
+    const bool body_wanted = !reply && request.route.kind == RouteKind::rpc && request.method == "POST";
+    if (body_wanted) reply = co_await read_body(parser, request);
+    if (!reply && request.route.kind == RouteKind::stream && request.method == "GET")
+        co_return co_await serve_stream(std::move(request));
+    if (!reply) reply = co_await answer(state_, bell_, request);
+    if (!parser.is_done()) reply->close = true;  // a body that nobody asked for stays unread
+    co_return co_await send(std::move(*reply), request);
+}
+
+std::optional<Reply> Connection::check_access(const Message& message, const Target& target) const {
+    const RequestOrigin origin{view(message.method_string()), field(message, http::field::host),
+                               field(message, http::field::origin), field(message, http::field::sec_fetch_site)};
+    const std::string& token = state_.options.token;
+    if (message.version() == 11 && !origin.host)
+        return error_reply(400, ErrorKind::invalid_argument, "HTTP/1.1 needs a Host field");
+    if (auto good = check_origin(origin, state_.options.host, !token.empty()); !good)
+        return error_reply(good.error(), 403);
+    if (token.empty()) return std::nullopt;
+    const std::string_view given = token_of(field(message, http::field::authorization).value_or(""),
+                                            target.find("token"), field(message, http::field::cookie).value_or(""));
+    if (equal_in_constant_time(given, token)) return std::nullopt;
+    return error_reply(
+        {ErrorKind::unauthorized, std::string(given.empty() ? "a token is needed" : "this is not the token") +
+                                      ": send 'Authorization: Bearer TOKEN' or add ?token=TOKEN to the URL"});
+}
+
+std::optional<Reply> Connection::examine(const Message& message, Request& request) const {
+    request.method = std::string(view(message.method_string()));
+    request.version = message.version();
+    request.keep_alive = message.keep_alive();
+    request.if_none_match = std::string(field(message, http::field::if_none_match).value_or(""));
+    auto target = parse_target(view(message.target()));
+    if (!target) return error_reply(target.error(), message.target().size() > max_target_length ? 414 : 400);
+    request.target = std::move(*target);
+    if (auto refused = check_access(message, request.target)) return refused;
+
+    if (request.target.path != "*") {
+        auto route = route_of(request.target.path);
+        if (!route) return error_reply(route.error());
+        request.route = std::move(*route);
+    }
+    const std::string_view allowed = allowed_methods(request.route.kind);
+    if (request.method == "OPTIONS") {
+        Reply reply;
+        reply.status = 204;
+        reply.fields.emplace_back("Allow", allowed);
+        return reply;
+    }
+    // HTTP methods are never part of one another's names here, so a plain search in the list is exact.
+    if (allowed.find(request.method) == std::string_view::npos) {
+        Reply reply = error_reply(405, ErrorKind::unsupported, request.target.path + " takes " + std::string(allowed));
+        reply.fields.emplace_back("Allow", allowed);
+        return reply;
+    }
+    if (request.route.kind == RouteKind::rpc && !is_json(field(message, http::field::content_type).value_or("")))
+        return error_reply(415, ErrorKind::invalid_argument, "POST /rpc needs 'Content-Type: application/json'");
+    if (request.route.kind == RouteKind::stream && request.method == "HEAD") return MjpegStream::head();
+    return std::nullopt;
+}
+
+asio::awaitable<std::optional<Reply>> Connection::read_body(Parser& parser, Request& request) {
+    if (field(parser.get(), http::field::expect)) {
+        static constexpr std::string_view go_on = "HTTP/1.1 100 Continue\r\n\r\n";
+        SendPieces pieces{asio::buffer(go_on)};
+        const Failure unsent = co_await send_all(stream_, pieces, state_.options.limits.stalled_after);
+        if (unsent) co_return error_reply(400, ErrorKind::unavailable, "the client is gone");
+    }
+    stream_.expires_after(state_.options.limits.request_time);
+    const auto [failed, size] = co_await http::async_read(stream_, buffer_, parser, quiet);
+    if (failed) {
+        auto refused = unreadable(failed, true);
+        if (!refused) refused = error_reply(400, ErrorKind::invalid_argument, "the body did not arrive");
+        refused->close = true;
+        co_return refused;
+    }
+    request.body = std::move(parser.get().body());
+    co_return std::nullopt;
+}
+
+asio::awaitable<bool> Connection::serve_stream(Request request) {
+    ++state_.counts.requests;
+    const auto params = stream_params(request.target);
+    if (!params) co_return co_await send(error_reply(params.error()), request);
+    auto opened = MjpegStream::open(state_, bell_, request.route.camera, *params, peer_);
+    if (!opened) co_return co_await send(error_reply(opened.error()), request);
+    asio::co_spawn(stream_.get_executor(), watch_peer(),
+                   [self = shared_from_this()](std::exception_ptr) { self->close(); });
+    const std::unique_ptr<MjpegStream> stream = std::move(*opened);
+    co_await stream->run(stream_, request.version);
+    co_return false;
+}
+
+asio::awaitable<bool> Connection::send(Reply reply, const Request& request) {
+    ++state_.counts.requests;
+    if (reply.status >= 400) ++state_.counts.errors;
+    const bool keep_alive = request.keep_alive && !reply.close && !state_.stopping;
+    const std::string* token = request.target.find("token");
+    if (token && !state_.options.token.empty() && request.route.kind == RouteKind::file && reply.status == 200)
+        reply.fields.emplace_back("Set-Cookie",
+                                  "camrig_token=" + state_.options.token + "; Path=/; HttpOnly; SameSite=Strict");
+    const std::string head = head_of(reply, request.version, keep_alive);
+    SendPieces pieces{asio::buffer(head)};
+    if (request.method != "HEAD") {
+        pieces[1] = asio::buffer(reply.text);
+        pieces[2] = asio::buffer(reply.data.data(), reply.data.size());
+    }
+    const Failure failed = co_await send_all(stream_, pieces, state_.options.limits.stalled_after);
+    co_return keep_alive && !failed;
+}
+
+asio::awaitable<void> Connection::watch_peer() {
+    auto& socket = stream_.socket();
+    std::array<char, 4096> stray;
+    std::size_t total = 0;
+    Failure failed;
+    socket.non_blocking(true, failed);
+    while (!failed && total <= max_stray_bytes) {
+        const auto [unready] = co_await socket.async_wait(asio::ip::tcp::socket::wait_read, quiet);
+        if (unready) break;
+        total += socket.read_some(asio::buffer(stray), failed);
+        if (failed == asio::error::would_block) failed.clear();
+    }
+}
+
+asio::awaitable<void> Connection::linger() {
+    Failure failed;
+    stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, failed);
+    stream_.expires_after(state_.options.limits.linger);
+    std::array<char, 4096> unread;
+    while (!failed) {
+        const auto [ended, size] = co_await stream_.async_read_some(asio::buffer(unread), quiet);
+        failed = ended;
+    }
+}
+
+}  // namespace camrig

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+
+#include "rtsp_out/http/doorbell.h"
+#include "rtsp_out/http/handlers.h"
+#include "rtsp_out/http/reply.h"
+#include "rtsp_out/http/server_state.h"
+
+namespace camrig {
+
+/// One TCP connection: reads requests one after the other, decides who may ask, answers. Server's thread.
+class Connection : public std::enable_shared_from_this<Connection> {
+public:
+    Connection(ServerState& state, boost::asio::ip::tcp::socket socket, std::string peer);
+    ~Connection();
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
+    /// Until the connection is over. The caller keeps `this` alive.
+    boost::asio::awaitable<void> run();
+    /// Ends whatever run() is doing.
+    void close();
+
+private:
+    using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
+    using Message = Parser::value_type;
+
+    /// One request; false when it was the last.
+    boost::asio::awaitable<bool> serve_one();
+    boost::asio::awaitable<bool> serve_stream(Request request);
+    boost::asio::awaitable<bool> send(Reply reply, const Request& request);
+    boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, Request& request);
+    /// Fills `request` from the header fields, or says why it is refused.
+    std::optional<Reply> examine(const Message& message, Request& request) const;
+    std::optional<Reply> check_access(const Message& message, const Target& target) const;
+    /// Closes streams whose client has gone while we wait for pictures.
+    boost::asio::awaitable<void> watch_peer();
+    /// Lets the peer read our last answer: closing with unread input would reset the connection.
+    boost::asio::awaitable<void> linger();
+
+    ServerState& state_;
+    const std::string peer_;
+    boost::beast::tcp_stream stream_;
+    boost::beast::flat_buffer buffer_;
+    const std::shared_ptr<Doorbell> bell_;
+};
+
+}  // namespace camrig

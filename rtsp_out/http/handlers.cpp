@@ -1,0 +1,191 @@
+#include "rtsp_out/http/handlers.h"
+
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include "rtsp_out/http/builtin_page.h"
+#include "rtsp_out/http/metrics.h"
+#include "rtsp_out/http/npy.h"
+
+namespace camrig {
+
+namespace asio = boost::asio;
+
+namespace {
+
+Reply not_built_in(std::string_view what) {
+    return error_reply({ErrorKind::unsupported, std::string(what) + " is not available in this server"});
+}
+
+Reply file_reply(ServerState& state, const Request& request) {
+    const auto& files = state.options.hooks.files;
+    const auto file = files ? files(request.target.path) : builtin_page_file(request.target.path);
+    if (!file)
+        return error_reply({ErrorKind::not_found,
+                            "no such path; there are /, /cameras, /healthz, /metrics, POST /rpc and "
+                            "/cameras/NAME/stream.mjpg"});
+    Reply reply;
+    reply.content_type = file->content_type;
+    reply.data = std::as_bytes(std::span(*file->bytes));
+    reply.keep = file->bytes;
+    // No other page may frame ours (a click on it could move a camera), and ours loads nothing from elsewhere.
+    reply.fields = {{"Cache-Control", "no-cache"},
+                    {"Content-Security-Policy",
+                     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+                     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"},
+                    {"Referrer-Policy", "no-referrer"}};
+    return reply;
+}
+
+nlohmann::json rate_json(const Rate& rate) {
+    if (rate.den() == 1) return rate.num();
+    return rate.to_string();
+}
+
+Reply cameras_reply(ServerState& state) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const CameraStream& camera : state.options.bus->cameras()) {
+        const std::string base = "/cameras/" + camera.name + "/";
+        list.push_back({{"name", camera.name},
+                        {"size", {camera.size.width, camera.size.height}},
+                        {"fps", rate_json(camera.rate)},
+                        {"urls",
+                         {{"stream", base + "stream.mjpg"},
+                          {"jpeg", base + "snapshot.jpg"},
+                          {"png", base + "snapshot.png"},
+                          {"depth_png", base + "depth.png"},
+                          {"depth_npy", base + "depth.npy"},
+                          {"instance", base + "instance.png"},
+                          {"truth", base + "truth"}}}});
+    }
+    return json_reply(nlohmann::json{{"cameras", std::move(list)}}.dump() + "\n");
+}
+
+Reply picture_reply(const MediaUnit& unit, const Request& request) {
+    Reply reply;
+    reply.fields = frame_fields(unit.info);
+    reply.fields.emplace_back("Cache-Control", "no-store");
+    const std::string etag = etag_of(unit.info);
+    reply.fields.emplace_back("ETag", etag);
+    if (etag_matches(request.if_none_match, etag)) {
+        reply.status = 304;
+        return reply;
+    }
+    if (request.route.kind == RouteKind::depth_npy) {
+        if (!unit.frame || unit.frame->info().format != PixelFormat::depth32f)
+            return error_reply({ErrorKind::internal, "the depth picture came in another form"});
+        reply.content_type = "application/octet-stream";
+        reply.text = npy_float32_head(unit.frame->info().size);
+        reply.data = unit.frame->bytes();
+        reply.keep = unit.frame;
+        return reply;
+    }
+    if (!unit.bytes) return error_reply({ErrorKind::internal, "the picture came without bytes"});
+    reply.content_type = request.route.codec == Codec::jpeg ? "image/jpeg" : "image/png";
+    reply.data = *unit.bytes;
+    reply.keep = unit.bytes;
+    return reply;
+}
+
+Reply too_many_fetches() {
+    return error_reply({ErrorKind::resource_exhausted, "too many pictures are being made at once; try again"});
+}
+
+asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+    auto wanted = fetch_request(request.route, request.target);
+    if (!wanted) co_return error_reply(wanted.error());
+    const auto ticket = FetchTicket::begin(state);
+    if (!ticket) co_return too_many_fetches();
+    auto later = std::make_shared<Later<Result<MediaUnit>>>(bell);
+    state.options.fetcher->fetch(std::move(*wanted),
+                                 [later, ticket](Result<MediaUnit> unit) { later->set(std::move(unit)); });
+    auto got = co_await later->wait_for(state.options.limits.reply_time);
+    if (!got) co_return error_reply(got.error());
+    if (!*got) co_return error_reply(got->error());
+    co_return picture_reply(**got, request);
+}
+
+asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+    if (!state.options.hooks.truth) co_return not_built_in("truth");
+    auto wanted = fetch_request(request.route, request.target);
+    if (!wanted) co_return error_reply(wanted.error());
+    const auto ticket = FetchTicket::begin(state);
+    if (!ticket) co_return too_many_fetches();
+    auto later = std::make_shared<Later<Result<std::string>>>(bell);
+    state.options.hooks.truth(wanted->camera, wanted->min_ns,
+                              [later, ticket](Result<std::string> text) { later->set(std::move(text)); });
+    auto got = co_await later->wait_for(state.options.limits.reply_time);
+    if (!got) co_return error_reply(got.error());
+    if (!*got) co_return error_reply(got->error());
+    co_return json_reply(std::move(**got));
+}
+
+asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+    if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
+    auto later = std::make_shared<Later<std::string>>(bell);
+    state.options.hooks.rpc(request.body, [later](std::string text) { later->set(std::move(text)); });
+    auto got = co_await later->wait_for(state.options.limits.rpc_time);
+    if (!got) co_return error_reply(got.error());
+    if (got->empty()) {
+        Reply nothing;
+        nothing.status = 204;
+        co_return nothing;
+    }
+    co_return json_reply(std::move(*got));
+}
+
+asio::awaitable<Reply> metrics(ServerState& state, std::shared_ptr<Doorbell> bell) {
+    RigReport report;
+    if (state.options.hooks.stats) {
+        auto later = std::make_shared<Later<RigReport>>(bell);
+        state.options.hooks.stats([later](RigReport made) { later->set(std::move(made)); });
+        auto got = co_await later->wait_for(state.options.limits.reply_time);
+        if (!got) co_return error_reply(got.error());
+        report = std::move(*got);
+    }
+    co_return text_reply("text/plain; version=0.0.4; charset=utf-8", to_prometheus(report, state.counts.read()));
+}
+
+Reply healthz(ServerState& state) {
+    if (!state.options.hooks.healthz) return text_reply("text/plain; charset=utf-8", "ok\n");
+    auto health = state.options.hooks.healthz();
+    return health ? text_reply("text/plain; charset=utf-8", std::move(*health)) : error_reply(health.error(), 503);
+}
+
+asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+    const RouteKind kind = request.route.kind;
+    if (kind == RouteKind::picture || kind == RouteKind::depth_npy) co_return co_await picture(state, bell, request);
+    if (kind == RouteKind::truth) co_return co_await truth(state, bell, request);
+    // The page may read its own query; everything else says what it does not understand.
+    if (kind == RouteKind::file) co_return file_reply(state, request);
+    if (auto known = no_params(request.target); !known) co_return error_reply(known.error());
+    switch (kind) {
+        case RouteKind::rpc:
+            co_return co_await rpc(state, bell, request);
+        case RouteKind::metrics:
+            co_return co_await metrics(state, bell);
+        case RouteKind::healthz:
+            co_return healthz(state);
+        default:
+            co_return cameras_reply(state);
+    }
+}
+
+}  // namespace
+
+std::string_view allowed_methods(RouteKind kind) {
+    return kind == RouteKind::rpc ? "POST, OPTIONS" : "GET, HEAD, OPTIONS";
+}
+
+asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+    std::string what;
+    try {
+        co_return co_await dispatch(state, bell, request);
+    } catch (const std::exception& thrown) {
+        what = thrown.what();
+    }
+    spdlog::error("http: {} failed: {}", request.target.path, what);
+    co_return error_reply({ErrorKind::internal, "this request failed inside the server; its log says why"});
+}
+
+}  // namespace camrig

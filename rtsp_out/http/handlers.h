@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+
+#include "rtsp_out/http/doorbell.h"
+#include "rtsp_out/http/reply.h"
+#include "rtsp_out/http/route.h"
+#include "rtsp_out/http/server_state.h"
+#include "rtsp_out/http/target.h"
+
+namespace camrig {
+
+/// A request that was read, checked (access.h) and routed.
+struct Request {
+    std::string method;
+    unsigned version = 11;
+    bool keep_alive = false;
+    Target target;
+    Route route;
+    std::string if_none_match;
+    std::string body;
+};
+
+/// The methods of a path, as for the Allow field.
+std::string_view allowed_methods(RouteKind kind);
+
+/// Answers everything but streams. Server's thread; waits on `bell`; throws nothing.
+boost::asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request);
+
+}  // namespace camrig

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+#include "core/base/time.h"
+#include "core/stream/frame_bus.h"
+#include "core/stream/statistics.h"
+
+namespace camrig {
+
+/// A file of the web page.
+struct StaticFile {
+    std::string content_type;
+    std::shared_ptr<const std::string> bytes;
+};
+
+/// What the composition root plugs in. Every hook is called on the server's thread and must not block; a `reply` may be
+/// called once, later, from any thread, also after the server is gone.
+struct HttpHooks {
+    using Rpc = std::function<void(std::string body, std::function<void(std::string)> reply)>;
+    using Stats = std::function<void(std::function<void(RigReport)> reply)>;
+    using Truth =
+        std::function<void(std::string camera, TimeNs min_ns, std::function<void(Result<std::string>)> reply)>;
+
+    Rpc rpc;                                       ///< JSON-RPC text in and out. An empty answer is "204 No Content"
+    Stats stats;                                   ///< for /metrics
+    Truth truth;                                   ///< JSON text of /cameras/NAME/truth
+    std::function<Result<std::string>()> healthz;  ///< a line of text; an error is 503. Absent: "ok"
+    std::function<std::optional<StaticFile>(std::string_view path)>
+        files;  ///< the web page. Absent: a small one of our own
+};
+
+/// Bounds. The defaults are the product's; tests shorten the times.
+struct HttpLimits {
+    using Duration = std::chrono::milliseconds;
+
+    std::size_t connections = 512;
+    std::size_t header_bytes = 16 * 1024;  ///< request line and header fields together
+    std::size_t body_bytes = 1024 * 1024;  ///< of POST /rpc
+    std::size_t fetches = 64;              ///< pictures and truths being made at once, for all clients
+    std::size_t qualities_per_camera = 8;  ///< different JPEG qualities streamed at once (each is one more encoding)
+    int send_buffer_bytes = 256 * 1024;    ///< the kernel's, per connection
+    int unsent_bytes = 64 * 1024;          ///< TCP_NOTSENT_LOWAT: what waits in the kernel is stale
+    Duration request_time{10'000};         ///< a whole request, from the end of the last one
+    Duration stalled_after{10'000};        ///< a client that takes no byte for so long is closed
+    Duration reply_time{30'000};           ///< waiting for a picture, a truth or statistics
+    Duration rpc_time{600'000};            ///< waiting for a JSON-RPC answer (world.step may take long)
+    Duration repeat_after{2'000};          ///< a stream without a new picture repeats the last one
+    Duration linger{2'000};                ///< reading what a refused client still sends, so that it sees the answer
+};
+
+struct HttpOptions {
+    std::string host = "127.0.0.1";   ///< address or name to listen on
+    std::uint16_t port = 8080;        ///< 0: any free port
+    std::string token;                ///< empty: none; required unless `host` is loopback
+    FrameBus* bus = nullptr;          ///< outlives the server
+    FrameFetcher* fetcher = nullptr;  ///< outlives the server
+    HttpHooks hooks;
+    HttpLimits limits;
+};
+
+/// Counts since the start.
+struct HttpCounts {
+    std::uint64_t connections_open = 0;
+    std::uint64_t connections_total = 0;
+    std::uint64_t connections_refused = 0;  ///< over the limit
+    std::uint64_t requests = 0;
+    std::uint64_t errors = 0;  ///< replies with status 400 and above
+    std::uint64_t streams_open = 0;
+    std::uint64_t first_parts = 0;     ///< pictures fetched to open a stream; not in the readers' books
+    std::uint64_t repeated_parts = 0;  ///< pictures sent again because nothing new came; not in the readers' books
+    std::uint64_t stalled = 0;         ///< streams closed for taking nothing
+};
+
+}  // namespace camrig

@@ -1,0 +1,193 @@
+#include "rtsp_out/http/http_server.h"
+
+#include <mutex>
+#include <thread>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <netinet/tcp.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+
+#include "rtsp_out/http/access.h"
+#include "rtsp_out/http/connection.h"
+#include "rtsp_out/http/server_state.h"
+
+namespace camrig {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using Failure = boost::system::error_code;
+
+namespace {
+
+constexpr auto quiet = asio::as_tuple(asio::use_awaitable);
+/// Pause after accept() failed for lack of file descriptors or memory; others may give some back.
+constexpr std::chrono::milliseconds accept_pause{100};
+
+Result<tcp::endpoint> resolve(asio::io_context& io, const HttpOptions& options) {
+    Failure failed;
+    const auto address = asio::ip::make_address(options.host, failed);
+    if (!failed) return tcp::endpoint(address, options.port);
+    tcp::resolver resolver(io);
+    const auto found = resolver.resolve(options.host, std::to_string(options.port), tcp::resolver::passive, failed);
+    if (failed || found.empty())
+        return error(ErrorKind::invalid_argument,
+                     "http: host '" + options.host + "' is not an address of this machine: " + failed.message());
+    return found.begin()->endpoint();
+}
+
+Result<void> check_options(const HttpOptions& options, const tcp::endpoint& endpoint) {
+    if (!options.token.empty()) return check_token(options.token);
+    if (endpoint.address().is_loopback()) return {};
+    return error(ErrorKind::invalid_argument, "http: host " + options.host +
+                                                  " can be reached by others, so it needs a token; give --token-file, "
+                                                  "or use --host 127.0.0.1");
+}
+
+std::string describe(const tcp::endpoint& endpoint) {
+    const std::string address = endpoint.address().to_string();
+    return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" + std::to_string(endpoint.port());
+}
+
+/// Pictures go out at once, and no more of them waits in the kernel than the peer is about to take.
+void tune(tcp::socket& socket, const HttpLimits& limits) {
+    Failure ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    socket.set_option(asio::socket_base::send_buffer_size(limits.send_buffer_bytes), ignored);
+    ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &limits.unsent_bytes,
+                 sizeof limits.unsent_bytes);
+}
+
+}  // namespace
+
+struct HttpServer::Impl {
+    explicit Impl(HttpOptions options) : state(std::move(options)) {}
+
+    Result<void> listen();
+    asio::awaitable<void> accept_all();
+    void admit(tcp::socket socket);
+    void refuse(tcp::socket socket);
+    void shut_down();
+
+    ServerState state;
+    asio::io_context io{1};  // after state: connections that die with it use the state
+    tcp::acceptor acceptor{io};
+    asio::steady_timer pause{io};
+    std::uint16_t port = 0;
+    std::once_flag stopped;
+    std::thread thread;
+};
+
+Result<void> HttpServer::Impl::listen() {
+    const auto endpoint = resolve(io, state.options);
+    if (!endpoint) return std::unexpected(endpoint.error());
+    if (auto good = check_options(state.options, *endpoint); !good) return good;
+    Failure failed;
+    acceptor.open(endpoint->protocol(), failed);
+    if (!failed) acceptor.set_option(tcp::acceptor::reuse_address(true), failed);
+    if (!failed) acceptor.bind(*endpoint, failed);
+    if (!failed) acceptor.listen(asio::socket_base::max_listen_connections, failed);
+    if (failed)
+        return error(ErrorKind::unavailable, "http: cannot listen on " + describe(*endpoint) + ": " + failed.message() +
+                                                 "; choose another --http PORT (0: any free one)");
+    port = acceptor.local_endpoint(failed).port();
+    return {};
+}
+
+asio::awaitable<void> HttpServer::Impl::accept_all() {
+    while (!state.stopping) {
+        auto [failed, socket] = co_await acceptor.async_accept(quiet);
+        if (state.stopping || failed == asio::error::operation_aborted) co_return;
+        if (!failed) {
+            admit(std::move(socket));
+            continue;
+        }
+        spdlog::warn("http: accept: {}", failed.message());
+        pause.expires_after(accept_pause);
+        co_await pause.async_wait(quiet);
+    }
+}
+
+void HttpServer::Impl::admit(tcp::socket socket) {
+    if (state.connections.size() >= state.options.limits.connections) return refuse(std::move(socket));
+    Failure failed;
+    const auto peer = socket.remote_endpoint(failed);
+    if (failed) return;  // gone already
+    tune(socket, state.options.limits);
+    auto connection = std::make_shared<Connection>(state, std::move(socket), describe(peer));
+    asio::co_spawn(io, connection->run(), [connection](std::exception_ptr thrown) {
+        if (!thrown) return;
+        connection->close();
+        try {
+            std::rethrow_exception(thrown);
+        } catch (const std::exception& what) {
+            spdlog::error("http: a connection failed: {}", what.what());
+        } catch (...) {
+            spdlog::error("http: a connection failed");
+        }
+    });
+}
+
+void HttpServer::Impl::refuse(tcp::socket socket) {
+    ++state.counts.connections_refused;
+    Failure ignored;
+    socket.non_blocking(true, ignored);
+    const Reply reply = error_reply({ErrorKind::resource_exhausted, "too many connections; close some and try again"});
+    const std::string text = head_of(reply, 11, false) + reply.text;
+    socket.write_some(asio::buffer(text), ignored);
+    socket.shutdown(tcp::socket::shutdown_send, ignored);
+}
+
+void HttpServer::Impl::shut_down() {
+    state.stopping = true;
+    Failure ignored;
+    acceptor.close(ignored);
+    pause.cancel();
+    // Connections leave the set when their coroutines end, later.
+    for (Connection* connection : state.connections) connection->close();
+}
+
+HttpServer::HttpServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+HttpServer::~HttpServer() {
+    stop();
+}
+
+Result<std::unique_ptr<HttpServer>> HttpServer::create(HttpOptions options) {
+    CHECK(options.bus != nullptr && options.fetcher != nullptr);
+    try {
+        auto impl = std::make_unique<Impl>(std::move(options));
+        if (auto listening = impl->listen(); !listening) return std::unexpected(listening.error());
+        asio::co_spawn(impl->io, impl->accept_all(), asio::detached);
+        impl->thread = std::thread([io = &impl->io] {
+            ::pthread_setname_np(::pthread_self(), "camrig-http");
+            io->run();
+        });
+        return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
+    } catch (const std::exception& thrown) {
+        return error(ErrorKind::unavailable, std::string("http: cannot start: ") + thrown.what());
+    }
+}
+
+std::uint16_t HttpServer::port() const {
+    return impl_->port;
+}
+HttpCounts HttpServer::counts() const {
+    return impl_->state.counts.read();
+}
+
+void HttpServer::stop() {
+    std::call_once(impl_->stopped, [this] {
+        asio::post(impl_->io, [impl = impl_.get()] { impl->shut_down(); });
+        impl_->thread.join();
+    });
+}
+
+}  // namespace camrig

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/base/result.h"
+#include "rtsp_out/http/http_options.h"
+
+namespace camrig {
+
+/// MJPEG streams, pictures, JSON-RPC and statistics over HTTP/1.1 (docs/streams.md describes them for users).
+///
+/// One thread of its own serves all connections with coroutines; it never encodes or draws. Every bound is in
+/// HttpLimits. All calls from any thread; hooks are called on the server's thread. Throws nothing.
+class HttpServer {
+public:
+    /// Listens before it returns. invalid_argument: a host that is not loopback without a token, or a token that cannot
+    /// travel; unavailable: the address cannot be listened on (the message says why).
+    static Result<std::unique_ptr<HttpServer>> create(HttpOptions options);
+    ~HttpServer();
+    HttpServer(const HttpServer&) = delete;
+    HttpServer& operator=(const HttpServer&) = delete;
+
+    /// The port that is listened on.
+    std::uint16_t port() const;
+    HttpCounts counts() const;
+    /// Closes every connection and joins the thread. Twice is fine. Not from a hook.
+    void stop();
+
+private:
+    struct Impl;
+    explicit HttpServer(std::unique_ptr<Impl> impl);
+    const std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace camrig

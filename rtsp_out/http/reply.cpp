@@ -1,0 +1,129 @@
+#include "rtsp_out/http/reply.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+namespace camrig {
+namespace {
+
+std::string_view reason_of(int status) {
+    switch (status) {
+        case 200:
+            return "OK";
+        case 204:
+            return "No Content";
+        case 304:
+            return "Not Modified";
+        case 400:
+            return "Bad Request";
+        case 401:
+            return "Unauthorized";
+        case 403:
+            return "Forbidden";
+        case 404:
+            return "Not Found";
+        case 405:
+            return "Method Not Allowed";
+        case 409:
+            return "Conflict";
+        case 413:
+            return "Content Too Large";
+        case 414:
+            return "URI Too Long";
+        case 415:
+            return "Unsupported Media Type";
+        case 431:
+            return "Request Header Fields Too Large";
+        case 501:
+            return "Not Implemented";
+        case 503:
+            return "Service Unavailable";
+        default:
+            return "Internal Server Error";
+    }
+}
+
+}  // namespace
+
+int status_of(ErrorKind kind) {
+    switch (kind) {
+        case ErrorKind::invalid_argument:
+            return 400;
+        case ErrorKind::not_found:
+            return 404;
+        case ErrorKind::already_exists:
+            return 409;
+        case ErrorKind::unavailable:
+            return 503;
+        case ErrorKind::unsupported:
+            return 501;
+        case ErrorKind::resource_exhausted:
+            return 503;
+        case ErrorKind::unauthorized:
+            return 401;
+        case ErrorKind::internal:
+            return 500;
+    }
+    return 500;
+}
+
+Reply text_reply(std::string content_type, std::string text) {
+    Reply reply;
+    reply.content_type = std::move(content_type);
+    reply.text = std::move(text);
+    return reply;
+}
+
+Reply json_reply(std::string text) {
+    return text_reply("application/json", std::move(text));
+}
+
+Reply error_reply(const Error& error, int status) {
+    // A message may quote what a client sent; bytes that are not UTF-8 are replaced, not thrown on.
+    const nlohmann::json body = {{"error", {{"kind", std::string(to_string(error.kind))}, {"message", error.message}}}};
+    Reply reply = json_reply(body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    reply.status = status != 0 ? status : status_of(error.kind);
+    if (reply.status == 401) reply.fields.emplace_back("WWW-Authenticate", "Bearer realm=\"camrig\"");
+    if (reply.status == 503) reply.fields.emplace_back("Retry-After", "1");
+    return reply;
+}
+
+std::string head_of(const Reply& reply, unsigned version, bool keep_alive) {
+    std::string head = version == 10 ? "HTTP/1.0 " : "HTTP/1.1 ";
+    head += std::to_string(reply.status);
+    head += ' ';
+    head += reason_of(reply.status);
+    head += "\r\nServer: camrig\r\nX-Content-Type-Options: nosniff\r\n";
+    const auto field = [&head](std::string_view name, std::string_view value) {
+        head.append(name).append(": ").append(value).append("\r\n");
+    };
+    if (!reply.content_type.empty()) field("Content-Type", reply.content_type);
+    if (!reply.endless && reply.status != 204 && reply.status != 304)
+        field("Content-Length", std::to_string(reply.body_bytes()));
+    if (std::ranges::find(reply.fields, "Cache-Control", [](const auto& f) { return f.first; }) == reply.fields.end())
+        field("Cache-Control", "no-store");
+    for (const auto& [name, value] : reply.fields) field(name, value);
+    if (!keep_alive) field("Connection", "close");
+    if (keep_alive && version == 10) field("Connection", "keep-alive");
+    head += "\r\n";
+    return head;
+}
+
+std::vector<std::pair<std::string, std::string>> frame_fields(const FrameInfo& info) {
+    return {{"X-Sequence", std::to_string(info.sequence)},
+            {"X-World-Time-Ns", std::to_string(info.world_ns)},
+            {"X-Monotonic-Ns", std::to_string(info.monotonic_ns)}};
+}
+
+std::string etag_of(const FrameInfo& info) {
+    return "\"" + (info.camera ? *info.camera : std::string()) + "-" +
+           std::to_string(static_cast<std::uint32_t>(info.camera_id)) + "-" + std::to_string(info.sequence) + "\"";
+}
+
+bool etag_matches(std::string_view if_none_match, std::string_view etag) {
+    // Tags of ours hold no comma and no quote inside, so a plain search for the quoted tag is exact.
+    return if_none_match == "*" || if_none_match.find(etag) != std::string_view::npos;
+}
+
+}  // namespace camrig

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/frame/frame.h"
+
+namespace camrig {
+
+/// One HTTP answer. The body is `text` followed by `data`; `keep` owns what `data` shows.
+struct Reply {
+    int status = 200;
+    std::string content_type;  ///< empty: the answer has no body
+    std::vector<std::pair<std::string, std::string>> fields;
+    std::string text;
+    std::span<const std::byte> data;
+    std::shared_ptr<const void> keep;
+    bool close = false;    ///< the connection cannot be used further
+    bool endless = false;  ///< no Content-Length: the body lasts until the connection closes
+
+    std::size_t body_bytes() const { return text.size() + data.size(); }
+};
+
+/// The status that tells an error of the rig.
+int status_of(ErrorKind kind);
+
+Reply text_reply(std::string content_type, std::string text);
+Reply json_reply(std::string text);
+/// `{"error":{"kind":..,"message":..}}`. Status 0: the one of the error's kind.
+Reply error_reply(const Error& error, int status = 0);
+inline Reply error_reply(int status, ErrorKind kind, std::string message) {
+    return error_reply(Error{kind, std::move(message)}, status);
+}
+
+/// Status line and fields up to and including the empty line. `version` is 10 or 11.
+std::string head_of(const Reply& reply, unsigned version, bool keep_alive);
+
+/// The fields that say which frame a picture is: X-Sequence, X-World-Time-Ns, X-Monotonic-Ns.
+std::vector<std::pair<std::string, std::string>> frame_fields(const FrameInfo& info);
+
+/// An entity tag of a frame: camera (and its life) and sequence.
+std::string etag_of(const FrameInfo& info);
+
+/// True if an If-None-Match field names this tag.
+bool etag_matches(std::string_view if_none_match, std::string_view etag);
+
+}  // namespace camrig

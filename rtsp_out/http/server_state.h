@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "rtsp_out/http/http_options.h"
+
+namespace camrig {
+
+class Connection;
+
+/// HttpCounts while the server runs; any thread.
+struct LiveCounts {
+    std::atomic<std::uint64_t> connections_total{0}, connections_open{0}, connections_refused{0}, requests{0},
+        errors{0}, streams_open{0}, first_parts{0}, repeated_parts{0}, stalled{0};
+
+    HttpCounts read() const {
+        return {connections_open, connections_total, connections_refused, requests, errors,
+                streams_open,     first_parts,       repeated_parts,      stalled};
+    }
+};
+
+/// What all connections of one server share. Lives on the server's thread, but for the atomics.
+struct ServerState {
+    explicit ServerState(HttpOptions chosen) : options(std::move(chosen)) {}
+
+    const HttpOptions options;
+    LiveCounts counts;
+    /// Pictures being made. Shared, because a fetch may end after the server.
+    std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
+    std::map<std::string, std::map<int, int>> streams_by_quality;  ///< camera -> JPEG quality -> streams
+    std::set<Connection*> connections;
+    bool stopping = false;
+};
+
+/// A fetch that counts against HttpLimits::fetches from begin() until `done` is called or forgotten.
+class FetchTicket {
+public:
+    /// Null when the limit is reached.
+    static std::shared_ptr<FetchTicket> begin(ServerState& state) {
+        if (state.fetches->fetch_add(1) >= state.options.limits.fetches) {
+            state.fetches->fetch_sub(1);
+            return nullptr;
+        }
+        return std::shared_ptr<FetchTicket>(new FetchTicket(state.fetches));
+    }
+    ~FetchTicket() { count_->fetch_sub(1); }
+    FetchTicket(const FetchTicket&) = delete;
+    FetchTicket& operator=(const FetchTicket&) = delete;
+
+private:
+    explicit FetchTicket(std::shared_ptr<std::atomic<std::size_t>> count) : count_(std::move(count)) {}
+    const std::shared_ptr<std::atomic<std::size_t>> count_;
+};
+
+}  // namespace camrig

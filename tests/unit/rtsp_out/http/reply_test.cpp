@@ -1,0 +1,57 @@
+#include "rtsp_out/http/reply.h"
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "rtsp_out/http/npy.h"
+
+namespace camrig {
+namespace {
+
+TEST(Reply, ErrorsAreJsonWithTheKindOfTheControlProtocol) {
+    const Reply reply = error_reply({ErrorKind::not_found, "no \"camera\" \xff here"});
+    EXPECT_EQ(reply.status, 404);
+    const auto body = nlohmann::json::parse(reply.text);
+    EXPECT_EQ(body["error"]["kind"], "not_found");
+    EXPECT_FALSE(body["error"]["message"].get<std::string>().empty());
+}
+
+TEST(Reply, HeadNamesLengthAndWhetherTheConnectionStays) {
+    Reply reply = text_reply("text/plain", "four");
+    EXPECT_TRUE(head_of(reply, 11, true).starts_with("HTTP/1.1 200 OK\r\n"));
+    EXPECT_NE(head_of(reply, 11, true).find("\r\nContent-Length: 4\r\n"), std::string::npos);
+    EXPECT_EQ(head_of(reply, 11, true).find("Connection"), std::string::npos);
+    EXPECT_NE(head_of(reply, 11, false).find("\r\nConnection: close\r\n"), std::string::npos);
+    EXPECT_NE(head_of(reply, 10, true).find("\r\nConnection: keep-alive\r\n"), std::string::npos);
+    EXPECT_TRUE(head_of(reply, 10, false).ends_with("\r\n\r\n"));
+    EXPECT_EQ(head_of(reply, 11, false).find("Access-Control"), std::string::npos);
+}
+
+TEST(Reply, EntityTagsTellLivesOfACameraApart) {
+    FrameInfo info;
+    info.camera = std::make_shared<const std::string>("lobby");
+    info.camera_id = CameraId{3};
+    info.sequence = 17;
+    EXPECT_EQ(etag_of(info), "\"lobby-3-17\"");
+    EXPECT_TRUE(etag_matches("\"x\", \"lobby-3-17\"", etag_of(info)));
+    EXPECT_TRUE(etag_matches("*", etag_of(info)));
+    EXPECT_FALSE(etag_matches("\"lobby-3-1\"", etag_of(info)));
+    EXPECT_FALSE(etag_matches("", etag_of(info)));
+}
+
+TEST(Npy, HeadIsVersionOneAndAlignedTo64) {
+    for (const ImageSize size : {ImageSize{16, 16}, ImageSize{641, 479}, ImageSize{8192, 8192}}) {
+        const std::string head = npy_float32_head(size);
+        EXPECT_EQ(head.size() % 64, 0U);
+        EXPECT_EQ(std::memcmp(head.data(), "\x93NUMPY\x01\x00", 8), 0);
+        EXPECT_EQ(static_cast<unsigned char>(head[8]) + 256U * static_cast<unsigned char>(head[9]), head.size() - 10);
+        EXPECT_EQ(head.back(), '\n');
+        EXPECT_NE(head.find("'shape': (" + std::to_string(size.height) + ", " + std::to_string(size.width) + ")"),
+                  std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace camrig

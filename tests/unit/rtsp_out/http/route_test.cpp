@@ -1,0 +1,71 @@
+#include "rtsp_out/http/route.h"
+
+#include <gtest/gtest.h>
+
+namespace camrig {
+namespace {
+
+Result<StreamParams> stream_of(const std::string& query) {
+    return stream_params(*parse_target("/s?" + query));
+}
+
+TEST(Route, EveryPathOfTheContractIsKnown) {
+    EXPECT_EQ(route_of("/")->kind, RouteKind::file);
+    EXPECT_EQ(route_of("/cameras")->kind, RouteKind::cameras);
+    EXPECT_EQ(route_of("/rpc")->kind, RouteKind::rpc);
+    EXPECT_EQ(route_of("/healthz")->kind, RouteKind::healthz);
+    EXPECT_EQ(route_of("/metrics")->kind, RouteKind::metrics);
+    EXPECT_EQ(route_of("/cameras/lobby/stream.mjpg")->kind, RouteKind::stream);
+    EXPECT_EQ(route_of("/cameras/lobby/stream.mjpg")->camera, "lobby");
+    EXPECT_EQ(route_of("/cameras/lobby/snapshot.jpg")->codec, Codec::jpeg);
+    EXPECT_EQ(route_of("/cameras/lobby/snapshot.png")->codec, Codec::png);
+    EXPECT_EQ(route_of("/cameras/lobby/depth.png")->frame, FrameKind::depth);
+    EXPECT_EQ(route_of("/cameras/lobby/depth.npy")->kind, RouteKind::depth_npy);
+    EXPECT_EQ(route_of("/cameras/lobby/instance.png")->frame, FrameKind::instance);
+    EXPECT_EQ(route_of("/cameras/lobby/truth")->kind, RouteKind::truth);
+}
+
+TEST(Route, OtherPathsBelowCamerasAreNotFoundAndTheErrorSaysWhatThereIs) {
+    for (const char* path :
+         {"/cameras/", "/cameras/lobby", "/cameras/lobby/", "/cameras//stream.mjpg", "/cameras/LOBBY/truth",
+          "/cameras/lobby/stream.mjpg/", "/cameras/a/b/c", "/cameras/lobby/video"}) {
+        const auto route = route_of(path);
+        ASSERT_FALSE(route) << path;
+        EXPECT_EQ(route.error().kind, ErrorKind::not_found);
+    }
+    EXPECT_NE(route_of("/cameras/lobby/video").error().message.find("stream.mjpg"), std::string::npos);
+}
+
+TEST(Route, StreamParametersAreChecked) {
+    EXPECT_FALSE(stream_of("")->rate);
+    EXPECT_EQ(stream_of("")->quality, default_jpeg_quality);
+    EXPECT_EQ(*stream_of("fps=30000/1001")->rate, *Rate::create(30000, 1001));
+    EXPECT_EQ(*stream_of("fps=0.5&quality=1&token=x&t=123")->rate, *Rate::create(1, 2));
+    for (const char* bad : {"fps=0", "fps=x", "fps=", "fps=2000", "fps=-1", "quality=0", "quality=101", "quality=5x",
+                            "quality=", "width=3"})
+        EXPECT_FALSE(stream_of(bad)) << bad;
+    EXPECT_NE(stream_of("width=3").error().message.find("fps, quality"), std::string::npos);
+}
+
+TEST(Route, PicturesAskTheFetcherForTheRightThing) {
+    const auto jpeg =
+        fetch_request(*route_of("/cameras/a/snapshot.jpg"), *parse_target("/x?quality=40&min_ns=4000000000"));
+    ASSERT_TRUE(jpeg);
+    EXPECT_EQ(jpeg->camera, "a");
+    EXPECT_EQ(jpeg->min_ns, 4'000'000'000);
+    EXPECT_EQ(jpeg->format.codec, Codec::jpeg);
+    EXPECT_EQ(jpeg->format.quality, 40);
+    const auto depth = fetch_request(*route_of("/cameras/a/depth.npy"), *parse_target("/x"));
+    EXPECT_EQ(depth->kind, FrameKind::depth);
+    EXPECT_EQ(depth->format.codec, Codec::raw);
+    EXPECT_EQ(depth->format.pixels, PixelFormat::depth32f);
+    const auto png = fetch_request(*route_of("/cameras/a/instance.png"), *parse_target("/x"));
+    EXPECT_EQ(png->kind, FrameKind::instance);
+    EXPECT_EQ(png->format.quality, 0);
+    EXPECT_FALSE(fetch_request(*route_of("/cameras/a/snapshot.png"), *parse_target("/x?quality=40")));
+    EXPECT_FALSE(fetch_request(*route_of("/cameras/a/snapshot.png"), *parse_target("/x?min_ns=-1")));
+    EXPECT_FALSE(fetch_request(*route_of("/cameras/a/snapshot.png"), *parse_target("/x?min_ns=99999999999999999999")));
+}
+
+}  // namespace
+}  // namespace camrig

@@ -1,0 +1,227 @@
+#include <cstring>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "server_fixture.h"
+
+namespace camrig {
+namespace {
+
+using Routes = ServerTest;
+
+std::string kind_of(const TestClient::Reply& reply) {
+    const auto body = nlohmann::json::parse(reply.body, nullptr, false);
+    return body.is_object() ? body["error"]["kind"].get<std::string>() : "no JSON: " + reply.body;
+}
+
+TEST_F(Routes, CamerasAreListedWithTheirUrls) {
+    start();
+    const auto reply = get("/cameras");
+    EXPECT_EQ(reply.status, 200);
+    const auto list = nlohmann::json::parse(reply.body)["cameras"];
+    ASSERT_EQ(list.size(), 2U);
+    EXPECT_EQ(list[0]["name"], "lobby");
+    EXPECT_EQ(list[0]["size"], (nlohmann::json{64, 48}));
+    EXPECT_EQ(list[0]["fps"], 25);
+    EXPECT_EQ(list[1]["fps"], "30000/1001");
+    EXPECT_EQ(list[0]["urls"]["stream"], "/cameras/lobby/stream.mjpg");
+}
+
+TEST_F(Routes, ASnapshotIsTheFetchersPictureWithItsFrameNumbers) {
+    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 12); };
+    start();
+    const auto reply = get("/cameras/lobby/snapshot.jpg?quality=30&min_ns=7");
+    EXPECT_EQ(reply.status, 200);
+    EXPECT_EQ(reply.fields.at("Content-Type"), "image/jpeg");
+    EXPECT_EQ(reply.fields.at("X-Sequence"), "12");
+    EXPECT_EQ(reply.fields.at("X-World-Time-Ns"), "480000000");
+    EXPECT_EQ(reply.fields.at("Cache-Control"), "no-store");
+    EXPECT_EQ(reply.fields.at("ETag"), "\"lobby-1-12\"");
+    EXPECT_EQ(reply.body.size(), 100U);
+    EXPECT_FALSE(reply.fields.contains("Access-Control-Allow-Origin"));
+    EXPECT_EQ(fetcher.requests.at(0).format.quality, 30);
+    EXPECT_EQ(fetcher.requests.at(0).min_ns, 7);
+    EXPECT_EQ(get("/cameras/lobby/snapshot.jpg", "If-None-Match: \"lobby-1-12\"\r\n").status, 304);
+}
+
+TEST_F(Routes, DepthComesAsNpyOfItsFloats) {
+    fetcher.make = [](const FetchRequest& request) -> Result<MediaUnit> {
+        EXPECT_EQ(request.kind, FrameKind::depth);
+        MediaUnit unit = jpeg_unit(request.camera, 1);
+        unit.bytes.reset();
+        unit.info.size = {16, 17};
+        unit.info.format = PixelFormat::depth32f;
+        const std::vector<float> metres(16 * 17, 2.5F);
+        std::vector<std::byte> bytes(metres.size() * 4);
+        std::memcpy(bytes.data(), metres.data(), bytes.size());
+        unit.frame = std::make_shared<const Frame>(unit.info, bytes);
+        return unit;
+    };
+    start();
+    const auto reply = get("/cameras/lobby/depth.npy");
+    EXPECT_EQ(reply.status, 200);
+    ASSERT_EQ(reply.body.size() % 64, 16U * 17 * 4 % 64);
+    EXPECT_NE(reply.body.find("'shape': (17, 16)"), std::string::npos);
+    float last = 0;
+    std::memcpy(&last, reply.body.data() + reply.body.size() - 4, 4);
+    EXPECT_EQ(last, 2.5F);
+}
+
+TEST_F(Routes, ErrorsOfTheRigBecomeStatusAndJson) {
+    fetcher.make = [](const FetchRequest&) { return error(ErrorKind::not_found, "no camera 'x'"); };
+    start();
+    EXPECT_EQ(get("/cameras/x/snapshot.jpg").status, 404);
+    EXPECT_EQ(kind_of(get("/cameras/x/snapshot.png")), "not_found");
+    EXPECT_EQ(get("/cameras/x/stream.mjpg").status, 404);
+    EXPECT_EQ(get("/cameras/lobby/truth").status, 501);
+    EXPECT_EQ(get("/cameras/lobby/stream.mjpg?quality=0").status, 400);
+    EXPECT_EQ(get("/cameras/lobby/snapshot.png?width=1").status, 400);
+    EXPECT_EQ(get("/cameras?x=1").status, 400);
+    EXPECT_EQ(get("/nothing").status, 404);
+    EXPECT_EQ(get("/../etc/passwd").status, 400);
+    EXPECT_EQ(get("/cameras/%2e%2e/x").status, 400);
+    EXPECT_EQ(get("/a%00b").status, 400);
+}
+
+TEST_F(Routes, TruthComesFromItsHook) {
+    options.hooks.truth = [](const std::string& camera, TimeNs min_ns, const auto& reply) {
+        EXPECT_EQ(min_ns, 5);
+        reply("{\"camera\":\"" + camera + "\"}");
+    };
+    start();
+    const auto reply = get("/cameras/lobby/truth?min_ns=5");
+    EXPECT_EQ(reply.status, 200);
+    EXPECT_EQ(reply.body, "{\"camera\":\"lobby\"}");
+}
+
+TEST_F(Routes, RpcMayAnswerLaterFromAnotherThread) {
+    std::thread later;
+    options.hooks.rpc = [&later](std::string body, std::function<void(std::string)> reply) {
+        later = std::thread([body = std::move(body), reply = std::move(reply)] { reply("[" + body + "]"); });
+    };
+    start();
+    const auto reply = post_rpc("{\"id\":1}", "Content-Type: application/json; charset=utf-8\r\n");
+    later.join();
+    EXPECT_EQ(reply.status, 200);
+    EXPECT_EQ(reply.body, "[{\"id\":1}]");
+    EXPECT_EQ(reply.fields.at("Content-Type"), "application/json");
+}
+
+TEST_F(Routes, RpcIsForJsonFromProgramsAndOwnPagesOnly) {
+    int asked = 0;
+    options.hooks.rpc = [&asked](const std::string&, const auto& reply) {
+        ++asked;
+        reply("");
+    };
+    start();
+    const std::string json = "Content-Type: application/json\r\n";
+    EXPECT_EQ(post_rpc("{}").status, 204);
+    EXPECT_EQ(post_rpc("{}", json + "Origin: http://localhost\r\n").status, 204);
+    EXPECT_EQ(asked, 2);
+    EXPECT_EQ(post_rpc("{}", "Content-Type: text/plain\r\n").status, 415);
+    EXPECT_EQ(post_rpc("{}", "").status, 415);
+    EXPECT_EQ(post_rpc("{}", json + "Origin: http://evil.example\r\n").status, 403);
+    EXPECT_EQ(post_rpc("{}", json + "Sec-Fetch-Site: cross-site\r\n").status, 403);
+    EXPECT_EQ(get("/rpc").status, 405);
+    EXPECT_EQ(asked, 2);
+}
+
+TEST_F(Routes, AForeignHostNameIsRefused) {
+    start();
+    TestClient client(server->port());
+    client.send("GET /cameras HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+    EXPECT_EQ(client.read_reply().status, 403);
+    TestClient none(server->port());
+    none.send("GET /cameras HTTP/1.1\r\n\r\n");
+    EXPECT_EQ(none.read_reply().status, 400);
+}
+
+TEST_F(Routes, TheTokenIsAskedForEverywhere) {
+    options.token = "correct-token";
+    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    start();
+    for (const char* path : {"/", "/cameras", "/healthz", "/metrics", "/cameras/lobby/snapshot.jpg",
+                             "/cameras/lobby/stream.mjpg", "/rpc", "/nothing", "/cameras?token=wrong-token!"}) {
+        const auto reply = get(path);
+        EXPECT_EQ(reply.status, 401) << path;
+        EXPECT_TRUE(reply.fields.contains("WWW-Authenticate"));
+        EXPECT_EQ(kind_of(reply), "unauthorized");
+    }
+    EXPECT_EQ(post_rpc("{}").status, 401);
+    EXPECT_EQ(get("/cameras", "Authorization: Bearer correct-token\r\n").status, 200);
+    EXPECT_EQ(get("/cameras/lobby/snapshot.jpg?token=correct-token").status, 200);
+    const auto page = get("/?token=correct-token");
+    EXPECT_EQ(page.status, 200);
+    EXPECT_EQ(page.fields.at("Set-Cookie"), "camrig_token=correct-token; Path=/; HttpOnly; SameSite=Strict");
+    EXPECT_EQ(get("/live.js", "Cookie: camrig_token=correct-token\r\n").status, 200);
+}
+
+TEST_F(Routes, HealthzAndMetricsAnswerFromTheirHooks) {
+    Result<std::string> health = "fine\n";
+    options.hooks.healthz = [&health] { return health; };
+    options.hooks.stats = [](const auto& reply) {
+        RigReport report;
+        report.instants = 42;
+        reply(report);
+    };
+    start();
+    EXPECT_EQ(get("/healthz").body, "fine\n");
+    health = error(ErrorKind::unavailable, "the engine stands still");
+    EXPECT_EQ(get("/healthz").status, 503);
+    const auto metrics = get("/metrics");
+    EXPECT_TRUE(metrics.fields.at("Content-Type").starts_with("text/plain; version=0.0.4"));
+    EXPECT_NE(metrics.body.find("camrig_instants_total 42\n"), std::string::npos);
+    EXPECT_NE(metrics.body.find("camrig_http_requests_total 2\n"), std::string::npos);
+}
+
+TEST_F(Routes, ThePageAndItsPartsComeFromTheProgramOrTheHook) {
+    start();
+    const auto page = get("/");
+    EXPECT_EQ(page.status, 200);
+    EXPECT_TRUE(page.body.starts_with("<!DOCTYPE html>"));
+    EXPECT_TRUE(page.fields.contains("Content-Security-Policy"));
+    EXPECT_EQ(get("/live.js").status, 200);
+    options.hooks.files = [](std::string_view path) -> std::optional<StaticFile> {
+        if (path != "/app.js") return std::nullopt;
+        return StaticFile{"text/javascript", std::make_shared<const std::string>("1")};
+    };
+    start();
+    EXPECT_EQ(get("/app.js").body, "1");
+    EXPECT_EQ(get("/").status, 404);
+}
+
+TEST_F(Routes, HeadIsGetWithoutTheBodyAndOptionsNamesTheMethods) {
+    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    start();
+    TestClient client(server->port());
+    client.send("HEAD /cameras/lobby/snapshot.jpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_EQ(client.read_head().fields.at("Content-Length"), "100");
+    client.send("OPTIONS /cameras HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    auto reply = client.read_head();
+    EXPECT_EQ(reply.status, 204);
+    EXPECT_EQ(reply.fields.at("Allow"), "GET, HEAD, OPTIONS");
+    client.send("DELETE /cameras HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    reply = client.read_reply();
+    EXPECT_EQ(reply.status, 405);
+    EXPECT_EQ(reply.fields.at("Allow"), "GET, HEAD, OPTIONS");
+    client.send("HEAD /cameras/lobby/stream.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    reply = client.read_head();
+    EXPECT_EQ(reply.fields.at("Content-Type"), "multipart/x-mixed-replace; boundary=frame");
+    EXPECT_TRUE(client.at_end());
+    EXPECT_EQ(bus.reader_count(), 0U);
+}
+
+TEST_F(Routes, AConnectionServesManyRequestsAlsoPipelined) {
+    start();
+    TestClient client(server->port());
+    const std::string one = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    client.send(one + one + one);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(client.read_reply().body, "ok\n");
+    client.send("GET /healthz HTTP/1.0\r\n\r\n");
+    EXPECT_EQ(client.read_reply().fields.at("Connection"), "close");
+    EXPECT_TRUE(client.at_end());
+}
+
+}  // namespace
+}  // namespace camrig
