@@ -76,8 +76,7 @@ TEST(Color, DirectionalLightFollowsTheCosine) {
         TestWorld world;
         world.environment.ambient_sky = world.environment.ambient_ground = glm::vec3(0.0f);
         const double angle = 1.0471975511965976;
-        world.lights = {Light{
-            .type = LightType::directional, .intensity = 0.8f, .direction = {std::cos(angle), std::sin(angle), 0.0}}};
+        world.lights = {light_of(LightType::directional, 0.8f, {}, {std::cos(angle), std::sin(angle), 0.0})};
         world.objects = {instance_of(model_of(wall(), colored(glm::vec3(1.0f))))};
         EXPECT_NEAR(draw(world, {.quality = quality}).red(32, 24), srgb_code(0.4), 1);
     }
