@@ -1,0 +1,169 @@
+// Draws one picture of a scene, or measures how long that takes: for looking at scenes and at the renderer.
+//
+//   render_scene SCENE VIEW OUT.png [--size WxH] [--quality fast|simple|beautiful] [--time SECONDS]
+//                [--kind color|depth|instance] [--device cpu] [--bench FRAMES] [--cameras N] [--threads N]
+//
+// VIEW is the name of a camera or place of the scene, or X,Y,Z,TX,TY,TZ (eye and target).
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "core/codec/encoder.h"
+#include "core/render/renderer_factory.h"
+#include "core/world/world.h"
+
+namespace camrig {
+namespace {
+
+struct Arguments {
+    std::string scene, view, out;
+    ImageSize size{640, 480};
+    Quality quality = Quality::simple;
+    double time_s = 0.0;
+    FrameKind kind = FrameKind::color;
+    std::string device = "cpu";
+    int bench_frames = 0;
+    int cameras = 1;
+    int threads = 0;
+};
+
+[[noreturn]] void fail(const std::string& message) {
+    std::fprintf(stderr, "render_scene: %s\n", message.c_str());
+    std::exit(1);
+}
+
+Arguments parse(int argc, char** argv) {
+    if (argc < 4) fail("needs SCENE VIEW OUT.png; see the top of render_scene.cpp");
+    Arguments a{.scene = argv[1], .view = argv[2], .out = argv[3]};
+    for (int i = 4; i + 1 < argc; i += 2) {
+        const std::string option = argv[i];
+        const std::string value = argv[i + 1];
+        if (option == "--size") std::sscanf(argv[i + 1], "%dx%d", &a.size.width, &a.size.height);
+        if (option == "--quality") a.quality = parse_quality(value).value_or(Quality::simple);
+        if (option == "--time") a.time_s = std::stod(value);
+        if (option == "--kind" && value == "depth") a.kind = FrameKind::depth;
+        if (option == "--kind" && value == "instance") a.kind = FrameKind::instance;
+        if (option == "--device") a.device = value;
+        if (option == "--bench") a.bench_frames = std::stoi(value);
+        if (option == "--cameras") a.cameras = std::stoi(value);
+        if (option == "--threads") a.threads = std::stoi(value);
+    }
+    return a;
+}
+
+View view_of(const Scene& scene, const Arguments& a) {
+    Pose pose;
+    double vfov = 1.0471975511965976;
+    double n[6];
+    const auto place = scene.places.find(a.view);
+    if (place != scene.places.end()) {
+        pose = place->second.pose;
+        vfov = place->second.vfov_rad;
+    } else if (std::sscanf(a.view.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", n, n + 1, n + 2, n + 3, n + 4, n + 5) == 6) {
+        auto looking = pose_look_at({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
+        if (!looking) fail(looking.error().message);
+        pose = *looking;
+    } else {
+        bool found = false;
+        for (const CameraSpec& camera : scene.cameras) {
+            if (camera.name != a.view) continue;
+            pose = camera.pose;
+            vfov = vfov_rad(camera.size, camera.intrinsics);
+            found = true;
+        }
+        if (!found) {
+            std::string names;
+            for (const auto& [name, unused] : scene.places) names += " " + name;
+            for (const CameraSpec& camera : scene.cameras) names += " " + camera.name;
+            fail("no view '" + a.view + "' in this scene; it has" + names);
+        }
+    }
+    auto spec = std::make_shared<CameraSpec>();
+    spec->name = "view";
+    spec->size = a.size;
+    spec->intrinsics = *intrinsics_from_vfov(a.size, vfov);
+    View view;
+    view.camera = CameraId{1};
+    view.name = std::make_shared<const std::string>("view");
+    view.spec = std::move(spec);
+    view.pose = pose;
+    view.quality = a.quality;
+    std::fill(std::begin(view.kinds), std::end(view.kinds), false);
+    view.kinds[static_cast<int>(a.kind)] = true;
+    return view;
+}
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void bench(World& world, Renderer& renderer, const std::vector<View>& views, const Arguments& a) {
+    double world_ms = 0, submit_ms = 0, collect_ms = 0;
+    constexpr int warm_up = 5;
+    for (int i = -warm_up; i < a.bench_frames; ++i) {
+        if (i == 0) world_ms = submit_ms = collect_ms = 0;
+        const TimeNs now = static_cast<TimeNs>(a.time_s * 1e9) + (i + warm_up + 1) * 40 * ns_per_ms;
+        const auto start = std::chrono::steady_clock::now();
+        world.advance_to(now);
+        const SnapshotRef snapshot = world.snapshot(now);
+        world_ms += ms_since(start);
+        const auto submit = std::chrono::steady_clock::now();
+        if (auto done = renderer.submit(snapshot, 0, views); !done) fail(done.error().message);
+        submit_ms += ms_since(submit);
+        const auto collect = std::chrono::steady_clock::now();
+        if (auto done = renderer.collect(); !done) fail(done.error().message);
+        collect_ms += ms_since(collect);
+    }
+    const double pictures = static_cast<double>(a.bench_frames) * static_cast<double>(views.size());
+    std::printf(
+        "%s %s %zu cameras: %.2f ms a picture (%.1f/s); per instant: world %.2f, submit %.2f, collect %.2f ms\n",
+        a.size.to_string().c_str(), std::string(to_string(a.quality)).c_str(), views.size(),
+        (submit_ms + collect_ms) / pictures, 1000.0 * pictures / (world_ms + submit_ms + collect_ms),
+        world_ms / a.bench_frames, submit_ms / a.bench_frames, collect_ms / a.bench_frames);
+}
+
+int run(const Arguments& a) {
+    auto start = std::chrono::steady_clock::now();
+    auto scene = load_scene(a.scene);
+    if (!scene) fail(scene.error().message);
+    auto world = World::create(*scene, 1);
+    if (!world) fail(world.error().message);
+    std::printf("loaded in %.0f ms\n", ms_since(start));
+    auto renderer =
+        create_renderer({.device = a.device, .pool = std::make_shared<FramePool>(), .raster_threads = a.threads});
+    if (!renderer) fail(renderer.error().message);
+    std::printf("%s\n", (*renderer)->description().c_str());
+
+    const View view = view_of(**scene, a);
+    const auto now = static_cast<TimeNs>(a.time_s * 1e9);
+    (*world)->advance_to(now);
+    start = std::chrono::steady_clock::now();
+    if (auto done = (*renderer)->submit((*world)->snapshot(now), 0, {&view, 1}); !done) fail(done.error().message);
+    auto finished = (*renderer)->collect();
+    if (!finished) fail(finished.error().message);
+    for (const auto& failure : finished->failures) fail(failure.error.message);
+    std::printf("first picture in %.0f ms\n", ms_since(start));
+
+    auto png = create_png_encoder();
+    if (!png) fail(png.error().message);
+    auto bytes = (*png)->encode(*finished->set.frames.at(0));
+    if (!bytes) fail(bytes.error().message);
+    std::ofstream(a.out, std::ios::binary)
+        .write(reinterpret_cast<const char*>((*bytes)->data()), static_cast<std::streamsize>((*bytes)->size()));
+
+    if (a.bench_frames > 0) {
+        std::vector<View> views(static_cast<std::size_t>(a.cameras), view);
+        for (std::size_t i = 0; i < views.size(); ++i) views[i].camera = CameraId{static_cast<std::uint32_t>(i + 1)};
+        bench(**world, **renderer, views, a);
+    }
+    return 0;
+}
+
+}  // namespace
+}  // namespace camrig
+
+int main(int argc, char** argv) {
+    return camrig::run(camrig::parse(argc, argv));
+}

@@ -1,0 +1,71 @@
+#include "tests/render/support/test_rig.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace camrig {
+
+View TestCamera::view(std::uint32_t number) const {
+    auto spec = std::make_shared<CameraSpec>();
+    spec->name = "camera" + std::to_string(number);
+    spec->size = size;
+    spec->near_m = near_m;
+    spec->far_m = far_m;
+    spec->intrinsics =
+        intrinsics.value_or(Intrinsics{focal_px, focal_px, (size.width - 1) / 2.0, (size.height - 1) / 2.0});
+    View view;
+    view.camera = CameraId{number};
+    view.name = std::make_shared<const std::string>(spec->name);
+    view.spec = spec;
+    view.pose.position = eye;
+    view.quality = quality;
+    view.camera_number = number;
+    return view;
+}
+
+std::array<int, 4> Picture::at(int x, int y) const {
+    const auto* p = reinterpret_cast<const std::uint8_t*>(frame->bytes().data()) +
+                    4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(frame->info().size.width) +
+                         static_cast<std::size_t>(x));
+    return {p[0], p[1], p[2], p[3]};
+}
+
+Renderer& cpu_renderer() {
+    static const std::unique_ptr<Renderer> renderer = [] {
+        auto made = create_renderer({.device = "cpu", .pool = std::make_shared<FramePool>()});
+        if (!made) throw std::runtime_error(made.error().message);
+        return std::move(*made);
+    }();
+    return *renderer;
+}
+
+std::vector<FrameRef> draw_views(const SnapshotRef& snapshot, std::span<const View> views) {
+    Renderer& renderer = cpu_renderer();
+    EXPECT_TRUE(renderer.submit(snapshot, 0, views).has_value());
+    auto finished = renderer.collect();
+    EXPECT_TRUE(finished.has_value());
+    for (const auto& failure : finished->failures) ADD_FAILURE() << failure.error.message;
+    return finished->set.frames;
+}
+
+Picture draw(const TestWorld& world, const TestCamera& camera) {
+    const View view = camera.view();
+    return {draw_views(world.snapshot(), {&view, 1}).at(0)};
+}
+
+FrameRef draw_kind(const TestWorld& world, const TestCamera& camera, FrameKind kind) {
+    View view = camera.view();
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<int>(kind)] = true;
+    return draw_views(world.snapshot(), {&view, 1}).at(0);
+}
+
+int srgb_code(double linear) {
+    const double c = std::clamp(linear, 0.0, 1.0);
+    const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+    return static_cast<int>(std::lround(255.0 * encoded));
+}
+
+}  // namespace camrig

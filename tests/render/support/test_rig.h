@@ -1,0 +1,39 @@
+#pragma once
+
+#include "core/render/renderer_factory.h"
+#include "tests/render/support/test_models.h"
+
+namespace camrig {
+
+/// A camera for tests: at `eye`, looking along world +x with z up (image right is -y, image down is -z).
+struct TestCamera {
+    glm::dvec3 eye{0.0};
+    ImageSize size{64, 48};
+    double focal_px = 64.0;                               ///< fx = fy
+    std::optional<Intrinsics> intrinsics = std::nullopt;  ///< instead of a centred focal_px
+    double near_m = 0.05;
+    double far_m = 0.0;
+    Quality quality = Quality::simple;
+
+    View view(std::uint32_t number = 1) const;
+};
+
+/// Pixels of a colour frame with 2D access.
+struct Picture {
+    FrameRef frame;
+    std::array<int, 4> at(int x, int y) const;
+    int red(int x, int y) const { return at(x, y)[0]; }
+};
+
+/// The renderer on the CPU device; one per test program (contexts are slow to make).
+Renderer& cpu_renderer();
+
+Picture draw(const TestWorld& world, const TestCamera& camera);
+FrameRef draw_kind(const TestWorld& world, const TestCamera& camera, FrameKind kind);
+/// Draws a view as it is; fails the test if anything is missing.
+std::vector<FrameRef> draw_views(const SnapshotRef& snapshot, std::span<const View> views);
+
+/// The exact sRGB code of a linear value, in double.
+int srgb_code(double linear);
+
+}  // namespace camrig
