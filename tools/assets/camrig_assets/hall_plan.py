@@ -19,10 +19,10 @@ def furniture():
         number = len(places) > 1
         plan[mesh] = (make, [(f"{mesh}_{i + 1}" if number else mesh, position, yaw) for i, (position, yaw) in enumerate(places)])
 
-    put("bench", hall_props.backed_bench, [((8.2, 10.03, 0), S), ((8.2, 10.67, 0), N), ((10.4, 10.03, 0), S), ((10.4, 10.67, 0), N), ((14.5, 5.93, 0), S), ((14.5, 6.57, 0), N), ((16.7, 5.93, 0), S), ((16.7, 6.57, 0), N)])
+    put("bench", hall_props.backed_bench, [((8.2, 10.03, 0), S), ((8.2, 10.67, 0), N), ((10.4, 10.03, 0), S), ((10.4, 10.67, 0), N), ((14.5, 5.93, 0), S), ((14.5, 6.57, 0), N), ((16.7, 5.93, 0), S), ((16.7, 6.57, 0), N), ((7.9, 5.28, 0), S), ((7.9, 5.92, 0), N)])
     put("stool_bench", hall_props.bench, [((3.8, 0.50, 0), N), ((8.2, 0.50, 0), N), ((12.6, 0.50, 0), N), ((6.0, 19.4, TOP), S), ((12.0, 19.4, TOP), S), ((26.0, 19.4, TOP), S)])
     put("tree", lambda: hall_props.planter(True, 3), [((12.15, 10.35, 0), 20), ((29.1, 1.75, 0), 80), ((29.2, 14.8, 0), 200), ((0.75, 18.9, 0), 140), ((0.75, 0.75, 0), 300), ((19.3, 19.0, TOP), 10)])
-    put("plant", lambda: hall_props.planter(False, 9), [((6.45, 10.35, 0), 0), ((12.95, 6.25, 0), 60), ((18.25, 6.25, 0), 190), ((19.95, 8.9, 0), 120), ((13.9, 17.4, 0), 45), ((7.7, 17.4, 0), 260), ((1.0, 19.3, TOP), 90), ((24.7, 14.1, 0), 150)])
+    put("plant", lambda: hall_props.planter(False, 9), [((6.45, 10.35, 0), 0), ((12.95, 6.25, 0), 60), ((18.25, 6.25, 0), 190), ((9.45, 5.6, 0), 30), ((19.95, 8.9, 0), 120), ((13.9, 17.4, 0), 45), ((7.7, 17.4, 0), 260), ((1.0, 19.3, TOP), 90), ((24.7, 14.1, 0), 150)])
     put("bin", hall_props.bin_, [((7.0, 9.2, 0), 0), ((18.95, 5.1, 0), 0), ((23.75, 15.2, 0), 0), ((29.3, 11.6, 0), 0), ((5.4, 0.45, 0), 0)])
     put("reception_desk", hall_props.desk, [((10.8, 17.2, 0), S)])
     put("ticket_machine", lambda: hall_props.machine("ticket"), [((15.2, 19.65, 0), S), ((16.3, 19.65, 0), S), ((17.4, 19.65, 0), S)])
@@ -54,7 +54,7 @@ def furniture():
     put("table", hall_props.table, [((x, y, 0), S) for x, y in tables])
     put("chair", hall_props.chair, [((x + 0.62 * math.sin(math.radians(a)), y - 0.62 * math.cos(math.radians(a)), 0), a + 180) for x, y in tables for a in (20, 140, 260)])
     put("suitcase_blue", lambda: hall_props.suitcase("case_a"), [((9.35, 9.45, 0), 30), ((13.95, 1.0, 0), 170)])
-    put("suitcase_red", lambda: hall_props.suitcase("case_b"), [((15.6, 5.35, 0), -20)])
+    put("suitcase_red", lambda: hall_props.suitcase("case_b"), [((15.6, 5.35, 0), -20), ((6.55, 5.75, 0), 60)])
     put("stanchion", hall_props.stanchion, [((x, 14.2, 0), 0) for x in (9.5, 11.0, 12.5)])
     put("belt", lambda: hall_props.belt(1.42), [((x, 14.2, 0), 0) for x in (10.25, 11.75)])
     put("entrance_mat", lambda: hall_props.mat(3.4, 2.2), [((28.75, 8.25, 0), W)])
@@ -102,7 +102,7 @@ WALKERS = [("anna", "person_1", "west_benches", 0.02, 1.25), ("tom", "person_2",
 STANDERS = [("ruth", "person_7", (9.9, 13.15, 0), 30, "talk")]
 
 # rectangles nobody may enter (x0, y0, x1, y1): furniture, columns, stairs; on the ground floor
-OBSTACLES = {"benches_west": (6.1, 9.7, 12.5, 11.0), "benches_east": (12.6, 5.6, 18.6, 6.9), "stairs": (20.4, 8.7, 23.1, 15.0), "plant_stairs": (19.65, 8.6, 20.25, 9.2), "desk": (8.9, 16.7, 12.7, 17.8), "queue": (9.3, 14.0, 12.7, 14.4),
+OBSTACLES = {"benches_west": (6.1, 9.7, 12.5, 11.0), "benches_near": (6.3, 5.0, 9.8, 6.2), "benches_east": (12.6, 5.6, 18.6, 6.9), "stairs": (20.4, 8.7, 23.1, 15.0), "plant_stairs": (19.65, 8.6, 20.25, 9.2), "desk": (8.9, 16.7, 12.7, 17.8), "queue": (9.3, 14.0, 12.7, 14.4),
              "cafe": (21.9, 1.3, 25.4, 5.8), "totem_east": (24.7, 10.5, 24.9, 11.3), "totem_west": (4.6, 13.1, 5.4, 13.3), "south_benches": (2.7, 0.0, 13.7, 0.9), "machines": (19.7, 0.0, 22.0, 0.8), "bin_1": (6.8, 9.0, 7.2, 9.4), "bin_2": (18.75, 4.9, 19.15, 5.3),
              "suitcase_1": (9.1, 9.3, 9.6, 9.7), "suitcase_2": (15.3, 5.1, 15.9, 5.6), "suitcase_3": (13.7, 0.7, 14.2, 1.2),
              **{f"column_{i + 1}": (x - 0.3, y - 0.3, x + 0.3, y + 0.3) for i, (x, y) in enumerate([(3.0, 14.75), (8.4, 14.75), (13.8, 14.75), (19.2, 14.75), (24.6, 14.75), (26.6, 4.6), (26.6, 12.2)])}}

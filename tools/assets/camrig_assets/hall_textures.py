@@ -62,7 +62,10 @@ def floor(size=1024, metres=4.8, tile=0.8):
     edge = np.minimum.reduce([x % tile, y % tile, tile - x % tile, tile - y % tile])
     joint = smoothstep(0.0060, 0.0030, edge)
     colour = mix(colour, np.array([0.50, 0.485, 0.465]), joint * 0.85)
-    return _image(colour * (1 - 0.03 * smoothstep(0.02, 0.005, edge))[..., None])
+    colour = colour * (1 - 0.03 * smoothstep(0.02, 0.005, edge))[..., None]
+    strip = smoothstep(0.078, 0.072, np.minimum.reduce([x, y, metres - x, metres - y]))   # dark granite along the 4.8 m grid
+    dark = np.array([0.40, 0.39, 0.385]) * (1 + 0.10 * cloud + 0.25 * speck)[..., None]
+    return _image(mix(colour, dark, strip * 0.9))
 
 
 def plaster(size=256, metres=3.0):
