@@ -61,4 +61,9 @@ CAST = {
         "top": {"style": "vneck", "colour": "#1d6f86", "sleeves": "elbow", "hem": 0.52, "flare": 0.030, "waisted": 1.0, "dots": "#e8e2c8"},
         "bottom": {"style": "legs"}, "shoes": {"colour": "#d9c9a8", "pointed": 0.7, "top": 0.05},
         "gait": {"hip_yaw": 7, "hip_roll": 4.5, "width": 0.6}},
+    "person_11": {  # young man, grey T-shirt, blue jeans, curly hair
+        "build": {"height": 1.77, "weight": -0.25}, "skin": "#e0ae8c", "seed": 1100,
+        "hair": {"colour": "#4a2f1c", "hairline": "short", "thickness": 0.016, "style": "curly", "strands": 0, "eyes": "#4a6a4a", "beard": 0.12},
+        "top": {"style": "tee", "colour": "#7d828a", "sleeves": "short", "print": "#e9e4d6", "hem": 0.88},
+        "bottom": {"style": "jeans", "colour": "#34507a", "fit": 0.4}, "shoes": {"colour": "#23262c", "sole": "#f2f2f2"}},
 }
