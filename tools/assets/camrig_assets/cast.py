@@ -28,13 +28,13 @@ CAST = {
     "person_5": {  # woman, white blouse, black skirt, blonde ponytail
         "build": {"height": 1.72, "female": 1.0, "weight": -0.1}, "skin": "#ecc3a8", "seed": 500,
         "hair": {"colour": "#c39a58", "hairline": "high", "thickness": 0.011, "style": "ponytail", "brows": "#8a6638", "lips": "#c05a60", "eyes": "#4d6a80", "lashes": 0.0026},
-        "top": {"style": "blouse", "colour": "#eeeef0", "hem": 0.98, "flare": 0.0, "waisted": 0.8},
+        "top": {"style": "blouse", "colour": "#eeeef0", "folds": 0.45, "hem": 0.98, "flare": 0.0, "waisted": 0.8},
         "bottom": {"style": "skirt", "colour": "#1f2026", "hem": 0.50, "flare": 0.025, "tights": "#2b2524"}, "shoes": {"colour": "#16161a", "pointed": 0.8, "top": 0.055},
         "gait": {"hip_yaw": 7.5, "hip_roll": 4.5, "width": 0.55, "stride": 0.94}},
     "person_6": {  # heavy man, white shirt, charcoal trousers, bald
         "build": {"height": 1.84, "weight": 0.9}, "skin": "#6a4129", "seed": 600,
         "hair": {"colour": "#1a1412", "hairline": None, "thickness": 0, "beard": 0.5, "glasses": True, "eyes": "#20140e"},
-        "top": {"style": "shirt", "colour": "#cfdcec", "hem": 0.97, "flare": 0.0, "waisted": 0.0},
+        "top": {"style": "shirt", "colour": "#cfdcec", "folds": 0.55, "hem": 0.97, "flare": 0.0, "waisted": 0.0},
         "bottom": {"style": "trousers", "colour": "#3c3f45", "fit": 0.9}, "shoes": {"colour": "#3a2418", "pointed": 0.2},
         "gait": {"sway": 0.03, "hip_roll": 2.0, "width": 1.05, "stride": 0.93, "arm_in": 4.0, "lean": 1.0}},
     "person_7": {  # older woman, grey hair, green cardigan, dotted dress
@@ -61,4 +61,9 @@ CAST = {
         "top": {"style": "vneck", "colour": "#1d6f86", "sleeves": "elbow", "hem": 0.52, "flare": 0.030, "waisted": 1.0, "dots": "#e8e2c8"},
         "bottom": {"style": "legs"}, "shoes": {"colour": "#d9c9a8", "pointed": 0.7, "top": 0.05},
         "gait": {"hip_yaw": 7, "hip_roll": 4.5, "width": 0.6}},
+    "person_11": {  # young man, grey T-shirt, blue jeans, curly hair
+        "build": {"height": 1.77, "weight": -0.25}, "skin": "#e0ae8c", "seed": 1100,
+        "hair": {"colour": "#4a2f1c", "hairline": "short", "thickness": 0.016, "style": "curly", "strands": 0, "eyes": "#4a6a4a", "beard": 0.12},
+        "top": {"style": "tee", "colour": "#7d828a", "sleeves": "short", "print": "#e9e4d6", "hem": 0.88},
+        "bottom": {"style": "jeans", "colour": "#34507a", "fit": 0.4}, "shoes": {"colour": "#23262c", "sole": "#f2f2f2"}},
 }

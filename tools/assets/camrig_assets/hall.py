@@ -15,13 +15,13 @@ from .hall_build import ALBEDO, to_gltf
 from .scene import Scene
 
 MAP_WIDTH = 1024
-SKY_LIGHT, GROUND_LIGHT = 3.2, 0.9           # radiance seen through windows, up and down
+SKY_LIGHT, GROUND_LIGHT = 4.6, 1.3           # radiance seen through windows, up and down
 GLOW = {"departure_board": 0.4, "reception_desk": 2.0}
 # lamp: places along it, height, radius of the sampled disc, area, radiance
-LAMPS = {"pendant_pair": ((-0.9, 0.9), 0.0, 0.30, 0.332, 9.0), "downlights": ((-2.5, 0, 2.5), -0.02, 0.09, 0.0314, 60.0), "light_line": ((-1.2, 0, 1.2), -0.04, 0.25, 0.13, 12.0)}
+LAMPS = {"pendant_pair": ((-0.9, 0.9), 0.0, 0.30, 0.332, 5.5), "downlights": ((-6.25, -3.75, -1.25, 1.25, 3.75, 6.25), -0.02, 0.09, 0.0314, 90.0), "light_line": ((-1.2, 0, 1.2), -0.04, 0.25, 0.13, 12.0)}
 PROP_ALBEDO = 0.40
 BOUNCES = (48, 48, 400)
-AMBIENT_SKY, AMBIENT_GROUND = (0.80, 0.81, 0.83), (0.52, 0.50, 0.48)
+AMBIENT_SKY, AMBIENT_GROUND = (0.84, 0.82, 0.79), (0.53, 0.50, 0.465)
 KEY = {"color": (1.0, 0.97, 0.92), "intensity": 0.32, "direction": (-0.35, 0.62, -0.70)}   # soft light from the southern windows and the entrance
 SELF_LIT = {"ceiling": 0.25}                 # emissive share, because the ambient light from below is weak
 FLOOR_LEVEL = 0.76                           # the floor's median light in the picture
@@ -171,8 +171,8 @@ def _outside_nodes(glb, root, materials):
     sheet("outside_east", (39, 30, -1.9), (0, -44, 0), (0, 0, 14.0), "outside")
     sheet("outside_south", (42, -8, -2.4), (-54, 0, 0), (0, 0, 18.0), "outside")
     sheet("outside_north", (-6, 23, 2.0), (42, 0, 0), (0, 0, 6.0), "sky")
-    for i, (x0, x1, y0, y1) in enumerate(hall_build.SKYLIGHTS):
-        sheet(f"skylight_pane_{i + 1}", (x0, y1, 7.28), (x1 - x0, 0, 0), (0, y0 - y1, 0), "sky")
+    x0, x1, y0, y1 = (f(s[k] for s in hall_build.SKYLIGHTS) for k, f in enumerate((min, max, min, max)))
+    sheet("skylight_panes", (x0, y1, 7.28), (x1 - x0, 0, 0), (0, y0 - y1, 0), "sky")   # the ceiling hides what lies between the wells
 
 
 def _scene():

@@ -14,7 +14,7 @@ from .light import Chart
 LENGTH, WIDTH, HEIGHT = 30.0, 20.0, 6.6
 GALLERY_Y, GALLERY_Z, SLAB = 15.0, 3.3, 0.35
 STAIR_X, STAIR_Y, STEPS = (20.5, 23.0), (8.76, 15.0), 20
-ALBEDO = {"floor": 0.47, "plaster": 0.74, "ceiling": 0.78, "concrete": 0.36, "slats": 0.14, "trim": 0.07, "accent": 0.12, "carpet": 0.16}
+ALBEDO = {"floor": 0.47, "plaster": 0.76, "ceiling": 0.78, "concrete": 0.44, "slats": 0.14, "trim": 0.07, "accent": 0.12, "carpet": 0.16}
 TILE = {"floor": 4.8, "plaster": 3.0, "ceiling": 2.4, "concrete": 2.4, "slats": 1.6, "trim": 1.0, "accent": 1.0, "carpet": 2.4}
 SOUTH_WINDOWS = [(2.0 + 4.4 * i, 5.6 + 4.4 * i, 2.3, 5.7) for i in range(6)]
 SKYLIGHTS = [(5.0 * i + 0.9, 5.0 * i + 4.1, 5.6, 10.4) for i in range(1, 5)]
@@ -132,6 +132,9 @@ def structure():
     parts += wall("wall_north_east", "plaster", (14.0, WIDTH, 0), (1, 0, 0), 16.0, 0.0, GALLERY_Z - SLAB, density=8)
     parts += wall("wall_west", "plaster", (0, 0, 0), (0, 1, 0), WIDTH, 0.0, HEIGHT, density=7)
     parts += wall("wall_east", "concrete", (LENGTH, WIDTH, 0), (0, -1, 0), WIDTH, 0.0, HEIGHT, [(WIDTH - FACADE[1], WIDTH - FACADE[0], FACADE[2], FACADE[3])], 8, reveal=0.4, reveal_material="concrete")
+    for node, corner, u in (("wall_south", (LENGTH, 0.015, 0), (-LENGTH, 0, 0)), ("wall_west", (0.015, 0, 0), (0, WIDTH, 0)), ("wall_north_low", (0, WIDTH - 0.015, 0), (7.6, 0, 0)),
+                            ("wall_north_east", (14.0, WIDTH - 0.015, 0), (16.0, 0, 0)), ("wall_east", (LENGTH - 0.015, WIDTH, 0), (0, FACADE[1] - WIDTH, 0)), ("wall_east", (LENGTH - 0.015, FACADE[0], 0), (0, -FACADE[0], 0))):
+        parts.append(Panel(node, "trim", corner, u, (0, 0, 0.09), 10))
     parts += ceiling()
     parts += gallery() + stairs()
     for i, x in enumerate((3.0, 8.4, 13.8, 19.2, 24.6)):

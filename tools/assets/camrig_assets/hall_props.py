@@ -166,6 +166,11 @@ def chair():
     return [("props", join(*seat, *legs))]
 
 
+def chairs():
+    """Three chairs around a table that stands at the origin."""
+    return [("props", join(*(chair()[0][1].moved((0, 0, -0.64)).moved(yaw=a) for a in np.radians((0, 120, 240)))))]
+
+
 def suitcase(colour):
     body = skinned(box((0.40, 0.58, 0.24), (0, 0.34, 0), ("front", "back", "left", "right", "top"), 2), colour)
     extras = [plain(box((0.05, 0.05, 0.05), (x, 0.025, z)), "dark") for x in (-0.15, 0.15) for z in (-0.08, 0.08)]

@@ -58,22 +58,25 @@ def floor(size=1024, metres=4.8, tile=0.8):
     warm = noise._lattice(ix, iy, np.ones_like(ix), 6) - 0.5
     cloud, speck = seamless(12, 11, 4) - 0.5, seamless(256, 17, 1) - 0.5
     flake = smoothstep(0.80, 0.90, seamless(200, 23, 1)) - smoothstep(0.82, 0.92, seamless(190, 29, 1))
-    colour = np.array([0.735, 0.715, 0.685]) * (1 + 0.075 * shade + 0.085 * cloud + 0.07 * speck + 0.07 * flake)[..., None] + warm[..., None] * np.array([0.012, 0.002, -0.012])
+    colour = np.array([0.745, 0.718, 0.675]) * (1 + 0.075 * shade + 0.085 * cloud + 0.07 * speck + 0.07 * flake)[..., None] + warm[..., None] * np.array([0.012, 0.002, -0.012])
     edge = np.minimum.reduce([x % tile, y % tile, tile - x % tile, tile - y % tile])
     joint = smoothstep(0.0060, 0.0030, edge)
     colour = mix(colour, np.array([0.50, 0.485, 0.465]), joint * 0.85)
-    return _image(colour * (1 - 0.03 * smoothstep(0.02, 0.005, edge))[..., None])
+    colour = colour * (1 - 0.03 * smoothstep(0.02, 0.005, edge))[..., None]
+    strip = smoothstep(0.078, 0.072, np.minimum.reduce([x, y, metres - x, metres - y]))   # dark granite along the 4.8 m grid
+    dark = np.array([0.40, 0.39, 0.385]) * (1 + 0.10 * cloud + 0.25 * speck)[..., None]
+    return _image(mix(colour, dark, strip * 0.9))
 
 
 def plaster(size=256, metres=3.0):
     _, _, seamless = _grid(size, metres)
-    return _image(np.array([0.885, 0.875, 0.855]) * (1 + 0.020 * (seamless(5, 3, 3) - 0.5) + 0.035 * (seamless(110, 9, 1) - 0.5))[..., None])
+    return _image(np.array([0.905, 0.893, 0.868]) * (1 + 0.020 * (seamless(5, 3, 3) - 0.5) + 0.035 * (seamless(110, 9, 1) - 0.5))[..., None])
 
 
 def concrete(size=512, metres=2.4):
     """Fair-faced concrete: cloudy, pin holes, panel joints with tie holes."""
     x, y, seamless = _grid(size, metres)
-    colour = np.array([0.64, 0.63, 0.615]) * (1 + 0.16 * (seamless(4, 31, 4) - 0.5) + 0.05 * (seamless(128, 37, 1) - 0.5) - 0.10 * smoothstep(0.90, 0.95, seamless(90, 41, 1)))[..., None]
+    colour = np.array([0.705, 0.695, 0.675]) * (1 + 0.16 * (seamless(4, 31, 4) - 0.5) + 0.05 * (seamless(128, 37, 1) - 0.5) - 0.10 * smoothstep(0.90, 0.95, seamless(90, 41, 1)))[..., None]
     edge = np.minimum(x % 2.4, y % 1.2)
     colour = colour * (1 - 0.22 * smoothstep(0.012, 0.006, edge))[..., None]
     hole = np.hypot((x % 1.2) - 0.6, (y % 1.2) - 0.3)
@@ -128,7 +131,7 @@ def outside(width=1024, height=384):
     car = (y > 0.765) & (y < 0.845) & (np.abs((x * 5.3) % 1 - 0.5) < 0.15) & (noise._lattice((x * 5.3).astype(int), house * 0, house * 0, 77) > 0.35)
     body = mix(np.broadcast_to(np.array([0.72, 0.73, 0.75]), out.shape), np.array([0.46, 0.14, 0.13]), noise._lattice((x * 5.3).astype(int), house * 0, house * 0, 78))
     out = np.where(car[..., None], np.where((y < 0.80)[..., None], np.array([0.25, 0.29, 0.33]), body), out)
-    out = 1 - (1 - out) * 0.72   # overexposed, as a street is from indoors
+    out = 1 - (1 - out) * 0.82   # overexposed, as a street is from indoors
     return _image(out).filter(ImageFilter.GaussianBlur(1.6))
 
 

@@ -46,7 +46,7 @@ class Wardrobe:
             colour = colour * (1 - 0.25 * line(t - last + 0.07, 0.015))[..., None]
             if trim:
                 colour = mix(colour, rgb(trim), smoothstep(last - 0.05, last - 0.04, t))
-            return colour * (1 - 0.12 * line(u - 0.5, 0.0))[..., None]
+            return colour
         return painter
 
     def trousers(self, base, seed, jeans=False, strength=1.0):
@@ -226,12 +226,12 @@ class Wardrobe:
     def collar(self, spec):
         shaper = self.shaper
         colour = spec.get("shirt") if spec["style"] == "jacket" else spec["colour"]
-        ys = np.array([1.466, 1.492, 1.516, 1.522, 1.512])   # outside up, over the fold, a little down inside
+        ys = np.array([1.462, 1.484, 1.504, 1.510, 1.500])   # outside up, over the fold, a little down inside
         out = np.array([0.088, 0.077, 0.068, 0.064, 0.060]) - 0.006 * shaper.build.female
         rows, w = [], shaper.blank(len(ys), 14)
         from .body import ring_at, Part
         for y, r in zip(ys, out):
-            ring = ring_at((0, shaper.lift(y), -0.014), (0, 1, -0.25), r, r * 0.94, r * 1.02, 14)
+            ring = ring_at((0, shaper.lift(y), -0.014), (0, 1, 0.40), r, r * 0.94, r * 1.02, 14)
             rows.append(ring)
         w[..., shaper.j("neck")], w[..., shaper.j("chest")] = 0.45, 0.55
         return Part("collar", np.array(rows)[:, ::1] * self.s, w, (64, 20), self.plain(colour, 71))
@@ -286,7 +286,6 @@ class Wardrobe:
         def painter(part, points, u, v):
             out = cloth(points, rgb(spec["colour"]), folds(points, 0.35, 41, (14, 14, 14)), 41, 0.05)
             if kind == "backpack":
-                out = out * (1 - 0.35 * line(v - 0.55, 0.02) - 0.35 * line(np.abs(u - 0.0) - 0.0, 0.0))[..., None]
                 pocket = line(v - 0.58, 0.015) + line(v - 0.30, 0.012)
                 return out * (1 - 0.4 * np.clip(pocket, 0, 1))[..., None]
             flap = line(v - 0.45, 0.02)
