@@ -1,0 +1,95 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <linux/videodev2.h>
+
+#include "core/base/clock.h"
+#include "core/frame/code_strip.h"
+#include "core/stream/local_frame_bus.h"
+#include "v4l2_sink/preload/device_server.h"
+
+namespace camrig {
+
+/// Controls that are kept and nothing else.
+class StoredControls final : public ControlPort {
+public:
+    StoredControls() {
+        for (const DeviceControl& control : all()) values_[control.id] = control.default_value;
+    }
+    std::vector<DeviceControl> list(std::string_view) override { return all(); }
+    Result<std::int32_t> get(std::string_view, std::uint32_t id) override {
+        std::lock_guard lock(mutex_);
+        const auto found = values_.find(id);
+        if (found == values_.end()) return error(ErrorKind::not_found, "no such control");
+        return found->second;
+    }
+    void set(std::string_view, std::span<const DeviceControlValue> values,
+             std::function<void(Result<void>)> done) override {
+        {
+            std::lock_guard lock(mutex_);
+            for (const auto& [id, value] : values) values_[id] = value;
+        }
+        done({});
+    }
+    static std::vector<DeviceControl> all() {
+        using enum DeviceControl::Kind;
+        return {
+            {V4L2_CID_BRIGHTNESS, integer, "Brightness", -64, 64, 1, 0, 0, {}},
+            {V4L2_CID_CONTRAST, integer, "Contrast", 0, 64, 1, 32, 0, {}},
+            {V4L2_CID_SATURATION, integer, "Saturation", 0, 128, 1, 64, 0, {}},
+            {V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance, Automatic", 0, 1, 1, 1, 0, {}},
+            {V4L2_CID_GAIN, integer, "Gain", 0, 100, 1, 0, 0, {}},
+            {V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 6500, 10, 4600, 0, {}},
+            {V4L2_CID_EXPOSURE_AUTO, menu, "Auto Exposure", 1, 3, 1, 3, 0, {"Manual Mode", "", "Aperture Priority Mode"}},
+            {V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure Time, Absolute", 1, 5000, 1, 157, 0, {}},
+            {V4L2_CID_PAN_ABSOLUTE, integer, "Pan, Absolute", -648000, 648000, 3600, 0, 0, {}},
+            {V4L2_CID_TILT_ABSOLUTE, integer, "Tilt, Absolute", -324000, 324000, 3600, 0, 0, {}},
+            {V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
+        };
+    }
+
+private:
+    std::mutex mutex_;
+    std::map<std::uint32_t, std::int32_t> values_;
+};
+
+/// Makes pictures whose every pixel tells their number: a grey level that follows from the sequence, and the code strip.
+class PictureMaker {
+public:
+    explicit PictureMaker(CameraStream camera)
+        : camera_(std::move(camera)), name_(std::make_shared<const std::string>(camera_.name)) {}
+
+    const CameraStream& camera() const { return camera_; }
+    /// Limited to 40..215, so that conversions do not clip.
+    static int grey_of(std::int64_t sequence) { return 40 + static_cast<int>(sequence * 37 % 176); }
+
+    FrameRef make(std::int64_t sequence, TimeNs world_ns, TimeNs monotonic_ns) {
+        FrameInfo info;
+        info.camera_id = camera_.id;
+        info.camera = name_;
+        info.sequence = sequence;
+        info.world_ns = world_ns;
+        info.monotonic_ns = monotonic_ns;
+        info.size = camera_.size;
+        auto frame = pool_.acquire(info);
+        auto bytes = frame->mutable_bytes();
+        std::ranges::fill(bytes, static_cast<std::byte>(grey_of(sequence)));
+        draw_code_strip(bytes, camera_.size,
+                        {static_cast<std::uint8_t>(camera_.id), static_cast<std::uint32_t>(sequence), world_ns});
+        return frame;
+    }
+
+private:
+    const CameraStream camera_;
+    const std::shared_ptr<const std::string> name_;
+    FramePool pool_;
+};
+
+}  // namespace camrig

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/unique_fd.h"
+#include "core/stream/sink.h"
+#include "v4l2_sink/preload/protocol.h"
+
+namespace camrig {
+
+/// Shared memory with a size that is fixed for good, mapped here for writing.
+class SharedMemory {
+public:
+    /// With `readers_only_read` nobody but this mapping can ever write to it (F_SEAL_FUTURE_WRITE).
+    static Result<SharedMemory> create(const char* name, std::size_t bytes, bool readers_only_read);
+    SharedMemory() = default;
+    SharedMemory(SharedMemory&& other) noexcept;
+    SharedMemory& operator=(SharedMemory&& other) noexcept;
+    ~SharedMemory();
+
+    int fd() const { return fd_.get(); }
+    std::byte* data() const { return data_; }
+    std::size_t size() const { return size_; }
+
+private:
+    UniqueFd fd_;
+    std::byte* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+/// The rig's books of one reader of a ring (protocol.h explains the letters). Guarded by the ring's mutex while attached.
+class RingReader {
+public:
+    /// `event_socket` must outlive the reader; tokens are sent there without ever blocking.
+    RingReader(int event_socket, camrig_reader_page* page, std::shared_ptr<ReaderStats> stats)
+        : event_socket_(event_socket), page_(page), stats_(std::move(stats)) {}
+
+private:
+    friend class DeviceRing;
+    void start(std::uint32_t slots);
+    void stop();
+    /// One more picture is in the ring.
+    void offer(const std::shared_ptr<DeliveryLatch>& latch, std::size_t bytes, TimeNs latency_ns);
+    /// Sends the tokens that may be sent; in lockstep keeps the rest waiting, else gives up the oldest pictures.
+    void advance();
+    bool may_send() const;
+    bool send_token();
+
+    const int event_socket_;
+    camrig_reader_page* const page_;
+    const std::shared_ptr<ReaderStats> stats_;
+    std::uint64_t allowed_ = 0;  ///< pictures that may be promised at one time
+    std::uint64_t tokens_ = 0;
+    std::uint64_t displaced_ = 0;
+    std::deque<DeliveryLatch::Hold> pending_;  ///< lockstep: one per picture for which no buffer was queued yet
+};
+
+/// Pictures of one camera in one format, size and rate, written once for any number of readers in other processes.
+///
+/// Sink side: the Output's thread. attach, detach, credit, repeat_if_idle: the device server's thread.
+class DeviceRing final : public Sink {
+public:
+    /// `rate`: the rate of the subscription, if it takes fewer pictures than the camera makes.
+    static Result<std::shared_ptr<DeviceRing>> create(ImageSize size, std::size_t picture_bytes,
+                                                      std::optional<Rate> rate);
+
+    Result<void> open(const StreamInfo& info) override;
+    Result<void> write(const MediaUnit& unit) override;
+    void close() noexcept override;
+
+    /// From the next picture on. The place tells the library where to find it in memory_fd().
+    camrig_ring_place attach(const std::shared_ptr<RingReader>& reader);
+    /// After it returns no token is sent to this reader. Waiting pictures are dropped.
+    void detach(const std::shared_ptr<RingReader>& reader);
+    /// A buffer was queued by a reader that had none (lockstep).
+    void credit(RingReader& reader);
+    /// Shows the last picture once more, with a fresh stamp, when nothing came for so long (programs give up on a silent
+    /// camera after 5 to 10 s). Not in lockstep, where nothing may happen that a client did not ask for.
+    void repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns);
+
+    int memory_fd() const { return memory_.fd(); }
+    bool has_readers() const;
+
+private:
+    DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate);
+
+    camrig_ring_header& header() const { return *reinterpret_cast<camrig_ring_header*>(memory_.data()); }
+    /// Writes one picture and tells the readers. Call with mutex_ held.
+    void publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns,
+                 const std::shared_ptr<DeliveryLatch>& latch);
+    std::uint32_t next_sequence(const FrameInfo& info);
+
+    const SharedMemory memory_;
+    const ImageSize size_;
+    const std::optional<Rate> rate_;
+
+    mutable std::mutex mutex_;
+    std::shared_ptr<ReaderStats> stats_;
+    std::vector<std::shared_ptr<RingReader>> readers_;
+    std::uint64_t published_ = 0;
+    std::int64_t sequence_offset_ = 0;
+    std::int64_t last_sequence_ = -1;
+    TimeNs last_stamp_ns_ = 0;
+    TimeNs last_write_ns_ = 0;
+    bool in_lockstep_ = false;
+};
+
+}  // namespace camrig

@@ -1,0 +1,204 @@
+#include "v4l2_sink/preload/device_server.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <future>
+#include <map>
+
+#include <poll.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include "core/base/clock.h"
+#include "v4l2_sink/preload/device_host.h"
+
+namespace camrig {
+
+namespace {
+
+constexpr int tick_ms = 250;
+constexpr int events_at_once = 64;
+
+Result<UniqueFd> listen_on(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.size() >= sizeof address.sun_path)
+        return error(ErrorKind::invalid_argument, path + ": longer than the " +
+                                                      std::to_string(sizeof address.sun_path - 1) +
+                                                      " characters a socket's path can have");
+    std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+    const auto* as_address = reinterpret_cast<const sockaddr*>(&address);
+
+    const UniqueFd probe(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    if (::connect(probe.get(), as_address, sizeof address) == 0)
+        return error(ErrorKind::already_exists, path + ": another rig serves devices there");
+    struct stat info{};
+    if (::lstat(path.c_str(), &info) == 0) {
+        if (!S_ISSOCK(info.st_mode))
+            return error(ErrorKind::already_exists, path + ": exists and is not a socket; give another path");
+        ::unlink(path.c_str());  // left behind by a rig that was killed
+    }
+    UniqueFd fd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    const mode_t old = ::umask(0177);
+    const int bound = ::bind(fd.get(), as_address, sizeof address);
+    const int why = errno;
+    ::umask(old);
+    if (bound != 0 || ::listen(fd.get(), 64) != 0)
+        return error(ErrorKind::unavailable, path + ": " + std::strerror(bound != 0 ? why : errno));
+    return fd;
+}
+
+}  // namespace
+
+std::string default_device_socket() {
+    if (const char* given = std::getenv("CAMRIG_DEVICE_SOCKET"); given != nullptr && *given != '\0') return given;
+    if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != '\0')
+        return std::string(runtime) + "/camrig-devices.sock";
+    return "/tmp/camrig-devices-" + std::to_string(::getuid()) + ".sock";
+}
+
+/// The server's thread: sockets in, host called, sockets out.
+class DeviceServer::Loop {
+public:
+    Loop(UniqueFd listener, FrameBus& bus, std::shared_ptr<ControlPort> controls, std::shared_ptr<TaskQueue> tasks)
+        : listener_(std::move(listener)),
+          epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+          tasks_(tasks),
+          host_(bus, std::move(controls), std::move(tasks)) {
+        watch(listener_.get());
+        watch(tasks_->fd());
+    }
+
+    void run() {
+        while (!stopping_) {
+            std::array<epoll_event, events_at_once> events;
+            const int count = ::epoll_wait(epoll_.get(), events.data(), events_at_once, tick_ms);
+            for (int i = 0; i < count; ++i) handle(events[static_cast<std::size_t>(i)].data.fd);
+            host_.tick(monotonic_now_ns());
+            for (const auto& session : host_.take_ended()) forget(session->control_fd());
+        }
+        connections_.clear();
+    }
+
+    void stop() { stopping_ = true; }
+    DeviceHost& host() { return host_; }
+
+private:
+    void watch(int fd) {
+        epoll_event event{};
+        event.events = EPOLLIN;
+        event.data.fd = fd;
+        ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);
+    }
+
+    void handle(int fd) {
+        if (fd == listener_.get()) return accept_one();
+        if (fd == tasks_->fd()) {
+            for (const auto& task : tasks_->take()) task();
+            return;
+        }
+        const auto connection = connections_.find(fd);
+        if (connection == connections_.end()) return;
+        const auto session = connection->second;
+        std::array<std::byte, sizeof(camrig_request) + 1> message;
+        const ssize_t got = ::recv(fd, message.data(), message.size(), MSG_DONTWAIT);
+        if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
+        if (got <= 0) {
+            host_.leave(session);
+            forget(fd);
+            return;
+        }
+        host_.receive(session, std::span(message).first(static_cast<std::size_t>(got)));
+    }
+
+    void accept_one() {
+        UniqueFd fd(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        // Beyond the limit a connection is closed again: the program's open() fails with ENODEV.
+        if (!fd || connections_.size() >= max_connections) return;
+        const int number = fd.get();
+        connections_[number] = std::make_shared<DeviceSession>(std::move(fd));
+        watch(number);
+    }
+
+    void forget(int fd) { connections_.erase(fd); }
+
+    const UniqueFd listener_;
+    const UniqueFd epoll_;
+    const std::shared_ptr<TaskQueue> tasks_;
+    std::map<int, std::shared_ptr<DeviceSession>> connections_;
+    DeviceHost host_;
+    bool stopping_ = false;
+};
+
+Result<std::unique_ptr<DeviceServer>> DeviceServer::create(FrameBus& bus, DeviceServerOptions options) {
+    const std::string path = options.socket_path.empty() ? default_device_socket() : options.socket_path;
+    auto listener = listen_on(path);
+    if (!listener) return std::unexpected(listener.error());
+    auto tree = DeviceTree::create(path);
+    if (!tree) return std::unexpected(tree.error());
+    auto tasks = std::make_shared<TaskQueue>();
+    auto loop = std::make_unique<Loop>(std::move(*listener), bus, std::move(options.controls), tasks);
+    return std::unique_ptr<DeviceServer>(
+        new DeviceServer(path, std::move(*tree), std::move(loop), std::move(tasks)));
+}
+
+DeviceServer::DeviceServer(std::string socket_path, DeviceTree tree, std::unique_ptr<Loop> loop,
+                           std::shared_ptr<TaskQueue> tasks)
+    : socket_path_(std::move(socket_path)),
+      tasks_(std::move(tasks)),
+      tree_(std::move(tree)),
+      loop_(std::move(loop)),
+      thread_([this] { loop_->run(); }) {}
+
+DeviceServer::~DeviceServer() {
+    tasks_->post([loop = loop_.get()] { loop->stop(); });
+    thread_.join();
+    ::unlink(socket_path_.c_str());
+}
+
+Result<void> DeviceServer::add_device(int number, const std::string& camera, DevicePolicy policy) {
+    if (number < 0 || number > camrig_max_device_number)
+        return error(ErrorKind::invalid_argument, "device number " + std::to_string(number) + ": must be 0 to " +
+                                                      std::to_string(camrig_max_device_number));
+    std::lock_guard lock(mutex_);
+    for (const auto& [taken, by] : numbers_)
+        if (taken == number)
+            return error(ErrorKind::already_exists,
+                         "device number " + std::to_string(number) + " is camera " + by + "; choose another");
+    if (auto added = tree_.add(number, camera); !added) return added;
+    numbers_.emplace_back(number, camera);
+    tasks_->post([loop = loop_.get(), number, camera, policy] { loop->host().add_device(number, camera, policy); });
+    return {};
+}
+
+void DeviceServer::remove_device(int number) {
+    std::lock_guard lock(mutex_);
+    const auto known = std::ranges::find(numbers_, number, &std::pair<int, std::string>::first);
+    if (known == numbers_.end()) return;
+    tree_.remove(number, known->second);
+    numbers_.erase(known);
+    tasks_->post([loop = loop_.get(), number] { loop->host().remove_device(number); });
+}
+
+void DeviceServer::controls_changed(const std::string& camera) {
+    tasks_->post([loop = loop_.get(), camera] { loop->host().controls_changed(camera); });
+}
+
+std::vector<ReaderReport> DeviceServer::report() const {
+    auto answer = std::make_shared<std::promise<std::vector<ReaderReport>>>();
+    tasks_->post([loop = loop_.get(), answer] {
+        std::vector<ReaderReport> reports;
+        for (const auto& stats : loop->host().reader_stats())
+            reports.push_back({stats->kind, stats->peer, stats->offered, stats->delivered, stats->dropped, stats->bytes,
+                               static_cast<double>(stats->last_latency_ns) / ns_per_ms});
+        answer->set_value(std::move(reports));
+    });
+    return answer->get_future().get();
+}
+
+}  // namespace camrig

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/base/unique_fd.h"
+#include "core/stream/frame_bus.h"
+#include "v4l2_sink/preload/control_port.h"
+#include "v4l2_sink/preload/device_session.h"
+#include "v4l2_sink/preload/device_tree.h"
+#include "v4l2_sink/preload/task_queue.h"
+
+namespace camrig {
+
+struct DeviceServerOptions {
+    std::string socket_path;  ///< empty: default_device_socket()
+    std::shared_ptr<ControlPort> controls = std::make_shared<NoControls>();
+};
+
+/// Where programs look for the rig when nothing is said: $CAMRIG_DEVICE_SOCKET, else $XDG_RUNTIME_DIR/
+/// camrig-devices.sock, else /tmp/camrig-devices-UID.sock.
+std::string default_device_socket();
+
+/// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open a
+/// device. One thread of its own; calls from any thread.
+class DeviceServer {
+public:
+    static constexpr int max_connections = 512;
+
+    /// already_exists: another rig serves this socket. The bus must outlive the server.
+    static Result<std::unique_ptr<DeviceServer>> create(FrameBus& bus, DeviceServerOptions options);
+    /// Programs see their devices unplugged.
+    ~DeviceServer();
+
+    /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
+    Result<void> add_device(int number, const std::string& camera, DevicePolicy policy = DevicePolicy::share);
+    void remove_device(int number);
+    /// Somebody other than a device's program changed the camera: sends control events to those who subscribed.
+    void controls_changed(const std::string& camera);
+
+    const std::string& socket_path() const { return socket_path_; }
+    /// One report per open device.
+    std::vector<ReaderReport> report() const;
+
+private:
+    class Loop;
+    DeviceServer(std::string socket_path, DeviceTree tree, std::unique_ptr<Loop> loop,
+                 std::shared_ptr<TaskQueue> tasks);
+
+    const std::string socket_path_;
+    const std::shared_ptr<TaskQueue> tasks_;
+    mutable std::mutex mutex_;  ///< guards tree_ and numbers_
+    DeviceTree tree_;
+    std::vector<std::pair<int, std::string>> numbers_;
+    std::unique_ptr<Loop> loop_;
+    std::thread thread_;
+};
+
+}  // namespace camrig

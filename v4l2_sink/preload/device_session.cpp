@@ -1,0 +1,47 @@
+#include "v4l2_sink/preload/device_session.h"
+
+#include <cstring>
+
+#include <sys/socket.h>
+
+namespace camrig {
+
+namespace {
+constexpr std::size_t max_fds = 2;
+}
+
+void DeviceSession::send(std::span<const std::byte> message, std::span<const int> fds) {
+    if (dead) return;
+    iovec part{const_cast<std::byte*>(message.data()), message.size()};
+    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int) * max_fds)]{};
+    msghdr header{};
+    header.msg_iov = &part;
+    header.msg_iovlen = 1;
+    CHECK(fds.size() <= max_fds);
+    if (!fds.empty()) {
+        header.msg_control = control;
+        header.msg_controllen = CMSG_SPACE(sizeof(int) * fds.size());
+        cmsghdr* rights = CMSG_FIRSTHDR(&header);
+        rights->cmsg_level = SOL_SOCKET;
+        rights->cmsg_type = SCM_RIGHTS;
+        rights->cmsg_len = CMSG_LEN(sizeof(int) * fds.size());
+        std::memcpy(CMSG_DATA(rights), fds.data(), sizeof(int) * fds.size());
+    }
+    // An honest library has one request under way and reads every reply, so its socket always has room.
+    if (::sendmsg(control_.get(), &header, MSG_DONTWAIT | MSG_NOSIGNAL) < 0) dead = true;
+}
+
+void DeviceSession::reply(std::uint32_t serial, camrig_reply answer, std::span<const int> fds) {
+    answer.type = camrig_message_reply;
+    answer.serial = serial;
+    send(std::as_bytes(std::span(&answer, 1)), fds);
+}
+
+void DeviceSession::fail(std::uint32_t serial, int error_number, std::uint32_t detail) {
+    camrig_reply answer{};
+    answer.status = error_number;
+    answer.detail = detail;
+    reply(serial, answer);
+}
+
+}  // namespace camrig

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/unique_fd.h"
+#include "core/stream/frame_bus.h"
+#include "v4l2_sink/preload/control_port.h"
+#include "v4l2_sink/preload/device_modes.h"
+#include "v4l2_sink/preload/device_ring.h"
+#include "v4l2_sink/preload/protocol.h"
+
+namespace camrig {
+
+enum class DevicePolicy : std::uint8_t {
+    share,      ///< every opener streams on its own, in a format of its own
+    exclusive,  ///< as hardware: who has buffers owns the device, others get EBUSY
+};
+
+/// A ring that is fed by the bus.
+struct FedRing {
+    std::string camera;
+    camrig_format format{};  ///< rate 0/0: the camera's own
+    std::shared_ptr<DeviceRing> ring;
+    Subscription subscription;
+};
+
+/// One /dev/videoN, whoever has it open.
+struct DeviceState {
+    std::string camera;
+    DevicePolicy policy = DevicePolicy::share;
+    std::optional<camrig_format> format;  ///< as last set by anybody; new openers start with it
+};
+
+/// One open() of a device by a program: the rig's end of its two sockets. Device server's thread.
+class DeviceSession {
+public:
+    explicit DeviceSession(UniqueFd control) : control_(std::move(control)) {}
+
+    int control_fd() const { return control_.get(); }
+    /// Sends a message, never waiting; a peer that does not take it is given up (`dead`).
+    void send(std::span<const std::byte> message, std::span<const int> fds = {});
+    void reply(std::uint32_t serial, camrig_reply reply, std::span<const int> fds = {});
+    void fail(std::uint32_t serial, int error_number, std::uint32_t detail = 0);
+
+    bool dead = false;
+    std::optional<int> number;  ///< after HELLO
+    camrig_description description{};
+    camrig_format format{};      ///< what this opener reads, if it chose
+    bool format_chosen = false;
+    bool owns_buffers = false;
+    std::uint32_t priority = 0;
+    std::map<std::uint32_t, bool> subscriptions;  ///< control id -> feedback of own changes
+
+    UniqueFd event_socket;
+    SharedMemory page;
+    std::shared_ptr<ReaderStats> stats;
+    std::shared_ptr<RingReader> reader;
+    std::shared_ptr<FedRing> ring;  ///< while streaming
+    bool awaits_reply = false;      ///< a control change is under way
+
+    camrig_reader_page& shared() const { return *reinterpret_cast<camrig_reader_page*>(page.data()); }
+
+private:
+    UniqueFd control_;
+};
+
+}  // namespace camrig

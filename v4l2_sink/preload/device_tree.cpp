@@ -1,0 +1,78 @@
+#include "v4l2_sink/preload/device_tree.h"
+
+#include <filesystem>
+#include <fstream>
+
+namespace camrig {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int video_major = 81;
+
+std::string link_name(const std::string& root, std::string_view camera) {
+    return root + "/dev/v4l/by-id/camrig-" + std::string(camera) + "-video-index0";
+}
+std::string class_folder(const std::string& root, int number) {
+    return root + "/sys/class/video4linux/video" + std::to_string(number);
+}
+std::string char_link(const std::string& root, int number) {
+    return root + "/sys/dev/char/" + std::to_string(video_major) + ":" + std::to_string(number);
+}
+
+bool write_file(const std::string& path, const std::string& text) {
+    std::ofstream file(path);
+    file << text;
+    return file.good();
+}
+
+}  // namespace
+
+Result<DeviceTree> DeviceTree::create(std::string_view socket_path) {
+    const std::string root = std::string(socket_path) + ".tree";
+    std::error_code problem;
+    fs::remove_all(root, problem);
+    for (const char* folder : {"/dev/v4l/by-id", "/sys/class/video4linux", "/sys/dev/char"}) {
+        fs::create_directories(root + folder, problem);
+        if (problem)
+            return error(ErrorKind::unavailable, root + ": " + problem.message() +
+                                                     "; devices in user space need a folder they can write to");
+    }
+    return DeviceTree(root);
+}
+
+DeviceTree::~DeviceTree() {
+    if (root_.empty()) return;
+    std::error_code ignored;
+    fs::remove_all(root_, ignored);
+}
+
+Result<void> DeviceTree::add(int number, std::string_view camera) {
+    const std::string node = "video" + std::to_string(number), folder = class_folder(root_, number);
+    std::error_code problem;
+    fs::create_directories(folder, problem);
+    const std::string dev = std::to_string(video_major) + ":" + std::to_string(number);
+    bool good = !problem && write_file(folder + "/name", std::string(camera) + "\n") &&
+                write_file(folder + "/index", "0\n") && write_file(folder + "/dev", dev + "\n") &&
+                write_file(folder + "/uevent", "MAJOR=" + std::to_string(video_major) + "\nMINOR=" +
+                                                   std::to_string(number) + "\nDEVNAME=" + node + "\n");
+    if (good) fs::create_symlink("../../class/video4linux/" + node, char_link(root_, number), problem);
+    std::error_code taken;  // a camera may have two devices; its name leads to the first
+    if (good && !problem) fs::create_symlink("../../" + node, link_name(root_, camera), taken);
+    // The node comes last: who sees it sees everything.
+    good = good && !problem && write_file(root_ + "/dev/" + node, "");
+    if (good) return {};
+    remove(number, camera);
+    return error(ErrorKind::unavailable, root_ + ": cannot write the files of /dev/" + node);
+}
+
+void DeviceTree::remove(int number, std::string_view camera) {
+    std::error_code ignored;
+    fs::remove(root_ + "/dev/video" + std::to_string(number), ignored);
+    fs::remove(link_name(root_, camera), ignored);
+    fs::remove(char_link(root_, number), ignored);
+    fs::remove_all(class_folder(root_, number), ignored);
+}
+
+}  // namespace camrig
