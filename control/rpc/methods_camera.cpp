@@ -18,7 +18,8 @@ std::vector<Field> camera_fields() {
             {"hfov_deg", "number", "horizontal field of view instead"},
             {"intrinsics", "{fx, fy, cx, cy}", "pixels, instead of a field of view; pixel centres at integers"},
             {"pose", "object",
-             "{position: [x, y, z] m, and one of look_at: [x, y, z] | pan_deg, tilt_deg, roll_deg | orientation: [x, y, z, w]}"},
+             "{position: [x, y, z] m, and one of look_at: [x, y, z] | pan_deg, tilt_deg, roll_deg | orientation: [x, "
+             "y, z, w]}"},
             {"lens", "{model, coefficients}", "pinhole | plumb_bob | rational_polynomial | equidistant"},
             {"near", "number", "nearest distance drawn, m; default 0.05"},
             {"far", "number", "farthest distance, m; 0: unlimited (default)"},
@@ -78,18 +79,22 @@ void set(RpcContext& context, const json& params, RpcReply done) {
 std::vector<Method> camera_methods(RpcContext& context) {
     using enum ErrorKind;
     return {
-        {"camera.create", "Makes a camera; its first picture shows the moment it was made.",
-         with({name_field, {"place", "string", "a named place of the scene: its pose and field of view, unless given here"}},
+        {"camera.create",
+         "Makes a camera; its first picture shows the moment it was made.",
+         with({name_field,
+               {"place", "string", "a named place of the scene: its pose and field of view, unless given here"}},
               camera_fields()),
          state_fields(),
          {invalid_argument, already_exists, not_found, resource_exhausted},
          [&context](const json& params, RpcReply done) { create(context, params, std::move(done)); }},
-        {"camera.set", "Changes a camera; what is not given stays. A new size ends its streams, clients open them again.",
+        {"camera.set",
+         "Changes a camera; what is not given stays. A new size ends its streams, clients open them again.",
          with({name_field}, camera_fields()),
          state_fields(),
          {invalid_argument, not_found, resource_exhausted},
          [&context](const json& params, RpcReply done) { set(context, params, std::move(done)); }},
-        {"camera.delete", "Deletes a camera; its streams end.",
+        {"camera.delete",
+         "Deletes a camera; its streams end.",
          {name_field},
          {{"applied_ns", "integer", "world time from which it is gone, ns"}},
          {invalid_argument, not_found},
@@ -99,7 +104,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
              post(context, DeleteCamera{*name}, std::move(done),
                   [](const Applied& applied) { return json{{"applied_ns", applied.applied_ns}}; });
          }},
-        {"camera.get", "Everything about one camera.",
+        {"camera.get",
+         "Everything about one camera.",
          {name_field},
          state_fields(),
          {invalid_argument, not_found},
@@ -108,7 +114,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
              if (!name) return done(std::unexpected(name.error()));
              post(context, GetCamera{*name}, std::move(done), [](const CameraState& state) { return to_json(state); });
          }},
-        {"camera.list", "All cameras, in the order they were made.",
+        {"camera.list",
+         "All cameras, in the order they were made.",
          {},
          {{"cameras", "array", "each as camera.get gives it"}},
          {},

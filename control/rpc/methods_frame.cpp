@@ -64,10 +64,12 @@ void get(RpcContext& context, const json& params, RpcReply done) {
 
 std::vector<Method> frame_methods(RpcContext& context) {
     using enum ErrorKind;
-    return {{"frame.get", "The camera's latest due frame; drawn now if nobody was watching.",
+    return {{"frame.get",
+             "The camera's latest due frame; drawn now if nobody was watching.",
              {{"camera", "string", "name of the camera", true},
               {"kind", "string", "color (default) | depth | instance | semantic | normal"},
-              {"format", "string", "jpeg (default) | png | raw (rgba8 rows from the top; depth: 32-bit floats, ids: 32-bit)"},
+              {"format", "string",
+               "jpeg (default) | png | raw (rgba8 rows from the top; depth: 32-bit floats, ids: 32-bit)"},
               {"quality", "integer", "of JPEG, 1 to 100; default 90"},
               {"min_ns", "integer", "world time the frame must show or be later than; waits up to 10 s for it"}},
              {{"camera", "string", "its name"},

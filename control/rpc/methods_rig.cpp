@@ -7,7 +7,8 @@ using nlohmann::json;
 
 std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_counts) {
     return {
-        {"stats.get", "Counts and stage times of the whole rig.",
+        {"stats.get",
+         "Counts and stage times of the whole rig.",
          {},
          {{"world_ns", "integer", "world time, ns"},
           {"monotonic_ns", "integer", "CLOCK_MONOTONIC, ns"},
@@ -19,7 +20,8 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
          [&context](const json&, RpcReply done) {
              post(context, GetStats{}, std::move(done), [](const RigReport& report) { return to_json(report); });
          }},
-        {"server.info", "What this rig is and where it listens.",
+        {"server.info",
+         "What this rig is and where it listens.",
          {},
          {{"version", "string", "of camrig"},
           {"pid", "integer", "process id"},
@@ -35,7 +37,8 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
              info["calls"] = call_counts();
              done(std::move(info));
          }},
-        {"server.shutdown", "Ends the rig, after this answer.",
+        {"server.shutdown",
+         "Ends the rig, after this answer.",
          {},
          {{"stopping", "boolean", "true"}},
          {},

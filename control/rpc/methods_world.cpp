@@ -30,7 +30,9 @@ std::vector<Field> world_fields() {
             {"applied_ns", "integer", "world time from which this state holds, ns"}};
 }
 
-json world_json(const WorldState& state) { return to_json(state); }
+json world_json(const WorldState& state) {
+    return to_json(state);
+}
 
 template <typename C>
 auto simple(RpcContext& context) {
@@ -63,7 +65,8 @@ void step(RpcContext& context, const json& params, RpcReply done) {
     post(context, command, std::move(done), world_json);
 }
 
-/// Loading reads files and decodes pictures, so it has a thread of its own for that while; the engine gets the finished scene.
+/// Loading reads files and decodes pictures, so it has a thread of its own for that while; the engine gets the finished
+/// scene.
 void load(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     std::string file;
@@ -88,17 +91,23 @@ void load(RpcContext& context, const json& params, RpcReply done) {
 std::vector<Method> world_methods(RpcContext& context) {
     using enum ErrorKind;
     return {
-        {"world.load", "Loads another scene. World time starts again at 0; cameras stay, those of the scene are added.",
+        {"world.load",
+         "Loads another scene. World time starts again at 0; cameras stay, those of the scene are added.",
          {{"scene", "string", "path of a scene file or a bare .gltf/.glb, as the rig sees it", true}},
          world_fields(),
          {invalid_argument, not_found, resource_exhausted, unavailable},
          [&context](const json& params, RpcReply done) { load(context, params, std::move(done)); }},
         {"world.status", "What the world is doing.", {}, world_fields(), {}, simple<GetWorld>(context)},
         {"world.pause", "Holds world time (realtime).", {}, world_fields(), {unsupported}, simple<PauseWorld>(context)},
-        {"world.resume", "Lets world time run again (realtime).", {}, world_fields(), {unsupported, unavailable},
+        {"world.resume",
+         "Lets world time run again (realtime).",
+         {},
+         world_fields(),
+         {unsupported, unavailable},
          simple<ResumeWorld>(context)},
         {"world.step",
-         "Moves the world (lockstep, or paused realtime); answers when every connected reader was sent every due frame.",
+         "Moves the world (lockstep, or paused realtime); answers when every connected reader was sent every due "
+         "frame.",
          {{"seconds", "number", "how far; taken to the nearest ns"},
           {"nanoseconds", "integer", "how far, exactly"},
           {"timeout_s", "number", "longest wait for the readers of one instant; default 10"}},

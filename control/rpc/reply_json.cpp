@@ -71,12 +71,9 @@ json to_json(const RigReport& report) {
                           {"p99_ms", stage.summary.p99_ms},
                           {"max_ms", stage.summary.max_ms}});
     }
-    return {{"world_ns", report.world_ns},
-            {"monotonic_ns", report.monotonic_ns},
-            {"instants", report.instants},
-            {"dropped_instants", report.dropped_instants},
-            {"cameras", std::move(cameras)},
-            {"stages", std::move(stages)}};
+    return {{"world_ns", report.world_ns},   {"monotonic_ns", report.monotonic_ns},
+            {"instants", report.instants},   {"dropped_instants", report.dropped_instants},
+            {"cameras", std::move(cameras)}, {"stages", std::move(stages)}};
 }
 
 }  // namespace camrig

@@ -50,7 +50,8 @@ Result<void> check_names(const Method& method, const json& params) {
     }
     for (const auto& field : method.params) {
         if (field.required && !params.contains(field.name))
-            return error(ErrorKind::invalid_argument, method.name + ": parameter '" + field.name + "' is missing: " + field.doc);
+            return error(ErrorKind::invalid_argument,
+                         method.name + ": parameter '" + field.name + "' is missing: " + field.doc);
     }
     return {};
 }
@@ -89,8 +90,8 @@ void RpcServer::handle(std::string_view text, std::function<void(std::string)> d
         const auto found = by_name_.find(request.method);
         if (found == by_name_.end()) {
             const RpcError unknown{rpc_code::method_not_found,
-                                   {ErrorKind::not_found, "no method '" + request.method.substr(0, 60) +
-                                                              "'; server.info lists the methods"},
+                                   {ErrorKind::not_found,
+                                    "no method '" + request.method.substr(0, 60) + "'; server.info lists the methods"},
                                    request.id.value_or(nullptr)};
             batch->answer(i, request.id ? rpc_error(unknown) : std::string());
             continue;

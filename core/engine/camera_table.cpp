@@ -32,9 +32,9 @@ Result<void> CameraTable::check_pixels(std::int64_t added) const {
     std::int64_t total = added;
     for (const auto& [id, entry] : by_id_) total += entry.spec->size.pixels();
     if (total <= max_total_pixels) return {};
-    return error(ErrorKind::resource_exhausted,
-                 "all cameras together would have " + std::to_string(total >> 20) + " Mpixel; at most " +
-                     std::to_string(max_total_pixels >> 20) + " are possible: delete cameras or make them smaller");
+    return error(ErrorKind::resource_exhausted, "all cameras together would have " + std::to_string(total >> 20) +
+                                                    " Mpixel; at most " + std::to_string(max_total_pixels >> 20) +
+                                                    " are possible: delete cameras or make them smaller");
 }
 
 Result<CameraEntry*> CameraTable::add(CameraSpec spec) {

@@ -15,7 +15,8 @@
 
 namespace camrig {
 
-/// The latest picture a camera should have made: drawn already, or drawable at any time from the snapshot of its instant.
+/// The latest picture a camera should have made: drawn already, or drawable at any time from the snapshot of its
+/// instant.
 struct LatestDue {
     std::shared_ptr<const CameraSpec> spec;  ///< as it was at that instant
     std::uint64_t spec_revision = 0;

@@ -45,8 +45,8 @@ public:
         }
         wake_.notify_one();
     }
-    /// Consumer: sleeps until something happens or CLOCK_MONOTONIC reaches deadline_ns (absolute, so waits never add up),
-    /// then takes all that is there.
+    /// Consumer: sleeps until something happens or CLOCK_MONOTONIC reaches deadline_ns (absolute, so waits never add
+    /// up), then takes all that is there.
     std::vector<T> wait_until(TimeNs deadline_ns) {
         const std::chrono::steady_clock::time_point deadline{std::chrono::nanoseconds(deadline_ns)};
         std::unique_lock lock(mutex_);

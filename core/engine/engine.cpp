@@ -1,8 +1,8 @@
 #include "core/engine/engine.h"
 
-#include <pthread.h>
-
 #include <future>
+
+#include <pthread.h>
 
 #include "core/base/clock.h"
 #include "core/engine/rig.h"
@@ -59,15 +59,17 @@ void Engine::refuse(Message& message, const Error& why) {
 void Engine::post(Command command) {
     Message message(std::move(command));
     if (!queue_.put(message)) {
-        refuse(message, queue_.closed() ? Error{ErrorKind::unavailable, "the rig shuts down"}
-                                        : Error{ErrorKind::resource_exhausted,
-                                                std::to_string(max_queued_commands) + " commands are waiting; send slower"});
+        refuse(message, queue_.closed()
+                            ? Error{ErrorKind::unavailable, "the rig shuts down"}
+                            : Error{ErrorKind::resource_exhausted,
+                                    std::to_string(max_queued_commands) + " commands are waiting; send slower"});
     }
 }
 
 void Engine::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
     Message message(Fetch{std::move(request), std::move(done)});
-    if (!queue_.put(message)) refuse(message, {ErrorKind::resource_exhausted, "too many requests are waiting; send slower"});
+    if (!queue_.put(message))
+        refuse(message, {ErrorKind::resource_exhausted, "too many requests are waiting; send slower"});
 }
 
 }  // namespace camrig

@@ -23,8 +23,8 @@ struct EngineOptions {
     RendererOptions renderer;
 };
 
-/// The tick loop: the thread that owns the world and the renderer. Commands and requests for pictures come in by a bounded
-/// queue, frames go out to the bus; nothing else passes.
+/// The tick loop: the thread that owns the world and the renderer. Commands and requests for pictures come in by a
+/// bounded queue, frames go out to the bus; nothing else passes.
 ///
 /// Any thread may post and fetch. The bus must outlive the engine.
 class Engine final : public CommandPort, public FrameFetcher {
@@ -47,7 +47,8 @@ private:
     using Message = std::variant<Command, Fetch>;
 
     Engine() = default;
-    void run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus, std::function<void(Result<void>)> started);
+    void run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus,
+             std::function<void(Result<void>)> started);
     static void refuse(Message& message, const Error& why);
 
     CommandQueue<Message> queue_{max_queued_commands};

@@ -17,11 +17,13 @@ constexpr TimeNs slow_tolerance_ns = 20 * ns_per_ms;
 
 }  // namespace
 
-Rig::Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus, std::function<void()> wake)
+Rig::Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
+         std::function<void()> wake)
     : options_(options), bus_(bus), wake_(std::move(wake)), renderer_(std::move(renderer)) {}
 
-Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& options, std::unique_ptr<Renderer> renderer,
-                                         LocalFrameBus& bus, std::function<void()> wake) {
+Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& options,
+                                         std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
+                                         std::function<void()> wake) {
     std::unique_ptr<Rig> rig(new Rig(options, std::move(renderer), bus, std::move(wake)));
     rig->thread_.check();
     if (auto loaded = rig->load(std::move(scene)); !loaded) return std::unexpected(loaded.error());

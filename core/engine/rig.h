@@ -19,8 +19,8 @@ namespace camrig {
 
 /// World, cameras, schedule and renderer put together: what happens at an instant, and what each command does.
 ///
-/// Thread: the engine's, for every call. Time enters as an argument or from the one monotonic clock; `wake` may be called from
-/// other threads when a delivery has completed, and asks for another tick().
+/// Thread: the engine's, for every call. Time enters as an argument or from the one monotonic clock; `wake` may be
+/// called from other threads when a delivery has completed, and asks for another tick().
 class Rig {
 public:
     static Result<std::unique_ptr<Rig>> create(SceneRef scene, const EngineOptions& options,
@@ -51,7 +51,8 @@ private:
         std::function<void(Result<WorldState>)> done;
     };
 
-    Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus, std::function<void()> wake);
+    Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
+        std::function<void()> wake);
 
     // Instants (rig.cpp).
     void run_realtime(TimeNs monotonic_ns);

@@ -38,8 +38,8 @@ Result<CameraState> Rig::run(CreateCamera& command) {
         if (found == scene_->places.end()) {
             std::string names;
             for (const auto& [name, place] : scene_->places) names += (names.empty() ? "" : ", ") + name;
-            return error(ErrorKind::not_found, "place: the scene has no place '" + command.place->substr(0, 60) + "'; " +
-                                                   (names.empty() ? "it has none" : "it has: " + names));
+            return error(ErrorKind::not_found, "place: the scene has no place '" + command.place->substr(0, 60) +
+                                                   "'; " + (names.empty() ? "it has none" : "it has: " + names));
         }
         if (!patch.pose) patch.pose = found->second.pose;
         if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
@@ -140,8 +140,7 @@ CameraState Rig::state_of(const CameraEntry& entry) const {
 }
 
 Result<WorldState> Rig::run(LoadWorld& command) {
-    if (!steps_.empty())
-        return error(ErrorKind::unavailable, "a step is in progress; load when it has answered");
+    if (!steps_.empty()) return error(ErrorKind::unavailable, "a step is in progress; load when it has answered");
     if (auto loaded = load(command.scene); !loaded) return std::unexpected(loaded.error());
     WorldState state = world_state();
     state.applied_ns = 0;
@@ -173,18 +172,22 @@ Result<void> Rig::load(SceneRef scene) {
     return {};
 }
 
-Result<WorldState> Rig::run(GetWorld&) { return world_state(); }
+Result<WorldState> Rig::run(GetWorld&) {
+    return world_state();
+}
 
 Result<WorldState> Rig::run(PauseWorld&) {
     if (options_.mode == RunMode::lockstep)
-        return error(ErrorKind::unsupported, "in lockstep the world moves by world.step only; there is nothing to pause");
+        return error(ErrorKind::unsupported,
+                     "in lockstep the world moves by world.step only; there is nothing to pause");
     if (clock_.running()) clock_.hold(clock_.world_at(monotonic_now_ns()));
     return world_state();
 }
 
 Result<WorldState> Rig::run(ResumeWorld&) {
     if (options_.mode == RunMode::lockstep)
-        return error(ErrorKind::unsupported, "in lockstep the world moves by world.step only; start with --mode realtime to let it run");
+        return error(ErrorKind::unsupported,
+                     "in lockstep the world moves by world.step only; start with --mode realtime to let it run");
     if (!steps_.empty()) return error(ErrorKind::unavailable, "a step is in progress; resume when it has answered");
     if (!clock_.running()) clock_.run(clock_.world_at(0), monotonic_now_ns());
     return world_state();
@@ -192,10 +195,12 @@ Result<WorldState> Rig::run(ResumeWorld&) {
 
 void Rig::start_step(Request<StepWorld>& request) {
     if (clock_.running()) {
-        return request.done(error(ErrorKind::unavailable, "the world runs in real time; pause it first, or start with --mode lockstep"));
+        return request.done(error(ErrorKind::unavailable,
+                                  "the world runs in real time; pause it first, or start with --mode lockstep"));
     }
     if (steps_.size() >= max_queued_steps)
-        return request.done(error(ErrorKind::resource_exhausted, std::to_string(max_queued_steps) + " steps are waiting; send slower"));
+        return request.done(
+            error(ErrorKind::resource_exhausted, std::to_string(max_queued_steps) + " steps are waiting; send slower"));
     const StepWorld& step = request.command;
     const TimeNs from_ns = steps_.empty() ? clock_.world_at(0) : steps_.back().target_ns;
     if (step.duration_ns < 0 || step.duration_ns > max_time_ns - from_ns)

@@ -3,7 +3,8 @@
 #include "core/base/clock.h"
 #include "core/engine/rig.h"
 
-// Pictures on request: a camera's latest due picture, drawn now if nobody was watching, from the snapshot of its instant.
+// Pictures on request: a camera's latest due picture, drawn now if nobody was watching, from the snapshot of its
+// instant.
 namespace camrig {
 namespace {
 
@@ -33,7 +34,9 @@ void Rig::answer(CameraEntry& entry, FetchRequest request, std::function<void(Re
         view.kinds[static_cast<std::size_t>(request.kind)] = true;
         const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {view});
         if (set.frames.empty()) {
-            return done(error(ErrorKind::unavailable, "camera " + *entry.name + ": this picture could not be drawn; the log of the rig says why"));
+            return done(
+                error(ErrorKind::unavailable,
+                      "camera " + *entry.name + ": this picture could not be drawn; the log of the rig says why"));
         }
         frame = set.frames.front();
         if (request.kind == FrameKind::color) latest.color = frame;

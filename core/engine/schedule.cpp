@@ -17,7 +17,9 @@ TimeNs Schedule::next_due_ns() const {
     return next;
 }
 
-TimeNs Schedule::next_due_ns(CameraId camera) const { return entries_.at(camera).next_ns(); }
+TimeNs Schedule::next_due_ns(CameraId camera) const {
+    return entries_.at(camera).next_ns();
+}
 
 std::int64_t Schedule::next_sequence(CameraId camera) const {
     const Entry& entry = entries_.at(camera);

@@ -12,9 +12,9 @@ namespace camrig {
 
 /// Which camera is due when. Pure arithmetic on world time; knows no clock.
 ///
-/// Every camera runs on the grid of its rate from world time 0, so cameras of one rate are due together whenever they were
-/// made. Sequence numbers rise by one per grid point, for the whole life of a camera, also across a change of rate.
-/// Thread: the engine's.
+/// Every camera runs on the grid of its rate from world time 0, so cameras of one rate are due together whenever they
+/// were made. Sequence numbers rise by one per grid point, for the whole life of a camera, also across a change of
+/// rate. Thread: the engine's.
 class Schedule {
 public:
     struct Due {
@@ -41,9 +41,10 @@ public:
     /// The cameras due exactly at world_ns, in the order of their ids; they move on to their next frame.
     std::vector<Due> take(TimeNs world_ns);
 
-    /// Under overload (policy drop): the instant to draw next among those due up to now_ns, namely the oldest one that is
-    /// some camera's newest. Everything before it is superseded: each camera due there is due again already. So instants are
-    /// dropped as a whole, a camera never loses its newest frame, a slow camera never suffers for a fast one, and none starves.
+    /// Under overload (policy drop): the instant to draw next among those due up to now_ns, namely the oldest one that
+    /// is some camera's newest. Everything before it is superseded: each camera due there is due again already. So
+    /// instants are dropped as a whole, a camera never loses its newest frame, a slow camera never suffers for a fast
+    /// one, and none starves.
     TimeNs choose_instant(TimeNs now_ns) const;
     /// Moves every camera on to its first frame at or after world_ns and tells what each one lost.
     std::vector<Skipped> skip_before(TimeNs world_ns);

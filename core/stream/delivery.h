@@ -30,7 +30,8 @@ public:
         std::list<std::string>::iterator place_;
     };
 
-    /// on_open (may be empty) is called each time the last hold goes, from the thread that let it go; it must not block.
+    /// on_open (may be empty) is called each time the last hold goes, from the thread that let it go; it must not
+    /// block.
     static std::shared_ptr<DeliveryLatch> create(std::function<void()> on_open = {});
 
     /// `who` is told to the user when the wait takes too long, e.g. "MJPEG reader 127.0.0.1:5123 of camera lobby".

@@ -159,8 +159,7 @@ bool LocalFrameBus::wants(CameraId id, TimeNs world_ns) const {
     std::lock_guard lock(mutex_);
     const auto found = cameras_.find(id);
     if (found == cameras_.end()) return false;
-    return std::ranges::any_of(found->second.outputs,
-                               [&](const auto& entry) { return entry.second->wants(world_ns); });
+    return std::ranges::any_of(found->second.outputs, [&](const auto& entry) { return entry.second->wants(world_ns); });
 }
 
 std::size_t LocalFrameBus::reader_count(CameraId id) const {

@@ -15,7 +15,9 @@ namespace {
 constexpr TimeNs reopen_after_ns = ns_per_s;
 
 /// Ticks of `rate` from 0 up to and including world_ns.
-std::int64_t ticks_until(const Rate& rate, TimeNs world_ns) { return rate.first_frame_at_or_after(world_ns + 1); }
+std::int64_t ticks_until(const Rate& rate, TimeNs world_ns) {
+    return rate.first_frame_at_or_after(world_ns + 1);
+}
 
 bool takes(const Reader& reader, TimeNs world_ns) {
     return !reader.options.rate || ticks_until(*reader.options.rate, world_ns) != reader.ticks_taken;

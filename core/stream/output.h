@@ -28,8 +28,8 @@ struct Reader {
 
 /// All readers of one camera in one MediaFormat: mailbox -> transcode once -> every reader's sink.
 ///
-/// offer() is the engine's and never blocks; the rest runs as one job at a time on the worker pool. When the pool is behind,
-/// the newest frame wins and the readers' books say so.
+/// offer() is the engine's and never blocks; the rest runs as one job at a time on the worker pool. When the pool is
+/// behind, the newest frame wins and the readers' books say so.
 class Output : public std::enable_shared_from_this<Output> {
 public:
     Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool);

@@ -50,8 +50,8 @@ struct MediaUnit {
 /// Thread: every call comes from the Output that owns the sink, one at a time.
 /// Order: open(), any number of write(), close(); close() may come early and twice, and must not block.
 /// write() must not block longer than a copy takes: a sink with a slow peer keeps one unit and counts what it drops.
-/// Every unit taken (write() gave no error) is counted once in StreamInfo::stats by the sink, as delivered or as dropped;
-/// a unit whose write() failed is counted as dropped by the Output.
+/// Every unit taken (write() gave no error) is counted once in StreamInfo::stats by the sink, as delivered or as
+/// dropped; a unit whose write() failed is counted as dropped by the Output.
 class Sink {
 public:
     virtual ~Sink() = default;

@@ -28,7 +28,8 @@ double middle_of(int bucket) {
 
 void StageTimer::record(TimeNs duration_ns) {
     const auto ns = static_cast<std::uint64_t>(std::max<TimeNs>(duration_ns, 0));
-    buckets_[static_cast<std::size_t>(std::min(bucket_of(ns), bucket_count - 1))].fetch_add(1, std::memory_order_relaxed);
+    buckets_[static_cast<std::size_t>(std::min(bucket_of(ns), bucket_count - 1))].fetch_add(1,
+                                                                                            std::memory_order_relaxed);
     count_.fetch_add(1, std::memory_order_relaxed);
     total_ns_.fetch_add(ns, std::memory_order_relaxed);
     std::uint64_t seen = max_ns_.load(std::memory_order_relaxed);

@@ -16,8 +16,8 @@ struct TranscodeTimers {
     StageTimer encode;
 };
 
-/// Brings a camera's frame into one MediaFormat: scale, change the pixel format, encode; only the steps that are needed.
-/// One thread at a time; keeps encoder tables and buffers.
+/// Brings a camera's frame into one MediaFormat: scale, change the pixel format, encode; only the steps that are
+/// needed. One thread at a time; keeps encoder tables and buffers.
 class Transcoder {
 public:
     /// Errors: invalid_argument for a quality or size that cannot be.

@@ -1,8 +1,8 @@
 #include "core/stream/worker_pool.h"
 
-#include <pthread.h>
-
 #include <algorithm>
+
+#include <pthread.h>
 
 namespace camrig {
 

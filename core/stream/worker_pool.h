@@ -11,7 +11,8 @@ namespace camrig {
 
 /// A fixed number of threads that run jobs in the order they came. Any thread may post.
 ///
-/// The queue needs no bound of its own: each Output has at most one job in it, and each one-off request is bounded by its caller.
+/// The queue needs no bound of its own: each Output has at most one job in it, and each one-off request is bounded by
+/// its caller.
 class WorkerPool {
 public:
     explicit WorkerPool(int threads);

@@ -1,7 +1,5 @@
 #include "tools/camrig/serve.h"
 
-#include <unistd.h>
-
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -9,6 +7,7 @@
 #include <thread>
 
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include "control/rpc/rpc_server.h"
 #include "control/server/control_server.h"

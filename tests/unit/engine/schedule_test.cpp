@@ -8,7 +8,9 @@ namespace {
 
 using testing::ElementsAre;
 
-Rate rate(const char* text) { return Rate::parse(text).value(); }
+Rate rate(const char* text) {
+    return Rate::parse(text).value();
+}
 constexpr CameraId a{1}, b{2}, c{3};
 
 std::vector<std::pair<int, std::int64_t>> pairs(const std::vector<Schedule::Due>& due) {

@@ -1,7 +1,7 @@
+#include <future>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <future>
 
 #include "core/stream/local_frame_bus.h"
 #include "tests/unit/stream/fake_sink.h"
@@ -55,7 +55,8 @@ TEST_F(FrameBusTest, NobodyWatchingMeansNothingIsWanted) {
 
 // One encode per (camera, codec, quality), whoever reads.
 TEST_F(FrameBusTest, ReadersOfOneFormatShareOneEncoding) {
-    auto first = std::make_shared<FakeSink>(), second = std::make_shared<FakeSink>(), other = std::make_shared<FakeSink>();
+    auto first = std::make_shared<FakeSink>(), second = std::make_shared<FakeSink>(),
+         other = std::make_shared<FakeSink>();
     auto s1 = subscribe(first, jpeg), s2 = subscribe(second, jpeg);
     auto s3 = subscribe(other, {Codec::jpeg, PixelFormat::rgba8, 50, {}});
     bus.publish(set_at(0, 1), nullptr);

@@ -1,0 +1,235 @@
+#include "core/engine/engine.h"
+
+#include <filesystem>
+#include <future>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/frame/code_strip.h"
+#include "tests/unit/stream/fake_sink.h"
+
+namespace camrig {
+namespace {
+
+constexpr MediaFormat raw{};
+
+/// A rig with an empty world and the null renderer: everything but GL is the real thing.
+class EngineTest : public testing::Test {
+protected:
+    void start(RunMode mode, OverloadPolicy overload = OverloadPolicy::drop) {
+        auto scene = std::make_shared<Scene>();
+        scene->name = "empty";
+        EngineOptions options;
+        options.mode = mode;
+        options.overload = overload;
+        options.renderer.device = "null";
+        options.renderer.pool = pool;
+        auto started = Engine::start(scene, options, bus);
+        ASSERT_TRUE(started) << started.error().message;
+        engine = std::move(*started);
+    }
+    template <typename C>
+    Result<typename C::Reply> call(C command) {
+        std::promise<Result<typename C::Reply>> promise;
+        auto reply = promise.get_future();
+        engine->post(Request<C>{std::move(command), [&](auto result) { promise.set_value(std::move(result)); }});
+        return reply.get();
+    }
+    Result<MediaUnit> fetch(const std::string& camera, TimeNs min_ns = 0) {
+        std::promise<Result<MediaUnit>> promise;
+        auto reply = promise.get_future();
+        engine->fetch({camera, FrameKind::color, min_ns, raw},
+                      [&](auto result) { promise.set_value(std::move(result)); });
+        return reply.get();
+    }
+    Result<CameraState> create(const std::string& name, const char* fps = "25", bool code_strip = false) {
+        CreateCamera command;
+        command.name = name;
+        command.patch.size = ImageSize{160, 120};
+        command.patch.rate = Rate::parse(fps).value();
+        command.patch.code_strip = code_strip;
+        return call(command);
+    }
+    Result<WorldState> step(TimeNs duration_ns, TimeNs timeout_ns = 20 * ns_per_s) {
+        return call(StepWorld{duration_ns, timeout_ns});
+    }
+    std::shared_ptr<FakeSink> watch(const std::string& camera, std::vector<Subscription>& subscriptions) {
+        auto sink = std::make_shared<FakeSink>();
+        subscriptions.push_back(bus.subscribe(camera, raw, {"test", camera, {}}, sink, {}).value());
+        return sink;
+    }
+
+    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    LocalFrameBus bus{{2, pool}};
+    std::unique_ptr<Engine> engine;
+};
+
+TEST_F(EngineTest, ANewCameraShowsTheMomentItWasMade) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    const auto first = fetch("a");
+    ASSERT_TRUE(first) << first.error().message;
+    EXPECT_EQ(first->info.sequence, 0);
+    EXPECT_EQ(first->info.world_ns, 0);
+}
+
+TEST_F(EngineTest, LockstepDeliversEveryDueFrameAndOneStampPerInstant) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a", "25", true));
+    ASSERT_TRUE(create("b", "10", true));
+    std::vector<Subscription> subscriptions;
+    auto a = watch("a", subscriptions), b = watch("b", subscriptions);
+    ASSERT_TRUE(step(ns_per_s));
+    const auto a_units = a->units(), b_units = b->units();
+    ASSERT_EQ(a_units.size(), 25u);
+    ASSERT_EQ(b_units.size(), 10u);
+    for (std::size_t i = 0; i < 25; ++i) {
+        EXPECT_EQ(a_units[i].info.world_ns, static_cast<TimeNs>(i + 1) * 40 * ns_per_ms);
+        EXPECT_EQ(a_units[i].info.sequence, static_cast<std::int64_t>(i + 1));
+        const auto code = read_code_strip(a_units[i].frame->bytes(), a_units[i].info.size);
+        ASSERT_TRUE(code);
+        EXPECT_EQ(code->world_ns, a_units[i].info.world_ns);
+    }
+    for (const auto& unit : b_units) {
+        if (unit.info.world_ns % (40 * ns_per_ms) != 0) continue;
+        const auto& twin = a_units[static_cast<std::size_t>(unit.info.world_ns / (40 * ns_per_ms) - 1)];
+        EXPECT_EQ(unit.info.monotonic_ns, twin.info.monotonic_ns);
+    }
+    const auto report = call(GetStats{}).value();
+    for (const auto& camera : report.cameras) {
+        EXPECT_EQ(camera.due, camera.rendered);
+        EXPECT_EQ(camera.dropped, 0u);
+    }
+}
+
+TEST_F(EngineTest, AStuckReaderFailsTheStepAndIsNamed) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    std::vector<Subscription> subscriptions;
+    auto sink = watch("a", subscriptions);
+    sink->keep_holds();
+    const auto result = step(ns_per_s, 50 * ns_per_ms);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().kind, ErrorKind::unavailable);
+    EXPECT_THAT(result.error().message, testing::HasSubstr("fake reader"));
+    subscriptions.clear();
+    EXPECT_TRUE(step(ns_per_s));
+}
+
+TEST_F(EngineTest, ACameraNobodyWatchesIsNotDrawn) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    ASSERT_TRUE(step(ns_per_s));
+    const auto report = call(GetStats{}).value();
+    EXPECT_EQ(report.cameras.at(0).idle, 25u);
+    EXPECT_EQ(report.cameras.at(0).rendered, 0u);
+    // Yet its latest due picture is there for who asks.
+    EXPECT_EQ(fetch("a")->info.sequence, 25);
+}
+
+TEST_F(EngineTest, AChangeWhileTheWorldStandsShowsAtOnceAsANewFrame) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    ASSERT_TRUE(step(ns_per_s));
+    const auto before = fetch("a").value();
+    SetCamera command{"a", {}};
+    command.patch.size = ImageSize{320, 240};
+    const auto state = call(command);
+    ASSERT_TRUE(state);
+    const auto after = fetch("a", state->applied_ns).value();
+    EXPECT_EQ(after.info.size, (ImageSize{320, 240}));
+    EXPECT_EQ(after.info.world_ns, before.info.world_ns);
+    EXPECT_GT(after.info.sequence, before.info.sequence);
+}
+
+TEST_F(EngineTest, SequenceNumbersRiseAcrossChangesOfRateAndWorld) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    std::int64_t last = fetch("a")->info.sequence;
+    for (const char* fps : {"1000", "1/10", "30000/1001"}) {
+        SetCamera command{"a", {}};
+        command.patch.rate = Rate::parse(fps).value();
+        ASSERT_TRUE(call(command));
+        ASSERT_TRUE(step(20 * ns_per_s / 1000 * 100));
+        const auto now = fetch("a")->info.sequence;
+        EXPECT_GT(now, last) << fps;
+        last = now;
+    }
+    auto scene = std::make_shared<Scene>();
+    scene->name = "other";
+    const auto loaded = call(LoadWorld{scene});
+    ASSERT_TRUE(loaded);
+    EXPECT_EQ(loaded->world_ns, 0);
+    EXPECT_GT(fetch("a")->info.sequence, last);
+}
+
+TEST_F(EngineTest, TwoCamerasOfOneNameAreRefused) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    EXPECT_EQ(create("a").error().kind, ErrorKind::already_exists);
+    EXPECT_EQ(call(ListCameras{})->size(), 1u);
+}
+
+TEST_F(EngineTest, CamerasAndPixelsAreBounded) {
+    start(RunMode::lockstep);
+    CreateCamera command;
+    command.patch.size = ImageSize{8192, 8192};
+    command.name = "a";
+    ASSERT_TRUE(call(command));
+    command.name = "b";
+    ASSERT_TRUE(call(command));
+    command.name = "c";
+    EXPECT_EQ(call(command).error().kind, ErrorKind::resource_exhausted);
+}
+
+TEST_F(EngineTest, WaitingForAFrameThatCannotComeSaysWhy) {
+    start(RunMode::realtime);
+    ASSERT_TRUE(create("a", "1000"));
+    const auto later = fetch("a", 30 * ns_per_ms);
+    ASSERT_TRUE(later) << later.error().message;
+    EXPECT_GE(later->info.world_ns, 30 * ns_per_ms);
+    EXPECT_EQ(fetch("b").error().kind, ErrorKind::not_found);
+}
+
+TEST_F(EngineTest, InRealTimeStampsRiseOnTheGridAndTheBooksBalance) {
+    start(RunMode::realtime);
+    ASSERT_TRUE(create("a", "200"));
+    std::vector<Subscription> subscriptions;
+    auto sink = watch("a", subscriptions);
+    ASSERT_TRUE(sink->wait_for_units(50));
+    const auto units = sink->units();
+    for (std::size_t i = 1; i < units.size(); ++i) {
+        const TimeNs world_step = units[i].info.world_ns - units[i - 1].info.world_ns;
+        EXPECT_GT(world_step, 0);
+        EXPECT_EQ(world_step % (5 * ns_per_ms), 0);
+        EXPECT_EQ(units[i].info.monotonic_ns - units[i - 1].info.monotonic_ns, world_step);
+        EXPECT_EQ(units[i].info.sequence - units[i - 1].info.sequence, world_step / (5 * ns_per_ms));
+    }
+    const auto report = call(GetStats{}).value();
+    EXPECT_EQ(report.cameras.at(0).due, report.cameras.at(0).rendered + report.cameras.at(0).dropped);
+}
+
+TEST_F(EngineTest, PauseHoldsWorldTimeAndStepsMoveIt) {
+    start(RunMode::realtime);
+    ASSERT_TRUE(create("a"));
+    EXPECT_FALSE(step(1));
+    const auto paused = call(PauseWorld{}).value();
+    EXPECT_TRUE(paused.paused);
+    const auto stepped = step(ns_per_s);
+    ASSERT_TRUE(stepped);
+    EXPECT_EQ(stepped->world_ns, paused.world_ns + ns_per_s);
+    EXPECT_FALSE(call(ResumeWorld{})->paused);
+}
+
+TEST_F(EngineTest, ShutdownAnswersWhoStillWaits) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    std::promise<Result<MediaUnit>> promise;
+    engine->fetch({"a", FrameKind::color, ns_per_s, raw}, [&](auto result) { promise.set_value(std::move(result)); });
+    engine.reset();
+    EXPECT_EQ(promise.get_future().get().error().kind, ErrorKind::unavailable);
+}
+
+}  // namespace
+}  // namespace camrig
