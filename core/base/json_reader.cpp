@@ -12,6 +12,49 @@ std::string type_name(const nlohmann::json& value) {
     return value.is_number() ? "number" : value.type_name();
 }
 
+/// Looks for what plain parsing lets through. A pass of its own, because nlohmann's parser with a callback (3.11) walks
+/// all earlier siblings at the end of every object: quadratic, minutes for a megabyte of "[{},{},...".
+struct FormCheck : nlohmann::json_sax<nlohmann::json> {
+    bool too_deep = false;
+    std::string duplicate;
+
+    bool start_object(std::size_t) override {
+        keys_.emplace_back();
+        return enter();
+    }
+    bool key(string_t& name) override {
+        if (!keys_.back().insert(name).second) duplicate = name;
+        return duplicate.empty();
+    }
+    bool end_object() override {
+        keys_.pop_back();
+        --depth_;
+        return true;
+    }
+    bool start_array(std::size_t) override { return enter(); }
+    bool end_array() override {
+        --depth_;
+        return true;
+    }
+    bool null() override { return true; }
+    bool boolean(bool) override { return true; }
+    bool number_integer(number_integer_t) override { return true; }
+    bool number_unsigned(number_unsigned_t) override { return true; }
+    bool number_float(number_float_t, const string_t&) override { return true; }
+    bool string(string_t&) override { return true; }
+    bool binary(binary_t&) override { return true; }
+    /// The second pass says what is wrong.
+    bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override { return false; }
+
+private:
+    bool enter() {
+        too_deep = ++depth_ > max_depth;
+        return !too_deep;
+    }
+    int depth_ = 0;
+    std::vector<std::set<std::string>> keys_;
+};
+
 }  // namespace
 
 Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes) {
@@ -19,32 +62,16 @@ Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes) 
         return error(ErrorKind::resource_exhausted, "JSON text of " + std::to_string(text.size()) + " bytes; at most " +
                                                         std::to_string(max_bytes) + " are taken");
     }
-    bool too_deep = false;
-    std::string duplicate;
-    std::vector<std::set<std::string>> keys;
-    using Event = nlohmann::json::parse_event_t;
-    const auto watch = [&](int depth, Event event, nlohmann::json& value) {
-        if (depth > max_depth) {
-            too_deep = true;
-            return false;
-        }
-        if (event == Event::object_start) keys.emplace_back();
-        if (event == Event::object_end && !keys.empty()) keys.pop_back();
-        if (event == Event::key && !keys.empty()) {
-            auto name = value.get<std::string>();
-            if (!keys.back().insert(name).second) duplicate = std::move(name);
-        }
-        return true;
-    };
     try {
-        nlohmann::json parsed = nlohmann::json::parse(text, watch);
-        if (too_deep) {
+        FormCheck form;
+        nlohmann::json::sax_parse(text, &form);
+        if (form.too_deep) {
             return error(ErrorKind::invalid_argument,
                          "JSON nested deeper than " + std::to_string(max_depth) + " levels");
         }
-        if (!duplicate.empty())
-            return error(ErrorKind::invalid_argument, "JSON object has key '" + duplicate + "' twice");
-        return parsed;
+        if (!form.duplicate.empty())
+            return error(ErrorKind::invalid_argument, "JSON object has key '" + form.duplicate + "' twice");
+        return nlohmann::json::parse(text);
     } catch (const nlohmann::json::exception& problem) {
         std::string what = problem.what();
         // "[json.exception.parse_error.101] parse error at line 1, column 2: ..." -> what a person needs.

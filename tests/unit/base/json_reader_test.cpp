@@ -5,6 +5,14 @@
 namespace camrig {
 namespace {
 
+TEST(ParseJson, ALongArrayOfObjectsTakesLinearTime) {
+    // With a parser callback this took minutes.
+    std::string text = "[";
+    for (int i = 0; i < 300000; ++i) text += "{},";
+    text += "{}]";
+    EXPECT_EQ(parse_json(text, text.size()).value().size(), 300001u);
+}
+
 TEST(JsonReader, ErrorsCarryThePathOfThePlace) {
     const auto json = parse_json(R"({"near": "a"})", 1000).value();
     JsonReader reader(json, "cameras[2]");
