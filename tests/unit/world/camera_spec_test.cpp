@@ -1,0 +1,91 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/world/camera_json.h"
+
+namespace camrig {
+namespace {
+
+using testing::HasSubstr;
+
+Result<CameraSpec> create(const std::string& text) {
+    const auto json = parse_json(text, 100000).value();
+    JsonReader reader(json, "");
+    CameraPatch patch = read_camera_patch(reader);
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    CameraSpec base;
+    base.name = "cam";
+    return patch_camera_spec(base, patch);
+}
+
+TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
+    const auto spec = create(R"({"size": [1920, 1080], "fps": "30000/1001", "hfov_deg": 90, "near": 0.1, "far": 50,
+        "pose": {"position": [1, 2, 3], "pan_deg": 30, "tilt_deg": -10, "roll_deg": 5},
+        "lens": {"model": "pinhole"}, "quality": "fast", "code_strip": true,
+        "outputs": [{"kind": "v4l2", "number": 3, "format": "YUYV"}, {"kind": "rtsp", "codec": "h264"},
+                    {"kind": "mjpeg", "quality": 90}, {"kind": "device", "number": 0}]})");
+    ASSERT_TRUE(spec) << spec.error().message;
+    EXPECT_EQ(spec->rate, Rate::create(30000, 1001).value());
+    EXPECT_NEAR(spec->intrinsics.fx, 960.0, 1e-9);
+    EXPECT_NEAR(spec->intrinsics.cx, 959.5, 1e-12);
+    const auto json = camera_to_json(*spec);
+    EXPECT_EQ(json["size"], nlohmann::json({1920, 1080}));
+    EXPECT_EQ(json["fps"], "30000/1001");
+    EXPECT_NEAR(json["hfov_deg"].get<double>(), 90.0, 1e-9);
+    EXPECT_NEAR(json["pose"]["pan_deg"].get<double>(), 30.0, 1e-9);
+    EXPECT_NEAR(json["pose"]["roll_deg"].get<double>(), 5.0, 1e-9);
+    EXPECT_EQ(json["outputs"][1]["codec"], "h264");
+    EXPECT_EQ(json["quality"], "fast");
+}
+
+TEST(CameraSpec, ADifferentSizeKeepsTheFieldOfView) {
+    const CameraSpec base = create(R"({"vfov_deg": 50})").value();
+    CameraPatch patch;
+    patch.size = ImageSize{1280, 960};
+    const auto larger = patch_camera_spec(base, patch).value();
+    EXPECT_NEAR(vfov_rad(larger.size, larger.intrinsics), glm::radians(50.0), 1e-12);
+}
+
+TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
+    const std::vector<std::pair<const char*, const char*>> cases = {
+        {R"({"size": [15, 16]})", "size: 15x16"},
+        {R"({"size": [8193, 16]})", "size: 8193x16"},
+        {R"({"size": [640]})", "size: expected [width, height]"},
+        {R"({"size": [1e300, 5]})", "size: expected [width, height]"},
+        {R"({"size": [99999999999, 5]})", "size: 1000000x5"},
+        {R"({"fps": 0})", "fps"},
+        {R"({"fps": "1/0"})", "fps"},
+        {R"({"fps": 1001})", "fps"},
+        {R"({"vfov_deg": 0})", "deg"},
+        {R"({"vfov_deg": 180})", "deg"},
+        {R"({"vfov_deg": 60, "hfov_deg": 60})", "only one of"},
+        {R"({"intrinsics": {"fx": 1, "fy": 1, "cx": 0}})", "intrinsics.cy: is missing"},
+        {R"({"near": 0})", "near"},
+        {R"({"near": 2, "far": 1})", "far"},
+        {R"({"quality": "best"})", "quality: 'best' is none of fast, simple, beautiful"},
+        {R"({"size": [64, 64], "code_strip": true})", "code_strip"},
+        {R"({"lens": {"model": "zoom"}})", "lens.model"},
+        {R"({"lens": {"model": "plumb_bob", "coefficients": [1, 2]}})", "lens.coefficients: expected an array of 5"},
+        {R"({"lens": {"model": "equidistant", "coefficients": [0, 0, 0, 0]}})", "is not rendered by this version"},
+        {R"({"outputs": [{"kind": "hdmi"}]})", "outputs[0].kind: 'hdmi'"},
+        {R"({"outputs": [{"kind": "v4l2"}]})", "outputs[0].number: is missing"},
+        {R"({"outputs": [{"kind": "v4l2", "number": 1, "format": "RGBX"}]})", "outputs[0].format"},
+        {R"({"outputs": [{"kind": "mjpeg", "quality": 101}]})", "outputs[0].quality"},
+        {R"({"outputs": [{"kind": "mjpeg"}, {"kind": "mjpeg"}]})", "outputs[1]: is the same output"},
+        {R"({"outputs": [{"kind": "rtsp", "size": 1}]})", "outputs[0].size: unknown key"},
+        {R"({"pose": {"position": [1, 2]}})", "pose.position: expected an array of 3"},
+        {R"({"pose": {"position": [1, 2, 3], "look_at": [1, 2, 3]}})", "pose"},
+        {R"({"pose": {"position": [1, 2, 3], "look_at": [0, 0, 0], "pan_deg": 1}})", "only one of"},
+        {R"({"pose": {"position": [1, 2, 3], "orientation": [0, 0, 0, 0]}})", "pose"},
+        {R"({"pose": {"position": [1e11, 2, 3]}})", "pose"},
+        {R"({"zoom": 2})", "zoom: unknown key"},
+    };
+    for (const auto& [text, expected] : cases) {
+        const auto spec = create(text);
+        ASSERT_FALSE(spec) << text;
+        EXPECT_THAT(spec.error().message, HasSubstr(expected)) << text;
+    }
+}
+
+}  // namespace
+}  // namespace camrig
