@@ -22,6 +22,7 @@ Result<std::string> percent_decode(std::string_view text, std::string_view what,
     out.reserve(text.size());
     for (std::size_t i = 0; i < text.size(); ++i) {
         char c = text[i];
+        if (c == ' ') return error(ErrorKind::invalid_argument, std::string(what) + ": a space must be written as %20");
         if (c == '%') {
             const int high = i + 1 < text.size() ? hex_digit(text[i + 1]) : -1;
             const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;

@@ -1,0 +1,36 @@
+// Request targets: whatever arrives, parse_target() and what follows it answer or refuse, and what is let through is
+// plain: the rest of the server compares and logs it as it is.
+#include <cstdint>
+#include <string_view>
+
+#include "rtsp_out/http/access.h"
+#include "rtsp_out/http/route.h"
+#include "rtsp_out/http/target.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace camrig;
+    const std::string_view text(reinterpret_cast<const char*>(data), size);
+
+    static_cast<void>(is_loopback_host(text));
+    static_cast<void>(token_of(text, nullptr, text));
+    static_cast<void>(check_origin({"POST", text, text, {}}, "localhost", false));
+
+    const auto target = parse_target(text);
+    if (!target) return 0;
+    CHECK(text.size() <= max_target_length);
+    CHECK(target->query.size() <= max_query_parameters);
+    for (const char c : target->path) CHECK(c >= 0x20 && c <= 0x7e);
+    for (const auto segment : segments_of(target->path)) CHECK(segment != ".." && segment != ".");
+    if (target->path == "*") return 0;
+    CHECK(target->path.front() == '/');
+
+    const auto route = route_of(target->path);
+    if (!route) return 0;
+    const bool of_camera = !route->camera.empty();
+    CHECK(of_camera == (route->kind == RouteKind::stream || route->kind == RouteKind::picture ||
+                        route->kind == RouteKind::depth_npy || route->kind == RouteKind::truth));
+    if (const auto params = stream_params(*target)) CHECK(params->quality >= 1 && params->quality <= 100);
+    if (const auto request = fetch_request(*route, *target)) CHECK(request->min_ns >= 0);
+    static_cast<void>(no_params(*target));
+    return 0;
+}
