@@ -95,7 +95,7 @@ ROUTES = {
 WALKERS = [("anna", "person_1", "west_benches", 0.02, 1.25), ("tom", "person_2", "south_side", 0.12, 1.40), ("mei", "person_3", "east_benches", 0.52, 1.22), ("omar", "person_4", "west_benches", 0.52, 1.25),
            ("lena", "person_5", "west_side", 0.30, 1.20), ("samuel", "person_6", "middle", 0.30, 1.12), ("ben", "person_8", "south_side", 0.62, 1.40), ("ines", "person_10", "east_benches", 0.02, 1.22)]
 # name, model, position, yaw, clip
-STANDERS = [("ruth", "person_7", (9.15, 12.95, 0), -30, "talk"), ("raj", "person_9", (9.95, 12.55, 0), 152, "wait"), ("noah", "person_11", (8.35, 4.92, 0), -90, "sit")]
+STANDERS = [("ruth", "person_7", (11.0, 13.15, 0), -28, "talk"), ("raj", "person_9", (11.8, 12.73, 0), 152, "wait"), ("noah", "person_11", (8.35, 4.92, 0), -90, "sit")]
 
 # rectangles nobody may enter (x0, y0, x1, y1): furniture, columns, stairs; on the ground floor
 OBSTACLES = {"benches_west": (6.1, 9.7, 12.5, 11.0), "benches_near": (6.3, 5.0, 9.8, 6.2), "benches_east": (12.6, 5.6, 18.6, 6.9), "stairs": (20.4, 8.7, 23.1, 15.0), "plant_stairs": (19.65, 8.6, 20.25, 9.2), "desk": (8.9, 16.7, 12.7, 17.8), "queue": (8.8, 14.0, 12.2, 14.4),
@@ -108,9 +108,9 @@ PLACES = {
     "lobby": ("from the south-west corner over the whole hall to the entrance", (2, 3, 2.8), (12, 9, 1), 60),
     "entrance": ("above the doors, along the hall to the west", (29.2, 8.2, 3.6), (16, 8.4, 1.0), 62),
     "benches": ("close to the western benches", (5.2, 6.2, 2.0), (10.4, 10.6, 0.9), 55),
-    "desk": ("the reception desk from across the aisle", (13.3, 12.4, 2.5), (9.9, 17.4, 1.0), 62),
+    "desk": ("the reception desk from across the aisle", (8.4, 12.2, 2.6), (10.9, 17.4, 1.0), 62),
     "stairs": ("foot of the stairs and the gallery above", (16.2, 4.4, 2.4), (22.2, 13.2, 1.9), 60),
-    "gallery": ("from the gallery down into the hall", (11.0, 15.0, 5.3), (14.0, 6.4, 0.4), 62),
+    "gallery": ("from the gallery down into the hall", (8.9, 15.0, 5.3), (12.2, 6.2, 0.3), 62),
     "cafe": ("the cafe corner from the middle of the hall", (18.9, 8.1, 2.3), (26.2, 2.4, 1.0), 55),
     "overhead": ("a ceiling camera straight above the middle", (12.4, 8.0, 6.4), (12.9, 8.1, 0), 80),
 }
