@@ -105,7 +105,7 @@ def _rocker(rig, side, pitch, pivot):
     """Where the ankle is, against its place in the flat foot, when the foot turns by pitch about its heel or ball."""
     scale = rig.build.scale
     ankle = rig.at(f"{side}_foot")
-    point = np.array([ankle[0], 0, ankle[2] - 0.055 * scale]) if pivot == "heel" else np.array([ankle[0], rig.at(f"{side}_toes")[1], rig.at(f"{side}_toes")[2]])
+    point = np.array([ankle[0], 0, ankle[2] - 0.066 * scale]) if pivot == "heel" else np.array([ankle[0], rig.at(f"{side}_toes")[1], rig.at(f"{side}_toes")[2]])
     return point + rotation(pitch=-pitch) @ (ankle - point) - ankle
 
 

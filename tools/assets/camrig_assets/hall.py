@@ -21,10 +21,10 @@ GLOW = {"departure_board": 0.4, "reception_desk": 2.0}
 LAMPS = {"pendant_pair": ((-0.9, 0.9), 0.0, 0.30, 0.332, 5.5), "downlights": ((-6.25, -3.75, -1.25, 1.25, 3.75, 6.25), -0.02, 0.09, 0.0314, 90.0), "light_line": ((-1.2, 0, 1.2), -0.04, 0.25, 0.13, 12.0)}
 PROP_ALBEDO = 0.40
 BOUNCES = (48, 48, 400)
-AMBIENT_SKY, AMBIENT_GROUND = (0.84, 0.82, 0.79), (0.53, 0.50, 0.465)
-KEY = {"color": (1.0, 0.97, 0.92), "intensity": 0.32, "direction": (-0.35, 0.62, -0.70)}   # soft light from the southern windows and the entrance
-SELF_LIT = {"ceiling": 0.25}                 # emissive share, because the ambient light from below is weak
-FLOOR_LEVEL = 0.76                           # the floor's median light in the picture
+AMBIENT_SKY, AMBIENT_GROUND = (1.08, 1.05, 1.01), (0.66, 0.62, 0.575)
+KEY = {"color": (1.0, 0.97, 0.92), "intensity": 0.34, "direction": (-0.35, 0.62, -0.70)}   # soft light from the southern windows and the entrance
+SELF_LIT = {"ceiling": 0.22}                 # emissive share, because the ambient light from below is weak
+FLOOR_LEVEL = 0.84                           # the floor's median light in the picture
 
 
 def ambient(normals):
@@ -38,8 +38,8 @@ def key_light(normals):
 
 
 def shoulder(values):
-    """Film-like top end: nothing below 0.7 changes, brighter approaches 1.05."""
-    return np.where(values < 0.7, values, 0.7 + 0.35 * (1 - np.exp(-(np.maximum(values, 0.7) - 0.7) / 0.35)))
+    """Film-like top end: nothing below 0.85 changes, brighter approaches 1.35."""
+    return np.where(values < 0.85, values, 0.85 + 0.5 * (1 - np.exp(-(np.maximum(values, 0.85) - 0.85) / 0.5)))
 
 
 def files():
@@ -89,6 +89,7 @@ def _bake(parts, plan, size):
 
     floor = np.concatenate([room.map[p.chart.rect[1]:p.chart.rect[1] + p.chart.rect[3], p.chart.rect[0]:p.chart.rect[0] + p.chart.rect[2]].reshape(-1) for p in parts if p.node.startswith("floor")])
     exposure = FLOOR_LEVEL / np.median(floor)
+    print("floor light, percentiles:", np.round(np.percentile(floor * exposure, (1, 10, 50, 90, 99)), 2))
     out = np.full((size[1], size[0]), 0.5)
     for part in parts:
         x, y, w, h = part.chart.rect

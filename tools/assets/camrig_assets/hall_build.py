@@ -19,6 +19,7 @@ TILE = {"floor": 4.8, "plaster": 3.0, "ceiling": 2.4, "concrete": 2.4, "slats": 
 SOUTH_WINDOWS = [(2.0 + 4.4 * i, 5.6 + 4.4 * i, 2.3, 5.7) for i in range(6)]
 SKYLIGHTS = [(5.0 * i + 0.9, 5.0 * i + 4.1, 5.6, 10.4) for i in range(1, 5)]
 NORTH_WINDOWS = [(1.4 + 4.6 * i, 4.2 + 4.6 * i, 4.9, 6.1) for i in range(6) if i != 3]
+COLUMNS = [*((1.8 + 5.4 * i, 14.75) for i in range(6)), (26.6, 4.6), (26.6, 12.2)]
 FACADE = (2.5, 14.0, 0.0, 5.7)
 
 
@@ -137,10 +138,8 @@ def structure():
         parts.append(Panel(node, "trim", corner, u, (0, 0, 0.09), 10))
     parts += ceiling()
     parts += gallery() + stairs()
-    for i, x in enumerate((3.0, 8.4, 13.8, 19.2, 24.6)):
-        parts += column(f"column_{i + 1}", x, 14.75)
-    for i, (x, y) in enumerate(((26.6, 4.6), (26.6, 12.2))):
-        parts += column(f"column_{i + 6}", x, y)
+    for i, (x, y) in enumerate(COLUMNS):
+        parts += column(f"column_{i + 1}", x, y)
     for i, (x0, x1, _, _) in enumerate(SOUTH_WINDOWS[:-1]):   # piers between the windows
         parts += block(f"pier_{i + 1}", "concrete", (x1 + 0.15, 0, 0), (x1 + 0.65, 0.22, HEIGHT), "new", 5)
     return parts

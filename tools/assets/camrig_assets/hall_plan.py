@@ -23,7 +23,7 @@ def furniture():
     put("stool_bench", hall_props.bench, [((3.8, 0.50, 0), N), ((8.2, 0.50, 0), N), ((12.6, 0.50, 0), N), ((6.0, 19.4, TOP), S), ((12.0, 19.4, TOP), S), ((26.0, 19.4, TOP), S)])
     put("tree", lambda: hall_props.planter(True, 3), [((12.15, 10.35, 0), 20), ((29.1, 1.75, 0), 80), ((29.2, 14.8, 0), 200), ((0.75, 18.9, 0), 140), ((0.75, 0.75, 0), 300), ((19.3, 19.0, TOP), 10)])
     put("plant", lambda: hall_props.planter(False, 9), [((6.45, 10.35, 0), 0), ((12.95, 6.25, 0), 60), ((18.25, 6.25, 0), 190), ((9.45, 5.6, 0), 30), ((19.95, 8.9, 0), 120), ((13.9, 17.4, 0), 45), ((7.7, 17.4, 0), 260), ((1.0, 19.3, TOP), 90), ((24.7, 14.1, 0), 150)])
-    put("bin", hall_props.bin_, [((7.0, 9.2, 0), 0), ((18.95, 5.1, 0), 0), ((23.75, 15.2, 0), 0), ((29.3, 11.6, 0), 0), ((5.4, 0.45, 0), 0)])
+    put("bin", hall_props.bin_, [((7.0, 9.2, 0), 0), ((18.95, 5.1, 0), 0), ((24.15, 15.3, 0), 0), ((29.3, 11.6, 0), 0), ((5.4, 0.45, 0), 0)])
     put("reception_desk", hall_props.desk, [((10.8, 17.2, 0), S)])
     put("ticket_machine", lambda: hall_props.machine("ticket"), [((15.2, 19.65, 0), S), ((16.3, 19.65, 0), S), ((17.4, 19.65, 0), S)])
     put("vending_machine", lambda: hall_props.machine("vending", (1.0, 1.95, 0.7)), [((20.3, 0.38, 0), N), ((21.45, 0.38, 0), N)])
@@ -32,14 +32,14 @@ def furniture():
     walls = [((0.0, 3.3, 1.65), E), ((0.0, 6.6, 1.65), E), ((0.0, 13.4, 1.65), E), ((3.9, 20.0, 1.55), S), ((22.2, 20.0, 1.55), S), ((30.0, 1.2, 1.7), W), ((30.0, 16.2, 1.6), W), ((30.0, 17.9, 1.6), W)]
     for i, place in enumerate(walls):
         put(f"poster_{'abcdefgh'[i]}", lambda i=i: hall_props.poster(i), [place])
-    put("banner_left", lambda: hall_props.banner("banner_a"), [((5.7, 13.9, 6.3), -20)])
+    put("banner_left", lambda: hall_props.banner("banner_a"), [((6.9, 13.9, 6.3), -20)])
     put("banner_right", lambda: hall_props.banner("banner_b"), [((16.5, 13.9, 6.3), -20)])
     put("double_door", lambda: hall_props.door("door_a", True), [((2.0, 20.0, 0), S), ((0.0, 10.0, 0), E)])
     put("door", lambda: hall_props.door("door_a"), [((5.8, 20.0, 0), S), ((5.1, 20.0, TOP), S), ((9.7, 20.0, TOP), S), ((16.6, 20.0, TOP), S), ((0.0, 17.0, 0), E)])
     put("service_door", lambda: hall_props.door("door_b"), [((19.2, 20.0, 0), S), ((24.4, 20.0, 0), S), ((23.5, 20.0, TOP), S), ((28.7, 20.0, TOP), S)])
     put("sign_toilets", lambda: hall_props.small_sign("sign_d"), [((24.4, 19.97, 2.5), S)])
     put("sign_exit", lambda: hall_props.small_sign("exit", (0.6, 0.225)), [((0.0, 10.0, 2.5), E), ((2.0, 19.97, 2.5), S)])
-    put("sign_information", lambda: hall_props.small_sign("info", (2.4, 0.6)), [((10.8, 19.97, 2.25), S)])
+    put("sign_information", lambda: hall_props.small_sign("info", (2.4, 0.6)), [((11.4, 19.97, 2.25), S)])
     put("hanging_sign_exit", lambda: hall_props.hanging_sign("sign_b", "sign_c", 2.0), [((13.2, 11.9, 4.25), W)])
     put("hanging_sign_platforms", lambda: hall_props.hanging_sign("sign_a", "sign_b", 2.0), [((21.0, 6.0, 4.25), W)])
     put("departure_board", lambda: hall_props.hanging_sign("board", "board", 1.4, (4.0, 1.25)), [((17.8, 9.6, 4.55), W)])
@@ -54,8 +54,8 @@ def furniture():
     put("chairs", hall_props.chairs, [((x, y, 0), turn) for (x, y), turn in zip(tables, (20, 75, -30))])
     put("suitcase_blue", lambda: hall_props.suitcase("case_a"), [((9.35, 9.45, 0), 30), ((13.95, 1.0, 0), 170)])
     put("suitcase_red", lambda: hall_props.suitcase("case_b"), [((15.6, 5.35, 0), -20), ((6.55, 5.75, 0), 60)])
-    put("stanchion", hall_props.stanchion, [((x, 14.2, 0), 0) for x in (9.5, 11.0, 12.5)])
-    put("belts", lambda: _row(hall_props.belt(1.42), 1.5), [((11.0, 14.2, 0), 0)])
+    put("stanchion", hall_props.stanchion, [((x, 14.2, 0), 0) for x in (9.0, 10.5, 12.0)])
+    put("belts", lambda: _row(hall_props.belt(1.42), 1.5), [((10.5, 14.2, 0), 0)])
     put("entrance_mat", lambda: hall_props.mat(3.4, 2.2), [((28.75, 8.25, 0), W)])
     put("facade", lambda: hall_props.facade(11.5, 5.7), [((30.18, 8.25, 0), W)])
     put("window", lambda: hall_props.window(3.6, 3.4), [((a + 1.8, -0.22, 2.3), N) for a, _, _, _ in hall_build.SOUTH_WINDOWS])
@@ -95,22 +95,22 @@ ROUTES = {
 WALKERS = [("anna", "person_1", "west_benches", 0.02, 1.25), ("tom", "person_2", "south_side", 0.12, 1.40), ("mei", "person_3", "east_benches", 0.52, 1.22), ("omar", "person_4", "west_benches", 0.52, 1.25),
            ("lena", "person_5", "west_side", 0.30, 1.20), ("samuel", "person_6", "middle", 0.30, 1.12), ("ben", "person_8", "south_side", 0.62, 1.40), ("ines", "person_10", "east_benches", 0.02, 1.22)]
 # name, model, position, yaw, clip
-STANDERS = [("ruth", "person_7", (9.15, 12.95, 0), -30, "talk"), ("raj", "person_9", (9.95, 12.55, 0), 152, "wait"), ("noah", "person_11", (8.35, 4.92, 0), -90, "sit")]
+STANDERS = [("ruth", "person_7", (11.0, 13.15, 0), -28, "talk"), ("raj", "person_9", (11.8, 12.73, 0), 152, "wait"), ("noah", "person_11", (8.35, 4.92, 0), -90, "sit")]
 
 # rectangles nobody may enter (x0, y0, x1, y1): furniture, columns, stairs; on the ground floor
-OBSTACLES = {"benches_west": (6.1, 9.7, 12.5, 11.0), "benches_near": (6.3, 5.0, 9.8, 6.2), "benches_east": (12.6, 5.6, 18.6, 6.9), "stairs": (20.4, 8.7, 23.1, 15.0), "plant_stairs": (19.65, 8.6, 20.25, 9.2), "desk": (8.9, 16.7, 12.7, 17.8), "queue": (9.3, 14.0, 12.7, 14.4),
+OBSTACLES = {"benches_west": (6.1, 9.7, 12.5, 11.0), "benches_near": (6.3, 5.0, 9.8, 6.2), "benches_east": (12.6, 5.6, 18.6, 6.9), "stairs": (20.4, 8.7, 23.1, 15.0), "plant_stairs": (19.65, 8.6, 20.25, 9.2), "desk": (8.9, 16.7, 12.7, 17.8), "queue": (8.8, 14.0, 12.2, 14.4),
              "cafe": (21.9, 1.3, 25.4, 5.8), "totem_east": (24.7, 10.5, 24.9, 11.3), "totem_west": (4.6, 13.1, 5.4, 13.3), "south_benches": (2.7, 0.0, 13.7, 0.9), "machines": (19.7, 0.0, 22.0, 0.8), "bin_1": (6.8, 9.0, 7.2, 9.4), "bin_2": (18.75, 4.9, 19.15, 5.3),
              "suitcase_1": (9.1, 9.3, 9.6, 9.7), "suitcase_2": (15.3, 5.1, 15.9, 5.6), "suitcase_3": (13.7, 0.7, 14.2, 1.2),
-             **{f"column_{i + 1}": (x - 0.3, y - 0.3, x + 0.3, y + 0.3) for i, (x, y) in enumerate([(3.0, 14.75), (8.4, 14.75), (13.8, 14.75), (19.2, 14.75), (24.6, 14.75), (26.6, 4.6), (26.6, 12.2)])}}
+             **{f"column_{i + 1}": (x - 0.3, y - 0.3, x + 0.3, y + 0.3) for i, (x, y) in enumerate(hall_build.COLUMNS)}}
 
 # name: (what it shows, position, look at, vertical field of view)
 PLACES = {
     "lobby": ("from the south-west corner over the whole hall to the entrance", (2, 3, 2.8), (12, 9, 1), 60),
     "entrance": ("above the doors, along the hall to the west", (29.2, 8.2, 3.6), (16, 8.4, 1.0), 62),
     "benches": ("close to the western benches", (5.2, 6.2, 2.0), (10.4, 10.6, 0.9), 55),
-    "desk": ("the reception desk from across the aisle", (13.3, 12.4, 2.5), (9.9, 17.4, 1.0), 62),
+    "desk": ("the reception desk from across the aisle", (8.4, 12.2, 2.6), (10.9, 17.4, 1.0), 62),
     "stairs": ("foot of the stairs and the gallery above", (16.2, 4.4, 2.4), (22.2, 13.2, 1.9), 60),
-    "gallery": ("from the gallery down into the hall", (11.0, 15.0, 5.3), (14.0, 6.4, 0.4), 62),
+    "gallery": ("from the gallery down into the hall", (8.9, 15.0, 5.3), (12.2, 6.2, 0.3), 62),
     "cafe": ("the cafe corner from the middle of the hall", (18.9, 8.1, 2.3), (26.2, 2.4, 1.0), 55),
     "overhead": ("a ceiling camera straight above the middle", (12.4, 8.0, 6.4), (12.9, 8.1, 0), 80),
 }

@@ -120,7 +120,7 @@ def _occlusion(positions, normals, triangles, rows):
 def _shadow(glb, rig, material):
     """A soft dark spot below the feet: transparent at its rim, fixed to the root."""
     s = rig.build.scale
-    rings, columns = ((0.0, 0.42), (0.45, 0.27), (1.0, 0.0)), 12
+    rings, columns = ((0.0, 0.66), (0.45, 0.44), (1.0, 0.0)), 12
     turn = np.linspace(0, 2 * np.pi, columns, endpoint=False)
     positions, alphas, triangles = [(0, 0, 0)], [rings[0][1]], []
     for radius, alpha in rings[1:]:
