@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 
 #include "core/codec/encoder.h"
@@ -99,11 +100,21 @@ double ms_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Of all threads of this process: what the machine's other work does not change.
+double cpu_ms() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
 void bench(World& world, Renderer& renderer, const std::vector<View>& views, const Arguments& a) {
-    double world_ms = 0, submit_ms = 0, collect_ms = 0;
+    double world_ms = 0, submit_ms = 0, collect_ms = 0, cpu_before = 0;
     constexpr int warm_up = 5;
     for (int i = -warm_up; i < a.bench_frames; ++i) {
-        if (i == 0) world_ms = submit_ms = collect_ms = 0;
+        if (i == 0) {
+            world_ms = submit_ms = collect_ms = 0;
+            cpu_before = cpu_ms();
+        }
         const TimeNs now = static_cast<TimeNs>(a.time_s * 1e9) + (i + warm_up + 1) * 40 * ns_per_ms;
         const auto start = std::chrono::steady_clock::now();
         world.advance_to(now);
@@ -116,11 +127,13 @@ void bench(World& world, Renderer& renderer, const std::vector<View>& views, con
         if (auto done = renderer.collect(); !done) fail(done.error().message);
         collect_ms += ms_since(collect);
     }
+    const double cpu = cpu_ms() - cpu_before;
     const double pictures = static_cast<double>(a.bench_frames) * static_cast<double>(views.size());
     std::printf(
-        "%s %s %zu cameras: %.2f ms a picture (%.1f/s); per instant: world %.2f, submit %.2f, collect %.2f ms\n",
+        "%s %s %zu cameras: %.2f ms a picture (%.1f/s), CPU %.2f ms; per instant: world %.2f, submit %.2f, collect "
+        "%.2f ms\n",
         a.size.to_string().c_str(), std::string(to_string(a.quality)).c_str(), views.size(),
-        (submit_ms + collect_ms) / pictures, 1000.0 * pictures / (world_ms + submit_ms + collect_ms),
+        (submit_ms + collect_ms) / pictures, 1000.0 * pictures / (world_ms + submit_ms + collect_ms), cpu / pictures,
         world_ms / a.bench_frames, submit_ms / a.bench_frames, collect_ms / a.bench_frames);
 }
 
