@@ -153,6 +153,10 @@ int DeviceHost::describe(DeviceSession& session, const DeviceState& device, int 
         out.step = control.step;
         out.default_value = control.default_value;
         copy_text(out.name, control.name);
+        for (std::size_t i = 0; i < control.menu.size(); ++i) {
+            const std::int64_t value = control.minimum + static_cast<std::int64_t>(i);
+            if (!control.menu[i].empty() && value >= 0 && value < 32) out.menu_mask |= 1u << value;
+        }
     }
     d.current = {d.fourcc[0], d.width[0], d.height[0], d.rate[0]};
     // The camera may have changed since somebody set a format.
@@ -194,8 +198,7 @@ int DeviceHost::hello(const SessionRef& session, const camrig_request& request) 
 
 camrig_format DeviceHost::format_of(const DeviceSession& session) const {
     const DeviceState& device = devices_.at(*session.number);
-    if (device.policy == DevicePolicy::share && session.format_chosen) return session.format;
-    if (session.owns_buffers) return session.format;
+    if (session.format_chosen || session.owns_buffers) return session.format;
     return device.format && offered(session.description, *device.format) ? *device.format : session.format;
 }
 
@@ -211,16 +214,23 @@ int DeviceHost::set_format(const SessionRef& session, const camrig_request& requ
     if (!offered(session->description, request.u.format)) return EINVAL;
     if (session->owns_buffers && std::memcmp(&session->format, &request.u.format, 12) != 0) return EBUSY;
     if (owned_by_another(*session)) return EBUSY;
-    session->format = request.u.format;
-    session->format_chosen = true;
+    for (const SessionRef& other : sessions_) {
+        if (!share_queue(*session, *other)) continue;
+        other->format = request.u.format;
+        other->format_chosen = true;
+    }
     devices_.at(*session->number).format = request.u.format;
     return 0;
 }
 
+bool DeviceHost::share_queue(const DeviceSession& a, const DeviceSession& b) const {
+    return a.number == b.number &&
+           (devices_.at(*a.number).policy == DevicePolicy::exclusive || a.process == b.process);
+}
+
 bool DeviceHost::owned_by_another(const DeviceSession& session) const {
-    if (devices_.at(*session.number).policy == DevicePolicy::share) return false;
     return std::ranges::any_of(sessions_, [&](const SessionRef& other) {
-        return other.get() != &session && other->number == session.number && other->owns_buffers;
+        return other.get() != &session && other->owns_buffers && share_queue(session, *other);
     });
 }
 

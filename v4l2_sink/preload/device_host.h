@@ -20,7 +20,7 @@ namespace camrig {
 /// an error or loses its connection, never more.
 class DeviceHost {
 public:
-    static constexpr std::size_t max_sessions = 256;
+    static constexpr std::size_t max_sessions = 1024;
 
     /// What comes back from other threads (bus, controls) is posted to `tasks`.
     DeviceHost(FrameBus& bus, std::shared_ptr<ControlPort> controls, std::shared_ptr<TaskQueue> tasks)
@@ -60,6 +60,8 @@ private:
 
     int describe(DeviceSession& session, const DeviceState& device, int number);
     camrig_format format_of(const DeviceSession& session) const;
+    /// Do the two meet in one queue, as two openers of a hardware camera do?
+    bool share_queue(const DeviceSession& a, const DeviceSession& b) const;
     bool owned_by_another(const DeviceSession& session) const;
     void share_priorities(int number);
     void tell_change(const DeviceSession* by, const std::string& camera, std::uint32_t id, std::int32_t value);

@@ -29,7 +29,7 @@ std::string default_device_socket();
 /// device. One thread of its own; calls from any thread.
 class DeviceServer {
 public:
-    static constexpr int max_connections = 512;
+    static constexpr int max_connections = 1100;
 
     /// already_exists: another rig serves this socket. The bus must outlive the server.
     static Result<std::unique_ptr<DeviceServer>> create(FrameBus& bus, DeviceServerOptions options);

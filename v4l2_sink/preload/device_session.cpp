@@ -10,6 +10,12 @@ namespace {
 constexpr std::size_t max_fds = 2;
 }
 
+DeviceSession::DeviceSession(UniqueFd control) : control_(std::move(control)) {
+    ucred peer{};
+    socklen_t length = sizeof peer;
+    if (::getsockopt(control_.get(), SOL_SOCKET, SO_PEERCRED, &peer, &length) == 0) process = peer.pid;
+}
+
 void DeviceSession::send(std::span<const std::byte> message, std::span<const int> fds) {
     if (dead) return;
     iovec part{const_cast<std::byte*>(message.data()), message.size()};

@@ -18,8 +18,8 @@
 namespace camrig {
 
 enum class DevicePolicy : std::uint8_t {
-    share,      ///< every opener streams on its own, in a format of its own
-    exclusive,  ///< as hardware: who has buffers owns the device, others get EBUSY
+    share,      ///< every program streams on its own, in a format of its own; within one program as with hardware
+    exclusive,  ///< as hardware: who has buffers owns the device, all others get EBUSY
 };
 
 /// A ring that is fed by the bus.
@@ -40,7 +40,7 @@ struct DeviceState {
 /// One open() of a device by a program: the rig's end of its two sockets. Device server's thread.
 class DeviceSession {
 public:
-    explicit DeviceSession(UniqueFd control) : control_(std::move(control)) {}
+    explicit DeviceSession(UniqueFd control);
 
     int control_fd() const { return control_.get(); }
     /// Sends a message, never waiting; a peer that does not take it is given up (`dead`).
@@ -48,6 +48,7 @@ public:
     void reply(std::uint32_t serial, camrig_reply reply, std::span<const int> fds = {});
     void fail(std::uint32_t serial, int error_number, std::uint32_t detail = 0);
 
+    int process = 0;  ///< who opened it
     bool dead = false;
     std::optional<int> number;  ///< after HELLO
     camrig_description description{};

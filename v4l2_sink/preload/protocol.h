@@ -76,6 +76,7 @@ struct camrig_control {
     uint32_t type;   // V4L2_CTRL_TYPE_INTEGER, BOOLEAN, MENU
     uint32_t flags;  // V4L2_CTRL_FLAG_*
     int32_t minimum, maximum, step, default_value;
+    uint32_t menu_mask;  // menu: bit n set = value n exists (0..31)
     char name[32];
 };
 

@@ -97,9 +97,8 @@ void stop(Device& device, int fd) {
     wake(device);
 }
 
-void tell_credit(Device& device) {
-    ++device.queued;
-    __atomic_store_n(&device.page->queued, device.queued, __ATOMIC_SEQ_CST);
+/// In lockstep the rig may wait for a buffer or for a picture to be taken.
+void tell_if_wanted(Device& device) {
     // The rig sets wants_credit before it looks at `queued` a last time (lockstep), so one of us sees the other.
     if (device.streaming && __atomic_load_n(&device.page->wants_credit, __ATOMIC_SEQ_CST) != 0) {
         camrig_request request{};
@@ -107,6 +106,11 @@ void tell_credit(Device& device) {
         Locked guard(device.control_lock);
         raw_syscall(SYS_sendto, device.control_fd, arg(&request), sizeof request, MSG_NOSIGNAL | MSG_DONTWAIT);
     }
+}
+
+void tell_credit(Device& device) {
+    __atomic_store_n(&device.page->queued, ++device.queued, __ATOMIC_SEQ_CST);
+    tell_if_wanted(device);
 }
 
 /// The buffer a call names, if it may be handed over by the program; null otherwise.
@@ -134,7 +138,8 @@ Taken try_take(Device& device, int fd, uint32_t& index) {
         buffer.flags = V4L2_BUF_FLAG_ERROR;
     }
     buffer.state = BufferState::dequeued;
-    __atomic_store_n(&device.page->taken, ++device.taken, __ATOMIC_RELEASE);
+    __atomic_store_n(&device.page->taken, ++device.taken, __ATOMIC_SEQ_CST);
+    tell_if_wanted(device);
     return Taken::picture;
 }
 
@@ -224,7 +229,7 @@ int queue_buffer(Device& device, v4l2_buffer& wish) {
     device.queue[(device.queue_first + device.queue_count++) % camrig_max_buffers] = wish.index;
     fill(device, wish.index, wish);
     tell_credit(device);
-    wake(device);
+    if (device.queue_count == 1) wake(device);  // a DQBUF may wait without any buffer
     return 0;
 }
 

@@ -63,7 +63,9 @@ int fit(const camrig_control& control, int32_t& value) {
         return 0;
     }
     if (control.type == V4L2_CTRL_TYPE_MENU)
-        return value < control.minimum || value > control.maximum ? ERANGE : 0;
+        return value < control.minimum || value > control.maximum                     ? ERANGE
+               : value < 0 || value > 31 || (control.menu_mask >> value & 1u) == 0 ? EINVAL
+                                                                                       : 0;
     if (value < control.minimum) value = control.minimum;
     if (value > control.maximum) value = control.maximum;
     if (control.step > 1) {

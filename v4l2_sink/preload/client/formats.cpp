@@ -15,7 +15,7 @@ struct FormatName {
 };
 constexpr FormatName format_names[] = {
     {V4L2_PIX_FMT_YUYV, "YUYV 4:2:2"},     {V4L2_PIX_FMT_MJPEG, "Motion-JPEG"}, {V4L2_PIX_FMT_YUV420, "Planar YUV 4:2:0"},
-    {V4L2_PIX_FMT_NV12, "Y/UV 4:2:0"},     {V4L2_PIX_FMT_BGR24, "24-bit BGR 8-8-8"},
+    {V4L2_PIX_FMT_NV12, "Y/CbCr 4:2:0"},     {V4L2_PIX_FMT_BGR24, "24-bit BGR 8-8-8"},
 };
 
 void copy_text(uint8_t* to, size_t room, const char* text) {
@@ -127,7 +127,6 @@ void fill_parm(v4l2_streamparm& parm, const camrig_rate& rate) {
     parm.parm.capture.capability = V4L2_CAP_TIMEPERFRAME;
     parm.parm.capture.timeperframe.numerator = rate.den;
     parm.parm.capture.timeperframe.denominator = rate.num;
-    parm.parm.capture.readbuffers = 4;
 }
 
 }  // namespace

@@ -47,6 +47,8 @@ HOOK(int, faccessat, (int directory, const char* name, int mode, int flags))
 HOOK(ssize_t, readlink, (const char* name, char* to, size_t room))
 HOOK(ssize_t, readlinkat, (int directory, const char* name, char* to, size_t room))
 HOOK(ssize_t, __readlink_chk, (const char* name, char* to, size_t length, size_t room))
+HOOK(ssize_t, getxattr, (const char* name, const char* attribute, void* to, size_t room))
+HOOK(ssize_t, lgetxattr, (const char* name, const char* attribute, void* to, size_t room))
 HOOK(char*, realpath, (const char* name, char* to))
 HOOK(char*, __realpath_chk, (const char* name, char* to, size_t room))
 HOOK(char*, canonicalize_file_name, (const char* name))
@@ -167,6 +169,13 @@ bool readlink_ours(int directory, const char* name, char* to, size_t room, ssize
                  ? fail(EINVAL)
                  : to_errno(raw_syscall(SYS_readlinkat, AT_FDCWD, arg(place.path), arg(to), static_cast<long>(room)));
     return true;
+}
+
+bool is_ours_at_all(const char* name) {
+    if (!may_be_ours(name)) return false;
+    Place place;
+    find_place(AT_FDCWD, name, place);
+    return place.kind == PlaceKind::node || place.kind == PlaceKind::file;
 }
 
 /// The canonical name of what is ours; null: not ours.
@@ -351,6 +360,13 @@ ssize_t hook___readlink_chk(const char* name, char* to, size_t length, size_t ro
     return length <= room && readlink_ours(AT_FDCWD, name, to, length, result)
                ? result
                : real::__readlink_chk(name, to, length, room);
+}
+// `ls -l` asks for access lists.
+ssize_t hook_getxattr(const char* name, const char* attribute, void* to, size_t room) {
+    return is_ours_at_all(name) ? fail(ENOTSUP) : real::getxattr(name, attribute, to, room);
+}
+ssize_t hook_lgetxattr(const char* name, const char* attribute, void* to, size_t room) {
+    return is_ours_at_all(name) ? fail(ENOTSUP) : real::lgetxattr(name, attribute, to, room);
 }
 char* hook_realpath(const char* name, char* to) {
     char* ours = canonical(name, to);

@@ -48,6 +48,49 @@ int query_short(Device& device, v4l2_queryctrl& query) {
     return 0;
 }
 
+bool is_known(unsigned request) {
+    constexpr unsigned known[] = {
+        VIDIOC_QUERYCAP,
+        VIDIOC_ENUM_FMT,
+        VIDIOC_ENUM_FRAMESIZES,
+        VIDIOC_ENUM_FRAMEINTERVALS,
+        VIDIOC_G_FMT,
+        VIDIOC_TRY_FMT,
+        VIDIOC_S_FMT,
+        VIDIOC_G_PARM,
+        VIDIOC_S_PARM,
+        VIDIOC_G_SELECTION,
+        VIDIOC_CROPCAP,
+        VIDIOC_ENUMINPUT,
+        VIDIOC_G_INPUT,
+        VIDIOC_S_INPUT,
+        VIDIOC_G_PRIORITY,
+        VIDIOC_S_PRIORITY,
+        VIDIOC_REQBUFS,
+        VIDIOC_CREATE_BUFS,
+        VIDIOC_QUERYBUF,
+        VIDIOC_PREPARE_BUF,
+        VIDIOC_QBUF,
+        VIDIOC_DQBUF,
+        VIDIOC_STREAMON,
+        VIDIOC_STREAMOFF,
+        VIDIOC_QUERYCTRL,
+        VIDIOC_QUERY_EXT_CTRL,
+        VIDIOC_QUERYMENU,
+        VIDIOC_G_CTRL,
+        VIDIOC_S_CTRL,
+        VIDIOC_G_EXT_CTRLS,
+        VIDIOC_S_EXT_CTRLS,
+        VIDIOC_TRY_EXT_CTRLS,
+        VIDIOC_SUBSCRIBE_EVENT,
+        VIDIOC_UNSUBSCRIBE_EVENT,
+        VIDIOC_DQEVENT,
+    };
+    for (const unsigned entry : known)
+        if (entry == request) return true;
+    return false;
+}
+
 template <typename T>
 T& as(void* argument) {
     return *static_cast<T*>(argument);
@@ -56,7 +99,10 @@ T& as(void* argument) {
 }  // namespace
 
 int device_ioctl(Device& device, int fd, unsigned request, void* argument) {
-    if (reinterpret_cast<uintptr_t>(argument) < lowest_address) return request == VIDIOC_LOG_STATUS ? ENOTTY : EFAULT;
+    if (reinterpret_cast<uintptr_t>(argument) < lowest_address) {
+        // Even with a bad pointer an unknown request is ENOTTY rather than EFAULT; no known one works without memory.
+        return is_known(request) ? EFAULT : ENOTTY;
+    }
     switch (request) {
         case VIDIOC_QUERYCAP: return query_capabilities(device, as<v4l2_capability>(argument));
         case VIDIOC_ENUM_FMT: return enum_format(device, as<v4l2_fmtdesc>(argument));

@@ -27,28 +27,6 @@ bool append(char* to, size_t& length, const char* text, size_t bytes) {
 }
 bool append(char* to, size_t& length, const char* text) { return append(to, length, text, strlen(text)); }
 
-__attribute__((constructor)) void read_environment() {
-    size_t length = 0;
-    const char* given = getenv("CAMRIG_DEVICE_SOCKET");
-    const char* runtime = getenv("XDG_RUNTIME_DIR");
-    if (given != nullptr && *given != 0) {
-        append(socket_name, length, given);
-    } else if (runtime != nullptr && *runtime != 0) {
-        if (append(socket_name, length, runtime)) append(socket_name, length, "/camrig-devices.sock");
-    } else {
-        append(socket_name, length, "/tmp/camrig-devices-");
-        char digits[12];
-        int at = sizeof digits;
-        unsigned user = static_cast<unsigned>(raw_syscall(SYS_getuid));
-        do digits[--at] = static_cast<char>('0' + user % 10);
-        while ((user /= 10) != 0);
-        append(socket_name, length, digits + at, sizeof digits - static_cast<size_t>(at));
-        append(socket_name, length, ".sock");
-    }
-    length = 0;
-    if (!append(tree_name, length, socket_name) || !append(tree_name, length, ".tree")) tree_name[0] = 0;
-}
-
 bool starts_with(const char* text, const char* prefix) { return strncmp(text, prefix, strlen(prefix)) == 0; }
 
 /// "videoN" with N in range and nothing behind: the number, else -1.
@@ -118,6 +96,29 @@ long mode_of(const char* path, bool follow, uint32_t& mode) {
 }  // namespace
 
 const char* socket_path() { return socket_name; }
+
+__attribute__((constructor)) void read_environment() {
+    socket_name[0] = tree_name[0] = 0;
+    size_t length = 0;
+    const char* given = getenv("CAMRIG_DEVICE_SOCKET");
+    const char* runtime = getenv("XDG_RUNTIME_DIR");
+    if (given != nullptr && *given != 0) {
+        append(socket_name, length, given);
+    } else if (runtime != nullptr && *runtime != 0) {
+        if (append(socket_name, length, runtime)) append(socket_name, length, "/camrig-devices.sock");
+    } else {
+        append(socket_name, length, "/tmp/camrig-devices-");
+        char digits[12];
+        int at = sizeof digits;
+        unsigned user = static_cast<unsigned>(raw_syscall(SYS_getuid));
+        do digits[--at] = static_cast<char>('0' + user % 10);
+        while ((user /= 10) != 0);
+        append(socket_name, length, digits + at, sizeof digits - static_cast<size_t>(at));
+        append(socket_name, length, ".sock");
+    }
+    length = 0;
+    if (!append(tree_name, length, socket_name) || !append(tree_name, length, ".tree")) tree_name[0] = 0;
+}
 
 bool may_be_ours(const char* name) {
     if (name == nullptr || tree_name[0] == 0) return false;

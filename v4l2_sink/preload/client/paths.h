@@ -10,6 +10,8 @@ namespace camrig::device {
 
 /// $CAMRIG_DEVICE_SOCKET, else $XDG_RUNTIME_DIR/camrig-devices.sock, else /tmp/camrig-devices-UID.sock.
 const char* socket_path();
+/// Done when the library is loaded; again when a test has changed the environment.
+void read_environment();
 
 inline constexpr int video_major = 81;
 

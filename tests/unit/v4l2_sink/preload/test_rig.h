@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -90,6 +92,59 @@ private:
     const CameraStream camera_;
     const std::shared_ptr<const std::string> name_;
     FramePool pool_;
+};
+
+/// A folder that goes with its owner.
+class TemporaryFolder {
+public:
+    TemporaryFolder() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "camrig-test-XXXXXX").string();
+        CHECK(::mkdtemp(pattern.data()) != nullptr);
+        path_ = pattern;
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+private:
+    std::string path_;
+};
+
+/// A frame bus with one camera ("lobby", number 10) and a device server, driven by the test.
+class TestRig {
+public:
+    explicit TestRig(ImageSize size = {320, 240}, Rate rate = *Rate::create(30, 1),
+                     DevicePolicy policy = DevicePolicy::share)
+        : maker({CameraId{1}, "lobby", size, rate}) {
+        bus.add_camera(maker.camera());
+        DeviceServerOptions options;
+        options.socket_path = folder / "devices.sock";
+        options.controls = controls;
+        auto created = DeviceServer::create(bus, options);
+        CHECK(created.has_value());
+        server = std::move(*created);
+        CHECK(server->add_device(10, "lobby", policy).has_value());
+    }
+    /// Shows the next picture of the camera; in lockstep under a latch.
+    void show(const std::shared_ptr<DeliveryLatch>& latch = nullptr) {
+        FrameSet set;
+        const std::int64_t n = next++;
+        set.world_ns = maker.camera().rate.time_of_frame(n);
+        set.monotonic_ns = monotonic_now_ns();
+        if (bus.wants(maker.camera().id, set.world_ns)) set.frames.push_back(maker.make(n, set.world_ns, set.monotonic_ns));
+        bus.publish(set, latch);
+    }
+
+    TemporaryFolder folder;
+    LocalFrameBus bus{{2, std::make_shared<FramePool>()}};
+    std::shared_ptr<StoredControls> controls = std::make_shared<StoredControls>();
+    std::unique_ptr<DeviceServer> server;
+    PictureMaker maker;
+    std::int64_t next = 0;
 };
 
 }  // namespace camrig

@@ -1,0 +1,287 @@
+// The rig's side alone: rings, the tree, hostile peers.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "tests/unit/v4l2_sink/preload/test_rig.h"
+#include "v4l2_sink/preload/device_modes.h"
+#include "v4l2_sink/preload/device_ring.h"
+
+namespace camrig {
+namespace {
+
+constexpr int patience_ms = 10'000;
+
+UniqueFd connect_to(const std::string& path) {
+    UniqueFd fd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, path.c_str());
+    EXPECT_EQ(::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    return fd;
+}
+
+/// True when the other side hangs up.
+bool hangs_up(int fd) {
+    pollfd wait{fd, POLLIN, 0};
+    char byte;
+    return ::poll(&wait, 1, patience_ms) == 1 && ::recv(fd, &byte, 1, MSG_DONTWAIT) == 0;
+}
+
+camrig_request hello(std::uint32_t number) {
+    camrig_request request{};
+    request.type = camrig_request_hello;
+    request.u.hello.protocol = CAMRIG_DEVICE_PROTOCOL;
+    request.u.hello.number = number;
+    return request;
+}
+
+camrig_reply ask(int fd, const camrig_request& request) {
+    EXPECT_EQ(::send(fd, &request, sizeof request, MSG_NOSIGNAL), static_cast<ssize_t>(sizeof request));
+    camrig_reply reply{};
+    EXPECT_EQ(::recv(fd, &reply, sizeof reply, 0), static_cast<ssize_t>(sizeof reply));
+    return reply;
+}
+
+TEST(DeviceServer, OneSocketHasOneRig) {
+    TestRig rig;
+    DeviceServerOptions options;
+    options.socket_path = rig.server->socket_path();
+    const auto second = DeviceServer::create(rig.bus, options);
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().kind, ErrorKind::already_exists);
+}
+
+TEST(DeviceServer, ASocketLeftByAKilledRigIsTakenOver) {
+    const TemporaryFolder folder;
+    LocalFrameBus bus({1, std::make_shared<FramePool>()});
+    DeviceServerOptions options;
+    options.socket_path = folder / "s";
+    {
+        const UniqueFd dead(::socket(AF_UNIX, SOCK_SEQPACKET, 0));
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        std::strcpy(address.sun_path, options.socket_path.c_str());
+        ASSERT_EQ(::bind(dead.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    }
+    EXPECT_TRUE(DeviceServer::create(bus, options));
+}
+
+TEST(DeviceServer, AFileInTheWayIsNotRemoved) {
+    const TemporaryFolder folder;
+    LocalFrameBus bus({1, std::make_shared<FramePool>()});
+    DeviceServerOptions options;
+    options.socket_path = folder / "notes.txt";
+    std::ofstream(options.socket_path) << "mine";
+    EXPECT_FALSE(DeviceServer::create(bus, options));
+    EXPECT_TRUE(std::filesystem::exists(options.socket_path));
+}
+
+TEST(DeviceServer, NumbersAreGivenOnceAndWithinRange) {
+    TestRig rig;
+    EXPECT_EQ(rig.server->add_device(10, "lobby").error().kind, ErrorKind::already_exists);
+    EXPECT_EQ(rig.server->add_device(256, "lobby").error().kind, ErrorKind::invalid_argument);
+    EXPECT_EQ(rig.server->add_device(-1, "lobby").error().kind, ErrorKind::invalid_argument);
+    EXPECT_TRUE(rig.server->add_device(255, "lobby"));
+    rig.server->remove_device(10);
+    EXPECT_TRUE(rig.server->add_device(10, "gate"));
+}
+
+TEST(DeviceServer, TheTreeShowsWhatDevAndSysWouldShow) {
+    TestRig rig;
+    const std::string tree = rig.server->socket_path() + ".tree";
+    std::string text;
+    std::getline(std::ifstream(tree + "/sys/class/video4linux/video10/name"), text);
+    EXPECT_EQ(text, "lobby");
+    std::getline(std::ifstream(tree + "/sys/dev/char/81:10/dev"), text);
+    EXPECT_EQ(text, "81:10");
+    EXPECT_TRUE(std::filesystem::exists(tree + "/dev/v4l/by-id/camrig-lobby-video-index0"));
+    rig.server->remove_device(10);
+    EXPECT_FALSE(std::filesystem::exists(tree + "/dev/video10"));
+    EXPECT_FALSE(std::filesystem::exists(tree + "/sys/class/video4linux/video10"));
+    rig.server.reset();
+    EXPECT_FALSE(std::filesystem::exists(tree));
+}
+
+TEST(DeviceServer, WhoBreaksTheProtocolIsThrownOutAndOthersGoOn) {
+    TestRig rig;
+    const UniqueFd honest = connect_to(rig.server->socket_path());
+    ASSERT_EQ(ask(honest.get(), hello(10)).status, 0);
+
+    const UniqueFd short_message = connect_to(rig.server->socket_path());
+    ::send(short_message.get(), "x", 1, MSG_NOSIGNAL);
+    EXPECT_TRUE(hangs_up(short_message.get()));
+
+    const UniqueFd no_hello = connect_to(rig.server->socket_path());
+    camrig_request request{};
+    request.type = camrig_request_stream_on;
+    ::send(no_hello.get(), &request, sizeof request, MSG_NOSIGNAL);
+    EXPECT_TRUE(hangs_up(no_hello.get()));
+
+    const UniqueFd twice = connect_to(rig.server->socket_path());
+    EXPECT_EQ(ask(twice.get(), hello(10)).status, 0);
+    const camrig_request again = hello(10);
+    ::send(twice.get(), &again, sizeof again, MSG_NOSIGNAL);
+    EXPECT_TRUE(hangs_up(twice.get()));
+
+    const UniqueFd other_version = connect_to(rig.server->socket_path());
+    camrig_request old = hello(10);
+    old.u.hello.protocol = 99;
+    EXPECT_EQ(ask(other_version.get(), old).status, EPROTO);
+
+    camrig_request format{};
+    format.type = camrig_request_get_format;
+    EXPECT_EQ(ask(honest.get(), format).u.format.width, 320u);
+}
+
+TEST(DeviceServer, RandomRequestsNeverHarmTheRig) {
+    TestRig rig;
+    std::mt19937 random(7);
+    for (int round = 0; round < 50; ++round) {
+        const UniqueFd fd = connect_to(rig.server->socket_path());
+        const camrig_request first = hello(10);
+        ::send(fd.get(), &first, sizeof first, MSG_NOSIGNAL);
+        for (int i = 0; i < 20; ++i) {
+            camrig_request request{};
+            auto* bytes = reinterpret_cast<unsigned char*>(&request);
+            for (std::size_t k = 0; k < sizeof request; ++k) bytes[k] = static_cast<unsigned char>(random());
+            request.type = 2 + static_cast<std::uint32_t>(random() % 12);
+            ::send(fd.get(), &request, sizeof request, MSG_NOSIGNAL | MSG_DONTWAIT);
+        }
+    }
+    rig.show();
+    const UniqueFd honest = connect_to(rig.server->socket_path());
+    EXPECT_EQ(ask(honest.get(), hello(10)).status, 0);
+}
+
+/// A reader of a ring whose counters the test writes as it likes.
+struct ByHand {
+    explicit ByHand(DeviceRing& in) : ring(in) {
+        int pair[2];
+        CHECK(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, pair) == 0);
+        mine.reset(pair[0]);
+        theirs.reset(pair[1]);
+        place = ring.attach(reader = std::make_shared<RingReader>(mine.get(), &page, stats));
+    }
+    int tokens() const {
+        int count = 0;
+        char token;
+        while (::recv(theirs.get(), &token, 1, MSG_DONTWAIT) == 1) ++count;
+        return count;
+    }
+    DeviceRing& ring;
+    UniqueFd mine, theirs;
+    camrig_reader_page page{};
+    std::shared_ptr<ReaderStats> stats = std::make_shared<ReaderStats>();
+    std::shared_ptr<RingReader> reader;
+    camrig_ring_place place{};
+};
+
+class DeviceRingTest : public testing::Test {
+protected:
+    static constexpr ImageSize size{320, 240};
+    void show(TimeNs world_ns, std::int64_t sequence) {
+        MediaUnit unit;
+        unit.frame = maker.make(sequence, world_ns, monotonic_now_ns());
+        unit.info = unit.frame->info();
+        EXPECT_TRUE(ring->write(unit));
+    }
+    const camrig_ring_header& header() {
+        if (view == nullptr)
+            view = static_cast<const camrig_ring_header*>(
+                ::mmap(nullptr, sizeof(camrig_ring_header), PROT_READ, MAP_SHARED, ring->memory_fd(), 0));
+        return *view;
+    }
+    ~DeviceRingTest() override {
+        if (view != nullptr) ::munmap(const_cast<camrig_ring_header*>(view), sizeof(camrig_ring_header));
+    }
+    const camrig_ring_slot& newest() { return header().slot[(header().published - 1) % header().slots]; }
+
+    PictureMaker maker{{CameraId{1}, "lobby", size, *Rate::create(30, 1)}};
+    std::shared_ptr<DeviceRing> ring = *DeviceRing::create(size, 320 * 240 * 4, std::nullopt);
+    const camrig_ring_header* view = nullptr;
+};
+
+TEST_F(DeviceRingTest, AReaderCannotMapTheRingForWriting) {
+    EXPECT_EQ(::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, ring->memory_fd(), 0), MAP_FAILED);
+    EXPECT_LT(::write(ring->memory_fd(), "x", 1), 0);
+    EXPECT_NE(::ftruncate(ring->memory_fd(), 0), 0);
+}
+
+// Whatever a reader writes into its page, it gets a bounded number of tokens and others are served.
+TEST_F(DeviceRingTest, LyingCountersHarmOnlyTheLiar) {
+    ByHand liar(*ring), honest(*ring);
+    for (int n = 0; n < 500; ++n) {
+        liar.page.queued = n % 3 == 0 ? UINT64_MAX : static_cast<std::uint64_t>(n) * 1000;
+        liar.page.taken = n % 5 == 0 ? UINT64_MAX : n % 2 == 0 ? static_cast<std::uint64_t>(n) * 999 : 0;
+        honest.page.queued = static_cast<std::uint64_t>(n) + 1;
+        honest.page.taken = static_cast<std::uint64_t>(n);
+        show(n, n);
+        EXPECT_EQ(honest.tokens(), 1);
+    }
+    EXPECT_EQ(liar.stats->offered, liar.stats->delivered + liar.stats->dropped);
+    EXPECT_EQ(honest.stats->delivered, 500u);
+}
+
+TEST_F(DeviceRingTest, NoMorePicturesArePromisedThanAreSafe) {
+    ByHand greedy(*ring);
+    greedy.page.queued = 1000;
+    for (int n = 0; n < 200; ++n) show(n, n);
+    EXPECT_EQ(greedy.tokens(), static_cast<int>(greedy.place.slots) - camrig_slot_margin);
+    // H = T + D, and the next picture to take is among the newest.
+    EXPECT_EQ(greedy.page.displaced, 200u - (greedy.place.slots - camrig_slot_margin));
+}
+
+TEST_F(DeviceRingTest, ASilentCameraRepeatsItsLastPictureWithAFreshStamp) {
+    show(0, 5);
+    const auto stamp = newest().monotonic_ns;
+    const auto sequence = newest().sequence;
+    ring->repeat_if_idle(monotonic_now_ns(), ns_per_s);
+    EXPECT_EQ(header().published, 1u);
+    const TimeNs later = monotonic_now_ns() + 2 * ns_per_s;
+    ring->repeat_if_idle(later, ns_per_s);
+    EXPECT_EQ(header().published, 2u);
+    EXPECT_EQ(newest().monotonic_ns, static_cast<std::uint64_t>(later));
+    EXPECT_GT(newest().monotonic_ns, stamp);
+    EXPECT_EQ(newest().sequence, sequence + 1);
+    show(100, 6);
+    EXPECT_EQ(newest().sequence, sequence + 2);
+}
+
+TEST_F(DeviceRingTest, LostPicturesShowAsGapsAndAReloadedWorldGoesOnRising) {
+    show(0, 7);
+    EXPECT_EQ(newest().sequence, 0u);
+    show(1, 10);
+    EXPECT_EQ(newest().sequence, 3u);
+    show(0, 0);
+    EXPECT_EQ(newest().sequence, 4u);
+    show(1, 1);
+    EXPECT_EQ(newest().sequence, 5u);
+}
+
+TEST(DeviceModes, SizesKeepTheShapeAndAreEven) {
+    const DeviceModes modes = modes_of({CameraId{1}, "x", {1281, 721}, *Rate::create(30000, 1001)});
+    EXPECT_EQ(modes.sizes.front(), (ImageSize{1280, 720}));
+    for (const ImageSize size : modes.sizes) {
+        EXPECT_EQ(size.width % 2 + size.height % 2, 0);
+        EXPECT_EQ(size.width * 720, size.height * 1280);
+    }
+    EXPECT_EQ(modes.rates.front().to_string(), "30000/1001");
+    EXPECT_EQ(modes.rates[1].to_string(), "25");
+}
+
+TEST(DeviceModes, TheSmallestCameraHasOneSize) {
+    EXPECT_EQ(modes_of({CameraId{1}, "x", {16, 16}, Rate()}).sizes.size(), 1u);
+}
+
+}  // namespace
+}  // namespace camrig
