@@ -1,27 +1,56 @@
-#include <cstdint>
-#include <span>
-#include <string>
+#include "control/rpc/base64.h"
 
-#include "control/rpc/methods.h"
+#include <array>
+#include <cstdint>
 
 namespace camrig {
+namespace {
 
-std::string base64(std::span<const std::byte> bytes) {
-    static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.resize((bytes.size() + 2) / 3 * 4);
-    std::size_t out = 0;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const auto byte = [&](std::size_t k) {
-            return i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0u;
-        };
-        const std::uint32_t group = byte(0) << 16 | byte(1) << 8 | byte(2);
-        text[out++] = digits[group >> 18];
-        text[out++] = digits[group >> 12 & 63];
-        text[out++] = i + 1 < bytes.size() ? digits[group >> 6 & 63] : '=';
-        text[out++] = i + 2 < bytes.size() ? digits[group & 63] : '=';
-    }
+constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+constexpr auto value_of = [] {
+    std::array<std::int8_t, 256> values{};
+    values.fill(-1);
+    for (std::size_t i = 0; i < alphabet.size(); ++i)
+        values[static_cast<unsigned char>(alphabet[i])] = static_cast<std::int8_t>(i);
+    return values;
+}();
+
+}  // namespace
+
+std::string base64_encode(std::span<const std::byte> bytes) {
+    std::string text((bytes.size() + 2) / 3 * 4, '=');
+    char* out = text.data();
+    const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i]) : 0U; };
+    const auto put = [&](std::uint32_t group, int digits) {
+        for (int i = 0; i < digits; ++i) out[i] = alphabet[(group >> (18 - 6 * i)) & 63U];
+        out += 4;
+    };
+    std::size_t i = 0;
+    for (; i + 3 <= bytes.size(); i += 3) put(at(i) << 16 | at(i + 1) << 8 | at(i + 2), 4);
+    if (i < bytes.size()) put(at(i) << 16 | at(i + 1) << 8, static_cast<int>(bytes.size() - i) + 1);
     return text;
+}
+
+Result<std::vector<std::byte>> base64_decode(std::string_view text) {
+    const auto refuse = [] { return error(ErrorKind::invalid_argument, "not base64 (RFC 4648 with padding)"); };
+    if (text.size() % 4 != 0) return refuse();
+    std::size_t padding = 0;
+    while (padding < 2 && padding < text.size() && text[text.size() - 1 - padding] == '=') ++padding;
+    std::vector<std::byte> bytes;
+    bytes.reserve(text.size() / 4 * 3);
+    for (std::size_t i = 0; i < text.size(); i += 4) {
+        const std::size_t spare = i + 4 == text.size() ? padding : 0;
+        std::uint32_t group = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const int value = k < 4 - spare ? value_of[static_cast<unsigned char>(text[i + k])] : 0;
+            if (value < 0) return refuse();
+            group = group << 6 | static_cast<std::uint32_t>(value);
+        }
+        if ((group & ((1U << (8 * spare)) - 1)) != 0) return refuse();
+        for (std::size_t k = 0; k < 3 - spare; ++k) bytes.push_back(static_cast<std::byte>(group >> (16 - 8 * k) & 255U));
+    }
+    return bytes;
 }
 
 }  // namespace camrig

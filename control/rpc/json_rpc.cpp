@@ -11,13 +11,10 @@ RpcError invalid_request(std::string message, json id = nullptr) {
     return {rpc_code::invalid_request, {ErrorKind::invalid_argument, std::move(message)}, std::move(id)};
 }
 
-bool is_id(const json& value) {
-    return value.is_null() || value.is_string() || value.is_number();
-}
+bool is_id(const json& value) { return value.is_null() || value.is_string() || value.is_number(); }
 
 std::variant<RpcRequest, RpcError> parse_one(json& value) {
-    if (!value.is_object())
-        return invalid_request("a request is an object {\"jsonrpc\":\"2.0\",\"id\":1,\"method\":...}");
+    if (!value.is_object()) return invalid_request(R"(a request is an object: {"jsonrpc":"2.0","id":1,"method":"world.status"})");
     RpcRequest request;
     if (const auto id = value.find("id"); id != value.end()) {
         if (!is_id(*id)) return invalid_request("id: must be a string, a number or null");
@@ -31,14 +28,12 @@ std::variant<RpcRequest, RpcError> parse_one(json& value) {
     request.method = method->get<std::string>();
     for (const auto& [key, item] : value.items()) {
         if (key != "jsonrpc" && key != "id" && key != "method" && key != "params")
-            return invalid_request(
-                "unknown member '" + key.substr(0, 60) + "'; a request has jsonrpc, id, method and params", id);
+            return invalid_request("unknown member '" + key.substr(0, 60) + "'; a request has jsonrpc, id, method and params", id);
     }
     if (const auto params = value.find("params"); params != value.end()) {
         if (!params->is_object()) {
-            return RpcError{rpc_code::invalid_params,
-                            {ErrorKind::invalid_argument, "params: must be an object; parameters go by name"},
-                            id};
+            const std::string hint = R"(params: must be an object like {"name":"lobby"}; parameters go by name)";
+            return RpcError{rpc_code::invalid_params, {ErrorKind::invalid_argument, hint}, id};
         }
         request.params = std::move(*params);
     }
@@ -46,9 +41,7 @@ std::variant<RpcRequest, RpcError> parse_one(json& value) {
 }
 
 /// Bytes that are no UTF-8 become U+FFFD: an answer always goes out.
-std::string dump(const json& value) {
-    return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
+std::string dump(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 }  // namespace
 
@@ -68,8 +61,8 @@ RpcMessage parse_rpc(std::string_view text) {
         return message;
     }
     if (value->size() > max_batch) {
-        message.items.emplace_back(invalid_request("the batch has " + std::to_string(value->size()) +
-                                                   " requests; at most " + std::to_string(max_batch) + " are taken"));
+        message.items.emplace_back(invalid_request("the batch has " + std::to_string(value->size()) + " requests; at most " +
+                                                   std::to_string(max_batch) + " are taken"));
         return message;
     }
     message.is_batch = true;
@@ -77,8 +70,14 @@ RpcMessage parse_rpc(std::string_view text) {
     return message;
 }
 
-std::string rpc_result(const json& id, const json& result) {
-    return dump(json{{"jsonrpc", "2.0"}, {"id", id}, {"result", result}});
+std::string rpc_result(const json& id, const RpcResult& result) {
+    std::string fields = dump(result.fields);
+    if (!result.data.empty()) {
+        CHECK(result.fields.is_object() && !result.fields.empty());
+        fields.pop_back();
+        fields += ",\"data\":\"" + result.data + "\"}";
+    }
+    return R"({"jsonrpc":"2.0","id":)" + dump(id) + R"(,"result":)" + std::move(fields) + "}";
 }
 
 std::string rpc_error(const RpcError& error) {

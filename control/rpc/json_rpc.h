@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "control/rpc/method.h"
 #include "core/base/result.h"
 
 /// JSON-RPC 2.0 messages (specification of 2013-01-04), without transport and without methods.
@@ -15,7 +16,7 @@ namespace camrig {
 
 /// Longest request line or body.
 inline constexpr std::size_t max_request_bytes = std::size_t{1} << 20;
-inline constexpr std::size_t max_batch = 256;
+inline constexpr std::size_t max_batch = 64;
 
 namespace rpc_code {
 inline constexpr int parse_error = -32700;
@@ -48,7 +49,8 @@ struct RpcMessage {
 /// Reads one message. Never fails: what cannot be read is an RpcError item.
 RpcMessage parse_rpc(std::string_view text);
 
-std::string rpc_result(const nlohmann::json& id, const nlohmann::json& result);
+/// One line without its end. Text that is not UTF-8 is replaced, never an exception.
+std::string rpc_result(const nlohmann::json& id, const RpcResult& result);
 std::string rpc_error(const RpcError& error);
 /// The code under which an error of a handler is told: invalid_params for invalid_argument, else application.
 int rpc_code_of(ErrorKind kind);

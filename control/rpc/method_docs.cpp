@@ -1,9 +1,24 @@
 #include <string>
 
-#include "control/rpc/rpc_server.h"
+#include "control/rpc/json_rpc.h"
+#include "control/rpc/method_shapes.h"
+#include "control/rpc/methods.h"
 
+// docs/control-protocol.md is made here, from the method table; a unit test compares the two.
 namespace camrig {
 namespace {
+
+/// Answers every command and every request for a picture: there is no rig behind documentation.
+class NoRig final : public CommandPort, public FrameFetcher {
+public:
+    void post(Command command) override {
+        std::visit([](auto& request) { request.done(std::unexpected(nothing())); }, command);
+    }
+    void fetch(FetchRequest, std::function<void(Result<MediaUnit>)> done) override { done(std::unexpected(nothing())); }
+
+private:
+    static Error nothing() { return {ErrorKind::unavailable, "there is no rig here"}; }
+};
 
 std::string escaped(const std::string& text) {
     std::string out;
@@ -14,33 +29,87 @@ std::string escaped(const std::string& text) {
     return out;
 }
 
-void table(std::string& out, const char* first, const std::vector<Field>& fields, bool with_required) {
-    out += std::string("| ") + first + " | type | |\n|---|---|---|\n";
-    for (const auto& field : fields) {
-        out += "| `" + field.name + "`" + (with_required && field.required ? " (required)" : "") + " | " +
-               escaped(field.type) + " | " + escaped(field.doc) + " |\n";
+std::string type_of(const Field& field) {
+    return escaped(field.type) + (field.unit.empty() ? "" : ", " + field.unit);
+}
+
+void params_table(std::string& out, const std::vector<Field>& fields) {
+    out += "| parameter | type | default | |\n|---|---|---|---|\n";
+    for (const Field& field : fields) {
+        const std::string fallback = field.required ? "required" : escaped(field.fallback);
+        out += "| `" + field.name + "` | " + type_of(field) + " | " + fallback + " | " + escaped(field.doc) + " |\n";
     }
     out += "\n";
 }
 
-}  // namespace
+void result_table(std::string& out, const std::vector<Field>& fields) {
+    out += "| result | type | |\n|---|---|---|\n";
+    for (const Field& field : fields)
+        out += "| `" + field.name + "` | " + type_of(field) + " | " + escaped(field.doc) + " |\n";
+    out += "\n";
+}
 
-std::string methods_as_markdown(const std::vector<Method>& methods) {
-    std::string out;
-    for (const auto& method : methods) {
-        out += "### `" + method.name + "`\n\n" + method.summary + "\n\n";
-        if (method.params.empty()) {
-            out += "No parameters.\n\n";
-        } else {
-            table(out, "parameter", method.params, true);
-        }
-        table(out, "result", method.result, false);
-        if (method.errors.empty()) continue;
+void method_section(std::string& out, const Method& method) {
+    out += "### `" + method.name + "`\n\n" + method.summary + "\n\n";
+    if (method.params.empty()) {
+        out += "No parameters.\n\n";
+    } else {
+        params_table(out, method.params);
+    }
+    result_table(out, method.result);
+    if (!method.errors.empty()) {
         out += "Errors: ";
         for (std::size_t i = 0; i < method.errors.size(); ++i)
             out += std::string(i ? ", " : "") + "`" + std::string(to_string(method.errors[i])) + "`";
         out += ".\n\n";
     }
+    const std::string params = method.example == "{}" ? "" : ",\"params\":" + method.example;
+    out += "```json\n{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"" + method.name + "\"" + params + "}\n```\n\n";
+}
+
+std::string mib(std::size_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
+std::string seconds(ControlLimits::Duration time) { return std::to_string(time.count() / 1000) + " s"; }
+
+std::string limits_section() {
+    const ControlLimits limits;
+    const auto number = [](std::size_t value) { return std::to_string(value); };
+    return "## Limits\n\n| what | bound | beyond it |\n|---|---|---|\n"
+           "| one message (line, or body of `POST /rpc`) | " + mib(limits.line_bytes) +
+           " | an error, then the connection is closed |\n| requests in a batch | " + number(max_batch) +
+           " | an error |\n| connections, Unix and TCP together | " + number(limits.connections) +
+           " | an error, then the new one is closed |\n| messages of one connection in work | " + number(limits.in_flight) +
+           " | the connection is not read until one is answered |\n| replies of one connection not sent yet | " +
+           mib(limits.unsent_reply_bytes) + " | the connection is not read until they are |\n| the same | " +
+           mib(limits.queued_reply_bytes) + " (" + mib(limits.total_reply_bytes) +
+           " of all connections) | the connection is closed |\n| a client that takes no byte of a reply | " +
+           seconds(limits.stalled_after) + " | the connection is closed |\n| first line where a token is asked for | " +
+           number(limits.unauthorized_line_bytes) + " bytes, " + seconds(limits.authorize_time) +
+           " | the connection is closed |\n| one picture of `frame.get`, before base64 | " + mib(max_frame_bytes) +
+           " | `resource_exhausted` |\n| commands waiting for the world | " + number(max_queued_commands) +
+           " | `resource_exhausted` |\n| scenes waiting to be loaded | " + number(max_scenes_waiting) +
+           " | `resource_exhausted` |\n\n";
+}
+
+}  // namespace
+
+const std::vector<Method>& documented_methods() {
+    static NoRig no_rig;
+    static RpcContext context{no_rig, no_rig};
+    static const std::vector<Method> methods = make_methods(context, [] { return nlohmann::json::object(); });
+    return methods;
+}
+
+std::string control_protocol_markdown(const std::vector<Method>& methods) {
+    std::string out(protocol_introduction());
+    out += limits_section();
+    out += "## Objects\n\n";
+    for (const Shape& shape : protocol_shapes()) {
+        out += "### " + shape.name + "\n\n" + shape.summary + "\n\n";
+        params_table(out, shape.fields);
+    }
+    out += "## Methods\n\n";
+    for (const Method& method : methods) method_section(out, method);
+    while (out.ends_with("\n\n")) out.pop_back();
     return out;
 }
 

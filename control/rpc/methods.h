@@ -6,6 +6,7 @@
 
 #include "control/rpc/method.h"
 #include "control/rpc/rpc_server.h"
+#include "control/rpc/work_thread.h"
 
 /// The families of methods. A new method is one entry in one of these files.
 namespace camrig {
@@ -19,16 +20,17 @@ nlohmann::json to_json(const CameraState& state);
 nlohmann::json to_json(const WorldState& state);
 nlohmann::json to_json(const RigReport& report);
 
-/// Posts a command and turns its reply into JSON.
+/// Posts a command and turns its reply into JSON, on the thread for replies: the engine's has no time for text.
 template <typename C, typename ToJson>
 void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply) {
-    context.commands.post(Request<C>{std::move(command), [done = std::move(done), to_json_of_reply](auto reply) {
-                                         if (!reply) return done(std::unexpected(reply.error()));
-                                         done(to_json_of_reply(*reply));
-                                     }});
+    context.commands.post(Request<C>{
+        std::move(command), [replies = context.replies, done = std::move(done), to_json_of_reply](auto reply) {
+            if (!reply) return done(std::unexpected(reply.error()));
+            std::function<void()> job = [done, to_json_of_reply, value = std::move(*reply)] {
+                done(RpcResult(to_json_of_reply(value)));
+            };
+            if (!replies->post(job)) job();
+        }});
 }
-
-/// Standard base64 (RFC 4648, section 4) with padding.
-std::string base64(std::span<const std::byte> bytes);
 
 }  // namespace camrig

@@ -8,34 +8,42 @@ namespace {
 
 using nlohmann::json;
 
-const Field name_field{"name", "string", "name of the camera, [a-z0-9_]{1,24}", true};
+const Field name_field{"name", "string", "name of the camera, `[a-z0-9_]{1,24}`", true};
 
-/// What camera.create and camera.set share.
+/// What camera.create and camera.set share. In camera.set what is not given stays as it is.
 std::vector<Field> camera_fields() {
-    return {{"size", "[width, height]", "pixels, 16x16 to 8192x8192; default 640x480"},
-            {"fps", "number or \"num/den\"", "frames per second, 1/10 to 1000; default 25"},
-            {"vfov_deg", "number", "vertical field of view, edge to edge, degrees; default 60"},
-            {"hfov_deg", "number", "horizontal field of view instead"},
-            {"intrinsics", "{fx, fy, cx, cy}", "pixels, instead of a field of view; pixel centres at integers"},
-            {"pose", "object",
-             "{position: [x, y, z] m, and one of look_at: [x, y, z] | pan_deg, tilt_deg, roll_deg | orientation: [x, "
-             "y, z, w]}"},
-            {"lens", "{model, coefficients}", "pinhole | plumb_bob | rational_polynomial | equidistant"},
-            {"near", "number", "nearest distance drawn, m; default 0.05"},
-            {"far", "number", "farthest distance, m; 0: unlimited (default)"},
-            {"quality", "string", "fast | simple | beautiful; default: the rig's"},
-            {"code_strip", "boolean", "draw camera number, sequence and world time into the picture; default false"},
-            {"outputs", "array", "{kind: \"v4l2\"|\"device\"|\"rtsp\"|\"mjpeg\", ...}"}};
+    return {{"size", "[width, height]", "16x16 to 8192x8192", false, "px", "[640, 480]"},
+            {"fps", "number or \"num/den\"", "1/10 to 1000", false, "1/s", "25"},
+            {"vfov_deg", "number", "vertical field of view, edge to edge; or hfov_deg or intrinsics", false, "deg", "60"},
+            {"hfov_deg", "number", "horizontal field of view, edge to edge", false, "deg"},
+            {"intrinsics", "object", "see intrinsics", false, "px"},
+            {"pose", "object", "see pose"},
+            {"lens", "object", "see lens", false, "", "pinhole"},
+            {"near", "number", "nearest distance drawn", false, "m", "0.05"},
+            {"far", "number", "farthest distance drawn; 0: no limit", false, "m", "0"},
+            {"quality", "string", "`fast`, `simple` or `beautiful`", false, "", "the rig's"},
+            {"code_strip", "boolean", "draws camera number, sequence and world time into the picture", false, "", "false"},
+            {"outputs", "array of objects", "at most 16, see outputs", false, "", "[]"}};
 }
 
 std::vector<Field> state_fields() {
-    auto fields = camera_fields();
-    fields.insert(fields.begin(), {"name", "string", "its name"});
-    fields.push_back({"id", "integer", "one life of a camera; never used again"});
-    fields.push_back({"sequence", "integer", "number of its latest due frame"});
-    fields.push_back({"readers", "integer", "who watches now"});
-    fields.push_back({"applied_ns", "integer", "world time from which the reply's state shows, ns"});
-    return fields;
+    return {{"name", "string", "its name"},
+            {"size", "[width, height]", "size of its pictures", false, "px"},
+            {"fps", "number or \"num/den\"", "its rate", false, "1/s"},
+            {"vfov_deg", "number", "vertical field of view", false, "deg"},
+            {"hfov_deg", "number", "horizontal field of view", false, "deg"},
+            {"intrinsics", "object", "fx, fy, cx, cy as they follow from the above", false, "px"},
+            {"pose", "object", "position, orientation, pan_deg, tilt_deg and roll_deg"},
+            {"lens", "object", "model and coefficients"},
+            {"near", "number", "nearest distance drawn", false, "m"},
+            {"far", "number", "farthest distance drawn; 0: no limit", false, "m"},
+            {"quality", "string or null", "null: the rig's"},
+            {"code_strip", "boolean", "whether its pictures carry one"},
+            {"outputs", "array of objects", "as they were asked for"},
+            {"id", "integer", "one life of a camera; never used again"},
+            {"sequence", "integer", "number of its latest due frame"},
+            {"readers", "integer", "how many watch it now"},
+            {"applied_ns", "integer", "world time from which this state shows", false, "ns"}};
 }
 
 std::vector<Field> with(std::vector<Field> head, std::vector<Field> tail) {
@@ -78,54 +86,62 @@ void set(RpcContext& context, const json& params, RpcReply done) {
 
 std::vector<Method> camera_methods(RpcContext& context) {
     using enum ErrorKind;
+    const auto to_json_of_state = [](const CameraState& state) { return to_json(state); };
     return {
-        {"camera.create",
-         "Makes a camera; its first picture shows the moment it was made.",
-         with({name_field,
-               {"place", "string", "a named place of the scene: its pose and field of view, unless given here"}},
-              camera_fields()),
-         state_fields(),
-         {invalid_argument, already_exists, not_found, resource_exhausted},
-         [&context](const json& params, RpcReply done) { create(context, params, std::move(done)); }},
-        {"camera.set",
-         "Changes a camera; what is not given stays. A new size ends its streams, clients open them again.",
-         with({name_field}, camera_fields()),
-         state_fields(),
-         {invalid_argument, not_found, resource_exhausted},
-         [&context](const json& params, RpcReply done) { set(context, params, std::move(done)); }},
-        {"camera.delete",
-         "Deletes a camera; its streams end.",
-         {name_field},
-         {{"applied_ns", "integer", "world time from which it is gone, ns"}},
-         {invalid_argument, not_found},
-         [&context](const json& params, RpcReply done) {
-             auto name = read_name(params);
-             if (!name) return done(std::unexpected(name.error()));
-             post(context, DeleteCamera{*name}, std::move(done),
-                  [](const Applied& applied) { return json{{"applied_ns", applied.applied_ns}}; });
-         }},
-        {"camera.get",
-         "Everything about one camera.",
-         {name_field},
-         state_fields(),
-         {invalid_argument, not_found},
-         [&context](const json& params, RpcReply done) {
-             auto name = read_name(params);
-             if (!name) return done(std::unexpected(name.error()));
-             post(context, GetCamera{*name}, std::move(done), [](const CameraState& state) { return to_json(state); });
-         }},
-        {"camera.list",
-         "All cameras, in the order they were made.",
-         {},
-         {{"cameras", "array", "each as camera.get gives it"}},
-         {},
-         [&context](const json&, RpcReply done) {
-             post(context, ListCameras{}, std::move(done), [](const std::vector<CameraState>& states) {
-                 json cameras = json::array();
-                 for (const auto& state : states) cameras.push_back(to_json(state));
-                 return json{{"cameras", std::move(cameras)}};
-             });
-         }},
+        {.name = "camera.create",
+         .summary = "Makes a camera; its first picture shows the moment it was made.",
+         .params = with({name_field, {"place", "string", "a place of the scene: its pose and field of view, unless given"}},
+                        camera_fields()),
+         .result = state_fields(),
+         .errors = {invalid_argument, already_exists, not_found, unsupported, resource_exhausted},
+         .handler = [&context](const json& params, RpcReply done) { create(context, params, std::move(done)); },
+         .example = R"({"name": "lobby", "size": [640, 480], "fps": 25, "vfov_deg": 60, )"
+                    R"("pose": {"position": [2, 3, 2.8], "look_at": [12, 9, 1]}, "code_strip": true})"},
+        {.name = "camera.set",
+         .summary = "Changes a camera; what is not given stays. A new size ends its streams; clients open them again.",
+         .params = with({name_field}, camera_fields()),
+         .result = state_fields(),
+         .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
+         .handler = [&context](const json& params, RpcReply done) { set(context, params, std::move(done)); },
+         .example = R"({"name": "lobby", "fps": "30000/1001", "pose": {"position": [2, 3, 2.8], "pan_deg": 40, "tilt_deg": -10}})"},
+        {.name = "camera.delete",
+         .summary = "Deletes a camera; its streams end.",
+         .params = {name_field},
+         .result = {{"applied_ns", "integer", "world time from which it is gone", false, "ns"}},
+         .errors = {invalid_argument, not_found},
+         .handler =
+             [&context](const json& params, RpcReply done) {
+                 auto name = read_name(params);
+                 if (!name) return done(std::unexpected(name.error()));
+                 post(context, DeleteCamera{*name}, std::move(done),
+                      [](const Applied& applied) { return json{{"applied_ns", applied.applied_ns}}; });
+             },
+         .example = R"({"name": "lobby"})"},
+        {.name = "camera.get",
+         .summary = "Everything about one camera.",
+         .params = {name_field},
+         .result = state_fields(),
+         .errors = {invalid_argument, not_found},
+         .handler =
+             [&context, to_json_of_state](const json& params, RpcReply done) {
+                 auto name = read_name(params);
+                 if (!name) return done(std::unexpected(name.error()));
+                 post(context, GetCamera{*name}, std::move(done), to_json_of_state);
+             },
+         .example = R"({"name": "lobby"})"},
+        {.name = "camera.list",
+         .summary = "All cameras, in the order they were made.",
+         .params = {},
+         .result = {{"cameras", "array of objects", "each as camera.get gives it"}},
+         .errors = {},
+         .handler =
+             [&context](const json&, RpcReply done) {
+                 post(context, ListCameras{}, std::move(done), [](const std::vector<CameraState>& states) {
+                     json cameras = json::array();
+                     for (const auto& state : states) cameras.push_back(to_json(state));
+                     return json{{"cameras", std::move(cameras)}};
+                 });
+             }},
     };
 }
 

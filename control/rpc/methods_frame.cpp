@@ -1,7 +1,9 @@
 #include <optional>
 
+#include "control/rpc/base64.h"
 #include "control/rpc/methods.h"
 #include "core/base/json_reader.h"
+#include "core/base/names.h"
 
 namespace camrig {
 namespace {
@@ -17,46 +19,70 @@ std::optional<FrameKind> parse_kind(std::string_view name) {
     return std::nullopt;
 }
 
+/// How raw pictures of a kind come.
+PixelFormat raw_pixels(FrameKind kind) {
+    switch (kind) {
+        case FrameKind::color:
+            return PixelFormat::rgba8;
+        case FrameKind::depth:
+            return PixelFormat::depth32f;
+        case FrameKind::instance:
+        case FrameKind::semantic:
+            return PixelFormat::id32;
+        case FrameKind::normal:
+            return PixelFormat::normal32f;
+    }
+    return PixelFormat::rgba8;
+}
+
+Result<RpcResult> frame_result(const MediaUnit& unit, const std::string& kind, const std::string& format) {
+    const FrameInfo& info = unit.info;
+    const std::span<const std::byte> bytes = unit.bytes ? std::span(*unit.bytes) : unit.frame->bytes();
+    if (bytes.size() > max_frame_bytes) {
+        return error(ErrorKind::resource_exhausted,
+                     "camera " + *info.camera + ": this picture has " + std::to_string(bytes.size()) +
+                         " bytes; frame.get gives at most " + std::to_string(max_frame_bytes) +
+                         ": ask for jpeg or png, or take it from /cameras/" + *info.camera + "/snapshot.png");
+    }
+    json fields{{"camera", *info.camera},
+                {"sequence", info.sequence},
+                {"time_ns", info.world_ns},
+                {"monotonic_ns", info.monotonic_ns},
+                {"size", {info.size.width, info.size.height}},
+                {"kind", kind},
+                {"format", format},
+                {"encoding", "base64"}};
+    if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
+    return RpcResult(std::move(fields), base64_encode(bytes));
+}
+
 void get(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     FetchRequest request;
     std::string kind = "color";
     std::string format = "jpeg";
-    int quality = default_jpeg_quality;
+    std::optional<int> quality;
     reader.required("camera", request.camera);
     reader.optional("kind", kind);
     reader.optional("format", format);
     reader.optional("quality", quality);
     reader.optional("min_ns", request.min_ns);
+    if (reader.ok())
+        if (auto good = check_name("camera", request.camera); !good) reader.fail(good.error());
     const auto parsed_kind = parse_kind(kind);
     if (!parsed_kind) reader.fail("kind", "must be color, depth, instance, semantic or normal");
-    if (format == "raw") {
-        request.format = {Codec::raw, PixelFormat::rgba8, 0, {}};
-    } else if (format == "jpeg") {
-        request.format = {Codec::jpeg, PixelFormat::rgba8, quality, {}};
-    } else if (format == "png") {
-        request.format = {Codec::png, PixelFormat::rgba8, 0, {}};
-    } else {
-        reader.fail("format", "must be jpeg, png or raw");
-    }
-    if (quality < 1 || quality > 100) reader.fail("quality", "must be 1 to 100");
+    if (format != "jpeg" && format != "png" && format != "raw") reader.fail("format", "must be jpeg, png or raw");
+    if (quality && (*quality < 1 || *quality > 100)) reader.fail("quality", "must be 1 to 100");
+    if (quality && format != "jpeg") reader.fail("quality", "only jpeg has one");
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
     request.kind = *parsed_kind;
+    if (format == "jpeg") request.format = {Codec::jpeg, PixelFormat::rgba8, quality.value_or(default_jpeg_quality), {}};
+    if (format == "png") request.format = {Codec::png, PixelFormat::rgba8, 0, {}};
+    if (format == "raw") request.format = {Codec::raw, raw_pixels(request.kind), 0, {}};
+    // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done there.
     context.frames.fetch(std::move(request), [kind, format, done = std::move(done)](Result<MediaUnit> unit) {
         if (!unit) return done(std::unexpected(unit.error()));
-        const FrameInfo& info = unit->info;
-        const std::span<const std::byte> bytes = unit->bytes ? std::span(*unit->bytes) : unit->frame->bytes();
-        json reply{{"camera", *info.camera},
-                   {"sequence", info.sequence},
-                   {"time_ns", info.world_ns},
-                   {"monotonic_ns", info.monotonic_ns},
-                   {"size", {info.size.width, info.size.height}},
-                   {"kind", kind},
-                   {"format", format},
-                   {"encoding", "base64"},
-                   {"data", base64(bytes)}};
-        if (unit->frame) reply["pixels"] = std::string(to_string(unit->frame->info().format));
-        done(std::move(reply));
+        done(frame_result(*unit, kind, format));
     });
 }
 
@@ -64,26 +90,28 @@ void get(RpcContext& context, const json& params, RpcReply done) {
 
 std::vector<Method> frame_methods(RpcContext& context) {
     using enum ErrorKind;
-    return {{"frame.get",
-             "The camera's latest due frame; drawn now if nobody was watching.",
-             {{"camera", "string", "name of the camera", true},
-              {"kind", "string", "color (default) | depth | instance | semantic | normal"},
-              {"format", "string",
-               "jpeg (default) | png | raw (rgba8 rows from the top; depth: 32-bit floats, ids: 32-bit)"},
-              {"quality", "integer", "of JPEG, 1 to 100; default 90"},
-              {"min_ns", "integer", "world time the frame must show or be later than; waits up to 10 s for it"}},
-             {{"camera", "string", "its name"},
-              {"sequence", "integer", "number of the frame"},
-              {"time_ns", "integer", "world time it shows"},
-              {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant"},
-              {"size", "[width, height]", "pixels"},
-              {"kind", "string", "as asked"},
-              {"format", "string", "as asked"},
-              {"pixels", "string", "raw only: layout of the bytes"},
-              {"encoding", "string", "base64"},
-              {"data", "string", "the bytes"}},
-             {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
-             [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); }}};
+    return {{.name = "frame.get",
+             .summary = "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
+                        "without padding, in the layout that `pixels` names.",
+             .params = {{"camera", "string", "name of the camera", true},
+                        {"kind", "string", "`color`, `depth`, `instance`, `semantic` or `normal`", false, "", "color"},
+                        {"format", "string", "`jpeg`, `png` or `raw`", false, "", "jpeg"},
+                        {"quality", "integer", "of jpeg, 1 to 100", false, "", std::to_string(default_jpeg_quality)},
+                        {"min_ns", "integer", "world time the frame must show or be later than; waits up to 10 s for it",
+                         false, "ns", "0"}},
+             .result = {{"camera", "string", "its name"},
+                        {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
+                        {"time_ns", "integer", "world time it shows", false, "ns"},
+                        {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
+                        {"size", "[width, height]", "size of the picture", false, "px"},
+                        {"kind", "string", "as asked"},
+                        {"format", "string", "as asked"},
+                        {"pixels", "string", "raw only: `rgba8`, `depth32f`, `id32` or `normal32f`, little-endian"},
+                        {"encoding", "string", "`base64`"},
+                        {"data", "string", "the bytes"}},
+             .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
+             .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
+             .example = R"({"camera": "lobby", "format": "png"})"}};
 }
 
 }  // namespace camrig

@@ -1,51 +1,99 @@
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/methods.h"
+#include "control/rpc/token.h"
+#include "core/base/json_reader.h"
 
 namespace camrig {
+namespace {
 
 using nlohmann::json;
 
+json limits_json(const ControlLimits& limits) {
+    return {{"line_bytes", limits.line_bytes},
+            {"batch", max_batch},
+            {"connections", limits.connections},
+            {"in_flight", limits.in_flight},
+            {"queued_reply_bytes", limits.queued_reply_bytes},
+            {"frame_bytes", max_frame_bytes},
+            {"queued_commands", max_queued_commands},
+            {"stalled_after_ms", limits.stalled_after.count()}};
+}
+
+void authorize(RpcContext& context, const json& params, RpcReply done) {
+    JsonReader reader(params, "");
+    std::string token;
+    reader.required("token", token);
+    if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
+    if (!context.token.empty() && !equal_tokens(token, context.token))
+        return done(error(ErrorKind::unauthorized, "this is not the rig's token (the one in its --token-file)"));
+    done(json{{"authorized", true}});
+}
+
+std::vector<Field> info_fields() {
+    return {{"version", "string", "of camrig"},
+            {"pid", "integer", "process id"},
+            {"uptime_s", "number", "since the start", false, "s"},
+            {"renderer", "string", "device and driver that draw"},
+            {"control", "string", "path of the control socket"},
+            {"host", "string", "address that the ports belong to"},
+            {"http", "integer", "port"},
+            {"rtsp", "integer", "port; 0: off"},
+            {"tcp", "integer", "port of control over TCP; 0: off"},
+            {"methods", "array of strings", "all methods"},
+            {"calls", "object", "how often each was called"},
+            {"limits", "object", "the bounds, see limits"}};
+}
+
+}  // namespace
+
 std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_counts) {
+    using enum ErrorKind;
     return {
-        {"stats.get",
-         "Counts and stage times of the whole rig.",
-         {},
-         {{"world_ns", "integer", "world time, ns"},
-          {"monotonic_ns", "integer", "CLOCK_MONOTONIC, ns"},
-          {"instants", "integer", "instants at which something was due"},
-          {"dropped_instants", "integer", "those skipped as a whole under overload"},
-          {"cameras", "array", "per camera: due = rendered + dropped, idle, outputs with their readers"},
-          {"stages", "array", "per stage: count, mean_ms, p50_ms, p99_ms, max_ms"}},
-         {},
-         [&context](const json&, RpcReply done) {
-             post(context, GetStats{}, std::move(done), [](const RigReport& report) { return to_json(report); });
-         }},
-        {"server.info",
-         "What this rig is and where it listens.",
-         {},
-         {{"version", "string", "of camrig"},
-          {"pid", "integer", "process id"},
-          {"renderer", "string", "device and driver"},
-          {"control", "string", "path of the control socket"},
-          {"http", "integer", "port"},
-          {"rtsp", "integer", "port; 0: off"},
-          {"methods", "array of strings", "all methods"},
-          {"calls", "object", "how often each was called"}},
-         {},
-         [&context, call_counts = std::move(call_counts)](const json&, RpcReply done) {
-             json info = context.info ? context.info() : json::object();
-             info["calls"] = call_counts();
-             done(std::move(info));
-         }},
-        {"server.shutdown",
-         "Ends the rig, after this answer.",
-         {},
-         {{"stopping", "boolean", "true"}},
-         {},
-         [&context](const json&, RpcReply done) {
-             done(json{{"stopping", true}});
-             if (context.shutdown) context.shutdown();
-         }},
+        {.name = "stats.get",
+         .summary = "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output received = "
+                    "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way.",
+         .params = {},
+         .result = {{"world_ns", "integer", "world time", false, "ns"},
+                    {"monotonic_ns", "integer", "CLOCK_MONOTONIC", false, "ns"},
+                    {"instants", "integer", "instants at which something was due"},
+                    {"dropped_instants", "integer", "those skipped as a whole under overload"},
+                    {"cameras", "array of objects", "name, due, rendered, dropped, idle and outputs with their readers"},
+                    {"stages", "array of objects", "name, count, mean_ms, p50_ms, p99_ms and max_ms"}},
+         .errors = {},
+         .handler =
+             [&context](const json&, RpcReply done) {
+                 post(context, GetStats{}, std::move(done), [](const RigReport& report) { return to_json(report); });
+             }},
+        {.name = "server.info",
+         .summary = "What this rig is and where it listens.",
+         .params = {},
+         .result = info_fields(),
+         .errors = {},
+         .handler =
+             [&context, call_counts = std::move(call_counts)](const json&, RpcReply done) {
+                 json info = context.info ? context.info() : json::object();
+                 info["calls"] = call_counts();
+                 info["limits"] = limits_json(context.limits);
+                 done(std::move(info));
+             }},
+        {.name = "server.shutdown",
+         .summary = "Ends the rig, after this answer.",
+         .params = {},
+         .result = {{"stopping", "boolean", "true"}},
+         .errors = {},
+         .handler =
+             [&context](const json&, RpcReply done) {
+                 done(json{{"stopping", true}});
+                 if (context.shutdown) context.shutdown();
+             }},
+        {.name = "auth",
+         .summary = "Shows the token. Where one is asked for (TCP with --token-file) this is the first line of a connection, "
+                    "or the connection is closed; elsewhere it is not needed.",
+         .params = {{"token", "string", "the line in the rig's --token-file", true}},
+         .result = {{"authorized", "boolean", "true"}},
+         .errors = {invalid_argument, unauthorized},
+         .handler = [&context](const json& params, RpcReply done) { authorize(context, params, std::move(done)); },
+         .example = R"({"token": "0123456789abcdef"})"},
     };
 }
 

@@ -1,6 +1,4 @@
-#include <atomic>
 #include <cmath>
-#include <thread>
 
 #include "control/rpc/methods.h"
 #include "core/base/json_reader.h"
@@ -16,23 +14,21 @@ constexpr double max_timeout_s = 3600.0;
 std::vector<Field> world_fields() {
     return {{"scene", "string", "name of the scene"},
             {"scene_file", "string", "the file it came from"},
-            {"mode", "string", "realtime | lockstep"},
-            {"overload", "string", "drop | slow"},
-            {"quality", "string", "default quality of the rig"},
+            {"mode", "string", "`realtime` or `lockstep`"},
+            {"overload", "string", "`drop` or `slow`"},
+            {"quality", "string", "the rig's own: `fast`, `simple` or `beautiful`"},
             {"paused", "boolean", "world time stands still (realtime)"},
-            {"world_ns", "integer", "world time, ns"},
-            {"step_ns", "integer", "the world's own step, ns"},
+            {"world_ns", "integer", "world time", false, "ns"},
+            {"step_ns", "integer", "the world's own step", false, "ns"},
             {"seed", "integer", "seed of all chance in the world"},
             {"objects", "integer", "static objects of the scene"},
             {"actors", "integer", "actors of the scene"},
             {"cameras", "integer", "cameras of the rig"},
-            {"places", "array of strings", "named camera places"},
-            {"applied_ns", "integer", "world time from which this state holds, ns"}};
+            {"places", "array of strings", "named camera places of the scene"},
+            {"applied_ns", "integer", "world time from which this state holds", false, "ns"}};
 }
 
-json world_json(const WorldState& state) {
-    return to_json(state);
-}
+json world_json(const WorldState& state) { return to_json(state); }
 
 template <typename C>
 auto simple(RpcContext& context) {
@@ -65,25 +61,22 @@ void step(RpcContext& context, const json& params, RpcReply done) {
     post(context, command, std::move(done), world_json);
 }
 
-/// Loading reads files and decodes pictures, so it has a thread of its own for that while; the engine gets the finished
-/// scene.
+/// Loading reads files and decodes pictures, so it has a thread of its own; the engine gets the finished scene.
 void load(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     std::string file;
     reader.required("scene", file);
+    if (reader.ok() && file.find('\0') != std::string::npos) reader.fail("scene", "a path holds no zero byte");
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    static std::atomic<int> loading{0};
-    constexpr int max_loading = 2;
-    if (loading.fetch_add(1) >= max_loading) {
-        loading.fetch_sub(1);
-        return done(error(ErrorKind::resource_exhausted, "two scenes are being loaded already; wait for one"));
-    }
-    std::thread([&context, file, done = std::move(done)] {
+    std::function<void()> job = [&context, file, done] {
         auto scene = load_scene(file);
-        loading.fetch_sub(1);
         if (!scene) return done(std::unexpected(scene.error()));
         post(context, LoadWorld{std::move(*scene)}, done, world_json);
-    }).detach();
+    };
+    if (!context.loader->post(job)) {
+        done(error(ErrorKind::resource_exhausted,
+                   std::to_string(max_scenes_waiting) + " scenes wait to be loaded already; ask again later"));
+    }
 }
 
 }  // namespace
@@ -91,29 +84,44 @@ void load(RpcContext& context, const json& params, RpcReply done) {
 std::vector<Method> world_methods(RpcContext& context) {
     using enum ErrorKind;
     return {
-        {"world.load",
-         "Loads another scene. World time starts again at 0; cameras stay, those of the scene are added.",
-         {{"scene", "string", "path of a scene file or a bare .gltf/.glb, as the rig sees it", true}},
-         world_fields(),
-         {invalid_argument, not_found, resource_exhausted, unavailable},
-         [&context](const json& params, RpcReply done) { load(context, params, std::move(done)); }},
-        {"world.status", "What the world is doing.", {}, world_fields(), {}, simple<GetWorld>(context)},
-        {"world.pause", "Holds world time (realtime).", {}, world_fields(), {unsupported}, simple<PauseWorld>(context)},
-        {"world.resume",
-         "Lets world time run again (realtime).",
-         {},
-         world_fields(),
-         {unsupported, unavailable},
-         simple<ResumeWorld>(context)},
-        {"world.step",
-         "Moves the world (lockstep, or paused realtime); answers when every connected reader was sent every due "
-         "frame.",
-         {{"seconds", "number", "how far; taken to the nearest ns"},
-          {"nanoseconds", "integer", "how far, exactly"},
-          {"timeout_s", "number", "longest wait for the readers of one instant; default 10"}},
-         world_fields(),
-         {invalid_argument, unavailable, resource_exhausted},
-         [&context](const json& params, RpcReply done) { step(context, params, std::move(done)); }},
+        {.name = "world.load",
+         .summary = "Loads another scene. World time starts again at 0; cameras stay, those of the scene are added unless "
+                    "their names are taken. The files are read first, so commands sent before the answer may be applied "
+                    "to the old scene. Errors name the file and the JSON path; nothing changes then.",
+         .params = {{"scene", "string", "path of a scene file or a bare .gltf/.glb, from the rig's working directory", true}},
+         .result = world_fields(),
+         .errors = {invalid_argument, not_found, unsupported, resource_exhausted, unavailable},
+         .handler = [&context](const json& params, RpcReply done) { load(context, params, std::move(done)); },
+         .example = R"({"scene": "scenes/minimal.json"})"},
+        {.name = "world.status",
+         .summary = "What the world is doing.",
+         .params = {},
+         .result = world_fields(),
+         .errors = {},
+         .handler = simple<GetWorld>(context)},
+        {.name = "world.pause",
+         .summary = "Holds world time (realtime only).",
+         .params = {},
+         .result = world_fields(),
+         .errors = {unsupported},
+         .handler = simple<PauseWorld>(context)},
+        {.name = "world.resume",
+         .summary = "Lets world time run again (realtime only).",
+         .params = {},
+         .result = world_fields(),
+         .errors = {unsupported, unavailable},
+         .handler = simple<ResumeWorld>(context)},
+        {.name = "world.step",
+         .summary = "Moves the world (lockstep, or paused realtime) and answers when every connected reader was sent every "
+                    "due frame. A reader that holds it up longer than timeout_s is named in the error. Give either "
+                    "seconds or nanoseconds.",
+         .params = {{"seconds", "number", "how far, 0 to 86400; taken to the nearest nanosecond", false, "s"},
+                    {"nanoseconds", "integer", "how far, exactly", false, "ns"},
+                    {"timeout_s", "number", "longest wait for the readers of one instant, up to 3600", false, "s", "10"}},
+         .result = world_fields(),
+         .errors = {invalid_argument, unavailable, resource_exhausted},
+         .handler = [&context](const json& params, RpcReply done) { step(context, params, std::move(done)); },
+         .example = R"({"seconds": 0.2, "timeout_s": 5})"},
     };
 }
 

@@ -6,6 +6,7 @@
 
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/methods.h"
+#include "control/rpc/work_thread.h"
 
 namespace camrig {
 namespace {
@@ -39,6 +40,25 @@ private:
     const std::function<void(std::string)> done_;
 };
 
+constexpr std::size_t max_replies_waiting = 4096;
+
+/// Sees to it that a call is answered exactly once, also when whoever had to answer it was taken down.
+class Answer {
+public:
+    explicit Answer(RpcReply done) : done_(std::move(done)) {}
+    ~Answer() { give(error(ErrorKind::unavailable, "the rig is ending")); }
+    Answer(const Answer&) = delete;
+    Answer& operator=(const Answer&) = delete;
+
+    void give(Result<RpcResult> result) {
+        if (!given_.exchange(true)) done_(std::move(result));
+    }
+
+private:
+    const RpcReply done_;
+    std::atomic<bool> given_{false};
+};
+
 /// Unknown and missing parameter names, from the table.
 Result<void> check_names(const Method& method, const json& params) {
     for (const auto& [key, value] : params.items()) {
@@ -59,11 +79,22 @@ Result<void> check_names(const Method& method, const json& params) {
 }  // namespace
 
 RpcServer::RpcServer(RpcContext context)
-    : context_(std::move(context)),
+    : context_([&] {
+          context.loader = std::make_shared<WorkThread>(max_scenes_waiting);
+          context.replies = std::make_shared<WorkThread>(max_replies_waiting);
+          return std::move(context);
+      }()),
       methods_(make_methods(context_, [this] { return json(calls()); })),
       calls_(methods_.size()) {
     for (std::size_t i = 0; i < methods_.size(); ++i) by_name_.emplace(methods_[i].name, i);
 }
+
+RpcServer::~RpcServer() {
+    stop();
+    context_.replies->stop();
+}
+
+void RpcServer::stop() { context_.loader->stop(); }
 
 std::map<std::string, std::uint64_t> RpcServer::calls() const {
     std::map<std::string, std::uint64_t> counts;
@@ -75,7 +106,8 @@ void RpcServer::call(const json& params, std::size_t index, RpcReply done) {
     const Method& method = methods_[index];
     calls_[index].fetch_add(1);
     if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
-    method.handler(params, std::move(done));
+    const auto answer = std::make_shared<Answer>(std::move(done));
+    method.handler(params, [answer](Result<RpcResult> result) { answer->give(std::move(result)); });
 }
 
 void RpcServer::handle(std::string_view text, std::function<void(std::string)> done) {
@@ -96,7 +128,7 @@ void RpcServer::handle(std::string_view text, std::function<void(std::string)> d
             batch->answer(i, request.id ? rpc_error(unknown) : std::string());
             continue;
         }
-        call(request.params, found->second, [batch, i, id = request.id](Result<json> result) {
+        call(request.params, found->second, [batch, i, id = request.id](Result<RpcResult> result) {
             if (!id) return batch->answer(i, {});
             if (result) return batch->answer(i, rpc_result(*id, *result));
             batch->answer(i, rpc_error({rpc_code_of(result.error().kind), result.error(), *id}));
@@ -118,8 +150,8 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     for (auto& method : rig) {
         if (method.name != "server.info") continue;
         method.handler = [inner = std::move(method.handler), names](const json& params, RpcReply done) {
-            inner(params, [names, done = std::move(done)](Result<json> result) {
-                if (result) (*result)["methods"] = names;
+            inner(params, [names, done = std::move(done)](Result<RpcResult> result) {
+                if (result) result->fields["methods"] = names;
                 done(std::move(result));
             });
         };

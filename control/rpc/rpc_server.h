@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "control/rpc/limits.h"
 #include "control/rpc/method.h"
 #include "core/base/result.h"
 #include "core/engine/command.h"
@@ -15,24 +16,43 @@
 
 namespace camrig {
 
-/// What the methods work on; all of it must outlive the server.
+class WorkThread;
+
+/// What the methods work on; all of it must outlive the server's stop().
 struct RpcContext {
     CommandPort& commands;
     FrameFetcher& frames;
     /// Facts for server.info that only the composition root knows: renderer, ports, scene. May be empty.
-    std::function<nlohmann::json()> info;
+    std::function<nlohmann::json()> info = {};
     /// Asks the program to end, after the answer has gone out.
-    std::function<void()> shutdown;
+    std::function<void()> shutdown = {};
+    /// What `auth` compares with; empty: any token will do.
+    std::string token = {};
+    ControlLimits limits = {};
+
+    // Made by the server: one thread reads scenes, one turns the engine's replies into text.
+    std::shared_ptr<WorkThread> loader = {};
+    std::shared_ptr<WorkThread> replies = {};
 };
 
 /// Decodes JSON-RPC text, checks it against the method table and runs the methods. Knows no transport; any thread.
+///
+/// Requests are started in the order of the calls of handle(), and the engine runs commands in that order; answers come
+/// when they are ready. Only world.load reads its files first.
 class RpcServer {
 public:
     explicit RpcServer(RpcContext context);
+    ~RpcServer();
+    RpcServer(const RpcServer&) = delete;
+    RpcServer& operator=(const RpcServer&) = delete;
 
     /// Handles one message (one request or one batch). `done` gets the answer, exactly once, from any thread; an empty
-    /// string means there is nothing to answer (notifications only).
+    /// string means there is nothing to answer (notifications only). `done` may outlive the server.
     void handle(std::string_view text, std::function<void(std::string)> done);
+
+    /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and frames
+    /// alone from then on, as far as world.load goes. To be called before these go. Twice is fine.
+    void stop();
 
     const std::vector<Method>& methods() const { return methods_; }
     /// How often each method was called; tests use it to see that none was left out.
@@ -50,7 +70,10 @@ private:
 /// The whole table. The methods keep a reference to the context.
 std::vector<Method> make_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
 
-/// docs/control-protocol.md's reference part.
-std::string methods_as_markdown(const std::vector<Method>& methods);
+/// The table without a rig, for documentation: every handler answers `unavailable`.
+const std::vector<Method>& documented_methods();
+
+/// The whole of docs/control-protocol.md.
+std::string control_protocol_markdown(const std::vector<Method>& methods);
 
 }  // namespace camrig

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "control/rpc/limits.h"
 #include "control/rpc/rpc_server.h"
 #include "core/base/result.h"
 
@@ -18,15 +19,24 @@ struct ControlServerOptions {
     std::optional<std::uint16_t> tcp_port;  ///< nullopt: no TCP; 0: any free port
     std::string token;                      ///< asked for on TCP; required unless host is loopback
     RpcServer* rpc = nullptr;               ///< outlives the server
+    ControlLimits limits = {};
+};
+
+/// Counts since the start.
+struct ControlCounts {
+    std::uint64_t open = 0;     ///< connections now
+    std::uint64_t total = 0;    ///< connections ever taken
+    std::uint64_t refused = 0;  ///< over the limit
 };
 
 /// JSON-RPC over lines: one JSON message a line, answers in the order of the requests of a connection.
 ///
-/// One thread of its own serves all connections with coroutines. Every bound is named in the implementation and in
-/// docs/control-protocol.md. All calls from any thread.
+/// One thread of its own serves all connections with coroutines. Every bound is in ControlLimits. All calls from any
+/// thread; throws nothing.
 class ControlServer {
 public:
-    /// Listens before it returns.
+    /// Listens before it returns. already_exists: another rig lives at unix_path; invalid_argument: a host beyond loopback
+    /// without a token; unavailable: cannot be listened on (the message says why).
     static Result<std::unique_ptr<ControlServer>> create(ControlServerOptions options);
     ~ControlServer();
     ControlServer(const ControlServer&) = delete;
@@ -34,7 +44,9 @@ public:
 
     /// 0 when there is no TCP.
     std::uint16_t tcp_port() const;
-    /// Closes every connection, removes the socket file and joins the thread. Twice is fine.
+    ControlCounts counts() const;
+    /// Takes no more requests, gives answers in work a moment (limits.linger), closes every connection, removes the socket
+    /// file and joins the thread. Twice is fine.
     void stop();
 
 private:

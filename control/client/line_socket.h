@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+#include "control/client/endpoint.h"
+#include "core/base/result.h"
+#include "core/base/unique_fd.h"
+
+namespace camrig {
+
+using Deadline = std::chrono::steady_clock::time_point;
+
+/// A connected stream socket that speaks in lines, with a deadline for every call. One thread at a time.
+class LineSocket {
+public:
+    static Result<LineSocket> connect(const Endpoint& endpoint, Deadline deadline);
+
+    Result<void> send(std::string_view line, Deadline deadline);
+    /// The next line without its end, at most `max_bytes` long.
+    Result<std::string> receive(std::size_t max_bytes, Deadline deadline);
+
+private:
+    LineSocket(UniqueFd fd, std::string peer) : fd_(std::move(fd)), peer_(std::move(peer)) {}
+    Result<void> wait(short events, Deadline deadline) const;
+
+    UniqueFd fd_;
+    std::string peer_;
+    std::string received_;
+};
+
+}  // namespace camrig

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "control/client/line_socket.h"
+#include "core/base/result.h"
+
+namespace camrig {
+
+struct RpcClientOptions {
+    Endpoint endpoint;
+    std::string token = {};  ///< not empty: shown first, TCP only
+    std::chrono::milliseconds connect_timeout{5'000};
+};
+
+/// Calls methods of a rig over its control socket, one at a time; blocks until the answer is there or the time is over.
+///
+/// Thread: one at a time. The rig's errors come with their kind and message. After an error of the connection itself
+/// (`unavailable`) every further call fails; connect anew.
+class RpcClient {
+public:
+    static Result<RpcClient> connect(const RpcClientOptions& options);
+
+    Result<nlohmann::json> call(std::string_view method, const nlohmann::json& params = nlohmann::json::object(),
+                                std::chrono::milliseconds timeout = default_timeout);
+
+    static constexpr std::chrono::milliseconds default_timeout{30'000};
+    /// The largest picture of frame.get in base64, and some.
+    static constexpr std::size_t max_reply_bytes = std::size_t{80} << 20;
+
+private:
+    explicit RpcClient(LineSocket socket) : socket_(std::move(socket)) {}
+
+    LineSocket socket_;
+    std::int64_t next_id_ = 1;
+    bool is_broken_ = false;
+};
+
+}  // namespace camrig

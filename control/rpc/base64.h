@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace camrig {
+
+/// RFC 4648, with padding, no line breaks.
+std::string base64_encode(std::span<const std::byte> bytes);
+/// Strict: the alphabet, the padding and zero spare bits must be right.
+Result<std::vector<std::byte>> base64_decode(std::string_view text);
+
+}  // namespace camrig

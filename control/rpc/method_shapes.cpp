@@ -1,0 +1,101 @@
+#include "control/rpc/method_shapes.h"
+
+namespace camrig {
+
+std::vector<Shape> protocol_shapes() {
+    return {
+        {"pose",
+         "Where a camera is and how it is turned, in the world (right-handed, z up). Give at most one of look_at, the angles "
+         "and orientation; with none of them the camera looks along +x.",
+         {{"position", "[x, y, z]", "where it is", true, "m"},
+          {"look_at", "[x, y, z]", "the point in the middle of the picture; the horizon stays level", false, "m"},
+          {"pan_deg", "number", "about world z, counter-clockwise from above; 0 looks along +x", false, "deg", "0"},
+          {"tilt_deg", "number", "positive looks up", false, "deg", "0"},
+          {"roll_deg", "number", "about the viewing direction, clockwise seen from behind the camera", false, "deg", "0"},
+          {"orientation", "[x, y, z, w]", "quaternion of the body frame: x forward, y left, z up"}}},
+        {"intrinsics",
+         "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 is the middle.",
+         {{"fx", "number", "focal length", true, "px"},
+          {"fy", "number", "focal length", true, "px"},
+          {"cx", "number", "principal point", true, "px"},
+          {"cy", "number", "principal point", true, "px"}}},
+        {"lens",
+         "Models and coefficients as in OpenCV and ROS.",
+         {{"model", "string",
+           "`pinhole`, `plumb_bob` (k1 k2 p1 p2 k3), `rational_polynomial` (k1 k2 p1 p2 k3 k4 k5 k6) or `equidistant` "
+           "(k1 k2 k3 k4)",
+           true},
+          {"coefficients", "array of numbers", "as many as the model has; pinhole has none"}}},
+        {"outputs",
+         "One element of outputs: where pictures go beside HTTP, which every camera has.",
+         {{"kind", "string", "`v4l2`, `device`, `rtsp` or `mjpeg`", true},
+          {"number", "integer", "v4l2 and device: N of /dev/videoN"},
+          {"format", "string", "v4l2: `YUYV`, `YU12`, `MJPG` or `BGR3`", false, "", "YUYV"},
+          {"codec", "string", "rtsp: `h264` or `mjpeg`", false, "", "h264"},
+          {"quality", "integer", "mjpeg: 1 to 100", false, "", "90"}}},
+    };
+}
+
+std::string_view protocol_introduction() {
+    return R"md(# Control protocol
+
+<!-- Made from the method table by: camrig methods --markdown > docs/control-protocol.md -->
+
+[JSON-RPC 2.0](https://www.jsonrpc.org/specification), one JSON object a line, on
+
+* the **Unix socket**: `--control PATH`, else `$CAMRIG_CONTROL`, else `$XDG_RUNTIME_DIR/camrig.sock`, else
+  `/tmp/camrig-$UID.sock` (mode 0600);
+* **TCP**, with `--tcp PORT`;
+* **HTTP**, as the body of `POST /rpc`.
+
+```
+$ echo '{"jsonrpc":"2.0","id":1,"method":"world.step","params":{"seconds":0.2}}' | nc -U -q 2 /tmp/camrig-$UID.sock
+```
+
+`camrig call METHOD JSON` does the same, and `camrig methods` lists the methods.
+
+* Parameters go by name; an unknown one is an error. `id` is a string, a number or null; a request without one is a
+  notification and gets no answer. Batches are answered as one array.
+* Requests on one connection are answered in their order, and the world applies commands in that order. A client may send
+  ahead without waiting. The last line before the end of a connection needs no line end.
+* A reply to a command that changes the world carries `applied_ns`: the world time from which it shows.
+* All times are integer nanoseconds. `world_ns` and `time_ns` count from the loading of the scene.
+
+## Errors
+
+`error.code` is JSON-RPC's, `error.data.kind` is what programs act on, `error.message` says what to do.
+
+| code | |
+|---|---|
+| -32700 | not JSON (also: nested too deep, or a key twice) |
+| -32600 | not a request |
+| -32601 | no such method |
+| -32602 | the parameters are wrong: kind `invalid_argument` |
+| -32000 | all others: see the kind |
+
+| kind | |
+|---|---|
+| `invalid_argument` | a value is wrong; the message names it by its JSON path |
+| `not_found` | no such camera, place, file or method |
+| `already_exists` | the name is taken |
+| `unavailable` | not now: the world runs or stands still, a reader holds a step up, a time limit has passed |
+| `unsupported` | this rig cannot do it |
+| `resource_exhausted` | a limit is reached |
+| `unauthorized` | a token is missing or wrong |
+| `internal` | a bug in camrig |
+
+## Token
+
+`--token-file FILE` is required when `--host` is not loopback. TCP connections then begin with
+
+```json
+{"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}}
+```
+
+and are closed when the token is wrong or anything else comes first. HTTP takes it as `Authorization: Bearer ...`. The Unix
+socket asks for none: its mode admits its owner only.
+
+)md";
+}
+
+}  // namespace camrig

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "control/rpc/method.h"
+
+namespace camrig {
+
+/// An object that several methods take, described once.
+struct Shape {
+    std::string name;
+    std::string summary;
+    std::vector<Field> fields;
+};
+
+std::vector<Shape> protocol_shapes();
+
+/// The text of docs/control-protocol.md before its tables.
+std::string_view protocol_introduction();
+
+}  // namespace camrig

@@ -1,0 +1,211 @@
+#include "control/server/connection.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "control/rpc/json_rpc.h"
+#include "control/rpc/rpc_server.h"
+#include "control/rpc/token.h"
+
+namespace camrig {
+namespace asio = boost::asio;
+namespace {
+
+constexpr std::size_t read_bytes = 64 * 1024;
+constexpr std::size_t write_bytes = 256 * 1024;
+constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
+
+/// A web page can make a browser send a request of its own choice to any port; its first line tells.
+bool is_http(std::string_view line) { return line.ends_with(" HTTP/1.1") || line.ends_with(" HTTP/1.0"); }
+
+/// Rung by cancelling: a ring while nobody waits is lost, so waiters look at the state they wait for first. All of it
+/// happens on one thread.
+asio::awaitable<void> wait(asio::steady_timer& bell) {
+    bell.expires_at(asio::steady_timer::time_point::max());
+    co_await bell.async_wait(no_result);
+}
+
+}  // namespace
+
+Connection::Connection(ConnectionShared& shared, Socket socket, bool must_authorize)
+    : shared_(shared),
+      socket_(std::move(socket)),
+      lines_(must_authorize ? shared.limits.unauthorized_line_bytes : shared.limits.line_bytes),
+      is_authorized_(!must_authorize),
+      room_(socket_.get_executor()),
+      ready_(socket_.get_executor()),
+      limit_(socket_.get_executor()) {}
+
+void Connection::start() {
+    if (!is_authorized_) close_after(shared_.limits.authorize_time);
+    asio::co_spawn(socket_.get_executor(), [self = shared_from_this()] { return self->read_loop(); }, asio::detached);
+    asio::co_spawn(socket_.get_executor(), [self = shared_from_this()] { return self->write_loop(); }, asio::detached);
+}
+
+asio::awaitable<void> Connection::read_loop() {
+    const auto self = shared_from_this();
+    std::array<char, read_bytes> chunk;
+    while (!is_finishing_) {
+        while (co_await room()) {
+            const auto line = lines_.next_line();
+            if (!line) break;
+            if (!take(*line)) co_return finish();
+        }
+        if (is_finishing_ || is_closed_) break;
+        if (lines_.too_long()) {
+            refuse(rpc_code::invalid_request, ErrorKind::resource_exhausted,
+                   "a message has at most " +
+                       std::to_string(is_authorized_ ? shared_.limits.line_bytes : shared_.limits.unauthorized_line_bytes) +
+                       " bytes; this connection ends");
+            break;
+        }
+        const auto [failed, size] = co_await socket_.async_read_some(asio::buffer(chunk), no_result);
+        if (failed == asio::error::eof) {
+            if (!lines_.rest().empty() && co_await room()) take(lines_.rest());
+            break;
+        }
+        if (failed) co_return close();
+        lines_.append({chunk.data(), size});
+    }
+    finish();
+}
+
+asio::awaitable<bool> Connection::room() {
+    while (!is_closed_ && !is_finishing_ &&
+           (slots_.size() >= shared_.limits.in_flight || reply_bytes_ >= shared_.limits.unsent_reply_bytes)) {
+        co_await wait(room_);
+    }
+    co_return !is_closed_ && !is_finishing_;
+}
+
+bool Connection::take(std::string_view line) {
+    if (line.find_first_not_of(" \t\r") == std::string_view::npos) return true;
+    if (is_http(line)) {
+        refuse(rpc_code::parse_error, ErrorKind::invalid_argument,
+               "this is the control socket, not HTTP; POST /rpc on the HTTP port takes the same messages");
+        return false;
+    }
+    if (!is_authorized_) return take_first(line);
+    auto slot = slots_.emplace_back(std::make_shared<Slot>());
+    shared_.rpc.handle(line, [post = shared_.post, weak = weak_from_this(), slot](std::string reply) {
+        (*post)([weak, slot, reply = std::move(reply)]() mutable {
+            if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
+        });
+    });
+    return true;
+}
+
+bool Connection::take_first(std::string_view line) {
+    const RpcMessage message = parse_rpc(line);
+    const auto* request = std::get_if<RpcRequest>(&message.items.front());
+    const bool is_auth = !message.is_batch && request && request->method == "auth" && request->params.contains("token") &&
+                         request->params["token"].is_string();
+    if (!is_auth || !equal_tokens(request->params["token"].get<std::string>(), shared_.token)) {
+        refuse(rpc_code::application, ErrorKind::unauthorized,
+               is_auth ? "wrong token; it is the line in the rig's --token-file"
+                       : R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}})");
+        return false;
+    }
+    is_authorized_ = true;
+    limit_.cancel();
+    lines_.set_max_line(shared_.limits.line_bytes);
+    return take(line);  // and is answered like every other request
+}
+
+void Connection::refuse(int code, ErrorKind kind, std::string message) {
+    reads_off_ = true;
+    const auto slot = slots_.emplace_back(std::make_shared<Slot>());
+    answer(slot, rpc_error({code, {kind, std::move(message)}, nullptr}));
+}
+
+void Connection::answer(const std::shared_ptr<Slot>& slot, std::string reply) {
+    if (is_closed_) return;
+    reply_bytes_ += reply.size();
+    shared_.reply_bytes += reply.size();
+    slot->reply = std::move(reply);
+    slot->is_ready = true;
+    if (reply_bytes_ > shared_.limits.queued_reply_bytes || shared_.reply_bytes > shared_.limits.total_reply_bytes)
+        return close();
+    ready_.cancel();
+}
+
+asio::awaitable<void> Connection::write_loop() {
+    const auto self = shared_from_this();
+    for (;;) {
+        while (!is_closed_ && (slots_.empty() ? !is_finishing_ : !slots_.front()->is_ready)) co_await wait(ready_);
+        if (is_closed_) co_return;
+        if (slots_.empty()) break;
+        std::string reply = std::move(slots_.front()->reply);
+        if (!reply.empty()) {
+            reply += '\n';
+            if (!co_await write(reply)) co_return close();
+            reply_bytes_ -= reply.size() - 1;
+            shared_.reply_bytes -= reply.size() - 1;
+        }
+        slots_.pop_front();
+        room_.cancel();
+    }
+    if (reads_off_) co_await read_off();
+    close();
+}
+
+asio::awaitable<bool> Connection::write(std::string_view text) {
+    while (!text.empty()) {
+        close_after(shared_.limits.stalled_after);
+        const auto [failed, size] =
+            co_await socket_.async_write_some(asio::buffer(text.data(), std::min(text.size(), write_bytes)), no_result);
+        limit_.expires_at(asio::steady_timer::time_point::max());
+        if (failed || is_closed_) co_return false;
+        text.remove_prefix(size);
+    }
+    co_return true;
+}
+
+asio::awaitable<void> Connection::read_off() {
+    boost::system::error_code ignored;
+    socket_.shutdown(Socket::shutdown_send, ignored);
+    close_after(shared_.limits.linger);
+    std::array<char, read_bytes> chunk;
+    while (!is_closed_) {
+        const auto [failed, size] = co_await socket_.async_read_some(asio::buffer(chunk), no_result);
+        if (failed) break;
+    }
+}
+
+void Connection::close_after(ControlLimits::Duration time) {
+    limit_.expires_after(time);
+    limit_.async_wait([weak = weak_from_this()](boost::system::error_code cancelled) {
+        const auto self = weak.lock();
+        // A wait that had expired just before it was moved on must not close.
+        if (!cancelled && self && self->limit_.expiry() <= asio::steady_timer::clock_type::now()) self->close();
+    });
+}
+
+void Connection::finish() {
+    is_finishing_ = true;
+    room_.cancel();
+    ready_.cancel();
+    // A reader that waits for the peer is waiting for nothing now; the writer goes on.
+    boost::system::error_code ignored;
+    if (!is_closed_ && !reads_off_) socket_.shutdown(Socket::shutdown_receive, ignored);
+}
+
+void Connection::close() {
+    if (std::exchange(is_closed_, true)) return;
+    shared_.reply_bytes -= reply_bytes_;
+    boost::system::error_code ignored;
+    socket_.close(ignored);
+    room_.cancel();
+    ready_.cancel();
+    limit_.cancel();
+    shared_.on_closed(this);
+}
+
+}  // namespace camrig

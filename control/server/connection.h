@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "control/rpc/limits.h"
+#include "control/server/line_buffer.h"
+#include "control/server/loop_post.h"
+
+namespace camrig {
+
+class RpcServer;
+
+class Connection;
+
+/// What all connections of a server share. Lives on the server's thread and outlives them.
+struct ConnectionShared {
+    RpcServer& rpc;
+    const ControlLimits& limits;
+    const std::string& token;
+    std::shared_ptr<LoopPost> post;
+    std::size_t reply_bytes = 0;  ///< queued, of all connections
+    std::function<void(Connection*)> on_closed;
+};
+
+/// One client: reads lines, hands them to the RPC server, writes the answers in the order of the requests.
+///
+/// Thread: the server's. Two coroutines share it, one that reads and one that writes; each keeps it alive. A client is not
+/// read while too much is unanswered or unsent, and is closed when it takes no byte of an answer for too long.
+class Connection : public std::enable_shared_from_this<Connection> {
+public:
+    using Socket = boost::asio::generic::stream_protocol::socket;
+
+    Connection(ConnectionShared& shared, Socket socket, bool must_authorize);
+
+    void start();
+    /// Takes no more requests; closes when what was asked is answered and sent.
+    void finish();
+    void close();
+
+private:
+    struct Slot {
+        std::string reply;
+        bool is_ready = false;
+    };
+
+    boost::asio::awaitable<void> read_loop();
+    boost::asio::awaitable<void> write_loop();
+    boost::asio::awaitable<bool> write(std::string_view text);
+    /// Waits until another request may be started; false when the connection is over.
+    boost::asio::awaitable<bool> room();
+    /// Reads and forgets until the peer ends or `linger` is over: closing with unread bytes could destroy the answer.
+    boost::asio::awaitable<void> read_off();
+    /// True: go on. False: this was the last line that is taken.
+    bool take(std::string_view line);
+    bool take_first(std::string_view line);
+    /// Answers with an error and makes it the last answer of this connection.
+    void refuse(int code, ErrorKind kind, std::string message);
+    void answer(const std::shared_ptr<Slot>& slot, std::string reply);
+    void close_after(ControlLimits::Duration time);
+
+    ConnectionShared& shared_;
+    Socket socket_;
+    LineBuffer lines_;
+    std::deque<std::shared_ptr<Slot>> slots_;  ///< requests not yet answered and sent, oldest first
+    std::size_t reply_bytes_ = 0;
+    bool is_authorized_;
+    bool is_finishing_ = false;
+    bool is_closed_ = false;
+    bool reads_off_ = false;
+    boost::asio::steady_timer room_;   ///< rung when a request may be started
+    boost::asio::steady_timer ready_;  ///< rung when an answer may be sent
+    boost::asio::steady_timer limit_;  ///< closes the connection when it expires
+};
+
+}  // namespace camrig

@@ -1,0 +1,195 @@
+#include "control/server/control_server.h"
+
+#include <atomic>
+#include <map>
+#include <thread>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <spdlog/spdlog.h>
+
+#include "control/rpc/json_rpc.h"
+#include "control/server/connection.h"
+#include "control/server/unix_socket.h"
+
+namespace camrig {
+namespace asio = boost::asio;
+using tcp = asio::ip::tcp;
+using local = asio::local::stream_protocol;
+
+namespace {
+
+constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
+/// Out of descriptors: accepting at once again would only burn the processor.
+constexpr std::chrono::milliseconds accept_pause{100};
+
+}  // namespace
+
+struct ControlServer::Impl {
+    explicit Impl(ControlServerOptions given) : options(std::move(given)) {}
+
+    Result<void> listen_unix();
+    Result<void> listen_tcp();
+    template <typename Acceptor>
+    asio::awaitable<void> accept_loop(Acceptor& acceptor, bool must_authorize);
+    void take(Connection::Socket socket, bool must_authorize);
+    void refuse(Connection::Socket socket);
+    void closed(Connection* connection);
+    void begin_stop();
+
+    const ControlServerOptions options;
+    asio::io_context loop{1};
+    UnixListener unix_file;
+    local::acceptor unix_acceptor{loop};
+    tcp::acceptor tcp_acceptor{loop};
+    asio::steady_timer linger{loop};
+    std::uint16_t tcp_port = 0;
+    ConnectionShared shared{*options.rpc, options.limits, options.token,
+                            std::make_shared<LoopPost>(loop.get_executor()), 0,
+                            [this](Connection* connection) { closed(connection); }};
+    std::map<Connection*, std::shared_ptr<Connection>> connections;
+    bool is_stopping = false;
+    std::atomic<std::uint64_t> open{0}, total{0}, refused{0};
+    std::thread thread;
+    std::mutex stop_mutex;
+};
+
+Result<void> ControlServer::Impl::listen_unix() {
+    if (options.unix_path.empty()) return {};
+    auto listener = UnixListener::listen(options.unix_path);
+    if (!listener) return std::unexpected(listener.error());
+    unix_file = std::move(*listener);
+    boost::system::error_code failed;
+    unix_acceptor.assign(local(), unix_file.fd(), failed);
+    if (failed) return error(ErrorKind::unavailable, "control socket " + options.unix_path + ": " + failed.message());
+    unix_file.release_fd();
+    return {};
+}
+
+Result<void> ControlServer::Impl::listen_tcp() {
+    if (!options.tcp_port) return {};
+    const std::string place = "control over TCP on " + options.host + ":" + std::to_string(*options.tcp_port);
+    boost::system::error_code failed;
+    const auto found =
+        tcp::resolver(loop).resolve(options.host, std::to_string(*options.tcp_port), tcp::resolver::passive, failed);
+    if (failed || found.empty())
+        return error(ErrorKind::unavailable, place + ": no address of this machine: " + failed.message());
+    const tcp::endpoint endpoint = *found.begin();
+    if (!endpoint.address().is_loopback() && options.token.empty()) {
+        return error(ErrorKind::invalid_argument,
+                     place + ": is not loopback, so others could steer the rig; give a --token-file");
+    }
+    // Each call does nothing once an earlier one has failed.
+    const auto step = [&failed](auto&& call) {
+        if (!failed) call();
+    };
+    step([&] { tcp_acceptor.open(endpoint.protocol(), failed); });
+    step([&] { tcp_acceptor.set_option(tcp::acceptor::reuse_address(true), failed); });
+    step([&] { tcp_acceptor.bind(endpoint, failed); });
+    step([&] { tcp_acceptor.listen(tcp::acceptor::max_listen_connections, failed); });
+    step([&] { tcp_port = tcp_acceptor.local_endpoint(failed).port(); });
+    if (failed) return error(ErrorKind::unavailable, place + ": " + failed.message());
+    return {};
+}
+
+template <typename Acceptor>
+asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool must_authorize) {
+    while (acceptor.is_open()) {
+        auto [failed, socket] = co_await acceptor.async_accept(no_result);
+        if (!failed) {
+            if constexpr (std::is_same_v<Acceptor, tcp::acceptor>) {
+                boost::system::error_code ignored;
+                socket.set_option(tcp::no_delay(true), ignored);
+                socket.set_option(asio::socket_base::keep_alive(true), ignored);
+            }
+            take(Connection::Socket(std::move(socket)), must_authorize);
+        } else if (acceptor.is_open()) {
+            spdlog::warn("control: a connection could not be taken: {}", failed.message());
+            asio::steady_timer pause(loop, accept_pause);
+            co_await pause.async_wait(no_result);
+        }
+    }
+}
+
+void ControlServer::Impl::take(Connection::Socket socket, bool must_authorize) {
+    if (is_stopping) return;
+    if (connections.size() >= options.limits.connections) return refuse(std::move(socket));
+    auto connection = std::make_shared<Connection>(shared, std::move(socket), must_authorize);
+    connections.emplace(connection.get(), connection);
+    open = connections.size();
+    ++total;
+    connection->start();
+}
+
+void ControlServer::Impl::refuse(Connection::Socket socket) {
+    ++refused;
+    const std::string line = rpc_error({rpc_code::application,
+                                        {ErrorKind::resource_exhausted,
+                                         "there are " + std::to_string(options.limits.connections) +
+                                             " connections already; close one"},
+                                        nullptr}) +
+                             "\n";
+    boost::system::error_code ignored;
+    socket.non_blocking(true, ignored);
+    socket.write_some(asio::buffer(line), ignored);  // a fresh socket has room for it
+    socket.shutdown(Connection::Socket::shutdown_both, ignored);
+}
+
+void ControlServer::Impl::closed(Connection* connection) {
+    connections.erase(connection);
+    open = connections.size();
+    if (is_stopping && connections.empty()) linger.cancel();
+}
+
+void ControlServer::Impl::begin_stop() {
+    is_stopping = true;
+    boost::system::error_code ignored;
+    unix_acceptor.close(ignored);
+    tcp_acceptor.close(ignored);
+    // Copies: closing takes connections out of the map.
+    auto present = connections;
+    for (const auto& [key, connection] : present) connection->finish();
+    if (connections.empty()) return;
+    linger.expires_after(options.limits.linger);
+    linger.async_wait([this](boost::system::error_code) {
+        auto left = connections;
+        for (const auto& [key, connection] : left) connection->close();
+    });
+}
+
+Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOptions options) {
+    CHECK(options.rpc != nullptr);
+    auto impl = std::make_unique<Impl>(std::move(options));
+    for (auto& listened : {impl->listen_unix(), impl->listen_tcp()})
+        if (!listened) return std::unexpected(listened.error());
+    Impl& self = *impl;
+    if (self.unix_acceptor.is_open())
+        asio::co_spawn(self.loop, self.accept_loop(self.unix_acceptor, false), asio::detached);
+    if (self.tcp_acceptor.is_open())
+        asio::co_spawn(self.loop, self.accept_loop(self.tcp_acceptor, !self.options.token.empty()), asio::detached);
+    self.thread = std::thread([&self] { self.loop.run(); });
+    return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
+}
+
+ControlServer::ControlServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ControlServer::~ControlServer() { stop(); }
+
+std::uint16_t ControlServer::tcp_port() const { return impl_->tcp_port; }
+
+ControlCounts ControlServer::counts() const { return {impl_->open.load(), impl_->total.load(), impl_->refused.load()}; }
+
+void ControlServer::stop() {
+    std::lock_guard lock(impl_->stop_mutex);
+    if (!impl_->thread.joinable()) return;
+    (*impl_->shared.post)([impl = impl_.get()] { impl->begin_stop(); });
+    impl_->thread.join();
+    impl_->shared.post->disconnect();
+    impl_->unix_file.remove_file();
+}
+
+}  // namespace camrig

@@ -1,0 +1,95 @@
+#include "control/server/unix_socket.h"
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+namespace camrig {
+namespace {
+
+constexpr int listen_backlog = 128;
+
+std::unexpected<Error> failed(const std::string& path, const std::string& what) {
+    return error(ErrorKind::unavailable, "control socket " + path + ": " + what);
+}
+
+UniqueFd make_socket() { return UniqueFd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
+
+/// Somebody listens there. A full backlog counts as somebody.
+bool is_alive(const sockaddr_un& address) {
+    const UniqueFd probe = make_socket();
+    if (!probe) return true;
+    return ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 || errno == EAGAIN;
+}
+
+Result<void> clear_the_way(const std::string& path, const sockaddr_un& address) {
+    struct stat facts {};
+    if (::lstat(path.c_str(), &facts) != 0) return {};
+    if (!S_ISSOCK(facts.st_mode)) return failed(path, "there is a file of that name that is no socket; choose another --control");
+    if (is_alive(address)) {
+        return error(ErrorKind::already_exists, "control socket " + path +
+                                                    ": another rig lives there; end it (camrig call server.shutdown) or "
+                                                    "choose another --control");
+    }
+    if (::unlink(path.c_str()) != 0) return failed(path, std::string("a stale socket cannot be removed: ") + std::strerror(errno));
+    return {};
+}
+
+}  // namespace
+
+UnixListener::UnixListener(UnixListener&& other) noexcept
+    : fd_(std::move(other.fd_)),
+      path_(std::exchange(other.path_, {})),
+      device_(other.device_),
+      inode_(other.inode_) {}
+
+UnixListener& UnixListener::operator=(UnixListener&& other) noexcept {
+    if (this == &other) return *this;
+    remove_file();
+    fd_ = std::move(other.fd_);
+    path_ = std::exchange(other.path_, {});
+    device_ = other.device_;
+    inode_ = other.inode_;
+    return *this;
+}
+
+Result<UnixListener> UnixListener::listen(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.empty() || path.size() >= sizeof address.sun_path) {
+        return error(ErrorKind::invalid_argument, "control socket " + path + ": a socket's path has 1 to " +
+                                                      std::to_string(sizeof address.sun_path - 1) + " bytes");
+    }
+    std::memcpy(address.sun_path, path.data(), path.size());
+    if (auto clear = clear_the_way(path, address); !clear) return std::unexpected(clear.error());
+
+    UnixListener listener;
+    listener.fd_ = make_socket();
+    if (!listener.fd_) return failed(path, std::strerror(errno));
+    // On Linux the socket's own mode becomes the file's, so there is no moment in which others may connect.
+    if (::fchmod(listener.fd_.get(), 0600) != 0) return failed(path, std::strerror(errno));
+    if (::bind(listener.fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+        return failed(path, std::string("cannot be made: ") + std::strerror(errno));
+    listener.path_ = path;
+    struct stat facts {};
+    if (::lstat(path.c_str(), &facts) != 0) return failed(path, std::strerror(errno));
+    listener.device_ = facts.st_dev;
+    listener.inode_ = facts.st_ino;
+    if (::chmod(path.c_str(), 0600) != 0 || ::listen(listener.fd_.get(), listen_backlog) != 0)
+        return failed(path, std::strerror(errno));
+    return listener;
+}
+
+void UnixListener::remove_file() noexcept {
+    if (path_.empty()) return;
+    struct stat facts {};
+    if (::lstat(path_.c_str(), &facts) == 0 && facts.st_dev == device_ && facts.st_ino == inode_) ::unlink(path_.c_str());
+    path_.clear();
+}
+
+}  // namespace camrig

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "tools/camrig/serve.h"
+
+namespace camrig {
+
+/// What the command line works on; tests give their own.
+struct CliHooks {
+    std::function<int(const ServeOptions&)> serve;
+    std::ostream& out;
+    std::ostream& err;
+};
+
+/// Runs one command; `arguments` without the program's name. Returns the exit code: 0, 1 (one line on err says why) or 2
+/// (wrong usage).
+int run_cli(std::vector<std::string> arguments, const CliHooks& hooks);
+
+}  // namespace camrig

@@ -1,0 +1,203 @@
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+
+#include "core/base/json_reader.h"
+#include "tools/camrig/cli_camera_options.h"
+#include "tools/camrig/cli_commands.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t max_file_bytes = 4 << 20;
+constexpr std::size_t max_cameras_in_file = 1024;
+
+std::string size_text(const json& camera) {
+    return plain_text(camera["size"][0]) + "x" + plain_text(camera["size"][1]);
+}
+
+std::string short_text(const json& camera) {
+    return camera["name"].get<std::string>() + ": " + size_text(camera) + " at " + plain_text(camera["fps"]) +
+           " frames/s, shown from world time " + seconds_text(camera["applied_ns"]);
+}
+
+std::string vector_text(const json& numbers) {
+    std::string text;
+    for (const json& number : numbers) text += (text.empty() ? "" : ",") + plain_text(number);
+    return text;
+}
+
+std::string long_text(const json& camera) {
+    const json& pose = camera["pose"];
+    const json& k = camera["intrinsics"];
+    std::vector<std::vector<std::string>> rows{
+        {"name", camera["name"].get<std::string>()},
+        {"size", size_text(camera)},
+        {"fps", plain_text(camera["fps"])},
+        {"field of view", plain_text(camera["hfov_deg"]) + " x " + plain_text(camera["vfov_deg"]) + " deg"},
+        {"intrinsics", vector_text({k["fx"], k["fy"], k["cx"], k["cy"]}) + " px"},
+        {"position", vector_text(pose["position"]) + " m"},
+        {"pan, tilt, roll", vector_text({pose["pan_deg"], pose["tilt_deg"], pose["roll_deg"]}) + " deg"},
+        {"lens", plain_text(camera["lens"]["model"]) + " " + vector_text(camera["lens"]["coefficients"])},
+        {"near, far", plain_text(camera["near"]) + ", " + plain_text(camera["far"]) + " m"},
+        {"quality", camera["quality"].is_null() ? "the rig's" : plain_text(camera["quality"])},
+        {"code strip", camera["code_strip"] == true ? "yes" : "no"}};
+    for (const json& output : camera["outputs"]) rows.push_back({"output", output.dump()});
+    rows.push_back({"sequence", plain_text(camera["sequence"])});
+    rows.push_back({"readers", plain_text(camera["readers"])});
+    return table(rows, 2);
+}
+
+/// One object, a list, or {"cameras": [...]}.
+Result<json> read_camera_file(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::error_code ignored;
+    if (!stream || std::filesystem::is_directory(file, ignored))
+        return error(ErrorKind::not_found, file.string() + ": cannot be read");
+    std::string text;
+    for (char c; text.size() <= max_file_bytes && stream.get(c);) text += c;
+    auto value = parse_json(text, max_file_bytes);
+    if (!value) return at(file.string(), value.error());
+    if (value->is_object() && value->contains("cameras")) {
+        JsonReader reader(*value, "");
+        const auto items = reader.array("cameras", max_cameras_in_file);
+        json list(json::array());
+        for (const json& item : items) list.push_back(item);
+        if (auto done = reader.finish(); !done) return at(file.string(), done.error());
+        return list;
+    }
+    if (value->is_object()) return json::array({*value});
+    if (value->is_array() && value->size() <= max_cameras_in_file) return value;
+    return error(ErrorKind::invalid_argument,
+                 file.string() + ": must be a camera, a list of at most 1024 of them, or {\"cameras\": [...]}");
+}
+
+int create_from_file(const CliContext& context, const std::filesystem::path& file) {
+    auto cameras = read_camera_file(file);
+    if (!cameras) return context.fail(cameras.error());
+    auto client = context.connect();
+    if (!client) return context.fail(client.error());
+    json created = json::array();
+    std::string words;
+    for (std::size_t i = 0; i < cameras->size(); ++i) {
+        auto camera = client->call("camera.create", (*cameras)[i]);
+        if (!camera) {
+            Error why = camera.error();
+            why.message = file.string() + ": cameras[" + std::to_string(i) + "]: " + why.message +
+                          (i > 0 ? " (those before it were made)" : "");
+            return context.fail(why);
+        }
+        words += short_text(*camera) + "\n";
+        created.push_back(std::move(*camera));
+    }
+    return context.print({{"cameras", std::move(created)}}, words);
+}
+
+void add_create(CLI::App& camera, CliContext& context) {
+    struct Options {
+        std::string name, place;
+        std::filesystem::path file;
+        CameraOptions camera;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* create = camera.add_subcommand("create", "makes a camera, or those of a file");
+    auto* name = create->add_option("NAME", options->name, "1 to 24 of a-z, 0-9 and _");
+    create->add_option("--place", options->place, "a named place of the scene: pose and field of view");
+    create->add_option("--file", options->file, "JSON: a camera, a list of them, or {\"cameras\": [...]}")->excludes(name);
+    options->camera.add_to(*create);
+    create->callback([options, &context] {
+        context.action = [options, &context] {
+            if (!options->file.empty()) return create_from_file(context, options->file);
+            if (options->name.empty()) return context.usage("camera create: give a NAME, or --file FILE");
+            auto params = camera_params(options->camera, nullptr);
+            if (!params) return context.usage(params.error().message);
+            (*params)["name"] = options->name;
+            if (!options->place.empty()) (*params)["place"] = options->place;
+            auto made = context.call("camera.create", *params);
+            return made ? context.print(*made, short_text(*made)) : context.fail(made.error());
+        };
+    });
+}
+
+void add_set(CLI::App& camera, CliContext& context) {
+    struct Options {
+        std::string name;
+        CameraOptions camera;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* set = camera.add_subcommand("set", "changes a camera; what is not given stays");
+    set->add_option("NAME", options->name, "the camera")->required();
+    options->camera.add_to(*set);
+    set->callback([options, &context] {
+        context.action = [options, &context] {
+            // Checked before anything is asked of the rig.
+            const json stand_in = {{"position", {0, 0, 0}}, {"orientation", {0, 0, 0, 1}},
+                                   {"pan_deg", 0},          {"tilt_deg", 0},
+                                   {"roll_deg", 0}};
+            if (auto params = camera_params(options->camera, stand_in); !params) return context.usage(params.error().message);
+            auto client = context.connect();
+            if (!client) return context.fail(client.error());
+            json present = nullptr;
+            if (options->camera.has_pose()) {
+                auto state = client->call("camera.get", {{"name", options->name}});
+                if (!state) return context.fail(state.error());
+                present = (*state)["pose"];
+            }
+            auto params = camera_params(options->camera, present);
+            if (!params) return context.usage(params.error().message);
+            (*params)["name"] = options->name;
+            auto changed = client->call("camera.set", *params);
+            return changed ? context.print(*changed, short_text(*changed)) : context.fail(changed.error());
+        };
+    });
+}
+
+int list(const CliContext& context) {
+    auto answer = context.call("camera.list");
+    if (!answer) return context.fail(answer.error());
+    std::vector<std::vector<std::string>> rows{{"NAME", "SIZE", "FPS", "VFOV", "POSITION", "READERS"}};
+    for (const json& camera : (*answer)["cameras"]) {
+        rows.push_back({camera["name"].get<std::string>(), size_text(camera), plain_text(camera["fps"]),
+                        plain_text(camera["vfov_deg"]), vector_text(camera["pose"]["position"]),
+                        plain_text(camera["readers"])});
+    }
+    return context.print(*answer, table(rows));
+}
+
+}  // namespace
+
+void add_camera_commands(CLI::App& app, CliContext& context) {
+    CLI::App* camera = app.add_subcommand("camera", "creates, shows, changes and deletes cameras");
+    camera->require_subcommand(1);
+    add_create(*camera, context);
+    add_set(*camera, context);
+    camera->add_subcommand("list", "all cameras")->callback([&context] {
+        context.action = [&context] { return list(context); };
+    });
+
+    auto name = std::make_shared<std::string>();
+    CLI::App* get = camera->add_subcommand("get", "everything about a camera");
+    get->add_option("NAME", *name, "the camera")->required();
+    get->callback([name, &context] {
+        context.action = [name, &context] {
+            auto state = context.call("camera.get", {{"name", *name}});
+            return state ? context.print(*state, long_text(*state)) : context.fail(state.error());
+        };
+    });
+    CLI::App* remove = camera->add_subcommand("delete", "deletes a camera");
+    remove->add_option("NAME", *name, "the camera")->required();
+    remove->callback([name, &context] {
+        context.action = [name, &context] {
+            auto gone = context.call("camera.delete", {{"name", *name}});
+            return gone ? context.print(*gone, *name + ": deleted") : context.fail(gone.error());
+        };
+    });
+}
+
+}  // namespace camrig

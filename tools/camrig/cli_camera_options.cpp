@@ -1,0 +1,142 @@
+#include "tools/camrig/cli_camera_options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "tools/camrig/cli_context.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+/// Collects parameters and keeps the first error.
+class Params {
+public:
+    void put(const char* key, Result<json> value) {
+        if (!value) {
+            if (!error_) error_ = value.error();
+        } else {
+            values_[key] = std::move(*value);
+        }
+    }
+    template <typename T>
+    void put_if(const char* key, const std::optional<T>& value) {
+        if (value) values_[key] = *value;
+    }
+    Result<json> take() {
+        if (error_) return std::unexpected(*error_);
+        return std::move(values_);
+    }
+
+private:
+    json values_ = json::object();
+    std::optional<Error> error_;
+};
+
+Result<json> pose_of(const CameraOptions& options, const json& present) {
+    Params pose;
+    if (!options.position.empty()) {
+        pose.put("position", parse_numbers("--position", options.position, 3));
+    } else if (present.is_object()) {
+        pose.put("position", present.at("position"));
+    } else {
+        return error(ErrorKind::invalid_argument, "--position: is missing; give X,Y,Z in metres (or --place NAME)");
+    }
+    if (!options.look_at.empty()) {
+        pose.put("look_at", parse_numbers("--look-at", options.look_at, 3));
+    } else if (!options.orientation.empty()) {
+        pose.put("orientation", parse_numbers("--orientation", options.orientation, 4));
+    } else if (options.has_angles()) {
+        const auto angle = [&](const char* key, const std::optional<double>& given) {
+            pose.put(key, given ? json(*given) : present.is_object() ? present.at(key) : json(0));
+        };
+        angle("pan_deg", options.pan_deg);
+        angle("tilt_deg", options.tilt_deg);
+        angle("roll_deg", options.roll_deg);
+    } else if (present.is_object()) {
+        pose.put("orientation", present.at("orientation"));
+    }
+    return pose.take();
+}
+
+Result<json> intrinsics_of(const std::string& text) {
+    auto numbers = parse_numbers("--intrinsics", text, 4);
+    if (!numbers) return numbers;
+    return json{{"fx", (*numbers)[0]}, {"fy", (*numbers)[1]}, {"cx", (*numbers)[2]}, {"cy", (*numbers)[3]}};
+}
+
+Result<json> lens_of(const std::string& text) {
+    const std::size_t colon = text.find(':');
+    json lens{{"model", text.substr(0, colon)}};
+    if (colon == std::string::npos) return lens;
+    const std::string list = text.substr(colon + 1);
+    auto numbers = parse_numbers("--lens", list, static_cast<std::size_t>(std::ranges::count(list, ',')) + 1);
+    if (!numbers) return numbers;
+    lens["coefficients"] = std::move(*numbers);
+    return lens;
+}
+
+json outputs_of(const CameraOptions& options) {
+    json outputs = json::array();
+    if (options.v4l2) outputs.push_back({{"kind", "v4l2"}, {"number", *options.v4l2}});
+    if (options.device) outputs.push_back({{"kind", "device"}, {"number", *options.device}});
+    if (!options.rtsp.empty()) outputs.push_back({{"kind", "rtsp"}, {"codec", options.rtsp}});
+    if (options.mjpeg) outputs.push_back({{"kind", "mjpeg"}});
+    return outputs;
+}
+
+}  // namespace
+
+void CameraOptions::add_to(CLI::App& command) {
+    command.add_option("--size", size, "WxH in pixels, 16x16 to 8192x8192");
+    command.add_option("--fps", fps, "frames per second: 25, 29.97 or 30000/1001");
+    auto* vertical = command.add_option("--vfov-deg", vfov_deg, "vertical field of view");
+    auto* horizontal = command.add_option("--hfov-deg", hfov_deg, "horizontal field of view");
+    auto* pixels = command.add_option("--intrinsics", intrinsics, "FX,FY,CX,CY in pixels");
+    vertical->excludes(horizontal)->excludes(pixels);
+    horizontal->excludes(pixels);
+    command.add_option("--position", position, "X,Y,Z in metres");
+    auto* target = command.add_option("--look-at", look_at, "X,Y,Z of the point in the middle of the picture");
+    auto* quaternion = command.add_option("--orientation", orientation, "X,Y,Z,W of a quaternion");
+    target->excludes(quaternion);
+    for (auto [name, value, text] : {std::tuple("--pan-deg", &pan_deg, "about world z, 0 looks along +x"),
+                                     std::tuple("--tilt-deg", &tilt_deg, "positive looks up"),
+                                     std::tuple("--roll-deg", &roll_deg, "about the viewing direction")})
+        command.add_option(name, *value, text)->excludes(target)->excludes(quaternion);
+    command.add_option("--lens", lens, "MODEL or MODEL:K1,K2,... as in ROS, e.g. plumb_bob:-0.2,0.05,0,0,0");
+    command.add_option("--near", near, "nearest distance drawn, m");
+    command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");
+    command.add_option("--quality", quality, "fast, simple or beautiful");
+    auto* strip = command.add_flag("--code-strip", code_strip, "draws number, sequence and world time into the picture");
+    command.add_flag("--no-code-strip", no_code_strip, "does not")->excludes(strip);
+    auto* module_output = command.add_option("--v4l2", v4l2, "N: also as /dev/videoN by v4l2loopback");
+    auto* user_output = command.add_option("--device", device, "N: also as /dev/videoN for camrig exec");
+    auto* rtsp_output = command.add_option("--rtsp", rtsp, "h264 or mjpeg: also by RTSP");
+    auto* mjpeg_output = command.add_flag("--mjpeg", mjpeg, "also as an MJPEG output");
+    auto* none = command.add_flag("--no-outputs", no_outputs, "none of these any more");
+    for (auto* output : {module_output, user_output, rtsp_output, mjpeg_output}) output->excludes(none);
+}
+
+bool CameraOptions::has_pose() const {
+    return !position.empty() || !look_at.empty() || !orientation.empty() || has_angles();
+}
+
+Result<json> camera_params(const CameraOptions& options, const json& present_pose) {
+    Params params;
+    if (!options.size.empty()) params.put("size", parse_size(options.size));
+    if (!options.fps.empty()) params.put("fps", parse_fps(options.fps));
+    params.put_if("vfov_deg", options.vfov_deg);
+    params.put_if("hfov_deg", options.hfov_deg);
+    if (!options.intrinsics.empty()) params.put("intrinsics", intrinsics_of(options.intrinsics));
+    if (options.has_pose()) params.put("pose", pose_of(options, present_pose));
+    if (!options.lens.empty()) params.put("lens", lens_of(options.lens));
+    params.put_if("near", options.near);
+    params.put_if("far", options.far);
+    if (!options.quality.empty()) params.put("quality", options.quality);
+    if (options.code_strip || options.no_code_strip) params.put("code_strip", options.code_strip);
+    json outputs = outputs_of(options);
+    if (!outputs.empty() || options.no_outputs) params.put("outputs", std::move(outputs));
+    return params.take();
+}
+
+}  // namespace camrig

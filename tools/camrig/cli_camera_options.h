@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/result.h"
+
+namespace CLI {
+class App;
+}
+
+namespace camrig {
+
+/// The camera options of `camera create` and `camera set`, as typed.
+struct CameraOptions {
+    std::string size, fps, position, look_at, orientation, intrinsics, quality, lens, rtsp;
+    std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far;
+    std::optional<int> v4l2, device;
+    bool code_strip = false;
+    bool no_code_strip = false;
+    bool mjpeg = false;
+    bool no_outputs = false;
+
+    void add_to(CLI::App& command);
+    bool has_pose() const;
+    bool has_angles() const { return pan_deg || tilt_deg || roll_deg; }
+};
+
+/// The parameters of camera.create or camera.set. `present_pose` fills in what a pose leaves open: the place when only the
+/// direction is given, the direction when only the place is, and the other angles. null: nothing is there yet.
+Result<nlohmann::json> camera_params(const CameraOptions& options, const nlohmann::json& present_pose);
+
+}  // namespace camrig

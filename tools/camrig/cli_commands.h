@@ -1,0 +1,20 @@
+#pragma once
+
+#include "tools/camrig/cli.h"
+#include "tools/camrig/cli_context.h"
+
+namespace CLI {
+class App;
+}
+
+/// The families of commands. Each adds its subcommands and sets context.action when one of them is given.
+namespace camrig {
+
+void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
+void add_camera_commands(CLI::App& app, CliContext& context);
+void add_world_commands(CLI::App& app, CliContext& context);
+void add_snapshot_command(CLI::App& app, CliContext& context);
+void add_stats_command(CLI::App& app, CliContext& context);
+void add_protocol_commands(CLI::App& app, CliContext& context);
+
+}  // namespace camrig

@@ -1,0 +1,48 @@
+#include <limits>
+#include <map>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/camrig/cli_commands.h"
+
+namespace camrig {
+
+void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks) {
+    static const std::map<std::string, RunMode> modes{{"realtime", RunMode::realtime}, {"lockstep", RunMode::lockstep}};
+    static const std::map<std::string, OverloadPolicy> policies{{"drop", OverloadPolicy::drop},
+                                                                {"slow", OverloadPolicy::slow}};
+    static const std::map<std::string, Quality> qualities{
+        {"fast", Quality::fast}, {"simple", Quality::simple}, {"beautiful", Quality::beautiful}};
+    const auto is_port = CLI::Range(0, 65535);
+
+    auto options = std::make_shared<ServeOptions>();
+    CLI::App* serve = app.add_subcommand("serve", "serves a scene until it is told to end");
+    serve->add_option("SCENE", options->scene, "scene file (.json) or a bare .gltf/.glb")->required();
+    serve->add_option("--host", options->host, "address to listen on; beyond loopback a --token-file is needed")
+        ->capture_default_str();
+    serve->add_option("--http", options->http_port, "port of HTTP; 0: any free one")->check(is_port)->capture_default_str();
+    serve->add_option("--rtsp", options->rtsp_port, "port of RTSP; 0: any free one")->check(is_port)->capture_default_str();
+    serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
+        ->check(is_port);
+    serve->add_option("--mode", options->engine.mode, "realtime (default) or lockstep: moved by world.step only")
+        ->transform(CLI::CheckedTransformer(modes).description("realtime|lockstep"));
+    serve->add_option("--overload", options->engine.overload, "drop whole instants (default) or slow the world down")
+        ->transform(CLI::CheckedTransformer(policies).description("drop|slow"));
+    serve->add_option("--seed", options->engine.seed, "of all chance in the world; default: the scene's");
+    serve->add_option("--quality", options->engine.quality, "fast, simple (default) or beautiful")
+        ->transform(CLI::CheckedTransformer(qualities).description("fast|simple|beautiful"));
+    serve->add_option("--device", options->engine.renderer.device,
+                      "EGL device N, or cpu; default: the first with hardware, else cpu");
+    serve->add_option("--ready-fd", options->ready_fd, "writes one JSON line with control, http and rtsp here when ready")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+    serve->callback([options, &context, &hooks] {
+        context.action = [options, &context, &hooks] {
+            options->control = context.control.empty() ? default_control() : context.control;
+            options->token_file = context.token_file;
+            return hooks.serve(*options);
+        };
+    });
+}
+
+}  // namespace camrig

@@ -1,0 +1,85 @@
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "control/rpc/base64.h"
+#include "core/base/unique_fd.h"
+#include "tools/camrig/cli_commands.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+std::string format_of(const std::filesystem::path& file) {
+    std::string suffix = file.extension().string();
+    for (char& c : suffix)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return suffix == ".png" ? "png" : suffix == ".jpg" || suffix == ".jpeg" ? "jpeg" : "";
+}
+
+/// A reader of the file sees the old picture or the new one, never half of one.
+Result<void> write_atomically(const std::filesystem::path& file, const std::vector<std::byte>& bytes) {
+    std::string temporary = file.string() + ".XXXXXX";
+    const auto failed = [&] {
+        Error why{ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno)};
+        ::unlink(temporary.c_str());
+        return std::unexpected(std::move(why));
+    };
+    UniqueFd fd(::mkstemp(temporary.data()));
+    if (!fd) return failed();
+    for (std::size_t done = 0; done < bytes.size();) {
+        const ssize_t count = ::write(fd.get(), bytes.data() + done, bytes.size() - done);
+        if (count < 0 && errno != EINTR) return failed();
+        done += static_cast<std::size_t>(std::max<ssize_t>(count, 0));
+    }
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    if (::fchmod(fd.get(), 0666 & ~mask) != 0 || ::rename(temporary.c_str(), file.c_str()) != 0) return failed();
+    return {};
+}
+
+}  // namespace
+
+void add_snapshot_command(CLI::App& app, CliContext& context) {
+    struct Options {
+        std::string camera;
+        std::filesystem::path file;
+        std::optional<int> quality;
+        std::optional<std::int64_t> min_ns;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* snapshot = app.add_subcommand("snapshot", "writes a camera's latest picture to a file");
+    snapshot->add_option("NAME", options->camera, "the camera")->required();
+    snapshot->add_option("-o,--output", options->file, "FILE.png or FILE.jpg")->required();
+    snapshot->add_option("--quality", options->quality, "of JPEG, 1 to 100")->check(CLI::Range(1, 100));
+    snapshot->add_option("--min-ns", options->min_ns, "world time that the picture must at least show");
+    snapshot->callback([options, &context] {
+        context.action = [options, &context] {
+            const std::string format = format_of(options->file);
+            if (format.empty()) return context.usage("snapshot: " + options->file.string() + " must end in .png or .jpg");
+            json params{{"camera", options->camera}, {"format", format}};
+            if (options->quality && format == "png") return context.usage("snapshot: --quality is for .jpg");
+            if (options->quality) params["quality"] = *options->quality;
+            if (options->min_ns) params["min_ns"] = *options->min_ns;
+            auto frame = context.call("frame.get", params);
+            if (!frame) return context.fail(frame.error());
+            auto bytes = base64_decode(frame->value("data", ""));
+            if (!bytes) return context.fail(bytes.error());
+            if (auto written = write_atomically(options->file, *bytes); !written) return context.fail(written.error());
+            frame->erase("data");
+            frame->erase("encoding");
+            (*frame)["file"] = options->file.string();
+            return context.print(*frame, options->file.string() + ": frame " + plain_text((*frame)["sequence"]) +
+                                             " of " + options->camera + ", world time " + seconds_text((*frame)["time_ns"]));
+        };
+    });
+}
+
+}  // namespace camrig

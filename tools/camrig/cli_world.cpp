@@ -1,0 +1,94 @@
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/camrig/cli_commands.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+/// The rig names the reader that holds a step up; it needs to be heard.
+constexpr std::chrono::seconds answer_margin{20};
+constexpr std::chrono::seconds load_timeout{600};
+
+std::string words_of(const json& world) {
+    std::string places;
+    for (const json& place : world["places"]) places += (places.empty() ? "" : ", ") + plain_text(place);
+    const bool is_lockstep = world["mode"] == "lockstep";
+    return table({{"scene", plain_text(world["scene"]) + " (" + plain_text(world["scene_file"]) + ")"},
+                  {"world time", seconds_text(world["world_ns"]) + (world["paused"] == true ? ", paused" : "")},
+                  {"mode", plain_text(world["mode"]) + (is_lockstep ? "" : ", overload " + plain_text(world["overload"]))},
+                  {"quality", plain_text(world["quality"])},
+                  {"seed", plain_text(world["seed"])},
+                  {"objects", plain_text(world["objects"])},
+                  {"actors", plain_text(world["actors"])},
+                  {"cameras", plain_text(world["cameras"])},
+                  {"places", places}},
+                 2);
+}
+
+int show(const CliContext& context, const Result<json>& world) {
+    return world ? context.print(*world, words_of(*world)) : context.fail(world.error());
+}
+
+void add_step(CLI::App& group, CliContext& context) {
+    struct Options {
+        std::optional<double> seconds;
+        std::optional<std::int64_t> nanoseconds;
+        double timeout_s = 10.0;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* step = group.add_subcommand("step", "moves the world (lockstep, or paused); ends when all frames are sent");
+    auto* seconds = step->add_option("SECONDS,--seconds", options->seconds, "how far");
+    step->add_option("--nanoseconds", options->nanoseconds, "how far, exactly")->excludes(seconds);
+    step->add_option("--timeout", options->timeout_s, "longest wait for a reader, in seconds")
+        ->check(CLI::Range(0.001, 3600.0))
+        ->capture_default_str();
+    step->callback([options, &context] {
+        context.action = [options, &context] {
+            json params{{"timeout_s", options->timeout_s}};
+            if (options->seconds) params["seconds"] = *options->seconds;
+            if (options->nanoseconds) params["nanoseconds"] = *options->nanoseconds;
+            if (params.size() != 2) return context.usage("world step: give SECONDS or --nanoseconds N");
+            // The limit holds for one instant, so a long step may take many of them: an hour at least.
+            const auto patience = std::chrono::seconds(3600) + answer_margin;
+            return show(context, context.call("world.step", params, patience));
+        };
+    });
+}
+
+void add_load(CLI::App& group, CliContext& context) {
+    auto scene = std::make_shared<std::filesystem::path>();
+    CLI::App* load = group.add_subcommand("load", "loads another scene; cameras stay");
+    load->add_option("SCENE", *scene, "scene file (.json) or a bare .gltf/.glb")->required();
+    load->callback([scene, &context] {
+        context.action = [scene, &context] {
+            // The rig has a working directory of its own; what is here is named so that it finds it too.
+            std::error_code ignored;
+            const auto path = std::filesystem::exists(*scene, ignored) ? std::filesystem::absolute(*scene) : *scene;
+            return show(context, context.call("world.load", {{"scene", path.string()}}, load_timeout));
+        };
+    });
+}
+
+}  // namespace
+
+void add_world_commands(CLI::App& app, CliContext& context) {
+    CLI::App* group = app.add_subcommand("world", "shows, moves and loads the world");
+    group->require_subcommand(1);
+    for (const auto& [name, text] : {std::pair("status", "what the world is doing"), std::pair("pause", "holds world time"),
+                                     std::pair("resume", "lets world time run again")}) {
+        group->add_subcommand(name, text)->callback([method = std::string("world.") + name, &context] {
+            context.action = [method, &context] { return show(context, context.call(method)); };
+        });
+    }
+    add_step(*group, context);
+    add_load(*group, context);
+}
+
+}  // namespace camrig
