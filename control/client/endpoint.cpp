@@ -10,7 +10,8 @@ namespace camrig {
 Result<Endpoint> Endpoint::parse(std::string_view text) {
     Endpoint endpoint;
     const std::size_t colon = text.rfind(':');
-    if (text.empty()) return error(ErrorKind::invalid_argument, "--control: is empty; give a socket's path or HOST:PORT");
+    if (text.empty())
+        return error(ErrorKind::invalid_argument, "--control: is empty; give a socket's path or HOST:PORT");
     if (colon == std::string_view::npos || text.find('/') != std::string_view::npos) {
         endpoint.unix_path = text;
         return endpoint;
@@ -27,7 +28,9 @@ Result<Endpoint> Endpoint::parse(std::string_view text) {
     return endpoint;
 }
 
-std::string Endpoint::to_string() const { return host.empty() ? unix_path : host + ":" + std::to_string(port); }
+std::string Endpoint::to_string() const {
+    return host.empty() ? unix_path : host + ":" + std::to_string(port);
+}
 
 std::string default_control() {
     if (const char* given = std::getenv("CAMRIG_CONTROL"); given && *given) return given;

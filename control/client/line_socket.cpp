@@ -35,7 +35,8 @@ Result<void> wait_for(int fd, short events, Deadline deadline, const std::string
 }
 
 /// Connects a non-blocking socket; the result of a connect that took its time is in SO_ERROR.
-Result<UniqueFd> connect_to(int family, const sockaddr* address, socklen_t size, Deadline deadline, const std::string& peer) {
+Result<UniqueFd> connect_to(int family, const sockaddr* address, socklen_t size, Deadline deadline,
+                            const std::string& peer) {
     UniqueFd fd(::socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     if (!fd) return nobody(peer, errno);
     if (::connect(fd.get(), address, size) == 0) return fd;
@@ -54,7 +55,8 @@ Result<UniqueFd> connect_unix(const Endpoint& endpoint, Deadline deadline) {
     if (endpoint.unix_path.size() >= sizeof address.sun_path)
         return error(ErrorKind::invalid_argument, "--control " + endpoint.unix_path + ": too long for a socket's path");
     std::memcpy(address.sun_path, endpoint.unix_path.data(), endpoint.unix_path.size());
-    return connect_to(AF_UNIX, reinterpret_cast<const sockaddr*>(&address), sizeof address, deadline, endpoint.to_string());
+    return connect_to(AF_UNIX, reinterpret_cast<const sockaddr*>(&address), sizeof address, deadline,
+                      endpoint.to_string());
 }
 
 Result<UniqueFd> connect_tcp(const Endpoint& endpoint, Deadline deadline) {
@@ -81,7 +83,9 @@ Result<LineSocket> LineSocket::connect(const Endpoint& endpoint, Deadline deadli
     return LineSocket(std::move(*fd), endpoint.to_string());
 }
 
-Result<void> LineSocket::wait(short events, Deadline deadline) const { return wait_for(fd_.get(), events, deadline, peer_); }
+Result<void> LineSocket::wait(short events, Deadline deadline) const {
+    return wait_for(fd_.get(), events, deadline, peer_);
+}
 
 Result<void> LineSocket::send(std::string_view line, Deadline deadline) {
     const std::string text = std::string(line) + "\n";
@@ -109,7 +113,8 @@ Result<std::string> LineSocket::receive(std::size_t max_bytes, Deadline deadline
         }
         scanned = received_.size();
         if (scanned > max_bytes)
-            return error(ErrorKind::resource_exhausted, peer_ + ": an answer of more than " + std::to_string(max_bytes) + " bytes");
+            return error(ErrorKind::resource_exhausted,
+                         peer_ + ": an answer of more than " + std::to_string(max_bytes) + " bytes");
         if (auto ready = wait(POLLIN, deadline); !ready) return std::unexpected(ready.error());
         received_.resize(scanned + read_bytes);
         const ssize_t count = ::recv(fd_.get(), received_.data() + scanned, read_bytes, 0);

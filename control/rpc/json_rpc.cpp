@@ -11,10 +11,13 @@ RpcError invalid_request(std::string message, json id = nullptr) {
     return {rpc_code::invalid_request, {ErrorKind::invalid_argument, std::move(message)}, std::move(id)};
 }
 
-bool is_id(const json& value) { return value.is_null() || value.is_string() || value.is_number(); }
+bool is_id(const json& value) {
+    return value.is_null() || value.is_string() || value.is_number();
+}
 
 std::variant<RpcRequest, RpcError> parse_one(json& value) {
-    if (!value.is_object()) return invalid_request(R"(a request is an object: {"jsonrpc":"2.0","id":1,"method":"world.status"})");
+    if (!value.is_object())
+        return invalid_request(R"(a request is an object: {"jsonrpc":"2.0","id":1,"method":"world.status"})");
     RpcRequest request;
     if (const auto id = value.find("id"); id != value.end()) {
         if (!is_id(*id)) return invalid_request("id: must be a string, a number or null");
@@ -28,7 +31,8 @@ std::variant<RpcRequest, RpcError> parse_one(json& value) {
     request.method = method->get<std::string>();
     for (const auto& [key, item] : value.items()) {
         if (key != "jsonrpc" && key != "id" && key != "method" && key != "params")
-            return invalid_request("unknown member '" + key.substr(0, 60) + "'; a request has jsonrpc, id, method and params", id);
+            return invalid_request(
+                "unknown member '" + key.substr(0, 60) + "'; a request has jsonrpc, id, method and params", id);
     }
     if (const auto params = value.find("params"); params != value.end()) {
         if (!params->is_object()) {
@@ -41,7 +45,9 @@ std::variant<RpcRequest, RpcError> parse_one(json& value) {
 }
 
 /// Bytes that are no UTF-8 become U+FFFD: an answer always goes out.
-std::string dump(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
+std::string dump(const json& value) {
+    return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
 
 }  // namespace
 
@@ -61,8 +67,8 @@ RpcMessage parse_rpc(std::string_view text) {
         return message;
     }
     if (value->size() > max_batch) {
-        message.items.emplace_back(invalid_request("the batch has " + std::to_string(value->size()) + " requests; at most " +
-                                                   std::to_string(max_batch) + " are taken"));
+        message.items.emplace_back(invalid_request("the batch has " + std::to_string(value->size()) +
+                                                   " requests; at most " + std::to_string(max_batch) + " are taken"));
         return message;
     }
     message.is_batch = true;

@@ -21,8 +21,8 @@ struct Field {
     std::string fallback = {};  ///< what holds when the parameter is not given; empty: nothing, or as it is
 };
 
-/// What a method gives back. `data` is for large base64 text, which inside of `fields` would be copied and scanned twice;
-/// it becomes the last member, "data".
+/// What a method gives back. `data` is for large base64 text, which inside of `fields` would be copied and scanned
+/// twice; it becomes the last member, "data".
 struct RpcResult {
     RpcResult(nlohmann::json all_fields, std::string big_data = {})  // NOLINT: a JSON object is a result
         : fields(std::move(all_fields)), data(std::move(big_data)) {}
@@ -34,8 +34,8 @@ struct RpcResult {
 /// Answers one call, exactly once, from any thread.
 using RpcReply = std::function<void(Result<RpcResult>)>;
 
-/// A method, described in one place: the dispatcher's check of parameter names, docs/control-protocol.md, `camrig methods`
-/// and server.info all come from here. A method without an example that runs fails the unit tests.
+/// A method, described in one place: the dispatcher's check of parameter names, docs/control-protocol.md, `camrig
+/// methods` and server.info all come from here. A method without an example that runs fails the unit tests.
 struct Method {
     std::string name;
     std::string summary;

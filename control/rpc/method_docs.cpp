@@ -67,17 +67,22 @@ void method_section(std::string& out, const Method& method) {
     out += "```json\n{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"" + method.name + "\"" + params + "}\n```\n\n";
 }
 
-std::string mib(std::size_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
-std::string seconds(ControlLimits::Duration time) { return std::to_string(time.count() / 1000) + " s"; }
+std::string mib(std::size_t bytes) {
+    return std::to_string(bytes >> 20) + " MiB";
+}
+std::string seconds(ControlLimits::Duration time) {
+    return std::to_string(time.count() / 1000) + " s";
+}
 
 std::string limits_section() {
     const ControlLimits limits;
     const auto number = [](std::size_t value) { return std::to_string(value); };
     return "## Limits\n\n| what | bound | beyond it |\n|---|---|---|\n"
-           "| one message (line, or body of `POST /rpc`) | " + mib(limits.line_bytes) +
-           " | an error, then the connection is closed |\n| requests in a batch | " + number(max_batch) +
-           " | an error |\n| connections, Unix and TCP together | " + number(limits.connections) +
-           " | an error, then the new one is closed |\n| messages of one connection in work | " + number(limits.in_flight) +
+           "| one message (line, or body of `POST /rpc`) | " +
+           mib(limits.line_bytes) + " | an error, then the connection is closed |\n| requests in a batch | " +
+           number(max_batch) + " | an error |\n| connections, Unix and TCP together | " + number(limits.connections) +
+           " | an error, then the new one is closed |\n| messages of one connection in work | " +
+           number(limits.in_flight) +
            " | the connection is not read until one is answered |\n| replies of one connection not sent yet | " +
            mib(limits.unsent_reply_bytes) + " | the connection is not read until they are |\n| the same | " +
            mib(limits.queued_reply_bytes) + " (" + mib(limits.total_reply_bytes) +

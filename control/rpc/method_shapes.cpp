@@ -5,16 +5,19 @@ namespace camrig {
 std::vector<Shape> protocol_shapes() {
     return {
         {"pose",
-         "Where a camera is and how it is turned, in the world (right-handed, z up). Give at most one of look_at, the angles "
+         "Where a camera is and how it is turned, in the world (right-handed, z up). Give at most one of look_at, the "
+         "angles "
          "and orientation; with none of them the camera looks along +x.",
          {{"position", "[x, y, z]", "where it is", true, "m"},
           {"look_at", "[x, y, z]", "the point in the middle of the picture; the horizon stays level", false, "m"},
           {"pan_deg", "number", "about world z, counter-clockwise from above; 0 looks along +x", false, "deg", "0"},
           {"tilt_deg", "number", "positive looks up", false, "deg", "0"},
-          {"roll_deg", "number", "about the viewing direction, clockwise seen from behind the camera", false, "deg", "0"},
+          {"roll_deg", "number", "about the viewing direction, clockwise seen from behind the camera", false, "deg",
+           "0"},
           {"orientation", "[x, y, z, w]", "quaternion of the body frame: x forward, y left, z up"}}},
         {"intrinsics",
-         "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 is the middle.",
+         "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 is the "
+         "middle.",
          {{"fx", "number", "focal length", true, "px"},
           {"fy", "number", "focal length", true, "px"},
           {"cx", "number", "principal point", true, "px"},

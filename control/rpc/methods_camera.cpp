@@ -12,18 +12,19 @@ const Field name_field{"name", "string", "name of the camera, `[a-z0-9_]{1,24}`"
 
 /// What camera.create and camera.set share. In camera.set what is not given stays as it is.
 std::vector<Field> camera_fields() {
-    return {{"size", "[width, height]", "16x16 to 8192x8192", false, "px", "[640, 480]"},
-            {"fps", "number or \"num/den\"", "1/10 to 1000", false, "1/s", "25"},
-            {"vfov_deg", "number", "vertical field of view, edge to edge; or hfov_deg or intrinsics", false, "deg", "60"},
-            {"hfov_deg", "number", "horizontal field of view, edge to edge", false, "deg"},
-            {"intrinsics", "object", "see intrinsics", false, "px"},
-            {"pose", "object", "see pose"},
-            {"lens", "object", "see lens", false, "", "pinhole"},
-            {"near", "number", "nearest distance drawn", false, "m", "0.05"},
-            {"far", "number", "farthest distance drawn; 0: no limit", false, "m", "0"},
-            {"quality", "string", "`fast`, `simple` or `beautiful`", false, "", "the rig's"},
-            {"code_strip", "boolean", "draws camera number, sequence and world time into the picture", false, "", "false"},
-            {"outputs", "array of objects", "at most 16, see outputs", false, "", "[]"}};
+    return {
+        {"size", "[width, height]", "16x16 to 8192x8192", false, "px", "[640, 480]"},
+        {"fps", "number or \"num/den\"", "1/10 to 1000", false, "1/s", "25"},
+        {"vfov_deg", "number", "vertical field of view, edge to edge; or hfov_deg or intrinsics", false, "deg", "60"},
+        {"hfov_deg", "number", "horizontal field of view, edge to edge", false, "deg"},
+        {"intrinsics", "object", "see intrinsics", false, "px"},
+        {"pose", "object", "see pose"},
+        {"lens", "object", "see lens", false, "", "pinhole"},
+        {"near", "number", "nearest distance drawn", false, "m", "0.05"},
+        {"far", "number", "farthest distance drawn; 0: no limit", false, "m", "0"},
+        {"quality", "string", "`fast`, `simple` or `beautiful`", false, "", "the rig's"},
+        {"code_strip", "boolean", "draws camera number, sequence and world time into the picture", false, "", "false"},
+        {"outputs", "array of objects", "at most 16, see outputs", false, "", "[]"}};
 }
 
 std::vector<Field> state_fields() {
@@ -90,8 +91,9 @@ std::vector<Method> camera_methods(RpcContext& context) {
     return {
         {.name = "camera.create",
          .summary = "Makes a camera; its first picture shows the moment it was made.",
-         .params = with({name_field, {"place", "string", "a place of the scene: its pose and field of view, unless given"}},
-                        camera_fields()),
+         .params =
+             with({name_field, {"place", "string", "a place of the scene: its pose and field of view, unless given"}},
+                  camera_fields()),
          .result = state_fields(),
          .errors = {invalid_argument, already_exists, not_found, unsupported, resource_exhausted},
          .handler = [&context](const json& params, RpcReply done) { create(context, params, std::move(done)); },
@@ -103,7 +105,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .result = state_fields(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
          .handler = [&context](const json& params, RpcReply done) { set(context, params, std::move(done)); },
-         .example = R"({"name": "lobby", "fps": "30000/1001", "pose": {"position": [2, 3, 2.8], "pan_deg": 40, "tilt_deg": -10}})"},
+         .example =
+             R"({"name": "lobby", "fps": "30000/1001", "pose": {"position": [2, 3, 2.8], "pan_deg": 40, "tilt_deg": -10}})"},
         {.name = "camera.delete",
          .summary = "Deletes a camera; its streams end.",
          .params = {name_field},

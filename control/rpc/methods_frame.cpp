@@ -76,10 +76,12 @@ void get(RpcContext& context, const json& params, RpcReply done) {
     if (quality && format != "jpeg") reader.fail("quality", "only jpeg has one");
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
     request.kind = *parsed_kind;
-    if (format == "jpeg") request.format = {Codec::jpeg, PixelFormat::rgba8, quality.value_or(default_jpeg_quality), {}};
+    if (format == "jpeg")
+        request.format = {Codec::jpeg, PixelFormat::rgba8, quality.value_or(default_jpeg_quality), {}};
     if (format == "png") request.format = {Codec::png, PixelFormat::rgba8, 0, {}};
     if (format == "raw") request.format = {Codec::raw, raw_pixels(request.kind), 0, {}};
-    // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done there.
+    // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
+    // there.
     context.frames.fetch(std::move(request), [kind, format, done = std::move(done)](Result<MediaUnit> unit) {
         if (!unit) return done(std::unexpected(unit.error()));
         done(frame_result(*unit, kind, format));
@@ -91,14 +93,15 @@ void get(RpcContext& context, const json& params, RpcReply done) {
 std::vector<Method> frame_methods(RpcContext& context) {
     using enum ErrorKind;
     return {{.name = "frame.get",
-             .summary = "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
-                        "without padding, in the layout that `pixels` names.",
+             .summary =
+                 "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
+                 "without padding, in the layout that `pixels` names.",
              .params = {{"camera", "string", "name of the camera", true},
                         {"kind", "string", "`color`, `depth`, `instance`, `semantic` or `normal`", false, "", "color"},
                         {"format", "string", "`jpeg`, `png` or `raw`", false, "", "jpeg"},
                         {"quality", "integer", "of jpeg, 1 to 100", false, "", std::to_string(default_jpeg_quality)},
-                        {"min_ns", "integer", "world time the frame must show or be later than; waits up to 10 s for it",
-                         false, "ns", "0"}},
+                        {"min_ns", "integer",
+                         "world time the frame must show or be later than; waits up to 10 s for it", false, "ns", "0"}},
              .result = {{"camera", "string", "its name"},
                         {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
                         {"time_ns", "integer", "world time it shows", false, "ns"},

@@ -50,14 +50,16 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
     using enum ErrorKind;
     return {
         {.name = "stats.get",
-         .summary = "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output received = "
-                    "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way.",
+         .summary =
+             "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output received = "
+             "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way.",
          .params = {},
          .result = {{"world_ns", "integer", "world time", false, "ns"},
                     {"monotonic_ns", "integer", "CLOCK_MONOTONIC", false, "ns"},
                     {"instants", "integer", "instants at which something was due"},
                     {"dropped_instants", "integer", "those skipped as a whole under overload"},
-                    {"cameras", "array of objects", "name, due, rendered, dropped, idle and outputs with their readers"},
+                    {"cameras", "array of objects",
+                     "name, due, rendered, dropped, idle and outputs with their readers"},
                     {"stages", "array of objects", "name, count, mean_ms, p50_ms, p99_ms and max_ms"}},
          .errors = {},
          .handler =
@@ -87,8 +89,9 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                  if (context.shutdown) context.shutdown();
              }},
         {.name = "auth",
-         .summary = "Shows the token. Where one is asked for (TCP with --token-file) this is the first line of a connection, "
-                    "or the connection is closed; elsewhere it is not needed.",
+         .summary =
+             "Shows the token. Where one is asked for (TCP with --token-file) this is the first line of a connection, "
+             "or the connection is closed; elsewhere it is not needed.",
          .params = {{"token", "string", "the line in the rig's --token-file", true}},
          .result = {{"authorized", "boolean", "true"}},
          .errors = {invalid_argument, unauthorized},

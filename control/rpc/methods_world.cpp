@@ -28,7 +28,9 @@ std::vector<Field> world_fields() {
             {"applied_ns", "integer", "world time from which this state holds", false, "ns"}};
 }
 
-json world_json(const WorldState& state) { return to_json(state); }
+json world_json(const WorldState& state) {
+    return to_json(state);
+}
 
 template <typename C>
 auto simple(RpcContext& context) {
@@ -85,10 +87,12 @@ std::vector<Method> world_methods(RpcContext& context) {
     using enum ErrorKind;
     return {
         {.name = "world.load",
-         .summary = "Loads another scene. World time starts again at 0; cameras stay, those of the scene are added unless "
-                    "their names are taken. The files are read first, so commands sent before the answer may be applied "
-                    "to the old scene. Errors name the file and the JSON path; nothing changes then.",
-         .params = {{"scene", "string", "path of a scene file or a bare .gltf/.glb, from the rig's working directory", true}},
+         .summary =
+             "Loads another scene. World time starts again at 0; cameras stay, those of the scene are added unless "
+             "their names are taken. The files are read first, so commands sent before the answer may be applied "
+             "to the old scene. Errors name the file and the JSON path; nothing changes then.",
+         .params = {{"scene", "string", "path of a scene file or a bare .gltf/.glb, from the rig's working directory",
+                     true}},
          .result = world_fields(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted, unavailable},
          .handler = [&context](const json& params, RpcReply done) { load(context, params, std::move(done)); },
@@ -112,12 +116,14 @@ std::vector<Method> world_methods(RpcContext& context) {
          .errors = {unsupported, unavailable},
          .handler = simple<ResumeWorld>(context)},
         {.name = "world.step",
-         .summary = "Moves the world (lockstep, or paused realtime) and answers when every connected reader was sent every "
-                    "due frame. A reader that holds it up longer than timeout_s is named in the error. Give either "
-                    "seconds or nanoseconds.",
+         .summary =
+             "Moves the world (lockstep, or paused realtime) and answers when every connected reader was sent every "
+             "due frame. A reader that holds it up longer than timeout_s is named in the error. Give either "
+             "seconds or nanoseconds.",
          .params = {{"seconds", "number", "how far, 0 to 86400; taken to the nearest nanosecond", false, "s"},
                     {"nanoseconds", "integer", "how far, exactly", false, "ns"},
-                    {"timeout_s", "number", "longest wait for the readers of one instant, up to 3600", false, "s", "10"}},
+                    {"timeout_s", "number", "longest wait for the readers of one instant, up to 3600", false, "s",
+                     "10"}},
          .result = world_fields(),
          .errors = {invalid_argument, unavailable, resource_exhausted},
          .handler = [&context](const json& params, RpcReply done) { step(context, params, std::move(done)); },

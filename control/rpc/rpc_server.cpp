@@ -94,7 +94,9 @@ RpcServer::~RpcServer() {
     context_.replies->stop();
 }
 
-void RpcServer::stop() { context_.loader->stop(); }
+void RpcServer::stop() {
+    context_.loader->stop();
+}
 
 std::map<std::string, std::uint64_t> RpcServer::calls() const {
     std::map<std::string, std::uint64_t> counts;

@@ -50,8 +50,8 @@ public:
     /// string means there is nothing to answer (notifications only). `done` may outlive the server.
     void handle(std::string_view text, std::function<void(std::string)> done);
 
-    /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and frames
-    /// alone from then on, as far as world.load goes. To be called before these go. Twice is fine.
+    /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and
+    /// frames alone from then on, as far as world.load goes. To be called before these go. Twice is fine.
     void stop();
 
     const std::vector<Method>& methods() const { return methods_; }

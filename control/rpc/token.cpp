@@ -8,8 +8,7 @@ namespace {
 
 constexpr std::size_t min_token_length = 8;
 constexpr std::size_t max_token_length = 256;
-constexpr std::string_view token_characters =
-    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~+/=";
+constexpr std::string_view token_characters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~+/=";
 
 }  // namespace
 
@@ -23,9 +22,10 @@ Result<std::string> read_token_file(const std::filesystem::path& file) {
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
     if (token.size() < min_token_length || token.size() > max_token_length ||
         token.find_first_not_of(token_characters) != std::string::npos) {
-        return error(ErrorKind::invalid_argument, file.string() +
-                                                      ": must hold one line of 8 to 256 letters, digits and - . _ ~ + / = "
-                                                      "(make one with: openssl rand -hex 24)");
+        return error(ErrorKind::invalid_argument,
+                     file.string() +
+                         ": must hold one line of 8 to 256 letters, digits and - . _ ~ + / = "
+                         "(make one with: openssl rand -hex 24)");
     }
     return token;
 }

@@ -8,7 +8,8 @@
 
 namespace camrig {
 
-/// The token of --token-file: the file's one line, 8 to 256 of letters, digits and - . _ ~ + / = (it also travels in URLs).
+/// The token of --token-file: the file's one line, 8 to 256 of letters, digits and - . _ ~ + / = (it also travels in
+/// URLs).
 Result<std::string> read_token_file(const std::filesystem::path& file);
 
 /// The time does not depend on where two tokens differ.

@@ -23,7 +23,9 @@ constexpr std::size_t write_bytes = 256 * 1024;
 constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
 
 /// A web page can make a browser send a request of its own choice to any port; its first line tells.
-bool is_http(std::string_view line) { return line.ends_with(" HTTP/1.1") || line.ends_with(" HTTP/1.0"); }
+bool is_http(std::string_view line) {
+    return line.ends_with(" HTTP/1.1") || line.ends_with(" HTTP/1.0");
+}
 
 /// Rung by cancelling: a ring while nobody waits is lost, so waiters look at the state they wait for first. All of it
 /// happens on one thread.
@@ -62,7 +64,8 @@ asio::awaitable<void> Connection::read_loop() {
         if (lines_.too_long()) {
             refuse(rpc_code::invalid_request, ErrorKind::resource_exhausted,
                    "a message has at most " +
-                       std::to_string(is_authorized_ ? shared_.limits.line_bytes : shared_.limits.unauthorized_line_bytes) +
+                       std::to_string(is_authorized_ ? shared_.limits.line_bytes
+                                                     : shared_.limits.unauthorized_line_bytes) +
                        " bytes; this connection ends");
             break;
         }
@@ -105,12 +108,14 @@ bool Connection::take(std::string_view line) {
 bool Connection::take_first(std::string_view line) {
     const RpcMessage message = parse_rpc(line);
     const auto* request = std::get_if<RpcRequest>(&message.items.front());
-    const bool is_auth = !message.is_batch && request && request->method == "auth" && request->params.contains("token") &&
-                         request->params["token"].is_string();
+    const bool is_auth = !message.is_batch && request && request->method == "auth" &&
+                         request->params.contains("token") && request->params["token"].is_string();
     if (!is_auth || !equal_tokens(request->params["token"].get<std::string>(), shared_.token)) {
-        refuse(rpc_code::application, ErrorKind::unauthorized,
-               is_auth ? "wrong token; it is the line in the rig's --token-file"
-                       : R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}})");
+        refuse(
+            rpc_code::application, ErrorKind::unauthorized,
+            is_auth
+                ? "wrong token; it is the line in the rig's --token-file"
+                : R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}})");
         return false;
     }
     is_authorized_ = true;

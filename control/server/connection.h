@@ -34,8 +34,8 @@ struct ConnectionShared {
 
 /// One client: reads lines, hands them to the RPC server, writes the answers in the order of the requests.
 ///
-/// Thread: the server's. Two coroutines share it, one that reads and one that writes; each keeps it alive. A client is not
-/// read while too much is unanswered or unsent, and is closed when it takes no byte of an answer for too long.
+/// Thread: the server's. Two coroutines share it, one that reads and one that writes; each keeps it alive. A client is
+/// not read while too much is unanswered or unsent, and is closed when it takes no byte of an answer for too long.
 class Connection : public std::enable_shared_from_this<Connection> {
 public:
     using Socket = boost::asio::generic::stream_protocol::socket;

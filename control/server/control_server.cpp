@@ -49,8 +49,11 @@ struct ControlServer::Impl {
     tcp::acceptor tcp_acceptor{loop};
     asio::steady_timer linger{loop};
     std::uint16_t tcp_port = 0;
-    ConnectionShared shared{*options.rpc, options.limits, options.token,
-                            std::make_shared<LoopPost>(loop.get_executor()), 0,
+    ConnectionShared shared{*options.rpc,
+                            options.limits,
+                            options.token,
+                            std::make_shared<LoopPost>(loop.get_executor()),
+                            0,
                             [this](Connection* connection) { closed(connection); }};
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
@@ -128,12 +131,12 @@ void ControlServer::Impl::take(Connection::Socket socket, bool must_authorize) {
 
 void ControlServer::Impl::refuse(Connection::Socket socket) {
     ++refused;
-    const std::string line = rpc_error({rpc_code::application,
-                                        {ErrorKind::resource_exhausted,
-                                         "there are " + std::to_string(options.limits.connections) +
-                                             " connections already; close one"},
-                                        nullptr}) +
-                             "\n";
+    const std::string line =
+        rpc_error({rpc_code::application,
+                   {ErrorKind::resource_exhausted,
+                    "there are " + std::to_string(options.limits.connections) + " connections already; close one"},
+                   nullptr}) +
+        "\n";
     boost::system::error_code ignored;
     socket.non_blocking(true, ignored);
     socket.write_some(asio::buffer(line), ignored);  // a fresh socket has room for it
@@ -177,11 +180,17 @@ Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOption
 }
 
 ControlServer::ControlServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-ControlServer::~ControlServer() { stop(); }
+ControlServer::~ControlServer() {
+    stop();
+}
 
-std::uint16_t ControlServer::tcp_port() const { return impl_->tcp_port; }
+std::uint16_t ControlServer::tcp_port() const {
+    return impl_->tcp_port;
+}
 
-ControlCounts ControlServer::counts() const { return {impl_->open.load(), impl_->total.load(), impl_->refused.load()}; }
+ControlCounts ControlServer::counts() const {
+    return {impl_->open.load(), impl_->total.load(), impl_->refused.load()};
+}
 
 void ControlServer::stop() {
     std::lock_guard lock(impl_->stop_mutex);

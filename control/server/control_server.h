@@ -12,8 +12,8 @@
 namespace camrig {
 
 struct ControlServerOptions {
-    /// Path of the Unix socket, made with mode 0600. A stale file of a rig that is gone is replaced; one where a rig answers is
-    /// an error.
+    /// Path of the Unix socket, made with mode 0600. A stale file of a rig that is gone is replaced; one where a rig
+    /// answers is an error.
     std::string unix_path;
     std::string host = "127.0.0.1";
     std::optional<std::uint16_t> tcp_port;  ///< nullopt: no TCP; 0: any free port
@@ -35,8 +35,8 @@ struct ControlCounts {
 /// thread; throws nothing.
 class ControlServer {
 public:
-    /// Listens before it returns. already_exists: another rig lives at unix_path; invalid_argument: a host beyond loopback
-    /// without a token; unavailable: cannot be listened on (the message says why).
+    /// Listens before it returns. already_exists: another rig lives at unix_path; invalid_argument: a host beyond
+    /// loopback without a token; unavailable: cannot be listened on (the message says why).
     static Result<std::unique_ptr<ControlServer>> create(ControlServerOptions options);
     ~ControlServer();
     ControlServer(const ControlServer&) = delete;
@@ -45,8 +45,8 @@ public:
     /// 0 when there is no TCP.
     std::uint16_t tcp_port() const;
     ControlCounts counts() const;
-    /// Takes no more requests, gives answers in work a moment (limits.linger), closes every connection, removes the socket
-    /// file and joins the thread. Twice is fine.
+    /// Takes no more requests, gives answers in work a moment (limits.linger), closes every connection, removes the
+    /// socket file and joins the thread. Twice is fine.
     void stop();
 
 private:

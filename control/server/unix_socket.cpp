@@ -18,7 +18,9 @@ std::unexpected<Error> failed(const std::string& path, const std::string& what) 
     return error(ErrorKind::unavailable, "control socket " + path + ": " + what);
 }
 
-UniqueFd make_socket() { return UniqueFd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
+UniqueFd make_socket() {
+    return UniqueFd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+}
 
 /// Somebody listens there. A full backlog counts as somebody.
 bool is_alive(const sockaddr_un& address) {
@@ -28,25 +30,25 @@ bool is_alive(const sockaddr_un& address) {
 }
 
 Result<void> clear_the_way(const std::string& path, const sockaddr_un& address) {
-    struct stat facts {};
+    struct stat facts{};
     if (::lstat(path.c_str(), &facts) != 0) return {};
-    if (!S_ISSOCK(facts.st_mode)) return failed(path, "there is a file of that name that is no socket; choose another --control");
+    if (!S_ISSOCK(facts.st_mode))
+        return failed(path, "there is a file of that name that is no socket; choose another --control");
     if (is_alive(address)) {
-        return error(ErrorKind::already_exists, "control socket " + path +
-                                                    ": another rig lives there; end it (camrig call server.shutdown) or "
-                                                    "choose another --control");
+        return error(ErrorKind::already_exists,
+                     "control socket " + path +
+                         ": another rig lives there; end it (camrig call server.shutdown) or "
+                         "choose another --control");
     }
-    if (::unlink(path.c_str()) != 0) return failed(path, std::string("a stale socket cannot be removed: ") + std::strerror(errno));
+    if (::unlink(path.c_str()) != 0)
+        return failed(path, std::string("a stale socket cannot be removed: ") + std::strerror(errno));
     return {};
 }
 
 }  // namespace
 
 UnixListener::UnixListener(UnixListener&& other) noexcept
-    : fd_(std::move(other.fd_)),
-      path_(std::exchange(other.path_, {})),
-      device_(other.device_),
-      inode_(other.inode_) {}
+    : fd_(std::move(other.fd_)), path_(std::exchange(other.path_, {})), device_(other.device_), inode_(other.inode_) {}
 
 UnixListener& UnixListener::operator=(UnixListener&& other) noexcept {
     if (this == &other) return *this;
@@ -76,7 +78,7 @@ Result<UnixListener> UnixListener::listen(const std::string& path) {
     if (::bind(listener.fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         return failed(path, std::string("cannot be made: ") + std::strerror(errno));
     listener.path_ = path;
-    struct stat facts {};
+    struct stat facts{};
     if (::lstat(path.c_str(), &facts) != 0) return failed(path, std::strerror(errno));
     listener.device_ = facts.st_dev;
     listener.inode_ = facts.st_ino;
@@ -87,8 +89,9 @@ Result<UnixListener> UnixListener::listen(const std::string& path) {
 
 void UnixListener::remove_file() noexcept {
     if (path_.empty()) return;
-    struct stat facts {};
-    if (::lstat(path_.c_str(), &facts) == 0 && facts.st_dev == device_ && facts.st_ino == inode_) ::unlink(path_.c_str());
+    struct stat facts{};
+    if (::lstat(path_.c_str(), &facts) == 0 && facts.st_dev == device_ && facts.st_ino == inode_)
+        ::unlink(path_.c_str());
     path_.clear();
 }
 

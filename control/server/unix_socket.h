@@ -11,8 +11,8 @@ namespace camrig {
 
 /// A listening Unix socket and its file, which goes away with it.
 ///
-/// The file has mode 0600 from its first moment. A file left by a rig that is gone is replaced; one that somebody listens
-/// on, or that is no socket, is an error.
+/// The file has mode 0600 from its first moment. A file left by a rig that is gone is replaced; one that somebody
+/// listens on, or that is no socket, is an error.
 class UnixListener {
 public:
     static Result<UnixListener> listen(const std::string& path);

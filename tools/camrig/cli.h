@@ -16,8 +16,8 @@ struct CliHooks {
     std::ostream& err;
 };
 
-/// Runs one command; `arguments` without the program's name. Returns the exit code: 0, 1 (one line on err says why) or 2
-/// (wrong usage).
+/// Runs one command; `arguments` without the program's name. Returns the exit code: 0, 1 (one line on err says why) or
+/// 2 (wrong usage).
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks);
 
 }  // namespace camrig

@@ -109,7 +109,8 @@ void add_create(CLI::App& camera, CliContext& context) {
     CLI::App* create = camera.add_subcommand("create", "makes a camera, or those of a file");
     auto* name = create->add_option("NAME", options->name, "1 to 24 of a-z, 0-9 and _");
     create->add_option("--place", options->place, "a named place of the scene: pose and field of view");
-    create->add_option("--file", options->file, "JSON: a camera, a list of them, or {\"cameras\": [...]}")->excludes(name);
+    create->add_option("--file", options->file, "JSON: a camera, a list of them, or {\"cameras\": [...]}")
+        ->excludes(name);
     options->camera.add_to(*create);
     create->callback([options, &context] {
         context.action = [options, &context] {
@@ -137,10 +138,13 @@ void add_set(CLI::App& camera, CliContext& context) {
     set->callback([options, &context] {
         context.action = [options, &context] {
             // Checked before anything is asked of the rig.
-            const json stand_in = {{"position", {0, 0, 0}}, {"orientation", {0, 0, 0, 1}},
-                                   {"pan_deg", 0},          {"tilt_deg", 0},
+            const json stand_in = {{"position", {0, 0, 0}},
+                                   {"orientation", {0, 0, 0, 1}},
+                                   {"pan_deg", 0},
+                                   {"tilt_deg", 0},
                                    {"roll_deg", 0}};
-            if (auto params = camera_params(options->camera, stand_in); !params) return context.usage(params.error().message);
+            if (auto params = camera_params(options->camera, stand_in); !params)
+                return context.usage(params.error().message);
             auto client = context.connect();
             if (!client) return context.fail(client.error());
             json present = nullptr;

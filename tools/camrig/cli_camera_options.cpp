@@ -107,7 +107,8 @@ void CameraOptions::add_to(CLI::App& command) {
     command.add_option("--near", near, "nearest distance drawn, m");
     command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");
     command.add_option("--quality", quality, "fast, simple or beautiful");
-    auto* strip = command.add_flag("--code-strip", code_strip, "draws number, sequence and world time into the picture");
+    auto* strip =
+        command.add_flag("--code-strip", code_strip, "draws number, sequence and world time into the picture");
     command.add_flag("--no-code-strip", no_code_strip, "does not")->excludes(strip);
     auto* module_output = command.add_option("--v4l2", v4l2, "N: also as /dev/videoN by v4l2loopback");
     auto* user_output = command.add_option("--device", device, "N: also as /dev/videoN for camrig exec");

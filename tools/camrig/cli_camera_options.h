@@ -28,8 +28,8 @@ struct CameraOptions {
     bool has_angles() const { return pan_deg || tilt_deg || roll_deg; }
 };
 
-/// The parameters of camera.create or camera.set. `present_pose` fills in what a pose leaves open: the place when only the
-/// direction is given, the direction when only the place is, and the other angles. null: nothing is there yet.
+/// The parameters of camera.create or camera.set. `present_pose` fills in what a pose leaves open: the place when only
+/// the direction is given, the direction when only the place is, and the other angles. null: nothing is there yet.
 Result<nlohmann::json> camera_params(const CameraOptions& options, const nlohmann::json& present_pose);
 
 }  // namespace camrig

@@ -49,7 +49,8 @@ int call(const CliContext& context, const std::string& method, const std::string
     auto params = parse_json(text, std::size_t{1} << 20);
     if (!params) return context.usage("call: JSON: " + params.error().message);
     if (!params->is_object()) return context.usage("call: JSON must be an object like {\"name\":\"lobby\"}");
-    const auto timeout = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
+    const auto timeout =
+        std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
     auto result = context.call(method, *params, timeout);
     if (!result) return context.fail(result.error());
     return context.print(*result, result->dump(2, ' ', false, json::error_handler_t::replace));

@@ -21,8 +21,12 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve->add_option("SCENE", options->scene, "scene file (.json) or a bare .gltf/.glb")->required();
     serve->add_option("--host", options->host, "address to listen on; beyond loopback a --token-file is needed")
         ->capture_default_str();
-    serve->add_option("--http", options->http_port, "port of HTTP; 0: any free one")->check(is_port)->capture_default_str();
-    serve->add_option("--rtsp", options->rtsp_port, "port of RTSP; 0: any free one")->check(is_port)->capture_default_str();
+    serve->add_option("--http", options->http_port, "port of HTTP; 0: any free one")
+        ->check(is_port)
+        ->capture_default_str();
+    serve->add_option("--rtsp", options->rtsp_port, "port of RTSP; 0: any free one")
+        ->check(is_port)
+        ->capture_default_str();
     serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
         ->check(is_port);
     serve->add_option("--mode", options->engine.mode, "realtime (default) or lockstep: moved by world.step only")
@@ -34,7 +38,9 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->transform(CLI::CheckedTransformer(qualities).description("fast|simple|beautiful"));
     serve->add_option("--device", options->engine.renderer.device,
                       "EGL device N, or cpu; default: the first with hardware, else cpu");
-    serve->add_option("--ready-fd", options->ready_fd, "writes one JSON line with control, http and rtsp here when ready")
+    serve
+        ->add_option("--ready-fd", options->ready_fd,
+                     "writes one JSON line with control, http and rtsp here when ready")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     serve->callback([options, &context, &hooks] {
         context.action = [options, &context, &hooks] {

@@ -63,7 +63,8 @@ void add_snapshot_command(CLI::App& app, CliContext& context) {
     snapshot->callback([options, &context] {
         context.action = [options, &context] {
             const std::string format = format_of(options->file);
-            if (format.empty()) return context.usage("snapshot: " + options->file.string() + " must end in .png or .jpg");
+            if (format.empty())
+                return context.usage("snapshot: " + options->file.string() + " must end in .png or .jpg");
             json params{{"camera", options->camera}, {"format", format}};
             if (options->quality && format == "png") return context.usage("snapshot: --quality is for .jpg");
             if (options->quality) params["quality"] = *options->quality;
@@ -77,7 +78,8 @@ void add_snapshot_command(CLI::App& app, CliContext& context) {
             frame->erase("encoding");
             (*frame)["file"] = options->file.string();
             return context.print(*frame, options->file.string() + ": frame " + plain_text((*frame)["sequence"]) +
-                                             " of " + options->camera + ", world time " + seconds_text((*frame)["time_ns"]));
+                                             " of " + options->camera + ", world time " +
+                                             seconds_text((*frame)["time_ns"]));
         };
     });
 }

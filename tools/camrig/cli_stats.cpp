@@ -27,10 +27,10 @@ std::string words_of(const json& stats) {
         cameras.push_back(cells(camera, {"name", "due", "rendered", "dropped", "idle"}));
         for (const json& output : camera["outputs"]) {
             for (const json& reader : output["readers"]) {
-                readers.push_back({plain_text(reader["kind"]) + " " + plain_text(reader["peer"]), plain_text(camera["name"]),
-                                   plain_text(output["format"]), plain_text(reader["offered"]),
-                                   plain_text(reader["delivered"]), plain_text(reader["dropped"]),
-                                   plain_text(reader["latency_ms"])});
+                readers.push_back({plain_text(reader["kind"]) + " " + plain_text(reader["peer"]),
+                                   plain_text(camera["name"]), plain_text(output["format"]),
+                                   plain_text(reader["offered"]), plain_text(reader["delivered"]),
+                                   plain_text(reader["dropped"]), plain_text(reader["latency_ms"])});
             }
         }
     }

@@ -20,16 +20,17 @@ std::string words_of(const json& world) {
     std::string places;
     for (const json& place : world["places"]) places += (places.empty() ? "" : ", ") + plain_text(place);
     const bool is_lockstep = world["mode"] == "lockstep";
-    return table({{"scene", plain_text(world["scene"]) + " (" + plain_text(world["scene_file"]) + ")"},
-                  {"world time", seconds_text(world["world_ns"]) + (world["paused"] == true ? ", paused" : "")},
-                  {"mode", plain_text(world["mode"]) + (is_lockstep ? "" : ", overload " + plain_text(world["overload"]))},
-                  {"quality", plain_text(world["quality"])},
-                  {"seed", plain_text(world["seed"])},
-                  {"objects", plain_text(world["objects"])},
-                  {"actors", plain_text(world["actors"])},
-                  {"cameras", plain_text(world["cameras"])},
-                  {"places", places}},
-                 2);
+    return table(
+        {{"scene", plain_text(world["scene"]) + " (" + plain_text(world["scene_file"]) + ")"},
+         {"world time", seconds_text(world["world_ns"]) + (world["paused"] == true ? ", paused" : "")},
+         {"mode", plain_text(world["mode"]) + (is_lockstep ? "" : ", overload " + plain_text(world["overload"]))},
+         {"quality", plain_text(world["quality"])},
+         {"seed", plain_text(world["seed"])},
+         {"objects", plain_text(world["objects"])},
+         {"actors", plain_text(world["actors"])},
+         {"cameras", plain_text(world["cameras"])},
+         {"places", places}},
+        2);
 }
 
 int show(const CliContext& context, const Result<json>& world) {
@@ -43,7 +44,8 @@ void add_step(CLI::App& group, CliContext& context) {
         double timeout_s = 10.0;
     };
     auto options = std::make_shared<Options>();
-    CLI::App* step = group.add_subcommand("step", "moves the world (lockstep, or paused); ends when all frames are sent");
+    CLI::App* step =
+        group.add_subcommand("step", "moves the world (lockstep, or paused); ends when all frames are sent");
     auto* seconds = step->add_option("SECONDS,--seconds", options->seconds, "how far");
     step->add_option("--nanoseconds", options->nanoseconds, "how far, exactly")->excludes(seconds);
     step->add_option("--timeout", options->timeout_s, "longest wait for a reader, in seconds")
@@ -81,8 +83,9 @@ void add_load(CLI::App& group, CliContext& context) {
 void add_world_commands(CLI::App& app, CliContext& context) {
     CLI::App* group = app.add_subcommand("world", "shows, moves and loads the world");
     group->require_subcommand(1);
-    for (const auto& [name, text] : {std::pair("status", "what the world is doing"), std::pair("pause", "holds world time"),
-                                     std::pair("resume", "lets world time run again")}) {
+    for (const auto& [name, text] :
+         {std::pair("status", "what the world is doing"), std::pair("pause", "holds world time"),
+          std::pair("resume", "lets world time run again")}) {
         group->add_subcommand(name, text)->callback([method = std::string("world.") + name, &context] {
             context.action = [method, &context] { return show(context, context.call(method)); };
         });

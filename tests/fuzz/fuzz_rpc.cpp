@@ -1,0 +1,47 @@
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "control/rpc/rpc_server.h"
+
+// The JSON-RPC decoder and every method's reading of its parameters, against a rig that refuses all commands.
+// What must hold: no crash, exactly one answer, and an answer that is JSON.
+namespace camrig {
+namespace {
+
+class RefusingRig final : public CommandPort, public FrameFetcher {
+public:
+    void post(Command command) override {
+        std::visit([](auto& request) { request.done(error(ErrorKind::unavailable, "no")); }, command);
+    }
+    void fetch(FetchRequest, std::function<void(Result<MediaUnit>)> done) override {
+        done(error(ErrorKind::unavailable, "no"));
+    }
+};
+
+void require(bool condition) {
+    if (!condition) std::abort();
+}
+
+void run(std::string_view text) {
+    static RefusingRig rig;
+    static RpcServer server(RpcContext{rig, rig});
+    // Loading reads files named by the input: not this target's business, and slow.
+    if (text.find("world.load") != std::string_view::npos || text.find('\\') != std::string_view::npos) return;
+    int answers = 0;
+    server.handle(text, [&](std::string reply) {
+        ++answers;
+        if (reply.empty()) return;
+        require(reply.find('\n') == std::string::npos);
+        require(nlohmann::json::accept(reply));
+    });
+    require(answers == 1);
+}
+
+}  // namespace
+}  // namespace camrig
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    camrig::run({reinterpret_cast<const char*>(data), size});
+    return 0;
+}

@@ -1,0 +1,271 @@
+#include "tools/camrig/cli.h"
+
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+
+#include "tests/unit/control/server_harness.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+struct Run {
+    int code = 0;
+    std::string out, err;
+    ServeOptions serve;
+};
+
+Run run(std::vector<std::string> arguments) {
+    Run result;
+    std::ostringstream out, err;
+    const auto serve = [&](const ServeOptions& options) {
+        result.serve = options;
+        return 0;
+    };
+    result.code = run_cli(std::move(arguments), {serve, out, err});
+    result.out = out.str();
+    result.err = err.str();
+    return result;
+}
+
+/// The command line at a fake rig.
+class Cli : public testing::Test {
+protected:
+    Run at_rig(std::vector<std::string> arguments) {
+        arguments.insert(arguments.end(), {"--control", harness.path});
+        return run(std::move(arguments));
+    }
+    json json_of(std::vector<std::string> arguments) {
+        arguments.push_back("--json");
+        const Run done = at_rig(std::move(arguments));
+        EXPECT_EQ(done.code, 0) << done.err;
+        return done.code == 0 ? json::parse(done.out) : json::object();
+    }
+
+    ServerHarness harness;
+};
+
+TEST_F(Cli, CameraCreateTakesEveryOption) {
+    const json camera = json_of({"camera",     "create",       "lobby",
+                                 "--size",     "321x243",      "--fps",
+                                 "30000/1001", "--intrinsics", "300,310,150.5,120",
+                                 "--position", "-1,2,3.5",     "--look-at",
+                                 "4,5,1",      "--near",       "0.1",
+                                 "--far",      "100",          "--quality",
+                                 "fast",       "--code-strip", "--v4l2",
+                                 "3",          "--device",     "5",
+                                 "--rtsp",     "h264",         "--mjpeg"});
+    EXPECT_EQ(camera["size"], json({321, 243}));
+    EXPECT_EQ(camera["fps"], "30000/1001");
+    EXPECT_EQ(camera["intrinsics"]["fy"], 310);
+    EXPECT_EQ(camera["pose"]["position"], json({-1, 2, 3.5}));
+    EXPECT_EQ(camera["near"], 0.1);
+    EXPECT_EQ(camera["far"], 100);
+    EXPECT_EQ(camera["quality"], "fast");
+    EXPECT_EQ(camera["code_strip"], true);
+    EXPECT_EQ(camera["outputs"].size(), 4u);
+    EXPECT_TRUE(camera.contains("applied_ns"));
+}
+
+TEST_F(Cli, AnglesAndHorizontalFieldsOfViewAndPlaces) {
+    const json camera = json_of({"camera", "create", "a", "--hfov-deg", "70", "--position", "0,0,2", "--pan-deg", "-90",
+                                 "--tilt-deg", "-10", "--fps", "29.97"});
+    EXPECT_NEAR(camera["hfov_deg"].get<double>(), 70, 1e-9);
+    EXPECT_NEAR(camera["pose"]["pan_deg"].get<double>(), -90, 1e-9);
+    EXPECT_NEAR(camera["pose"]["tilt_deg"].get<double>(), -10, 1e-9);
+    EXPECT_EQ(camera["fps"], "2997/100");
+    EXPECT_EQ(json_of({"camera", "create", "b", "--place", "door", "--vfov-deg", "40"})["name"], "b");
+}
+
+TEST_F(Cli, SetKeepsWhatAPoseLeavesOpen) {
+    json_of({"camera", "create", "a", "--position", "1,2,3", "--pan-deg", "30", "--tilt-deg", "-5"});
+    json camera = json_of({"camera", "set", "a", "--pan-deg", "60"});
+    EXPECT_EQ(camera["pose"]["position"], json({1, 2, 3}));
+    EXPECT_NEAR(camera["pose"]["pan_deg"].get<double>(), 60, 1e-9);
+    EXPECT_NEAR(camera["pose"]["tilt_deg"].get<double>(), -5, 1e-9);
+    camera = json_of({"camera", "set", "a", "--position", "4,5,6"});
+    EXPECT_EQ(camera["pose"]["position"], json({4, 5, 6}));
+    EXPECT_NEAR(camera["pose"]["pan_deg"].get<double>(), 60, 1e-9);
+}
+
+TEST_F(Cli, FilesOfCamerasAreOneAListOrAnObject) {
+    TemporaryFolder folder;
+    const auto file = [&](const std::string& text) {
+        const auto path = folder / "cameras.json";
+        std::ofstream(path) << text;
+        return path.string();
+    };
+    EXPECT_EQ(json_of({"camera", "create", "--file", file(R"({"name":"a"})")})["cameras"].size(), 1u);
+    EXPECT_EQ(json_of({"camera", "create", "--file", file(R"([{"name":"b"},{"name":"c"}])")})["cameras"].size(), 2u);
+    EXPECT_EQ(json_of({"camera", "create", "--file", file(R"({"cameras":[{"name":"d"}]})")})["cameras"].size(), 1u);
+    EXPECT_EQ(json_of({"camera", "list"})["cameras"].size(), 4u);
+    const Run twice = at_rig({"camera", "create", "--file", file(R"([{"name":"e"},{"name":"a"}])")});
+    EXPECT_EQ(twice.code, 1);
+    EXPECT_THAT(twice.err, AllOf(HasSubstr("cameras.json: cameras[1]"), HasSubstr("those before it were made")));
+    EXPECT_EQ(at_rig({"camera", "create", "--file", file("{")}).code, 1);
+    EXPECT_THAT(at_rig({"camera", "create", "--file", file("7")}).err, HasSubstr("must be a camera"));
+    EXPECT_THAT(at_rig({"camera", "create", "--file", (folder / "none").string()}).err, HasSubstr("cannot be read"));
+}
+
+TEST_F(Cli, EveryCommandHasWordsForPeople) {
+    EXPECT_THAT(at_rig({"camera", "create", "lobby"}).out, StartsWith("lobby: 640x480 at 25 frames/s"));
+    EXPECT_THAT(at_rig({"camera", "list"}).out, AllOf(StartsWith("NAME"), HasSubstr("lobby")));
+    EXPECT_THAT(at_rig({"camera", "get", "lobby"}).out, HasSubstr("field of view"));
+    EXPECT_THAT(at_rig({"camera", "set", "lobby", "--fps", "10"}).out, HasSubstr("at 10 frames/s"));
+    EXPECT_THAT(at_rig({"world", "status"}).out, HasSubstr("world time"));
+    EXPECT_THAT(at_rig({"world", "pause"}).out, HasSubstr("paused"));
+    EXPECT_THAT(at_rig({"world", "resume"}).out, Not(HasSubstr("paused")));
+    EXPECT_THAT(at_rig({"world", "step", "0.5"}).out, HasSubstr("0.500 s"));
+    EXPECT_THAT(at_rig({"world", "load", "scenes/minimal.json"}).out, HasSubstr("minimal"));
+    EXPECT_THAT(at_rig({"stats"}).out, AllOf(HasSubstr("RENDERED"), HasSubstr("127.0.0.1:5"), HasSubstr("submit")));
+    EXPECT_THAT(at_rig({"camera", "delete", "lobby"}).out, HasSubstr("deleted"));
+    EXPECT_THAT(run({"methods"}).out, HasSubstr("camera.create {name, [place]"));
+    EXPECT_THAT(run({"version"}).out, StartsWith("camrig "));
+    EXPECT_THAT(run({"--help"}).out, HasSubstr("serve"));
+}
+
+TEST_F(Cli, EveryCommandHasJson) {
+    json_of({"camera", "create", "lobby"});
+    EXPECT_EQ(json_of({"camera", "get", "lobby"})["name"], "lobby");
+    EXPECT_EQ(json_of({"world", "step", "--nanoseconds", "5"})["world_ns"], 5);
+    EXPECT_EQ(json_of({"world", "step", "--seconds", "0.2"})["world_ns"], 200'000'005);
+    EXPECT_TRUE(json_of({"world", "status"}).contains("scene"));
+    EXPECT_TRUE(json_of({"world", "pause"})["paused"]);
+    EXPECT_TRUE(json_of({"stats"}).contains("stages"));
+    EXPECT_TRUE(json_of({"methods"})["methods"].is_array());
+    EXPECT_TRUE(json_of({"version"}).contains("version"));
+    EXPECT_TRUE(json_of({"camera", "delete", "lobby"}).contains("applied_ns"));
+    EXPECT_EQ(json_of({"call", "world.step", R"({"nanoseconds":1})"})["world_ns"], 200'000'006);
+}
+
+TEST_F(Cli, SnapshotWritesTheFileAtOnce) {
+    TemporaryFolder folder;
+    json_of({"camera", "create", "lobby"});
+    for (const char* name : {"a.png", "a.jpg", "A.JPEG"}) {
+        const std::string file = (folder / name).string();
+        EXPECT_EQ(json_of({"snapshot", "lobby", "-o", file})["file"], file);
+        EXPECT_EQ(std::filesystem::file_size(file), 3u);
+    }
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator((folder / "a.png").parent_path()), {}), 3);
+    EXPECT_EQ(at_rig({"snapshot", "lobby", "-o", "a.bmp"}).code, 2);
+    EXPECT_EQ(at_rig({"snapshot", "lobby"}).code, 2);
+    EXPECT_EQ(at_rig({"snapshot", "lobby", "-o", "a.png", "--quality", "50"}).code, 2);
+    EXPECT_EQ(at_rig({"snapshot", "hall", "-o", (folder / "b.png").string()}).code, 1);
+    EXPECT_EQ(at_rig({"snapshot", "lobby", "-o", (folder / "no/such/folder.png").string()}).code, 1);
+    EXPECT_FALSE(std::filesystem::exists(folder / "b.png"));
+}
+
+TEST_F(Cli, ErrorsAreOneLineAndExitOne) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"camera", "get", "hall"},
+                                                      {"call", "no.such"},
+                                                      {"world", "load", "none.json"},
+                                                      {"camera", "create", "Bad Name"},
+                                                      {"camera", "create", "a", "--size", "1x1"}}) {
+        const Run done = at_rig(arguments);
+        EXPECT_EQ(done.code, 1) << arguments.front();
+        EXPECT_THAT(done.err, StartsWith("camrig: "));
+        EXPECT_EQ(std::ranges::count(done.err, '\n'), 1) << done.err;
+        EXPECT_EQ(done.out, "");
+    }
+    TemporaryFolder folder;
+    const Run nobody = run({"camera", "list", "--control", (folder / "none").string()});
+    EXPECT_EQ(nobody.code, 1);
+    EXPECT_THAT(nobody.err, HasSubstr("camrig serve"));
+}
+
+TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
+                                                      {"camera"},
+                                                      {"camera", "create"},
+                                                      {"nonsense"},
+                                                      {"camera", "create", "a", "--siez", "1x1"},
+                                                      {"camera", "create", "a", "--size", "640"},
+                                                      {"camera", "create", "a", "--position", "1,2"},
+                                                      {"camera", "create", "a", "--position", "1,2,3,"},
+                                                      {"camera", "create", "a", "--look-at", "1,2,3"},
+                                                      {"camera", "create", "a", "--position", "1,2,nan"},
+                                                      {"camera", "create", "a", "--vfov-deg", "6", "--hfov-deg", "5"},
+                                                      {"camera", "create", "a", "--intrinsics", "1,2,3"},
+                                                      {"camera", "create", "a", "--file", "x"},
+                                                      {"camera", "set", "a", "--position", "x,y,z"},
+                                                      {"camera", "get"},
+                                                      {"world", "step"},
+                                                      {"world", "step", "soon"},
+                                                      {"world", "step", "1", "--nanoseconds", "1"},
+                                                      {"call", "world.status", "{"},
+                                                      {"call", "world.status", "[]"},
+                                                      {"call"},
+                                                      {"stats", "--watch", "0"},
+                                                      {"serve"},
+                                                      {"serve", "x", "--mode", "fast"},
+                                                      {"serve", "x", "--http", "65536"},
+                                                      {"serve", "x", "--tcp", "no"},
+                                                      {"serve", "x", "--seed", "-1"}}) {
+        const Run done = at_rig(arguments);
+        std::string shown;
+        for (const auto& argument : arguments) shown += argument + " ";
+        EXPECT_EQ(done.code, 2) << shown << done.err;
+        EXPECT_EQ(std::ranges::count(done.err, '\n'), 1) << shown << done.err;
+    }
+}
+
+TEST(CliServe, OptionsAreThoseOfTheContract) {
+    const Run done = run({"serve",        "scenes/hall.json",
+                          "--control",    "/tmp/c.sock",
+                          "--host",       "::1",
+                          "--http",       "0",
+                          "--rtsp",       "9",
+                          "--tcp",        "10",
+                          "--token-file", "/t",
+                          "--mode",       "lockstep",
+                          "--overload",   "slow",
+                          "--seed",       "18446744073709551615",
+                          "--quality",    "beautiful",
+                          "--device",     "cpu",
+                          "--ready-fd",   "5"});
+    ASSERT_EQ(done.code, 0) << done.err;
+    const ServeOptions& options = done.serve;
+    EXPECT_EQ(options.scene, "scenes/hall.json");
+    EXPECT_EQ(options.control, "/tmp/c.sock");
+    EXPECT_EQ(options.host, "::1");
+    EXPECT_EQ(options.http_port, 0);
+    EXPECT_EQ(options.rtsp_port, 9);
+    EXPECT_EQ(options.tcp_port, std::uint16_t{10});
+    EXPECT_EQ(options.token_file, "/t");
+    EXPECT_EQ(options.engine.mode, RunMode::lockstep);
+    EXPECT_EQ(options.engine.overload, OverloadPolicy::slow);
+    EXPECT_EQ(options.engine.seed, 18446744073709551615ULL);
+    EXPECT_EQ(options.engine.quality, Quality::beautiful);
+    EXPECT_EQ(options.engine.renderer.device, "cpu");
+    EXPECT_EQ(options.ready_fd, 5);
+}
+
+TEST(CliServe, DefaultsAreThoseOfTheContract) {
+    ::unsetenv("CAMRIG_CONTROL");
+    ::unsetenv("XDG_RUNTIME_DIR");
+    const ServeOptions options = run({"serve", "a.glb"}).serve;
+    EXPECT_EQ(options.control, "/tmp/camrig-" + std::to_string(::getuid()) + ".sock");
+    EXPECT_EQ(options.host, "127.0.0.1");
+    EXPECT_EQ(options.http_port, 8080);
+    EXPECT_EQ(options.rtsp_port, 8554);
+    EXPECT_EQ(options.tcp_port, std::nullopt);
+    EXPECT_EQ(options.engine.mode, RunMode::realtime);
+    EXPECT_EQ(options.engine.seed, std::nullopt);
+    EXPECT_EQ(options.ready_fd, -1);
+    ::setenv("XDG_RUNTIME_DIR", "/run/user/7", 1);
+    EXPECT_EQ(run({"serve", "a.glb"}).serve.control, "/run/user/7/camrig.sock");
+    ::setenv("CAMRIG_CONTROL", "/elsewhere", 1);
+    EXPECT_EQ(run({"serve", "a.glb"}).serve.control, "/elsewhere");
+    ::unsetenv("CAMRIG_CONTROL");
+    ::unsetenv("XDG_RUNTIME_DIR");
+}
+
+}  // namespace
+}  // namespace camrig

@@ -1,0 +1,169 @@
+#include "tests/unit/control/fake_rig.h"
+
+#include <type_traits>
+
+namespace camrig {
+
+void FakeRig::post(Command command) {
+    if (drops_) return;
+    std::visit(
+        [this](auto& request) {
+            using Kind = std::decay_t<decltype(request.command)>;
+            {
+                std::lock_guard lock(mutex_);
+                if (std::is_same_v<Kind, StepWorld> && holds_) {
+                    held_.push_back([this, request]() mutable { request.done(run(request.command)); });
+                    return;
+                }
+            }
+            request.done(run(request.command));
+        },
+        command);
+}
+
+void FakeRig::hold_steps() {
+    std::lock_guard lock(mutex_);
+    holds_ = true;
+}
+
+void FakeRig::release() {
+    std::vector<std::function<void()>> held;
+    {
+        std::lock_guard lock(mutex_);
+        holds_ = false;
+        held.swap(held_);
+    }
+    for (auto& job : held) job();
+}
+
+std::size_t FakeRig::held() const {
+    std::lock_guard lock(mutex_);
+    return held_.size();
+}
+
+FetchRequest FakeRig::last_fetch() const {
+    std::lock_guard lock(mutex_);
+    return last_fetch_;
+}
+
+Result<CameraState> FakeRig::find(const std::string& name) const {
+    const auto found = cameras_.find(name);
+    if (found == cameras_.end()) return error(ErrorKind::not_found, "there is no camera '" + name + "'");
+    return found->second;
+}
+
+Result<CameraState> FakeRig::run(CreateCamera& command) {
+    std::lock_guard lock(mutex_);
+    if (cameras_.contains(command.name))
+        return error(ErrorKind::already_exists, "there is a camera '" + command.name + "'");
+    if (command.place && *command.place != "door")
+        return error(ErrorKind::not_found, "place: the scene has none of that name");
+    CameraSpec base;
+    base.name = command.name;
+    auto spec = patch_camera_spec(base, command.patch);
+    if (!spec) return std::unexpected(spec.error());
+    CameraState state;
+    state.id = CameraId{static_cast<std::uint32_t>(cameras_.size() + 1)};
+    state.spec = *spec;
+    state.sequence = 0;
+    state.applied_ns = world_.world_ns;
+    return cameras_[command.name] = state;
+}
+
+Result<CameraState> FakeRig::run(SetCamera& command) {
+    std::lock_guard lock(mutex_);
+    auto state = find(command.name);
+    if (!state) return state;
+    auto spec = patch_camera_spec(state->spec, command.patch);
+    if (!spec) return std::unexpected(spec.error());
+    state->spec = *spec;
+    return cameras_[command.name] = *state;
+}
+
+Result<Applied> FakeRig::run(DeleteCamera& command) {
+    std::lock_guard lock(mutex_);
+    if (cameras_.erase(command.name) == 0)
+        return error(ErrorKind::not_found, "there is no camera '" + command.name + "'");
+    return Applied{world_.world_ns};
+}
+
+Result<CameraState> FakeRig::run(GetCamera& command) {
+    std::lock_guard lock(mutex_);
+    return find(command.name);
+}
+
+Result<std::vector<CameraState>> FakeRig::run(ListCameras&) {
+    std::lock_guard lock(mutex_);
+    std::vector<CameraState> all;
+    for (const auto& [name, state] : cameras_) all.push_back(state);
+    return all;
+}
+
+Result<WorldState> FakeRig::run(LoadWorld& command) {
+    std::lock_guard lock(mutex_);
+    world_.scene = command.scene->name;
+    world_.scene_file = command.scene->file.string();
+    world_.world_ns = 0;
+    return world_;
+}
+
+Result<WorldState> FakeRig::run(GetWorld&) {
+    std::lock_guard lock(mutex_);
+    return world_;
+}
+
+Result<WorldState> FakeRig::run(PauseWorld&) {
+    std::lock_guard lock(mutex_);
+    world_.paused = true;
+    return world_;
+}
+
+Result<WorldState> FakeRig::run(ResumeWorld&) {
+    std::lock_guard lock(mutex_);
+    world_.paused = false;
+    return world_;
+}
+
+Result<WorldState> FakeRig::run(StepWorld& command) {
+    std::lock_guard lock(mutex_);
+    last_step_ns_ = command.duration_ns;
+    world_.world_ns += command.duration_ns;
+    world_.applied_ns = world_.world_ns;
+    return world_;
+}
+
+Result<RigReport> FakeRig::run(GetStats&) {
+    RigReport report;
+    report.instants = 7;
+    report.cameras = {
+        {"lobby", 10, 9, 1, 5, {{"jpeg q90", 9, 9, 0, 0, {{"mjpeg", "127.0.0.1:5", 9, 8, 1, 1000, 1.5}}}}}};
+    report.stages = {{"submit", {9, 1.0, 0.9, 2.0, 3.0}}};
+    return report;
+}
+
+void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+    Result<CameraState> camera = [&] {
+        std::lock_guard lock(mutex_);
+        last_fetch_ = request;
+        return find(request.camera);
+    }();
+    if (!camera) return done(std::unexpected(camera.error()));
+    if (request.kind != FrameKind::color)
+        return done(error(ErrorKind::unsupported, "this kind of picture is not made yet; ask for color"));
+    MediaUnit unit;
+    unit.info.camera = std::make_shared<const std::string>(request.camera);
+    unit.info.sequence = 4;
+    unit.info.world_ns = 160'000'000;
+    unit.info.monotonic_ns = 12'345;
+    unit.info.size = camera->spec.size;
+    unit.info.format = request.format.pixels;
+    std::vector<std::byte> bytes(picture_bytes_, std::byte{0xab});
+    if (request.format.codec == Codec::raw) {
+        unit.frame = std::make_shared<const Frame>(unit.info, std::move(bytes));
+    } else {
+        unit.bytes = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+    }
+    done(std::move(unit));
+}
+
+}  // namespace camrig

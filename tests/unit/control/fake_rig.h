@@ -1,0 +1,58 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/engine/command.h"
+#include "core/stream/frame_bus.h"
+
+namespace camrig {
+
+/// A rig in memory: cameras with checked specs, a world that is a number, pictures that are bytes. Answers at once on
+/// the caller's thread, but for steps while they are held. Any thread.
+class FakeRig final : public CommandPort, public FrameFetcher {
+public:
+    void post(Command command) override;
+    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) override;
+
+    /// From now on steps wait; release() answers those that wait.
+    void hold_steps();
+    void release();
+    std::size_t held() const;
+    /// Forgets commands instead of answering them: an engine that is going down.
+    void drop_commands() { drops_ = true; }
+
+    TimeNs last_step_ns() const { return last_step_ns_; }
+    FetchRequest last_fetch() const;
+    void set_picture_bytes(std::size_t size) { picture_bytes_ = size; }
+
+private:
+    Result<CameraState> run(CreateCamera& command);
+    Result<CameraState> run(SetCamera& command);
+    Result<Applied> run(DeleteCamera& command);
+    Result<CameraState> run(GetCamera& command);
+    Result<std::vector<CameraState>> run(ListCameras&);
+    Result<WorldState> run(LoadWorld& command);
+    Result<WorldState> run(GetWorld&);
+    Result<WorldState> run(PauseWorld&);
+    Result<WorldState> run(ResumeWorld&);
+    Result<WorldState> run(StepWorld& command);
+    Result<RigReport> run(GetStats&);
+    Result<CameraState> find(const std::string& name) const;
+
+    mutable std::mutex mutex_;
+    std::map<std::string, CameraState> cameras_;
+    WorldState world_;
+    FetchRequest last_fetch_;
+    bool holds_ = false;
+    std::vector<std::function<void()>> held_;
+    std::atomic<bool> drops_{false};
+    std::atomic<TimeNs> last_step_ns_{-1};
+    std::atomic<std::size_t> picture_bytes_{3};
+};
+
+}  // namespace camrig

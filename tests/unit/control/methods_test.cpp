@@ -1,0 +1,279 @@
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include <gmock/gmock.h>
+
+#include "control/rpc/base64.h"
+#include "tests/unit/control/rpc_harness.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr const char* lobby = R"({"name":"lobby","size":[64,48]})";
+
+/// Runs the example that stands in the table, on a rig that has what it speaks of.
+json run_example(RpcHarness& rpc, const Method& method) {
+    json params = json::parse(method.example);
+    if (method.name == "auth") params["token"] = "correct-token";
+    if (method.name != "camera.create") rpc.result("camera.create", lobby);
+    return rpc.call(method.name, params);
+}
+
+// A method that is never run in the unit tests cannot be in the table: its example is the test.
+TEST(MethodTable, EveryMethodRunsItsExample) {
+    for (const Method& method : documented_methods()) {
+        RpcHarness rpc;
+        const json reply = run_example(rpc, method);
+        EXPECT_TRUE(reply.contains("result")) << method.name << ": " << reply.dump();
+        EXPECT_GE(rpc.server.calls().at(method.name), 1u) << method.name;
+        EXPECT_FALSE(method.summary.empty()) << method.name;
+    }
+}
+
+TEST(MethodTable, ResultsHaveTheFieldsThatAreDocumentedAndNoOthers) {
+    for (const Method& method : documented_methods()) {
+        RpcHarness rpc;
+        const json result = run_example(rpc, method)["result"];
+        std::set<std::string> documented;
+        for (const Field& field : method.result) {
+            documented.insert(field.name);
+            const bool is_always_there = method.name != "server.info" && field.name != "pixels";
+            EXPECT_TRUE(!is_always_there || result.contains(field.name)) << method.name << " gives no " << field.name;
+        }
+        for (const auto& [key, value] : result.items())
+            EXPECT_TRUE(documented.contains(key)) << method.name << " does not document " << key;
+    }
+}
+
+TEST(MethodTable, EveryParameterIsReadAndCheckedByItsMethod) {
+    for (const Method& method : documented_methods()) {
+        for (const Field& field : method.params) {
+            RpcHarness rpc;
+            json params = json::parse(method.example);
+            params[field.name] = json::parse("[[]]");
+            const json reply = rpc.call(method.name, params);
+            ASSERT_TRUE(reply.contains("error")) << method.name << " takes anything as " << field.name;
+            EXPECT_EQ(reply["error"]["code"], -32602);
+            EXPECT_THAT(reply["error"]["message"].get<std::string>(),
+                        AllOf(StartsWith(field.name), testing::Not(HasSubstr("unknown key"))))
+                << method.name;
+        }
+    }
+}
+
+TEST(MethodTable, UnknownAndMissingParametersAreNamed) {
+    RpcHarness rpc;
+    for (const Method& method : documented_methods()) {
+        json params = json::parse(method.example);
+        params["nonsense"] = 1;
+        const json reply = rpc.call(method.name, params);
+        ASSERT_TRUE(reply.contains("error")) << method.name;
+        EXPECT_EQ(reply["error"]["code"], -32602) << method.name;
+        EXPECT_THAT(reply["error"]["message"].get<std::string>(), HasSubstr("nonsense")) << method.name;
+        for (const Field& field : method.params) {
+            if (!field.required) continue;
+            params = json::parse(method.example);
+            params.erase(field.name);
+            EXPECT_THAT(rpc.failure(method.name, params.dump()),
+                        AllOf(StartsWith("-32602 invalid_argument"), HasSubstr("'" + field.name + "' is missing")));
+        }
+    }
+}
+
+TEST(MethodTable, TheDocumentationIsUpToDate) {
+    std::ifstream file("docs/control-protocol.md", std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_TRUE(text == control_protocol_markdown(documented_methods()))
+        << "docs/control-protocol.md differs from the method table; make it anew: camrig methods --markdown > "
+           "docs/control-protocol.md";
+}
+
+TEST(MethodTable, WithoutARigEveryMethodIsUnavailable) {
+    for (const Method& method : documented_methods()) {
+        if (method.name.starts_with("server.") || method.name == "auth" || method.name == "world.load") continue;
+        std::optional<ErrorKind> kind;
+        method.handler(json::parse(method.example), [&](Result<RpcResult> result) {
+            if (!result) kind = result.error().kind;
+        });
+        EXPECT_EQ(kind, ErrorKind::unavailable) << method.name;
+    }
+}
+
+TEST(CameraMethods, ErrorsCarryTheirKind) {
+    RpcHarness rpc;
+    EXPECT_EQ(rpc.result("camera.create", lobby)["size"], json({64, 48}));
+    EXPECT_THAT(rpc.failure("camera.create", lobby), StartsWith("-32000 already_exists"));
+    EXPECT_THAT(rpc.failure("camera.get", R"({"name":"hall"})"), StartsWith("-32000 not_found"));
+    EXPECT_THAT(rpc.failure("camera.set", R"({"name":"hall","fps":5})"), StartsWith("-32000 not_found"));
+    EXPECT_THAT(rpc.failure("camera.delete", R"({"name":"hall"})"), StartsWith("-32000 not_found"));
+    EXPECT_THAT(rpc.failure("camera.create", R"({"name":"b","place":"nowhere"})"), StartsWith("-32000 not_found"));
+    EXPECT_THAT(rpc.failure("camera.create", R"({"name":"No Name"})"), StartsWith("-32602 invalid_argument name"));
+    EXPECT_THAT(rpc.failure("camera.create", R"({"name":"b","size":[15,16]})"),
+                StartsWith("-32602 invalid_argument size"));
+    EXPECT_THAT(rpc.failure("camera.create", R"({"name":"b","fps":1001})"), StartsWith("-32602 invalid_argument fps"));
+    EXPECT_THAT(rpc.failure("camera.create", R"({"name":"b","vfov_deg":60,"hfov_deg":60})"), HasSubstr("only one"));
+    EXPECT_THAT(rpc.failure("camera.create", R"({"name":"b","pose":{"position":[0,0,0],"look_at":[0,0,0]}})"),
+                StartsWith("-32602 invalid_argument pose"));
+    EXPECT_THAT(rpc.failure("camera.set", R"({"name":"lobby","outputs":[{"kind":"smoke"}]})"),
+                HasSubstr("outputs[0].kind"));
+}
+
+TEST(CameraMethods, SetChangesOnlyWhatIsGiven) {
+    RpcHarness rpc;
+    rpc.result("camera.create", R"({"name":"lobby","size":[64,48],"fps":"30000/1001","code_strip":false})");
+    const json camera = rpc.result("camera.set", R"({"name":"lobby","near":0.5})");
+    EXPECT_EQ(camera["near"], 0.5);
+    EXPECT_EQ(camera["fps"], "30000/1001");
+    EXPECT_EQ(camera["size"], json({64, 48}));
+}
+
+TEST(CameraMethods, ListGivesEachAsGetDoes) {
+    RpcHarness rpc;
+    rpc.result("camera.create", lobby);
+    EXPECT_EQ(rpc.result("camera.list", "{}")["cameras"],
+              json::array({rpc.result("camera.get", R"({"name":"lobby"})")}));
+}
+
+TEST(WorldMethods, SecondsBecomeTheNanosecondsThatTheyRead) {
+    RpcHarness rpc;
+    const std::pair<const char*, TimeNs> cases[] = {{"0.2", 200'000'000},
+                                                    {"0.1", 100'000'000},
+                                                    {"0.3", 300'000'000},
+                                                    {"1e-9", 1},
+                                                    {"0.000000001", 1},
+                                                    {"1.1", 1'100'000'000},
+                                                    {"0", 0},
+                                                    {"-0.0", 0},
+                                                    {"86400", 86'400'000'000'000},
+                                                    {"4e-10", 0},
+                                                    {"6e-10", 1},
+                                                    {"12345.678901234", 12'345'678'901'234},
+                                                    {"0.033333333", 33'333'333},
+                                                    {"86399.999999999", 86'399'999'999'999}};
+    for (const auto& [seconds, expected] : cases) {
+        rpc.result("world.step", "{\"seconds\":" + std::string(seconds) + "}");
+        EXPECT_EQ(rpc.rig.last_step_ns(), expected) << seconds;
+    }
+}
+
+TEST(WorldMethods, StepsBackwardsTooFarOrUnclearAreRefused) {
+    RpcHarness rpc;
+    for (const char* params :
+         {"{}", R"({"seconds":1,"nanoseconds":1})", R"({"seconds":-1e-9})", R"({"seconds":86400.1})",
+          R"({"seconds":"1"})", R"({"seconds":null})", R"({"nanoseconds":-1})", R"({"nanoseconds":1.5})",
+          R"({"nanoseconds":86400000000001})", R"({"nanoseconds":18446744073709551615})",
+          R"({"seconds":1,"timeout_s":0})", R"({"seconds":1,"timeout_s":3601})"})
+        EXPECT_THAT(rpc.failure("world.step", params), StartsWith("-32602 invalid_argument")) << params;
+    EXPECT_EQ(rpc.rig.last_step_ns(), -1);
+}
+
+TEST(WorldMethods, LoadErrorsNameTheFile) {
+    RpcHarness rpc;
+    EXPECT_THAT(rpc.failure("world.load", R"({"scene":"scenes/none.json"})"), HasSubstr("scenes/none.json"));
+    EXPECT_THAT(rpc.failure("world.load", R"({"scene":"a\u0000b"})"), HasSubstr("zero byte"));
+    EXPECT_EQ(rpc.result("world.load", R"({"scene":"scenes/minimal.json"})")["scene"], "minimal");
+}
+
+TEST(WorldMethods, LoadingWhileTheRigEndsIsAnswered) {
+    RpcHarness rpc;
+    rpc.server.stop();
+    EXPECT_TRUE(rpc.call("world.load", {{"scene", "scenes/minimal.json"}}).contains("error"));
+}
+
+TEST(FrameMethods, PicturesComeInBase64WithTheirInstant) {
+    RpcHarness rpc;
+    rpc.result("camera.create", lobby);
+    const json frame = rpc.result("frame.get", R"({"camera":"lobby"})");
+    EXPECT_EQ(frame["data"], "q6ur");
+    EXPECT_EQ(frame["encoding"], "base64");
+    EXPECT_EQ(frame["format"], "jpeg");
+    EXPECT_EQ(frame["kind"], "color");
+    EXPECT_EQ(frame["sequence"], 4);
+    EXPECT_EQ(frame["time_ns"], 160'000'000);
+    EXPECT_EQ(frame["size"], json({64, 48}));
+    EXPECT_EQ(rpc.rig.last_fetch().format.quality, default_jpeg_quality);
+    EXPECT_FALSE(frame.contains("pixels"));
+    EXPECT_EQ(rpc.result("frame.get", R"({"camera":"lobby","format":"raw"})")["pixels"], "rgba8");
+}
+
+TEST(FrameMethods, QualityAndTimeReachTheRig) {
+    RpcHarness rpc;
+    rpc.result("camera.create", lobby);
+    rpc.result("frame.get", R"({"camera":"lobby","quality":55,"min_ns":123})");
+    EXPECT_EQ(rpc.rig.last_fetch().format.quality, 55);
+    EXPECT_EQ(rpc.rig.last_fetch().min_ns, 123);
+}
+
+TEST(FrameMethods, WrongRequestsAreRefused) {
+    RpcHarness rpc;
+    rpc.result("camera.create", lobby);
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","kind":"smell"})"),
+                StartsWith("-32602 invalid_argument kind"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","format":"gif"})"),
+                StartsWith("-32602 invalid_argument format"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","quality":0})"),
+                StartsWith("-32602 invalid_argument quality"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","format":"png","quality":9})"), HasSubstr("only jpeg"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","kind":"depth"})"), StartsWith("-32000 unsupported"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"hall"})"), StartsWith("-32000 not_found"));
+}
+
+TEST(FrameMethods, PicturesTooLargeForALineSayWhereToGetThem) {
+    RpcHarness rpc;
+    rpc.result("camera.create", lobby);
+    rpc.rig.set_picture_bytes(max_frame_bytes + 1);
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby"})"),
+                AllOf(StartsWith("-32000 resource_exhausted"), HasSubstr("snapshot.png")));
+}
+
+TEST(ServerMethods, InfoListsMethodsCallsAndLimits) {
+    RpcHarness rpc;
+    rpc.result("world.status", "{}");
+    const json info = rpc.result("server.info", "{}");
+    EXPECT_EQ(info["methods"].size(), documented_methods().size());
+    EXPECT_EQ(info["calls"]["world.status"], 1);
+    EXPECT_EQ(info["calls"]["camera.get"], 0);
+    EXPECT_EQ(info["limits"]["line_bytes"], 1 << 20);
+    EXPECT_EQ(info["version"], "1.2.3");
+}
+
+TEST(ServerMethods, ShutdownIsAskedForAfterTheAnswer) {
+    RpcHarness rpc;
+    EXPECT_EQ(rpc.result("server.shutdown", "{}")["stopping"], true);
+    EXPECT_EQ(rpc.shutdowns, 1);
+}
+
+TEST(ServerMethods, AuthTellsRightFromWrong) {
+    RpcHarness rpc;
+    EXPECT_EQ(rpc.result("auth", R"({"token":"correct-token"})")["authorized"], true);
+    EXPECT_THAT(rpc.failure("auth", R"({"token":"wrong-token"})"), StartsWith("-32000 unauthorized"));
+}
+
+// An engine that goes down with requests in its queue must not leave clients waiting.
+TEST(RpcServer, ARequestThatNobodyAnswersIsAnsweredUnavailable) {
+    RpcHarness rpc;
+    rpc.rig.drop_commands();
+    EXPECT_THAT(rpc.failure("world.status", "{}"), StartsWith("-32000 unavailable"));
+}
+
+TEST(RpcServer, AnswersMayComeAfterTheServerIsGone) {
+    FakeRig rig;
+    rig.hold_steps();
+    std::string reply;
+    {
+        RpcServer server(RpcContext{rig, rig});
+        server.handle(R"({"jsonrpc":"2.0","id":1,"method":"world.step","params":{"seconds":1}})",
+                      [&](std::string text) { reply = std::move(text); });
+    }
+    rig.release();
+    EXPECT_THAT(reply, HasSubstr("\"world_ns\":1000000000"));
+}
+
+}  // namespace
+}  // namespace camrig

@@ -1,0 +1,126 @@
+#include <filesystem>
+#include <fstream>
+#include <future>
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include "control/client/endpoint.h"
+#include "control/rpc/base64.h"
+#include "control/rpc/token.h"
+#include "control/rpc/work_thread.h"
+#include "control/server/line_buffer.h"
+
+namespace camrig {
+namespace {
+
+std::vector<std::byte> bytes_of(std::string_view text) {
+    const auto* first = reinterpret_cast<const std::byte*>(text.data());
+    return {first, first + text.size()};
+}
+
+TEST(Base64, GivesTheVectorsOfTheStandard) {
+    const std::pair<const char*, const char*> vectors[] = {{"", ""},
+                                                           {"f", "Zg=="},
+                                                           {"fo", "Zm8="},
+                                                           {"foo", "Zm9v"},
+                                                           {"foob", "Zm9vYg=="},
+                                                           {"fooba", "Zm9vYmE="},
+                                                           {"foobar", "Zm9vYmFy"}};
+    for (const auto& [plain, coded] : vectors) {
+        EXPECT_EQ(base64_encode(bytes_of(plain)), coded);
+        EXPECT_EQ(base64_decode(coded).value(), bytes_of(plain));
+    }
+}
+
+TEST(Base64, WhatIsNotBase64IsRefused) {
+    for (const char* text : {"Z", "Zg=", "Zg===", "Zh==", "Zm9=", "Zm 9", "====", "Zg==Zg==", "Zm9\xff", "Zg-_"})
+        EXPECT_FALSE(base64_decode(text)) << text;
+}
+
+TEST(LineBuffer, CutsLinesWhereverTheyAreSplit) {
+    LineBuffer lines(100);
+    lines.append("one\ntw");
+    EXPECT_EQ(lines.next_line(), "one");
+    EXPECT_EQ(lines.next_line(), std::nullopt);
+    lines.append("o\r\n\nrest");
+    EXPECT_EQ(lines.next_line(), "two");
+    EXPECT_EQ(lines.next_line(), "");
+    EXPECT_EQ(lines.next_line(), std::nullopt);
+    EXPECT_EQ(lines.rest(), "rest");
+}
+
+TEST(LineBuffer, ALineOfTheLimitPassesAndALongerOneDoesNot) {
+    LineBuffer lines(4);
+    lines.append("1234\n12345");
+    EXPECT_EQ(lines.next_line(), "1234");
+    EXPECT_EQ(lines.next_line(), std::nullopt);
+    EXPECT_TRUE(lines.too_long());
+    LineBuffer complete(4);
+    complete.append("12345\n");
+    EXPECT_EQ(complete.next_line(), std::nullopt);
+    EXPECT_TRUE(complete.too_long());
+}
+
+TEST(Token, TheFilesOneLineIsTheToken) {
+    const auto file = std::filesystem::temp_directory_path() / ("camrig_token_" + std::to_string(::getpid()));
+    const auto read = [&](const std::string& content) {
+        std::ofstream(file, std::ios::binary) << content;
+        return read_token_file(file);
+    };
+    EXPECT_EQ(read("secret-token\n").value(), "secret-token");
+    EXPECT_EQ(read("secret-token").value(), "secret-token");
+    EXPECT_FALSE(read("short\n"));
+    EXPECT_FALSE(read(""));
+    EXPECT_FALSE(read("two lines\nof text"));
+    EXPECT_FALSE(read(std::string(300, 'a')));
+    std::filesystem::remove(file);
+    EXPECT_THAT(read_token_file(file).error().message, testing::HasSubstr(file.string()));
+}
+
+TEST(Token, OnlyTheSameTokenIsEqual) {
+    EXPECT_TRUE(equal_tokens("secret-token", "secret-token"));
+    for (const char* wrong : {"", "secret-toke", "secret-tokenx", "Secret-token", "secret-tokensecret-token"})
+        EXPECT_FALSE(equal_tokens(wrong, "secret-token")) << wrong;
+    EXPECT_FALSE(equal_tokens("x", ""));
+}
+
+TEST(WorkThread, RunsJobsInOrderAndRefusesMoreThanFit) {
+    WorkThread thread(1);
+    std::promise<void> started, go;
+    std::vector<int> order;
+    std::function<void()> first = [&] {
+        started.set_value();
+        go.get_future().wait();
+        order.push_back(1);
+    };
+    ASSERT_TRUE(thread.post(first));
+    started.get_future().wait();
+    std::promise<void> finished;
+    std::function<void()> second = [&] {
+        order.push_back(2);
+        finished.set_value();
+    };
+    std::function<void()> third = [&] { order.push_back(3); };
+    EXPECT_TRUE(thread.post(second));
+    EXPECT_FALSE(thread.post(third));
+    EXPECT_TRUE(third);
+    go.set_value();
+    finished.get_future().wait();
+    EXPECT_EQ(order, (std::vector{1, 2}));
+    thread.stop();
+    EXPECT_FALSE(thread.post(third));
+}
+
+TEST(Endpoint, HostAndPortAreTcpAndAllElseIsAPath) {
+    EXPECT_EQ(Endpoint::parse("/tmp/a.sock")->unix_path, "/tmp/a.sock");
+    EXPECT_EQ(Endpoint::parse("a.sock")->unix_path, "a.sock");
+    EXPECT_EQ(Endpoint::parse("./a:1")->unix_path, "./a:1");
+    EXPECT_EQ(Endpoint::parse("localhost:9000")->port, 9000);
+    EXPECT_EQ(Endpoint::parse("[::1]:9000")->host, "::1");
+    for (const char* wrong : {"", ":9000", "host:", "host:0", "host:70000", "host:9x"})
+        EXPECT_FALSE(Endpoint::parse(wrong)) << wrong;
+}
+
+}  // namespace
+}  // namespace camrig

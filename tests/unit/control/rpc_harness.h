@@ -1,0 +1,51 @@
+#pragma once
+
+#include <future>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "control/rpc/rpc_server.h"
+#include "tests/unit/control/fake_rig.h"
+
+namespace camrig {
+
+/// An RPC server on a fake rig, asked and answered in this thread.
+struct RpcHarness {
+    FakeRig rig;
+    int shutdowns = 0;
+    RpcServer server{RpcContext{rig,
+                                rig,
+                                [] { return nlohmann::json{{"version", "1.2.3"}, {"pid", 1}}; },
+                                [this] { ++shutdowns; },
+                                "correct-token",
+                                {},
+                                {},
+                                {}}};
+
+    std::string handle(std::string_view text) {
+        auto answered = std::make_shared<std::promise<std::string>>();
+        auto answer = answered->get_future();
+        server.handle(text, [answered](std::string reply) { answered->set_value(std::move(reply)); });
+        return answer.get();
+    }
+    nlohmann::json call(std::string_view method, const nlohmann::json& params) {
+        const nlohmann::json request{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}};
+        return nlohmann::json::parse(handle(request.dump()));
+    }
+    nlohmann::json result(std::string_view method, std::string_view params) {
+        const nlohmann::json reply = call(method, nlohmann::json::parse(params));
+        return reply.contains("result") ? reply["result"] : reply;
+    }
+    /// "-32602 invalid_argument near: must be ..."
+    std::string failure(std::string_view method, std::string_view params) {
+        const nlohmann::json reply = call(method, nlohmann::json::parse(params));
+        if (!reply.contains("error")) return "no error: " + reply.dump();
+        const nlohmann::json& error = reply["error"];
+        return std::to_string(error["code"].get<int>()) + " " + error["data"]["kind"].get<std::string>() + " " +
+               error["message"].get<std::string>();
+    }
+};
+
+}  // namespace camrig
