@@ -46,7 +46,7 @@ Result<RpcClient> CliContext::connect() const {
     return RpcClient::connect(options);
 }
 
-Result<json> CliContext::call(std::string_view method, const json& params, std::chrono::milliseconds timeout) const {
+Result<json> CliContext::call(std::string_view method, const nlohmann::json& params, std::chrono::milliseconds timeout) const {
     auto client = connect();
     if (!client) return std::unexpected(client.error());
     return client->call(method, params, timeout);
@@ -62,9 +62,9 @@ int CliContext::usage(const std::string& why) const {
     return exit_usage;
 }
 
-int CliContext::print(const json& value, const std::string& words) const {
+int CliContext::print(const nlohmann::json& value, const std::string& words) const {
     if (json) {
-        out << value.dump(-1, ' ', false, json::error_handler_t::replace) << "\n";
+        out << value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
     } else if (!words.empty()) {
         out << words << (words.ends_with('\n') ? "" : "\n");
     }
