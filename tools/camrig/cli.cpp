@@ -11,7 +11,7 @@
 namespace camrig {
 
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
-    CliContext context{.json = false, .control = {}, .token_file = {}, .out = hooks.out, .err = hooks.err};
+    CliContext context{.out = hooks.out, .err = hooks.err};
     CLI::App app("camrig: a rig of virtual cameras that programs take for real ones", "camrig");
     app.require_subcommand(1);
     app.fallthrough();

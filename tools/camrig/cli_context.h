@@ -26,8 +26,8 @@ struct CliContext {
     std::ostream& out;
     std::ostream& err;
     bool json = false;
-    std::string control;
-    std::filesystem::path token_file;
+    std::string control = {};
+    std::filesystem::path token_file = {};
     CliAction action = {};  ///< of the command that was given
 
     Result<RpcClient> connect() const;

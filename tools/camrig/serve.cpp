@@ -95,7 +95,7 @@ int run_serve(const ServeOptions& options) {
                        info["uptime_s"] = static_cast<double>(monotonic_now_ns() - started_ns) / 1e9;
                        return info;
                    },
-                   [] { StopSignal::raise(); }});
+                   [] { StopSignal::raise(); }, *token});
 
     HttpOptions http_options;
     http_options.host = options.host;
@@ -147,6 +147,7 @@ int run_serve(const ServeOptions& options) {
     stop.wait();
     (*control)->stop();
     (*http)->stop();
+    rpc.stop();
     engine->reset();
     return 0;
 }

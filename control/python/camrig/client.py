@@ -98,12 +98,12 @@ class Client:
         connection = self._connector(deadline)
         if self._token:
             try:
-                self._exchange(connection, "server.authenticate", {"token": self._token}, deadline)
+                self._exchange(connection, "auth", {"token": self._token}, deadline)
             except (OSError, CamrigError) as problem:
                 connection.close()
                 if isinstance(problem, CamrigError):
                     raise
-                raise CamrigError("unavailable", f"server.authenticate: {problem}") from problem
+                raise CamrigError("unavailable", f"auth: {problem}") from problem
         return connection
 
     def _give_back(self, connection: Connection) -> None:

@@ -120,13 +120,13 @@ def test_what_is_not_json_is_refused_before_it_is_sent(client_rig, fake):
 
 def test_control_over_tcp_gives_its_token_first():
     fake = fake_rig.FakeRig()
-    fake.handlers["server.authenticate"] = lambda params: {"ok": params["token"]}
+    fake.handlers["auth"] = lambda params: {"ok": params["token"]}
     server, port = fake_rig.serve_tcp(fake)
     with camrig.connect(host="127.0.0.1", port=port, token="secret-token") as rig:
         assert rig.cameras() == []
         assert rig.http_url == "http://127.0.0.1:8123"
-    assert fake.requests[0] == ("server.authenticate", {"token": "secret-token"})
-    assert [method for method, _ in fake.requests].count("server.authenticate") == 1
+    assert fake.requests[0] == ("auth", {"token": "secret-token"})
+    assert [method for method, _ in fake.requests].count("auth") == 1
     server.shutdown()
     server.server_close()
 
