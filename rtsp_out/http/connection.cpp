@@ -156,7 +156,12 @@ std::optional<Reply> Connection::examine(const Message& message, Request& reques
     }
     if (request.route.kind == RouteKind::rpc && !is_json(field(message, http::field::content_type).value_or("")))
         return error_reply(415, ErrorKind::invalid_argument, "POST /rpc needs 'Content-Type: application/json'");
-    if (request.route.kind == RouteKind::stream && request.method == "HEAD") return MjpegStream::head();
+    if (request.route.kind == RouteKind::stream && request.method == "HEAD") {
+        if (const auto params = stream_params(request.target); !params) return error_reply(params.error());
+        if (const auto camera = state_.options.bus->find(request.route.camera); !camera)
+            return error_reply(camera.error());
+        return MjpegStream::head();
+    }
     return std::nullopt;
 }
 

@@ -66,6 +66,17 @@ void tune(tcp::socket& socket, const HttpLimits& limits) {
                  sizeof limits.unsent_bytes);
 }
 
+/// False when something threw (memory ran out): what it was about is lost, everything else goes on.
+bool run_until_thrown(asio::io_context& io) {
+    try {
+        io.run();
+        return true;
+    } catch (const std::exception& thrown) {
+        spdlog::error("http: {}", thrown.what());
+        return false;
+    }
+}
+
 }  // namespace
 
 struct HttpServer::Impl {
@@ -168,7 +179,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::create(HttpOptions options) {
         asio::co_spawn(impl->io, impl->accept_all(), asio::detached);
         impl->thread = std::thread([io = &impl->io] {
             ::pthread_setname_np(::pthread_self(), "camrig-http");
-            io->run();
+            while (!run_until_thrown(*io)) continue;
         });
         return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
     } catch (const std::exception& thrown) {

@@ -210,6 +210,9 @@ TEST_F(Routes, HeadIsGetWithoutTheBodyAndOptionsNamesTheMethods) {
     EXPECT_EQ(reply.fields.at("Content-Type"), "multipart/x-mixed-replace; boundary=frame");
     EXPECT_TRUE(client.at_end());
     EXPECT_EQ(bus.reader_count(), 0U);
+    TestClient other(server->port());
+    other.send("HEAD /cameras/nobody/stream.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_EQ(other.read_head().status, 404);
 }
 
 TEST_F(Routes, AConnectionServesManyRequestsAlsoPipelined) {
