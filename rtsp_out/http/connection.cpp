@@ -57,7 +57,7 @@ std::optional<Reply> unreadable(const Failure& failed, bool has_target) {
 
 }  // namespace
 
-Connection::Connection(ServerState& state, asio::ip::tcp::socket socket, std::string peer)
+HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket, std::string peer)
     : state_(state),
       peer_(std::move(peer)),
       stream_(std::move(socket)),
@@ -68,31 +68,31 @@ Connection::Connection(ServerState& state, asio::ip::tcp::socket socket, std::st
     ++state_.counts.connections_total;
 }
 
-Connection::~Connection() {
+HttpConnection::~HttpConnection() {
     bell_->disconnect();
     state_.connections.erase(this);
     --state_.counts.connections_open;
 }
 
-void Connection::close() {
+void HttpConnection::close() {
     bell_->disconnect();
     stream_.close();
 }
 
-asio::awaitable<void> Connection::run() {
+asio::awaitable<void> HttpConnection::run() {
     bool again = true;
     while (again && !state_.stopping) again = co_await serve_one();
     co_await linger();
     close();
 }
 
-asio::awaitable<bool> Connection::serve_one() {
+asio::awaitable<bool> HttpConnection::serve_one() {
     Parser parser;
     parser.header_limit(static_cast<std::uint32_t>(state_.options.limits.header_bytes));
     parser.body_limit(state_.options.limits.body_bytes);
     stream_.expires_after(state_.options.limits.request_time);
     const auto [failed, size] = co_await http::async_read_header(stream_, buffer_, parser, quiet);
-    Request request;
+    HttpRequest request;
     if (failed) {
         auto refused = unreadable(failed, !parser.get().target().empty());
         if (!refused) co_return false;
@@ -109,7 +109,7 @@ asio::awaitable<bool> Connection::serve_one() {
     co_return co_await send(std::move(*reply), request);
 }
 
-std::optional<Reply> Connection::check_access(const Message& message, const Target& target) const {
+std::optional<Reply> HttpConnection::check_access(const Message& message, const Target& target) const {
     const RequestOrigin origin{view(message.method_string()), field(message, http::field::host),
                                field(message, http::field::origin), field(message, http::field::sec_fetch_site)};
     const std::string& token = state_.options.token;
@@ -126,7 +126,7 @@ std::optional<Reply> Connection::check_access(const Message& message, const Targ
                                       ": send 'Authorization: Bearer TOKEN' or add ?token=TOKEN to the URL"});
 }
 
-std::optional<Reply> Connection::examine(const Message& message, Request& request) const {
+std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest& request) const {
     request.method = std::string(view(message.method_string()));
     request.version = message.version();
     request.keep_alive = message.keep_alive();
@@ -165,7 +165,7 @@ std::optional<Reply> Connection::examine(const Message& message, Request& reques
     return std::nullopt;
 }
 
-asio::awaitable<std::optional<Reply>> Connection::read_body(Parser& parser, Request& request) {
+asio::awaitable<std::optional<Reply>> HttpConnection::read_body(Parser& parser, HttpRequest& request) {
     if (field(parser.get(), http::field::expect)) {
         static constexpr std::string_view go_on = "HTTP/1.1 100 Continue\r\n\r\n";
         SendPieces pieces{asio::buffer(go_on)};
@@ -184,7 +184,7 @@ asio::awaitable<std::optional<Reply>> Connection::read_body(Parser& parser, Requ
     co_return std::nullopt;
 }
 
-asio::awaitable<bool> Connection::serve_stream(Request request) {
+asio::awaitable<bool> HttpConnection::serve_stream(HttpRequest request) {
     ++state_.counts.requests;
     const auto params = stream_params(request.target);
     if (!params) co_return co_await send(error_reply(params.error()), request);
@@ -197,7 +197,7 @@ asio::awaitable<bool> Connection::serve_stream(Request request) {
     co_return false;
 }
 
-asio::awaitable<bool> Connection::send(Reply reply, const Request& request) {
+asio::awaitable<bool> HttpConnection::send(Reply reply, const HttpRequest& request) {
     ++state_.counts.requests;
     if (reply.status >= 400) ++state_.counts.errors;
     const bool keep_alive = request.keep_alive && !reply.close && !state_.stopping;
@@ -215,7 +215,7 @@ asio::awaitable<bool> Connection::send(Reply reply, const Request& request) {
     co_return keep_alive && !failed;
 }
 
-asio::awaitable<void> Connection::watch_peer() {
+asio::awaitable<void> HttpConnection::watch_peer() {
     auto& socket = stream_.socket();
     std::array<char, 4096> stray;
     std::size_t total = 0;
@@ -229,7 +229,7 @@ asio::awaitable<void> Connection::watch_peer() {
     }
 }
 
-asio::awaitable<void> Connection::linger() {
+asio::awaitable<void> HttpConnection::linger() {
     Failure failed;
     stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, failed);
     stream_.expires_after(state_.options.limits.linger);

@@ -19,12 +19,12 @@
 namespace camrig {
 
 /// One TCP connection: reads requests one after the other, decides who may ask, answers. Server's thread.
-class Connection : public std::enable_shared_from_this<Connection> {
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 public:
-    Connection(ServerState& state, boost::asio::ip::tcp::socket socket, std::string peer);
-    ~Connection();
-    Connection(const Connection&) = delete;
-    Connection& operator=(const Connection&) = delete;
+    HttpConnection(ServerState& state, boost::asio::ip::tcp::socket socket, std::string peer);
+    ~HttpConnection();
+    HttpConnection(const HttpConnection&) = delete;
+    HttpConnection& operator=(const HttpConnection&) = delete;
 
     /// Until the connection is over. The caller keeps `this` alive.
     boost::asio::awaitable<void> run();
@@ -37,11 +37,11 @@ private:
 
     /// One request; false when it was the last.
     boost::asio::awaitable<bool> serve_one();
-    boost::asio::awaitable<bool> serve_stream(Request request);
-    boost::asio::awaitable<bool> send(Reply reply, const Request& request);
-    boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, Request& request);
+    boost::asio::awaitable<bool> serve_stream(HttpRequest request);
+    boost::asio::awaitable<bool> send(Reply reply, const HttpRequest& request);
+    boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, HttpRequest& request);
     /// Fills `request` from the header fields, or says why it is refused.
-    std::optional<Reply> examine(const Message& message, Request& request) const;
+    std::optional<Reply> examine(const Message& message, HttpRequest& request) const;
     std::optional<Reply> check_access(const Message& message, const Target& target) const;
     /// Closes streams whose client has gone while we wait for pictures.
     boost::asio::awaitable<void> watch_peer();

@@ -17,7 +17,7 @@ Reply not_built_in(std::string_view what) {
     return error_reply({ErrorKind::unsupported, std::string(what) + " is not available in this server"});
 }
 
-Reply file_reply(ServerState& state, const Request& request) {
+Reply file_reply(ServerState& state, const HttpRequest& request) {
     const auto& files = state.options.hooks.files;
     const auto file = files ? files(request.target.path) : builtin_page_file(request.target.path);
     if (!file)
@@ -61,7 +61,7 @@ Reply cameras_reply(ServerState& state) {
     return json_reply(nlohmann::json{{"cameras", std::move(list)}}.dump() + "\n");
 }
 
-Reply picture_reply(const MediaUnit& unit, const Request& request) {
+Reply picture_reply(const MediaUnit& unit, const HttpRequest& request) {
     Reply reply;
     reply.fields = frame_fields(unit.info);
     reply.fields.emplace_back("Cache-Control", "no-store");
@@ -91,7 +91,7 @@ Reply too_many_fetches() {
     return error_reply({ErrorKind::resource_exhausted, "too many pictures are being made at once; try again"});
 }
 
-asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     auto wanted = fetch_request(request.route, request.target);
     if (!wanted) co_return error_reply(wanted.error());
     const auto ticket = FetchTicket::begin(state);
@@ -105,7 +105,7 @@ asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bel
     co_return picture_reply(**got, request);
 }
 
-asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     if (!state.options.hooks.truth) co_return not_built_in("truth");
     auto wanted = fetch_request(request.route, request.target);
     if (!wanted) co_return error_reply(wanted.error());
@@ -120,7 +120,7 @@ asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell,
     co_return json_reply(std::move(**got));
 }
 
-asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
     auto later = std::make_shared<Later<std::string>>(bell);
     state.options.hooks.rpc(request.body, [later](std::string text) { later->set(std::move(text)); });
@@ -152,7 +152,7 @@ Reply healthz(ServerState& state) {
     return health ? text_reply("text/plain; charset=utf-8", std::move(*health)) : error_reply(health.error(), 503);
 }
 
-asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     const RouteKind kind = request.route.kind;
     if (kind == RouteKind::picture || kind == RouteKind::depth_npy) co_return co_await picture(state, bell, request);
     if (kind == RouteKind::truth) co_return co_await truth(state, bell, request);
@@ -177,7 +177,7 @@ std::string_view allowed_methods(RouteKind kind) {
     return kind == RouteKind::rpc ? "POST, OPTIONS" : "GET, HEAD, OPTIONS";
 }
 
-asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request) {
+asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     std::string what;
     try {
         co_return co_await dispatch(state, bell, request);

@@ -14,12 +14,12 @@
 namespace camrig {
 
 /// A request that was read, checked (access.h) and routed.
-struct Request {
+struct HttpRequest {
     std::string method;
     unsigned version = 11;
     bool keep_alive = false;
     Target target;
-    Route route;
+    HttpRoute route;
     std::string if_none_match;
     std::string body;
 };
@@ -28,6 +28,6 @@ struct Request {
 std::string_view allowed_methods(RouteKind kind);
 
 /// Answers everything but streams. Server's thread; waits on `bell`; throws nothing.
-boost::asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const Request& request);
+boost::asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request);
 
 }  // namespace camrig

@@ -133,7 +133,7 @@ void HttpServer::Impl::admit(tcp::socket socket) {
     const auto peer = socket.remote_endpoint(failed);
     if (failed) return;  // gone already
     tune(socket, state.options.limits);
-    auto connection = std::make_shared<Connection>(state, std::move(socket), describe(peer));
+    auto connection = std::make_shared<HttpConnection>(state, std::move(socket), describe(peer));
     asio::co_spawn(io, connection->run(), [connection](std::exception_ptr thrown) {
         if (!thrown) return;
         connection->close();
@@ -163,7 +163,7 @@ void HttpServer::Impl::shut_down() {
     acceptor.close(ignored);
     pause.cancel();
     // Connections leave the set when their coroutines end, later.
-    for (Connection* connection : state.connections) connection->close();
+    for (HttpConnection* connection : state.connections) connection->close();
 }
 
 HttpServer::HttpServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

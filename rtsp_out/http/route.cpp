@@ -40,9 +40,9 @@ Result<int> quality_of(const Target& target) {
     return text ? parse_integer<int>("quality", *text, 1, 100) : default_jpeg_quality;
 }
 
-Result<Route> camera_route(std::string_view camera, std::string_view leaf) {
+Result<HttpRoute> camera_route(std::string_view camera, std::string_view leaf) {
     if (auto name = check_name("camera", camera); !name) return error(ErrorKind::not_found, name.error().message);
-    Route route{RouteKind::picture, std::string(camera), FrameKind::color, Codec::png};
+    HttpRoute route{RouteKind::picture, std::string(camera), FrameKind::color, Codec::png};
     if (leaf == "stream.mjpg") {
         route.kind = RouteKind::stream;
         route.codec = Codec::jpeg;
@@ -68,13 +68,13 @@ Result<Route> camera_route(std::string_view camera, std::string_view leaf) {
 
 }  // namespace
 
-Result<Route> route_of(std::string_view path) {
+Result<HttpRoute> route_of(std::string_view path) {
     const auto parts = segments_of(path);
-    if (path == "/cameras") return Route{RouteKind::cameras, {}, {}, {}};
-    if (path == "/rpc") return Route{RouteKind::rpc, {}, {}, {}};
-    if (path == "/healthz") return Route{RouteKind::healthz, {}, {}, {}};
-    if (path == "/metrics") return Route{RouteKind::metrics, {}, {}, {}};
-    if (parts.empty() || parts.front() != "cameras") return Route{};
+    if (path == "/cameras") return HttpRoute{RouteKind::cameras, {}, {}, {}};
+    if (path == "/rpc") return HttpRoute{RouteKind::rpc, {}, {}, {}};
+    if (path == "/healthz") return HttpRoute{RouteKind::healthz, {}, {}, {}};
+    if (path == "/metrics") return HttpRoute{RouteKind::metrics, {}, {}, {}};
+    if (parts.empty() || parts.front() != "cameras") return HttpRoute{};
     if (parts.size() == 3) return camera_route(parts[1], parts[2]);
     return error(ErrorKind::not_found,
                  "no such path; a camera's pictures are /cameras/NAME/ and one of " + std::string(camera_paths));
@@ -94,7 +94,7 @@ Result<StreamParams> stream_params(const Target& target) {
     return params;
 }
 
-Result<FetchRequest> fetch_request(const Route& route, const Target& target) {
+Result<FetchRequest> fetch_request(const HttpRoute& route, const Target& target) {
     const bool jpeg = route.codec == Codec::jpeg;
     auto known = jpeg ? only_params(target, {"quality", "min_ns"}) : only_params(target, {"min_ns"});
     if (!known) return std::unexpected(known.error());

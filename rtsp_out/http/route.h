@@ -14,7 +14,7 @@ namespace camrig {
 /// What a path stands for. `file` is everything else: the web page and its parts.
 enum class RouteKind : std::uint8_t { file, cameras, stream, picture, depth_npy, truth, rpc, healthz, metrics };
 
-struct Route {
+struct HttpRoute {
     RouteKind kind = RouteKind::file;
     std::string camera;  ///< stream, picture, depth_npy, truth
     FrameKind frame = FrameKind::color;
@@ -22,7 +22,7 @@ struct Route {
 };
 
 /// Pure. Not found: a path below /cameras/ that names nothing; the error lists what a camera has.
-Result<Route> route_of(std::string_view path);
+Result<HttpRoute> route_of(std::string_view path);
 
 /// `?fps=` and `?quality=` of a stream.
 struct StreamParams {
@@ -32,7 +32,7 @@ struct StreamParams {
 Result<StreamParams> stream_params(const Target& target);
 
 /// What to fetch for a picture, depth or truth route: `?quality=` (JPEG only) and `?min_ns=`.
-Result<FetchRequest> fetch_request(const Route& route, const Target& target);
+Result<FetchRequest> fetch_request(const HttpRoute& route, const Target& target);
 
 /// Fails when the target has a parameter (other than `token` and `t`, which are never refused) that this route does not
 /// know.

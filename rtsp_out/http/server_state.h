@@ -11,7 +11,7 @@
 
 namespace camrig {
 
-class Connection;
+class HttpConnection;
 
 /// HttpCounts while the server runs; any thread.
 struct LiveCounts {
@@ -33,7 +33,7 @@ struct ServerState {
     /// Pictures being made. Shared, because a fetch may end after the server.
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
     std::map<std::string, std::map<int, int>> streams_by_quality;  ///< camera -> JPEG quality -> streams
-    std::set<Connection*> connections;
+    std::set<HttpConnection*> connections;
     bool stopping = false;
 };
 

@@ -12,8 +12,6 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     static const std::map<std::string, RunMode> modes{{"realtime", RunMode::realtime}, {"lockstep", RunMode::lockstep}};
     static const std::map<std::string, OverloadPolicy> policies{{"drop", OverloadPolicy::drop},
                                                                 {"slow", OverloadPolicy::slow}};
-    static const std::map<std::string, Quality> qualities{
-        {"fast", Quality::fast}, {"simple", Quality::simple}, {"beautiful", Quality::beautiful}};
     const auto is_port = CLI::Range(0, 65535);
 
     auto options = std::make_shared<ServeOptions>();
@@ -34,8 +32,12 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve->add_option("--overload", options->engine.overload, "drop whole instants (default) or slow the world down")
         ->transform(CLI::CheckedTransformer(policies).description("drop|slow"));
     serve->add_option("--seed", options->engine.seed, "of all chance in the world; default: the scene's");
-    serve->add_option("--quality", options->engine.quality, "fast, simple (default) or beautiful")
-        ->transform(CLI::CheckedTransformer(qualities).description("fast|simple|beautiful"));
+    // By name: CLI11 would print the enumeration with our to_string(), whose string_view it cannot take.
+    serve
+        ->add_option_function<std::string>(
+            "--quality", [options](const std::string& name) { options->engine.quality = *parse_quality(name); },
+            "fast, simple (default) or beautiful")
+        ->check(CLI::IsMember({"fast", "simple", "beautiful"}));
     serve->add_option("--device", options->engine.renderer.device,
                       "EGL device N, or cpu; default: the first with hardware, else cpu");
     serve
