@@ -123,7 +123,7 @@ def test_change_field_of_view_and_rate_while_streaming(rig):
     rig.step(seconds=1)
     frame = cam.frame()
     assert frame.sequence > last
-    assert cam.get()["fps"] == "5"
+    assert cam.get()["fps"] == 5
 
 
 def test_jpeg_and_png_are_sound(rig, tmp_path):

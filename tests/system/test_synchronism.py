@@ -1,6 +1,7 @@
 """Cameras that are due at the same instant show the same nanosecond: read from the pixels."""
 
 import collections
+import http.client
 import threading
 import urllib.request
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import camrig
+from conftest import wait_until
 
 
 def grid(fps_num, fps_den, until_ns):
@@ -23,8 +25,9 @@ def grid(fps_num, fps_den, until_ns):
 class PartReader(threading.Thread):
     """Reads an MJPEG stream part by part, as HTTP; keeps headers and decoded code strips."""
 
-    def __init__(self, url, until_sequence):
+    def __init__(self, url, until_sequence, read_codes=True):
         super().__init__(daemon=True)
+        self.read_codes = read_codes
         self.parts = []
         self.until_sequence = until_sequence
         self.response = urllib.request.urlopen(url, timeout=60)
@@ -53,10 +56,13 @@ class PartReader(threading.Thread):
             image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
             sequence = int(headers["x-sequence"])
             if not self.parts or self.parts[-1][0] != sequence:  # a repeat while nothing new comes is no frame
-                self.parts.append((sequence, int(headers["x-world-time-ns"]), int(headers["x-monotonic-ns"]), camrig.read_code(image)))
+                self.parts.append((sequence, int(headers["x-world-time-ns"]), int(headers["x-monotonic-ns"]), camrig.read_code(image) if self.read_codes else None))
             if sequence >= self.until_sequence:
                 return
-            part = self.read_part()
+            try:
+                part = self.read_part()
+            except (ConnectionError, ValueError, http.client.HTTPException):
+                return  # the stream ended
 
 
 RATES = {"a": ("25", 25, 1), "b": ("10", 10, 1), "c": ("30000/1001", 30000, 1001), "d": ("5", 5, 1)}
@@ -82,7 +88,7 @@ def test_four_rates_show_the_same_nanosecond_at_common_instants(rig):
             assert (code.sequence, code.time_ns) == (sequence, world_ns)  # pixels and headers agree
             by_time[world_ns][name] = monotonic_ns
     together = [stamps for stamps in by_time.values() if len(stamps) > 1]
-    assert len(together) >= 10 * seconds
+    assert len(together) >= 5 * seconds  # 25, 10 and 5 frames/s meet every 200 ms
     assert all(len(set(stamps.values())) == 1 for stamps in together)  # one instant, one stamp
     for camera in rig.stats()["cameras"]:
         assert camera["due"] == camera["rendered"] + camera["dropped"]
@@ -114,27 +120,40 @@ def test_in_real_time_the_books_balance_and_common_instants_agree(rig):
         assert camera["due"] == camera["rendered"] + camera["dropped"]
 
 
+def books(rig, cameras):
+    """due, rendered and dropped of each camera, at one moment."""
+    names = {cam.name for cam in cameras}
+    stats = rig.stats()
+    return stats, {c["name"]: (c["due"], c["rendered"], c["dropped"]) for c in stats["cameras"] if c["name"] in names}
+
+
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime", args=["--overload", "drop"])
 def test_overload_drops_whole_instants_for_all_cameras_evenly(rig):
-    cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=60, code_strip=True) for i in range(8)]
-    readers = [PartReader(cam.url(), until_sequence=cam.frame().sequence + 240) for cam in cameras]
+    cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=60) for i in range(8)]
+    readers = [PartReader(cam.url(), until_sequence=10**9, read_codes=False) for cam in cameras]
     for reader in readers:
         reader.start()
+    _, before = books(rig, cameras)
+    wait_until(lambda: books(rig, cameras)[1]["c0"][1] >= before["c0"][1] + 60, 120, "60 instants")
+    stats, after = books(rig, cameras)
+    counted = {name: tuple(b - a for a, b in zip(before[name], after[name])) for name in before}
+    assert len(set(counted.values())) == 1, counted  # all cameras lost the very same instants
+    due, rendered, dropped = counted["c0"]
+    assert due == rendered + dropped
+    assert dropped > 0 and stats["dropped_instants"] > 0, "this machine was too fast for the test to mean anything; raise the load"
+    for cam in cameras:
+        cam.delete()
     for reader in readers:
-        reader.join(120)
+        reader.join(60)
         assert not reader.is_alive()
-    stats = rig.stats()
-    assert stats["dropped_instants"] > 0, "this machine was too fast for the test to mean anything; raise the load"
-    rendered = [camera["rendered"] for camera in stats["cameras"]]
-    assert max(rendered) - min(rendered) <= 2 + 0.02 * max(rendered)
-    for camera in stats["cameras"]:
-        assert camera["due"] == camera["rendered"] + camera["dropped"]
+        numbers = [part[0] for part in reader.parts]
+        assert numbers == sorted(set(numbers))
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime", args=["--overload", "slow"])
 def test_policy_slow_slows_the_world_and_drops_no_instant(rig):
     cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=60) for i in range(8)]
-    readers = [PartReader(cam.url(), until_sequence=cam.frame().sequence + 60) for cam in cameras]
+    readers = [PartReader(cam.url(), until_sequence=cam.frame().sequence + 60, read_codes=False) for cam in cameras]
     for reader in readers:
         reader.start()
     for reader in readers:
