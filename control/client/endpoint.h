@@ -10,8 +10,8 @@ namespace camrig {
 
 /// Where a rig's control protocol is reached: a Unix socket, or TCP when `host` is not empty.
 struct Endpoint {
-    std::string unix_path;
-    std::string host;
+    std::string unix_path = {};
+    std::string host = {};
     std::uint16_t port = 0;
 
     /// "HOST:PORT" or "[V6]:PORT" is TCP, all else a path. A path with a colon needs a slash: "./a:1".

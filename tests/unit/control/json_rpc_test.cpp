@@ -111,7 +111,7 @@ TEST(JsonRpc, MessagesHaveABound) {
 
 TEST(JsonRpc, BytesThatAreNoUtf8InAMessageDoNotStopTheAnswer) {
     const std::string text = rpc_error({rpc_code::application, {ErrorKind::internal, "half \xc3"}, nullptr});
-    EXPECT_NO_THROW(static_cast<void>(json::parse(text)));
+    EXPECT_TRUE(json::accept(text));
 }
 
 TEST(JsonRpc, LargeDataIsTheLastMemberOfTheResult) {
