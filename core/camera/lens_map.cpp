@@ -84,6 +84,7 @@ Result<LensMap> LensMap::create(const Lens& lens) {
                          describe(map.valid_angle() * 180.0 / pi) +
                          " deg from the axis; check their order, sign and units against the calibration");
     }
+    map.fill_guesses();
     return map;
 }
 
@@ -154,8 +155,12 @@ glm::dvec2 LensMap::distort(glm::dvec2 ideal) const {
     return ideal * radial(glm::dot(ideal, ideal)).scale + tangential(ideal);
 }
 
-glm::dmat2 LensMap::derivative(glm::dvec2 v) const {
+glm::dmat2 LensMap::derivative(glm::dvec2 ideal) const {
     if (identity_) return glm::dmat2(1.0);
+    return local(ideal).derivative;
+}
+
+LensMap::Local LensMap::local(glm::dvec2 v) const {
     const double s = glm::dot(v, v);
     const Radial r = radial(s);
     // slope along the radius, scale across it; on the axis both are 1.
@@ -163,7 +168,7 @@ glm::dmat2 LensMap::derivative(glm::dvec2 v) const {
     const double xx = r.scale + along * v.x * v.x + 2.0 * p1_ * v.y + 6.0 * p2_ * v.x;
     const double yy = r.scale + along * v.y * v.y + 6.0 * p1_ * v.y + 2.0 * p2_ * v.x;
     const double xy = along * v.x * v.y + 2.0 * p1_ * v.x + 2.0 * p2_ * v.y;
-    return glm::dmat2(xx, xy, xy, yy);
+    return {v * r.scale + tangential(v), glm::dmat2(xx, xy, xy, yy)};
 }
 
 std::optional<glm::dvec2> LensMap::ideal_from_direction(const glm::dvec3& v) const {
@@ -196,10 +201,12 @@ glm::dmat3x2 LensMap::ideal_derivative(const glm::dvec3& v) const {
 
 glm::dvec3 LensMap::direction_from_ideal(glm::dvec2 ideal) const {
     if (!angular_) {
-        const double range = std::hypot(ideal.x, ideal.y, 1.0);
+        // hypot where squares overflow, but it costs more than all the rest here.
+        const double square = glm::dot(ideal, ideal) + 1.0;
+        const double range = std::isfinite(square) ? std::sqrt(square) : std::hypot(ideal.x, ideal.y, 1.0);
         return glm::dvec3(ideal.x / range, ideal.y / range, 1.0 / range);
     }
-    const double theta = std::hypot(ideal.x, ideal.y);
+    const double theta = std::sqrt(glm::dot(ideal, ideal));
     const double across = theta < tiny ? 1.0 : std::sin(theta) / theta;
     return glm::dvec3(ideal.x * across, ideal.y * across, std::cos(theta));
 }

@@ -82,11 +82,18 @@ private:
         double scale;  ///< N / D
         double slope;  ///< d(radius distorted) / d(radius ideal)
     };
+    struct Local {
+        glm::dvec2 distorted;
+        glm::dmat2 derivative;
+    };
     Radial radial(double s) const;
     glm::dvec2 tangential(glm::dvec2 ideal) const;
+    Local local(glm::dvec2 ideal) const;
     void find_valid_radius();
-    double invert_radial(double distorted) const;
-    std::optional<glm::dvec2> invert_with_tangential(glm::dvec2 distorted) const;
+    void fill_guesses();
+    double guess_radius(double distorted) const;
+    double invert_radial(double distorted, double guess) const;
+    std::optional<glm::dvec2> invert_with_tangential(glm::dvec2 distorted, double size) const;
 
     Lens lens_;
     bool identity_ = true;
@@ -99,6 +106,15 @@ private:
     double p2_ = 0.0;
     double valid_radius_ = std::numeric_limits<double>::infinity();
     double max_distorted_ = std::numeric_limits<double>::infinity();  ///< radial part at the valid radius
+
+    /// Samples of the inverse radial map, only to start Newton from: radius and its derivative every guess_step_.
+    struct Guess {
+        double radius;
+        double slope;
+    };
+    static constexpr int guess_cells = 64;
+    std::array<Guess, guess_cells + 1> guesses_{};
+    double guess_step_ = 0.0;
 };
 
 }  // namespace camrig

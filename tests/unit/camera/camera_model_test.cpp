@@ -267,8 +267,8 @@ TEST(CameraModel, AMapOf1080pIsFilledInWellUnderASecond) {
             for (int x = 0; x < 1920; ++x)
                 if (const auto ray = camera.ray({x, y})) sum += ray->z;
         const double took = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-        std::printf("%-32s %6.1f ms (%.0f ns a pixel), mean z %.3f\n", name, took * 1e3,
-                    took * 1e9 / (1920 * 1080), sum / (1920 * 1080));
+        std::printf("%-32s %6.1f ms (%.0f ns a pixel), mean z %.3f\n", name, took * 1e3, took * 1e9 / (1920 * 1080),
+                    sum / (1920 * 1080));
         EXPECT_LT(took, 20.0) << name;
     }
 }
