@@ -27,9 +27,9 @@ def faced(size, front, rest, centre=(0, 0, 0), cells=2):
 
 def bench():
     """Wooden slats on a steel frame, 2 m long, seat 0.45 m high."""
-    parts = [skinned(box((2.0, 0.035, 0.085), (0, 0.435, z), cells={"top": (4, 1), "bottom": (4, 1), "front": (4, 1), "back": (4, 1), "left": (1, 1), "right": (1, 1)}), "wood") for z in (-0.19, -0.095, 0.0, 0.095, 0.19)]
+    parts = [skinned(box((2.0, 0.035, 0.085), (0, 0.435, z), ("front", "back", "left", "right", "top"), {"top": (3, 1)}), "wood") for z in (-0.19, -0.095, 0.0, 0.095, 0.19)]
     for x in (-0.75, 0.75):
-        parts += [plain(box((0.06, 0.02, 0.46), (x, 0.405, 0)), "dark"), plain(box((0.06, 0.39, 0.05), (x, 0.20, 0.17), ("front", "back", "left", "right")), "dark"),
+        parts += [plain(box((0.06, 0.02, 0.46), (x, 0.405, 0), ("front", "back", "left", "right")), "dark"), plain(box((0.06, 0.39, 0.05), (x, 0.20, 0.17), ("front", "back", "left", "right")), "dark"),
                   plain(box((0.06, 0.39, 0.05), (x, 0.20, -0.17), ("front", "back", "left", "right")), "dark"), plain(box((0.06, 0.015, 0.46), (x, 0.0075, 0), ("front", "back", "left", "right", "top")), "dark")]
     return [("props", join(*parts))]
 
@@ -39,7 +39,7 @@ def backed_bench():
     parts = [bench()[0][1]]
     lean = 0.18
     for y in (0.62, 0.72, 0.82):
-        parts.append(skinned(box((2.0, 0.075, 0.03), (0, y, -0.24 - lean * (y - 0.45)), cells={s: (4, 1) for s in ("front", "back", "top", "bottom")}), "wood"))
+        parts.append(skinned(box((2.0, 0.075, 0.03), (0, y, -0.24 - lean * (y - 0.45)), ("front", "back", "left", "right", "top"), {s: (3, 1) for s in ("front", "back")}), "wood"))
     for x in (-0.75, 0.75):
         parts.append(plain(box((0.05, 0.46, 0.03), (x, 0.64, -0.275), ("front", "back", "left", "right", "top")), "dark"))
     return [("props", join(*parts))]
@@ -52,7 +52,7 @@ def planter(tall, seed):
     leaves = []
     if tall:
         pot.append(plain(tube([(0, 0.5, 0), (0.02, 0.9, 0.01), (-0.01, 1.3, 0.0), (0.02, 1.7, 0.02)], 0.022, 6), "soil"))
-    count = 46 if tall else 34
+    count = 40 if tall else 30
     for i in range(count):
         a, b, c = (float(noise._lattice(np.array(i), np.array(k), np.array(0), seed)) for k in range(3))
         heading = 2 * np.pi * (i * 0.618 + 0.1 * a)
@@ -140,8 +140,8 @@ def hanging_sign(front, back, drop, size=(2.6, 0.65)):
 
 def pendant():
     """A drum lamp on a cable; its lower face shines."""
-    drum = [plain(cylinder(0.34, 0.16, 20, top=True, rows=1), "charcoal"), plain(tube([(0, 0.16, 0), (0, 1.45, 0)], 0.012, 4), "dark")]
-    lamp = disc(0.325, 20).moved(matrix=[[1, 0, 0], [0, -1, 0], [0, 0, -1]]).moved((0, 0.012, 0))
+    drum = [plain(cylinder(0.34, 0.16, 16, top=True, rows=1), "charcoal"), plain(tube([(0, 0.16, 0), (0, 1.45, 0)], 0.012, 4), "dark")]
+    lamp = disc(0.325, 16).moved(matrix=[[1, 0, 0], [0, -1, 0], [0, 0, -1]]).moved((0, 0.012, 0))
     return [("props", join(*drum)), ("glow", plain(lamp, "glow_white"))]
 
 
