@@ -1,8 +1,8 @@
 """scenes/clock: a clock face whose hands a glTF node animation turns; black on white, readable by eye and by program.
 
-Seen from the camera, at world time t the long hand points at 360 deg * t (one turn a second) and the short hand at
-36 deg * t (one turn in ten seconds), both clockwise from the top. The hands' tips are at radius 0.9 and 0.55 m.
-A third mark, a red disc at radius 0.72 m, goes with the long hand, so that colour alone finds the angle too.
+Seen from the camera, at world time t the long hand points at 360 deg * t (one turn a second) and the short hand at 36
+deg * t (one turn in ten seconds), both clockwise from the top. The hands' tips are at radius 0.9 and 0.55 m. A third
+mark, a red disc at radius 0.72 m, goes with the long hand, so that colour alone finds the angle too.
 """
 
 import math

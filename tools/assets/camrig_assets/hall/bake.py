@@ -1,8 +1,7 @@
 """Computes the hall's light and turns it into what the renderer multiplies its ambient light with.
 
 The picture the renderer makes is albedo * (ambient(normal) * baked + directional light); the bake stores what the
-directional
-light lacks to the computed light: baked = (light - directional) / ambient.
+directional light lacks to the computed light: baked = (light - directional) / ambient.
 """
 
 import numpy as np

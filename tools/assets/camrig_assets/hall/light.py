@@ -1,8 +1,7 @@
 """Bakes the light of a room: diffuse light from the sky, lamps and all surfaces onto lightmap texels and vertices.
 
 Monte Carlo gathering with fixed directions, turned by a fixed angle at each receiver; a few bounces, each reading the
-one before.
-Everything in the world frame (z up); light is grey (one number), as the occlusion texture that carries it.
+one before. Everything in the world frame (z up); light is grey (one number), as the occlusion texture that carries it.
 """
 
 from dataclasses import dataclass

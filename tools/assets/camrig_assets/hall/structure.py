@@ -1,7 +1,7 @@
 """The hall's fixed parts: floor, walls with their openings, ceiling, gallery, stairs, columns. World frame, metres.
 
-Every flat part is a `Panel` with a chart in the lightmap; columns are `Tube`s. The plan: entrance facade in the east
-(x = 30), windows in the south (y = 0), gallery along the north (y 15..20) at 3.3 m, stairs to it at x 20.5..23, skylights
+Every flat part is a `Panel` with a chart in the lightmap; columns are `Tube`s. The plan: entrance facade in the east (x
+= 30), windows in the south (y = 0), gallery along the north (y 15..20) at 3.3 m, stairs to it at x 20.5..23, skylights
 above the middle.
 """
 

@@ -1,6 +1,5 @@
 """Rounds the joins of a body's parts: where an arm meets the trunk or a leg the pelvis, normals are bent and the
-surface swells,
-so that the light passes over the join without an edge.
+surface swells, so that the light passes over the join without an edge.
 """
 
 import numpy as np

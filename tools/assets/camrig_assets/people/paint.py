@@ -1,8 +1,7 @@
 """Paints textures in which every texel knows its place on the body, so that colours are functions of place.
 
-Colours are sRGB 0..1. A painter takes (part, points, u, v) - the texels' places in metres and their way around (0 and
-1 at the
-back) and down the part - and returns colours of the same shape.
+Colours are sRGB 0..1. A painter takes (part, points, u, v) - the texels' places in metres and their way around (0 and 1
+at the back) and down the part - and returns colours of the same shape.
 """
 
 import numpy as np

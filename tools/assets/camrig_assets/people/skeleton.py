@@ -1,8 +1,7 @@
 """The people's skeleton: joints with identity rotation in the bind pose, +Y up, facing +Z, the person's left is +X.
 
 Lengths are for a person of 1.75 m and scale with height. Arms hang 18 degrees away from the body in the bind pose:
-close to
-how they are used, so that shoulders deform little.
+close to how they are used, so that shoulders deform little.
 """
 
 import math
