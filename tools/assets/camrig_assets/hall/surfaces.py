@@ -1,4 +1,4 @@
-"""Textures of the hall's surfaces, painted by program: floor, plaster, concrete, ceiling, wood, and the street outside."""
+"""Textures of the hall's surfaces, painted: floor, plaster, concrete, ceiling, wood, and the street outside."""
 
 import numpy as np
 from PIL import Image, ImageFilter

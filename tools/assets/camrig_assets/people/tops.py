@@ -1,4 +1,4 @@
-"""Painters of garments of the trunk: the cloth, then what each style adds (buttons, lapels, pockets, openings, straps)."""
+"""Painters of trunk garments: the cloth, then what each style adds (buttons, lapels, pockets, openings, straps)."""
 
 from dataclasses import dataclass
 
