@@ -38,7 +38,11 @@ class Rays:
 
     def hit(self, origins, directions):
         """(triangle or -1, distance, cosine of the hit surface's normal to the ray; > 0 means its back)."""
-        out = self.scene.run(np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(directions, dtype=np.float32), output=1)
+        out = self.scene.run(
+            np.ascontiguousarray(origins, dtype=np.float32),
+            np.ascontiguousarray(directions, dtype=np.float32),
+            output=1,
+        )
         normal = out["Ng"]
         length = np.maximum(np.linalg.norm(normal, axis=1), 1e-20)
         return out["primID"], out["tfar"], (normal * directions).sum(axis=1) / length

@@ -24,8 +24,10 @@ def problems(data):
         values = glb.array(gltf, binary, i)
         if not np.isfinite(values).all():
             found.append(f"accessor {i} holds NaN or infinity")
-        if "min" in item and not (np.array_equal(values.min(axis=0), np.float32(item["min"]))
-                                  and np.array_equal(values.max(axis=0), np.float32(item["max"]))):
+        if "min" in item and not (
+            np.array_equal(values.min(axis=0), np.float32(item["min"]))
+            and np.array_equal(values.max(axis=0), np.float32(item["max"]))
+        ):
             found.append(f"accessor {i}: min/max do not match its values")
     for mesh in gltf.get("meshes", []):
         for primitive in mesh["primitives"]:
@@ -78,7 +80,10 @@ def difference(made, committed):
     if made == committed:
         return None
     (new, new_binary), (old, old_binary) = glb.read(made), glb.read(committed)
-    shape = [(key, len(new.get(key, [])), len(old.get(key, []))) for key in ("nodes", "meshes", "materials", "accessors", "images", "animations")]
+    shape = [
+        (key, len(new.get(key, [])), len(old.get(key, [])))
+        for key in ("nodes", "meshes", "materials", "accessors", "images", "animations")
+    ]
     if any(a != b for _, a, b in shape):
         return False, ", ".join(f"{key}: {b} committed, {a} made" for key, a, b in shape if a != b)
     worst = 0.0
@@ -88,16 +93,24 @@ def difference(made, committed):
         worst = max(worst, float(np.abs(glb.array(new, new_binary, i) - glb.array(old, old_binary, i)).max()))
     pixels = 0.0
     for a, b in zip(new.get("images", []), old.get("images", [])):
-        left, right = (_pixels(gltf, binary, item) for gltf, binary, item in ((new, new_binary, a), (old, old_binary, b)))
+        left, right = (
+            _pixels(gltf, binary, item) for gltf, binary, item in ((new, new_binary, a), (old, old_binary, b))
+        )
         if left.shape != right.shape:
             return False, f"image {a['name']} has another size"
         pixels = max(pixels, float(np.abs(left - right).mean()))
-    return worst < 0.02 and pixels < 2, f"largest difference of a value {worst:.2g}, mean of an image {pixels:.2g} grey levels"
+    return (
+        worst < 0.02 and pixels < 2,
+        f"largest difference of a value {worst:.2g}, mean of an image {pixels:.2g} grey levels",
+    )
 
 
 def _pixels(gltf, binary, item):
     view = gltf["bufferViews"][item["bufferView"]]
-    return np.asarray(Image.open(io.BytesIO(binary[view["byteOffset"]:view["byteOffset"] + view["byteLength"]])).convert("RGBA"), dtype=float)
+    return np.asarray(
+        Image.open(io.BytesIO(binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]])).convert("RGBA"),
+        dtype=float,
+    )
 
 
 def summary(data):
@@ -106,5 +119,10 @@ def summary(data):
     drawn = [p for node in gltf["nodes"] if "mesh" in node for p in gltf["meshes"][node["mesh"]]["primitives"]]
     triangles = sum(gltf["accessors"][p["indices"]]["count"] // 3 for p in drawn)
     vertices = sum(gltf["accessors"][p["attributes"]["POSITION"]]["count"] for p in drawn)
-    return {"nodes": len(gltf["nodes"]), "primitives": len(drawn), "triangles": triangles, "vertices": vertices,
-            "kilobytes": round(len(data) / 1000)}
+    return {
+        "nodes": len(gltf["nodes"]),
+        "primitives": len(drawn),
+        "triangles": triangles,
+        "vertices": vertices,
+        "kilobytes": round(len(data) / 1000),
+    }

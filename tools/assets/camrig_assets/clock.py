@@ -1,8 +1,8 @@
 """scenes/clock: a clock face whose hands a glTF node animation turns; black on white, readable by eye and by program.
 
-Seen from the camera, at world time t the long hand points at 360 deg * t (one turn a second) and the short hand at
-36 deg * t (one turn in ten seconds), both clockwise from the top. The hands' tips are at radius 0.9 and 0.55 m.
-A third mark, a red disc at radius 0.72 m, goes with the long hand, so that colour alone finds the angle too.
+Seen from the camera, at world time t the long hand points at 360 deg * t (one turn a second) and the short hand at 36
+deg * t (one turn in ten seconds), both clockwise from the top. The hands' tips are at radius 0.9 and 0.55 m. A third
+mark, a red disc at radius 0.72 m, goes with the long hand, so that colour alone finds the angle too.
 """
 
 import math
@@ -13,8 +13,8 @@ from . import shapes
 from .glb import Glb
 from .scene import Scene
 
-LOOP_S = 10           # both hands are back where they began
-KEYS_PER_TURN = 8     # 45 deg between keys: spherical interpolation between them is exactly uniform
+LOOP_S = 10  # both hands are back where they began
+KEYS_PER_TURN = 8  # 45 deg between keys: spherical interpolation between them is exactly uniform
 CENTRE_Y = 1.5
 
 
@@ -25,7 +25,9 @@ def _facing(mesh):
 
 def _bar(inner, outer, width, angle, depth):
     """A flat bar on the face from radius inner to outer, `angle` clockwise from the top."""
-    mesh = shapes.quad((-width / 2, inner, depth), (width / 2, inner, depth), (width / 2, outer, depth), (-width / 2, outer, depth))
+    mesh = shapes.quad(
+        (-width / 2, inner, depth), (width / 2, inner, depth), (width / 2, outer, depth), (-width / 2, outer, depth)
+    )
     c, s = math.cos(angle), math.sin(angle)
     return mesh.moved(matrix=[[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
@@ -45,10 +47,19 @@ def _glb():
     grey = glb.material("wall", base=(0.18, 0.19, 0.21), unlit=True)
 
     def part(name, mesh, material, parent=None, translation=None):
-        return glb.node(name, parent, translation, mesh=glb.mesh(name, [glb.primitive(
-            mesh.positions, mesh.normals, mesh.triangles, material)]))
+        return glb.node(
+            name,
+            parent,
+            translation,
+            mesh=glb.mesh(name, [glb.primitive(mesh.positions, mesh.normals, mesh.triangles, material)]),
+        )
 
-    part("wall", shapes.quad((-3, -CENTRE_Y, -0.02), (3, -CENTRE_Y, -0.02), (3, 2, -0.02), (-3, 2, -0.02)), grey, translation=(0, CENTRE_Y, 0))
+    part(
+        "wall",
+        shapes.quad((-3, -CENTRE_Y, -0.02), (3, -CENTRE_Y, -0.02), (3, 2, -0.02), (-3, 2, -0.02)),
+        grey,
+        translation=(0, CENTRE_Y, 0),
+    )
     face = part("face", _facing(shapes.disc(1.1, 96)), white, translation=(0, CENTRE_Y, 0))
     rim = shapes.join(_facing(shapes.disc(1.16, 96, inner=1.1)))
     ticks = [_bar(0.97, 1.07, 0.035, i * math.tau / 12, 0.004) for i in range(12) if i % 3]
@@ -60,13 +71,22 @@ def _glb():
     part("mark", _facing(shapes.disc(0.075, 24)), red, fast, (0, 0.72, 0.01))
     part("hub", _facing(shapes.disc(0.07, 24)), black, face, (0, 0, 0.06))
     times = np.arange(LOOP_S * KEYS_PER_TURN + 1) / KEYS_PER_TURN
-    glb.animation("run", times, [(fast, "rotation", _turns(1)), (slow, "rotation", _turns(10))],
-                  extras={"period_s": {"hand_fast": 1, "hand_slow": 10}})
+    glb.animation(
+        "run",
+        times,
+        [(fast, "rotation", _turns(1)), (slow, "rotation", _turns(10))],
+        extras={"period_s": {"hand_fast": 1, "hand_slow": 10}},
+    )
     return glb.bytes()
 
 
 def files():
-    scene = Scene("clock", "A clock: the long hand turns once a second, the short hand once in ten seconds; unlit, so grey values are exact.", seed=1)
+    scene = Scene(
+        "clock",
+        "A clock: the long hand turns once a second, the short hand once in ten seconds; unlit, so grey values "
+        "are exact.",
+        seed=1,
+    )
     scene.environment(background=(0.02, 0.02, 0.02), sky=(1, 1, 1), ground=(1, 1, 1))
     scene.model("clock", "clock/clock.glb")
     scene.object("clock", "clock", "clock", clip="run")

@@ -15,7 +15,9 @@ COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 LINEAR_MIPMAP_LINEAR, LINEAR = 9987, 9729
 REPEAT, CLAMP = 10497, 33071
-LEAST_STEP = 2.0 ** -16  # positions are rounded to this (15 um), so that float noise of the generators stays out of the file
+LEAST_STEP = (
+    2.0**-16
+)  # positions are rounded to this (15 um), so that float noise of the generators stays out of the file
 
 
 def number(value):
@@ -32,8 +34,12 @@ class Glb:
     """Collects one asset; `bytes()` gives the file."""
 
     def __init__(self, name, extras=None):
-        self.json = {"asset": {"version": "2.0", "generator": "camrig tools/assets"}, "scene": 0,
-                     "scenes": [{"name": name, "nodes": []}], "nodes": []}
+        self.json = {
+            "asset": {"version": "2.0", "generator": "camrig tools/assets"},
+            "scene": 0,
+            "scenes": [{"name": name, "nodes": []}],
+            "nodes": [],
+        }
         if extras:
             self.json["asset"]["extras"] = extras
         self._binary = bytearray()
@@ -56,8 +62,12 @@ class Glb:
         array = np.ascontiguousarray(values, dtype=DTYPES[component])
         if array.size % COMPONENTS[kind]:
             raise ValueError(f"{array.size} numbers do not make whole {kind}s")
-        item = {"bufferView": self._view(array.tobytes(), target), "componentType": component,
-                "count": array.size // COMPONENTS[kind], "type": kind}
+        item = {
+            "bufferView": self._view(array.tobytes(), target),
+            "componentType": component,
+            "count": array.size // COMPONENTS[kind],
+            "type": kind,
+        }
         if normalized:
             item["normalized"] = True
         if bounds:
@@ -76,10 +86,26 @@ class Glb:
             samplers.append(sampler)
         return self._add("textures", {"sampler": samplers.index(sampler), "source": image})
 
-    def material(self, name, base=(1, 1, 1, 1), texture=None, metallic=0.0, roughness=0.8, emissive=None,
-                 emissive_texture=None, occlusion_texture=None, alpha="OPAQUE", cutoff=0.5, double_sided=False, unlit=False):
-        pbr = {"baseColorFactor": numbers(tuple(base) + (1,) * (4 - len(base))),
-               "metallicFactor": number(metallic), "roughnessFactor": number(roughness)}
+    def material(
+        self,
+        name,
+        base=(1, 1, 1, 1),
+        texture=None,
+        metallic=0.0,
+        roughness=0.8,
+        emissive=None,
+        emissive_texture=None,
+        occlusion_texture=None,
+        alpha="OPAQUE",
+        cutoff=0.5,
+        double_sided=False,
+        unlit=False,
+    ):
+        pbr = {
+            "baseColorFactor": numbers(tuple(base) + (1,) * (4 - len(base))),
+            "metallicFactor": number(metallic),
+            "roughnessFactor": number(roughness),
+        }
         if texture is not None:
             pbr["baseColorTexture"] = {"index": texture}
         item = {"name": name, "pbrMetallicRoughness": pbr}
@@ -100,33 +126,46 @@ class Glb:
             self.json["extensionsUsed"] = ["KHR_materials_unlit"]
         return self._add("materials", item)
 
-    def primitive(self, positions, normals, triangles, material, uv=None, uv1=None, colors=None, joints=None, weights=None):
-        """One drawable part. `colors` are linear 0..1 (stored as normalized bytes); `joints`/`weights` are Nx4. Unused vertices are dropped."""
+    def primitive(
+        self, positions, normals, triangles, material, uv=None, uv1=None, colors=None, joints=None, weights=None
+    ):
+        """One drawable part. `colors` are linear 0..1 (stored as normalized bytes); `joints`/`weights` are Nx4.
+        Unused vertices are dropped.
+        """
         used, triangles = np.unique(np.asarray(triangles).reshape(-1), return_inverse=True)
         if used[-1] >= len(positions):
             raise ValueError("a triangle names a vertex that does not exist")
-        uv, uv1, colors, joints, weights = (None if v is None else np.asarray(v)[used] for v in (uv, uv1, colors, joints, weights))
+        uv, uv1, colors, joints, weights = (
+            None if v is None else np.asarray(v)[used] for v in (uv, uv1, colors, joints, weights)
+        )
         positions, normals = np.asarray(positions)[used], np.asarray(normals)[used]
         positions = np.round(np.asarray(positions, dtype=np.float64) / LEAST_STEP) * LEAST_STEP
         normals = np.round(np.asarray(normals, dtype=np.float64), 4)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        attributes = {"POSITION": self.accessor(positions, "VEC3", target=ARRAY_BUFFER, bounds=True),
-                      "NORMAL": self.accessor(normals, "VEC3", target=ARRAY_BUFFER)}
+        attributes = {
+            "POSITION": self.accessor(positions, "VEC3", target=ARRAY_BUFFER, bounds=True),
+            "NORMAL": self.accessor(normals, "VEC3", target=ARRAY_BUFFER),
+        }
         if uv is not None:
             attributes["TEXCOORD_0"] = self.accessor(np.round(uv, 5), "VEC2", target=ARRAY_BUFFER)
         if uv1 is not None:
             attributes["TEXCOORD_1"] = self.accessor(np.round(uv1, 5), "VEC2", target=ARRAY_BUFFER)
         if colors is not None:
             rgba = np.ones((len(positions), 4))
-            rgba[:, :np.shape(colors)[1]] = colors
-            attributes["COLOR_0"] = self.accessor(np.round(np.clip(rgba, 0, 1) * 255), "VEC4", UINT8, ARRAY_BUFFER, normalized=True)
+            rgba[:, : np.shape(colors)[1]] = colors
+            attributes["COLOR_0"] = self.accessor(
+                np.round(np.clip(rgba, 0, 1) * 255), "VEC4", UINT8, ARRAY_BUFFER, normalized=True
+            )
         if joints is not None:
             shares = byte_weights(weights)
             attributes["JOINTS_0"] = self.accessor(np.where(shares > 0, joints, 0), "VEC4", UINT8, ARRAY_BUFFER)
             attributes["WEIGHTS_0"] = self.accessor(shares, "VEC4", UINT8, ARRAY_BUFFER, normalized=True)
         component = UINT16 if len(positions) < 65535 else UINT32
-        return {"attributes": attributes, "material": material,
-                "indices": self.accessor(triangles, "SCALAR", component, ELEMENT_ARRAY_BUFFER)}
+        return {
+            "attributes": attributes,
+            "material": material,
+            "indices": self.accessor(triangles, "SCALAR", component, ELEMENT_ARRAY_BUFFER),
+        }
 
     def mesh(self, name, primitives):
         return self._add("meshes", {"name": name, "primitives": primitives})
@@ -146,15 +185,24 @@ class Glb:
         if extras:
             item["extras"] = extras
         index = self._add("nodes", item)
-        siblings = self.json["scenes"][0]["nodes"] if parent is None else self.json["nodes"][parent].setdefault("children", [])
+        siblings = (
+            self.json["scenes"][0]["nodes"] if parent is None else self.json["nodes"][parent].setdefault("children", [])
+        )
         siblings.append(index)
         return index
 
     def skin(self, name, joints, inverse_binds, skeleton):
         """`inverse_binds` are 4x4 row-major arrays in the order of `joints` (stored column-major, as glTF wants)."""
         matrices = np.transpose(np.asarray(inverse_binds), (0, 2, 1))
-        return self._add("skins", {"name": name, "joints": list(joints), "skeleton": skeleton,
-                                   "inverseBindMatrices": self.accessor(matrices, "MAT4")})
+        return self._add(
+            "skins",
+            {
+                "name": name,
+                "joints": list(joints),
+                "skeleton": skeleton,
+                "inverseBindMatrices": self.accessor(matrices, "MAT4"),
+            },
+        )
 
     def animation(self, name, times, tracks, extras=None):
         """`tracks` is a list of (node, path, values), all sampled at `times` and interpolated linearly."""
@@ -162,7 +210,9 @@ class Glb:
         samplers, channels = [], []
         for node, path, values in tracks:
             kind = "VEC4" if path == "rotation" else "VEC3"
-            samplers.append({"input": clock, "interpolation": "LINEAR", "output": self.accessor(np.round(values, 6), kind)})
+            samplers.append(
+                {"input": clock, "interpolation": "LINEAR", "output": self.accessor(np.round(values, 6), kind)}
+            )
             channels.append({"sampler": len(samplers) - 1, "target": {"node": node, "path": path}})
         item = {"name": name, "samplers": samplers, "channels": channels}
         if extras:
@@ -176,8 +226,13 @@ class Glb:
         text = json.dumps(self.json, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
         total = 12 + 8 + len(text) + 8 + len(self._binary)
-        return (struct.pack("<III", 0x46546C67, 2, total) + struct.pack("<II", len(text), 0x4E4F534A) + text
-                + struct.pack("<II", len(self._binary), 0x004E4942) + bytes(self._binary))
+        return (
+            struct.pack("<III", 0x46546C67, 2, total)
+            + struct.pack("<II", len(text), 0x4E4F534A)
+            + text
+            + struct.pack("<II", len(self._binary), 0x004E4942)
+            + bytes(self._binary)
+        )
 
 
 def byte_weights(weights):
@@ -196,12 +251,12 @@ def read(data):
     length, kind = struct.unpack_from("<II", data, 12)
     if kind != 0x4E4F534A:
         raise ValueError("the first chunk is not JSON")
-    text = json.loads(data[20:20 + length])
+    text = json.loads(data[20 : 20 + length])
     size, kind = struct.unpack_from("<II", data, 20 + length)
     if kind != 0x004E4942:
         raise ValueError("the second chunk is not binary")
     start = 28 + length
-    return text, data[start:start + size]
+    return text, data[start : start + size]
 
 
 def array(gltf, binary, index):
@@ -209,8 +264,12 @@ def array(gltf, binary, index):
     item = gltf["accessors"][index]
     view = gltf["bufferViews"][item["bufferView"]]
     width = COMPONENTS[item["type"]]
-    values = np.frombuffer(binary, DTYPES[item["componentType"]], item["count"] * width,
-                           view.get("byteOffset", 0) + item.get("byteOffset", 0)).reshape(-1, width)
+    values = np.frombuffer(
+        binary,
+        DTYPES[item["componentType"]],
+        item["count"] * width,
+        view.get("byteOffset", 0) + item.get("byteOffset", 0),
+    ).reshape(-1, width)
     if item.get("normalized"):
         return values / float(np.iinfo(values.dtype).max)
     return values

@@ -22,14 +22,19 @@ class Scene:
         self.data = {"camrig_scene": 1, "name": name, "description": description, "seed": seed, "step_ns": 10_000_000}
 
     def environment(self, background, sky, ground, exposure=1.0):
-        self.data["environment"] = {"background": background, "ambient": {"sky": sky, "ground": ground}, "exposure": exposure}
+        self.data["environment"] = {
+            "background": background,
+            "ambient": {"sky": sky, "ground": ground},
+            "exposure": exposure,
+        }
 
     def model(self, name, file, front=None):
         self.data.setdefault("models", {})[name] = {"file": file, "front": front}
 
     def object(self, name, model, kind, position=(0, 0, 0), yaw_deg=0, clip=None):
         self.data.setdefault("objects", []).append(
-            {"name": name, "model": model, "class": kind, "position": position, "yaw_deg": yaw_deg, "clip": clip})
+            {"name": name, "model": model, "class": kind, "position": position, "yaw_deg": yaw_deg, "clip": clip}
+        )
 
     def light(self, name, kind, **values):
         self.data.setdefault("lights", []).append({"name": name, "type": kind, **values})
@@ -38,12 +43,23 @@ class Scene:
         self.data.setdefault("routes", {})[name] = {"points": points, "closed": closed}
 
     def actor(self, name, model, kind, behaviour, position=None, yaw_deg=None):
-        self.data.setdefault("actors", []).append({"name": name, "model": model, "class": kind, "position": position,
-                                                   "yaw_deg": yaw_deg, "behaviour": behaviour})
+        self.data.setdefault("actors", []).append(
+            {
+                "name": name,
+                "model": model,
+                "class": kind,
+                "position": position,
+                "yaw_deg": yaw_deg,
+                "behaviour": behaviour,
+            }
+        )
 
     def place(self, name, description, position, look_at, vfov_deg):
-        self.data.setdefault("places", {})[name] = {"description": description, "vfov_deg": vfov_deg,
-                                                    "pose": {"position": position, "look_at": look_at}}
+        self.data.setdefault("places", {})[name] = {
+            "description": description,
+            "vfov_deg": vfov_deg,
+            "pose": {"position": position, "look_at": look_at},
+        }
 
     def camera(self, name, place, size, fps):
         self.data.setdefault("cameras", []).append({"name": name, "place": place, "size": size, "fps": fps})

@@ -8,6 +8,7 @@ import numpy as np
 @dataclass
 class Mesh:
     """Triangles with per-vertex attributes. `uv` is in [0,1]; what it means is the material's business."""
+
     positions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     normals: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     uv: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
@@ -15,11 +16,19 @@ class Mesh:
 
     def moved(self, offset=(0, 0, 0), yaw=0.0, scale=(1, 1, 1), matrix=None):
         """A copy scaled, turned by `yaw` (radians about +Y) or by the 3x3 `matrix`, then shifted."""
-        turn = np.asarray(matrix) if matrix is not None else np.array(
-            [[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+        turn = (
+            np.asarray(matrix)
+            if matrix is not None
+            else np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+        )
         normals = (self.normals / np.asarray(scale)) @ turn.T
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        return Mesh((self.positions * np.asarray(scale)) @ turn.T + np.asarray(offset), normals, self.uv.copy(), self.triangles.copy())
+        return Mesh(
+            (self.positions * np.asarray(scale)) @ turn.T + np.asarray(offset),
+            normals,
+            self.uv.copy(),
+            self.triangles.copy(),
+        )
 
     def with_uv(self, rect):
         """A copy whose [0,1] texture coordinates fill `rect` = (u0, v0, u1, v1) of an atlas."""
@@ -61,12 +70,14 @@ SIDES = ("front", "back", "left", "right", "top", "bottom")  # +Z -Z +X -X +Y -Y
 def box(size, centre=(0, 0, 0), sides=SIDES, cells=1):
     """A box; `sides` says which faces exist (hidden ones cost vertices); `cells` cuts each face in cells x cells."""
     x, y, z = np.asarray(size, dtype=np.float64) / 2
-    corners = {"front": ((-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z)),
-               "back": ((x, -y, -z), (-x, -y, -z), (-x, y, -z), (x, y, -z)),
-               "left": ((x, -y, z), (x, -y, -z), (x, y, -z), (x, y, z)),
-               "right": ((-x, -y, -z), (-x, -y, z), (-x, y, z), (-x, y, -z)),
-               "top": ((-x, y, z), (x, y, z), (x, y, -z), (-x, y, -z)),
-               "bottom": ((-x, -y, -z), (x, -y, -z), (x, -y, z), (-x, -y, z))}
+    corners = {
+        "front": ((-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z)),
+        "back": ((x, -y, -z), (-x, -y, -z), (-x, y, -z), (x, y, -z)),
+        "left": ((x, -y, z), (x, -y, -z), (x, y, -z), (x, y, z)),
+        "right": ((-x, -y, -z), (-x, -y, z), (-x, y, z), (-x, y, -z)),
+        "top": ((-x, y, z), (x, y, z), (x, y, -z), (-x, y, -z)),
+        "bottom": ((-x, -y, -z), (x, -y, -z), (x, -y, z), (-x, -y, z)),
+    }
     count = cells if isinstance(cells, dict) else {side: (cells, cells) for side in sides}
     return join(*(quad(*corners[side], cells=count.get(side, (1, 1))) for side in sides)).moved(centre)
 
@@ -74,7 +85,8 @@ def box(size, centre=(0, 0, 0), sides=SIDES, cells=1):
 def loft(rings, closed=True):
     """A surface through `rings` (rows x columns x 3), columns counter-clockwise seen from above when rows go up.
 
-    A closed ring repeats its first column for the texture seam; normals there agree. u runs along columns, v down from the last row.
+    A closed ring repeats its first column for the texture seam; normals there agree. u runs along columns, v down
+    from the last row.
     """
     rings = np.asarray(rings, dtype=np.float64)
     if closed:
@@ -83,7 +95,9 @@ def loft(rings, closed=True):
     normals = grid_normals(rings, closed)
     u, v = np.meshgrid(np.linspace(0, 1, columns), np.linspace(1, 0, rows))
     flat, triangles = rings.reshape(-1, 3), grid_triangles(rows, columns)
-    area = np.linalg.norm(np.cross(flat[triangles[:, 1]] - flat[triangles[:, 0]], flat[triangles[:, 2]] - flat[triangles[:, 0]]), axis=1)
+    area = np.linalg.norm(
+        np.cross(flat[triangles[:, 1]] - flat[triangles[:, 0]], flat[triangles[:, 2]] - flat[triangles[:, 0]]), axis=1
+    )
     return Mesh(flat, normals.reshape(-1, 3), np.stack([u, v], -1).reshape(-1, 2), triangles[area > 1e-10])
 
 
@@ -106,7 +120,9 @@ def grid_normals(grid, closed):
 
 
 def ring(radius_x, radius_z, centre, columns, power=2.0):
-    """One horizontal ring (superellipse), counter-clockwise from above starting at the back (-Z), so that the seam is behind."""
+    """One horizontal ring (superellipse), counter-clockwise from above starting at the back (-Z), so that the seam
+    is behind.
+    """
     angle = -np.pi / 2 - np.linspace(0, 2 * np.pi, columns, endpoint=False)
     c, s = np.cos(angle), np.sin(angle)
     x = np.sign(c) * np.abs(c) ** (2 / power) * radius_x

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from . import ao, clips, paint, skeleton
-from .body import Shaper, blend_joins
+from .. import ao, images
+from ..glb import CLAMP, Glb
+from ..noise import smoothstep
+from . import clips, face, paint, skeleton
 from .cast import CAST
-from .glb import CLAMP, Glb
 from .head import Head
-from .noise import smoothstep
-from .shapes import disc
+from .joins import blend_joins
+from .trunk import Shaper
 from .wardrobe import Wardrobe
 
 ATLAS_WIDTH = 512
@@ -29,7 +30,7 @@ def person(name, spec):
     size = (ATLAS_WIDTH, 512 if used <= 512 else 1024)
     if used > size[1]:
         raise ValueError(f"{name}: the texture atlas is {used} rows high")
-    texture = paint.jpeg(paint.atlas(parts, size))
+    texture = images.jpeg(paint.atlas(parts, size))
 
     glb = Glb(name, extras={"keypoints": skeleton.KEYPOINTS})
     image = glb.texture(glb.image(texture, "image/jpeg", name), CLAMP)
@@ -41,8 +42,14 @@ def person(name, spec):
     inverse[:, :3, 3] = -rig.places
     glb.node("body", mesh=mesh, skin=glb.skin(name, nodes, inverse, nodes[0]))
     for clip, (times, turns, hips, extras) in clips.all_clips(rig, spec.get("gait", {})).items():
-        moving = [i for i in range(len(nodes)) if np.ptp(turns[:, i], axis=0).max() > 1e-5 or np.abs(turns[0, i, :3]).max() > 1e-5]
-        tracks = [(nodes[rig.index["hips"]], "translation", hips)] + [(nodes[i], "rotation", turns[:, i]) for i in moving]
+        moving = [
+            i
+            for i in range(len(nodes))
+            if np.ptp(turns[:, i], axis=0).max() > 1e-5 or np.abs(turns[0, i, :3]).max() > 1e-5
+        ]
+        tracks = [(nodes[rig.index["hips"]], "translation", hips)] + [
+            (nodes[i], "rotation", turns[:, i]) for i in moving
+        ]
         glb.animation(clip, times, tracks, extras)
     return glb.bytes()
 
@@ -51,8 +58,15 @@ def _dress(shaper, spec):
     tone, hair_colour = paint.rgb(spec["skin"]), paint.rgb(spec["hair"]["colour"])
     head, wardrobe = Head(shaper, spec["hair"]), Wardrobe(shaper, tone)
     strands = spec["hair"].get("strands", 1)
-    parts = head.parts(paint.face(head, tone, hair_colour, spec["hair"]), lambda part, points, u, v: paint.hair(points, hair_colour, 7, strands))
-    parts += wardrobe.wear_top(spec["top"], spec["seed"]) + wardrobe.wear_bottom(spec["bottom"], spec["seed"] + 10) + wardrobe.wear_shoes(spec["shoes"])
+    parts = head.parts(
+        face.face(head, tone, hair_colour, spec["hair"]),
+        lambda part, points, u, v: paint.hair(points, hair_colour, 7, strands),
+    )
+    parts += (
+        wardrobe.wear_top(spec["top"], spec["seed"])
+        + wardrobe.wear_bottom(spec["bottom"], spec["seed"] + 10)
+        + wardrobe.wear_shoes(spec["shoes"])
+    )
     return parts + (wardrobe.carry(spec["bag"]) if "bag" in spec else [])
 
 
@@ -86,13 +100,20 @@ def _skinned(glb, parts, rig, size, material):
     shares = np.take_along_axis(weights, joints, axis=1)
     joints[shares <= 0] = 0
     colours = np.repeat(_occlusion(positions, normals, triangles, rows)[:, None], 3, axis=1)
-    return glb.primitive(positions, normals, triangles, material, uv=np.concatenate(uv), colors=colours, joints=joints, weights=shares)
+    return glb.primitive(
+        positions, normals, triangles, material, uv=np.concatenate(uv), colors=colours, joints=joints, weights=shares
+    )
 
 
 def _occlusion(positions, normals, triangles, rows):
-    """Baked ambient occlusion of the bind pose with a floor; what lies inside another part takes its neighbours' light."""
+    """Baked ambient occlusion of the bind pose with a floor; what lies inside another part takes its neighbours'
+    light.
+    """
     floor = np.array([[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]], dtype=np.float64)
-    soup = ao.Rays(np.concatenate([positions, floor]), np.concatenate([triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(positions)]))
+    soup = ao.Rays(
+        np.concatenate([positions, floor]),
+        np.concatenate([triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(positions)]),
+    )
     open_share, backs = ao.openness(soup, positions, normals, reach=0.45, count=96, lift=0.003)
     light = 0.30 + 0.70 * smoothstep(-0.05, 0.95, open_share)
     hidden = backs > 0.25
@@ -137,5 +158,12 @@ def _shadow(glb, rig, material):
     colours[:, 3] = alphas
     weights = np.zeros((len(positions), 4))
     weights[:, 0] = 1
-    return glb.primitive(positions, np.tile((0.0, 1, 0), (len(positions), 1)), triangles, material, colors=colours,
-                         joints=np.zeros((len(positions), 4), dtype=int), weights=weights)
+    return glb.primitive(
+        positions,
+        np.tile((0.0, 1, 0), (len(positions), 1)),
+        triangles,
+        material,
+        colors=colours,
+        joints=np.zeros((len(positions), 4), dtype=int),
+        weights=weights,
+    )

@@ -1,14 +1,14 @@
 """Bakes the light of a room: diffuse light from the sky, lamps and all surfaces onto lightmap texels and vertices.
 
-Monte Carlo gathering with fixed directions, turned by a fixed angle at each receiver; a few bounces, each reading the one before.
-Everything in the world frame (z up); light is grey (one number), as the occlusion texture that carries it.
+Monte Carlo gathering with fixed directions, turned by a fixed angle at each receiver; a few bounces, each reading the
+one before. Everything in the world frame (z up); light is grey (one number), as the occlusion texture that carries it.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from . import ao, noise
+from .. import ao, noise
 
 LIFT = 0.006
 
@@ -16,8 +16,9 @@ LIFT = 0.006
 @dataclass
 class Chart:
     """A rectangle of the lightmap and the surface it covers."""
-    size: tuple                # texels
-    place: object              # function(s, t) in 0..1 -> (points, normals)
+
+    size: tuple  # texels
+    place: object  # function(s, t) in 0..1 -> (points, normals)
     albedo: float
     rect: tuple = None
 
@@ -69,7 +70,12 @@ class Room:
     def close(self, owners):
         join = np.concatenate
         self.positions, self.triangles, self.uv = join(self.positions), join(self.triangles), join(self.uv)
-        self.albedo, self.glow, self.mapped, self.owner = join(self.albedo), join(self.glow), join(self.mapped), join(self.owner)
+        self.albedo, self.glow, self.mapped, self.owner = (
+            join(self.albedo),
+            join(self.glow),
+            join(self.mapped),
+            join(self.owner),
+        )
         self.rays = ao.Rays(self.positions, self.triangles)
         self.corner_uv = self.uv[self.triangles]
         self.map = np.zeros((self.size[1], self.size[0]))
@@ -103,10 +109,13 @@ class Room:
             to = centre + np.stack([way * np.cos(turn), way * np.sin(turn), np.full(len(turn), -0.03)], axis=1) - points
             distance = np.linalg.norm(to, axis=1)
             to /= distance[:, None]
-            share = power * np.maximum(0, (normals * to).sum(axis=1)) * np.maximum(0, to[:, 2]) / (np.pi * distance ** 2)
+            share = power * np.maximum(0, (normals * to).sum(axis=1)) * np.maximum(0, to[:, 2]) / (np.pi * distance**2)
             lit = np.flatnonzero(share > 0.002)
             if len(lit):
-                free = self.rays.scene.run(points[lit].astype(np.float32), to[lit].astype(np.float32), output=1)["tfar"] > distance[lit] - 0.02
+                free = (
+                    self.rays.scene.run(points[lit].astype(np.float32), to[lit].astype(np.float32), output=1)["tfar"]
+                    > distance[lit] - 0.02
+                )
                 total[lit] += np.minimum(share[lit], 3.0) * free
         return total
 
@@ -127,7 +136,9 @@ class Room:
         return np.where(missed, sky, np.where(back, 0.0, radiance)), back & (out["tfar"] < 0.6)
 
     def bake(self, charts, vertex_sets, counts):
-        """Fills every chart's texels and returns the light of the vertex sets [(points, normals, owner)]; one bounce for each of `counts`."""
+        """Fills every chart's texels and returns the light of the vertex sets [(points, normals, owner)]; one bounce
+        for each of `counts`.
+        """
         texels = [_texels(chart) for chart in charts]
         points = np.concatenate([t[0] for t in texels] + [v[0] for v in vertex_sets])
         normals = np.concatenate([t[1] for t in texels] + [v[1] for v in vertex_sets])
@@ -139,7 +150,9 @@ class Room:
             for chart, (place, _) in zip(charts, texels):
                 x, y, w, h = chart.rect
                 block = slice(at, at + len(place))
-                self.map[y:y + h, x:x + w] = _cleaned(light[block].reshape(h, w), backs[block].reshape(h, w) > 0.30, w, h)
+                self.map[y : y + h, x : x + w] = _cleaned(
+                    light[block].reshape(h, w), backs[block].reshape(h, w) > 0.30, w, h
+                )
                 at += len(place)
             vertex_light = []
             for place, _, owner in vertex_sets:
@@ -155,12 +168,16 @@ class Room:
 
 def _texels(chart):
     w, h = chart.size
-    s, t = np.meshgrid(np.clip(np.linspace(0, 1, w), 0.15 / w, 1 - 0.15 / w), np.clip(np.linspace(0, 1, h), 0.15 / h, 1 - 0.15 / h))
+    s, t = np.meshgrid(
+        np.clip(np.linspace(0, 1, w), 0.15 / w, 1 - 0.15 / w), np.clip(np.linspace(0, 1, h), 0.15 / h, 1 - 0.15 / h)
+    )
     return chart.place(s.reshape(-1), t.reshape(-1))
 
 
 def _cleaned(light, hidden, w, h):
-    """Takes hidden texels (below furniture that stands on the floor) from their neighbours, darker, and smooths the noise."""
+    """Takes hidden texels (below furniture that stands on the floor) from their neighbours, darker, and smooths the
+    noise.
+    """
     light, hidden = light.copy(), hidden.copy()
     for _ in range(6):
         if not hidden.any() or hidden.all():
@@ -178,9 +195,9 @@ def _cleaned(light, hidden, w, h):
     weights = ((0, 0, 4), (0, 1, 2), (0, -1, 2), (1, 0, 2), (-1, 0, 2), (1, 1, 1), (1, -1, 1), (-1, 1, 1), (-1, -1, 1))
     for _ in range(2 if min(w, h) > 24 else 1):
         total = norm = 0.0
-        for dy, dx, weight in weights:   # bilateral: an edge of a contact shadow stays
+        for dy, dx, weight in weights:  # bilateral: an edge of a contact shadow stays
             value = _shift(light, dy, dx)
-            k = weight * np.exp(-((value - light) / (0.22 * light.mean() + 1e-6)) ** 2)
+            k = weight * np.exp(-(((value - light) / (0.22 * light.mean() + 1e-6)) ** 2))
             total, norm = total + k * value, norm + k
         light = total / norm
     return light

@@ -1,0 +1,3 @@
+"""The public hall."""
+
+from .assemble import files  # noqa: F401
