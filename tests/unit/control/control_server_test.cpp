@@ -106,7 +106,7 @@ TEST(ControlServer, SendingWithoutEndEndsSoonAndCostsNoMemory) {
     limits.linger = std::chrono::milliseconds(100);
     ServerHarness harness(limits);
     auto socket = harness.connect();
-    const std::string chunk(1 << 20, '1');
+    const std::string chunk(2 << 20, '1');
     std::size_t sent = 0;
     while (sent < (std::size_t{1} << 40) && socket.send(chunk, soon())) sent += chunk.size();
     EXPECT_TRUE(eventually([&] { return harness.server->counts().open == 0; }));
