@@ -31,7 +31,11 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->transform(CLI::CheckedTransformer(modes).description("realtime|lockstep"));
     serve->add_option("--overload", options->engine.overload, "drop whole instants (default) or slow the world down")
         ->transform(CLI::CheckedTransformer(policies).description("drop|slow"));
-    serve->add_option("--seed", options->engine.seed, "of all chance in the world; default: the scene's");
+    serve->add_option("--seed", options->engine.seed, "of all chance in the world; default: the scene's")
+        ->check([](const std::string& text) -> std::string {
+            // CLI11 would take -1 as 2^64 - 1.
+            return text.find_first_not_of("0123456789") == std::string::npos ? "" : "must be a number from 0 on";
+        });
     // By name: CLI11 would print the enumeration with our to_string(), whose string_view it cannot take.
     serve
         ->add_option_function<std::string>(

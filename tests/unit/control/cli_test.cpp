@@ -16,14 +16,14 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-struct Run {
+struct Outcome {
     int code = 0;
     std::string out, err;
     ServeOptions serve;
 };
 
-Run run(std::vector<std::string> arguments) {
-    Run result;
+Outcome run(std::vector<std::string> arguments) {
+    Outcome result;
     std::ostringstream out, err;
     const auto serve = [&](const ServeOptions& options) {
         result.serve = options;
@@ -38,13 +38,13 @@ Run run(std::vector<std::string> arguments) {
 /// The command line at a fake rig.
 class Cli : public testing::Test {
 protected:
-    Run at_rig(std::vector<std::string> arguments) {
+    Outcome at_rig(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"--control", harness.path});
         return run(std::move(arguments));
     }
     json json_of(std::vector<std::string> arguments) {
         arguments.push_back("--json");
-        const Run done = at_rig(std::move(arguments));
+        const Outcome done = at_rig(std::move(arguments));
         EXPECT_EQ(done.code, 0) << done.err;
         return done.code == 0 ? json::parse(done.out) : json::object();
     }
@@ -106,7 +106,7 @@ TEST_F(Cli, FilesOfCamerasAreOneAListOrAnObject) {
     EXPECT_EQ(json_of({"camera", "create", "--file", file(R"([{"name":"b"},{"name":"c"}])")})["cameras"].size(), 2u);
     EXPECT_EQ(json_of({"camera", "create", "--file", file(R"({"cameras":[{"name":"d"}]})")})["cameras"].size(), 1u);
     EXPECT_EQ(json_of({"camera", "list"})["cameras"].size(), 4u);
-    const Run twice = at_rig({"camera", "create", "--file", file(R"([{"name":"e"},{"name":"a"}])")});
+    const Outcome twice = at_rig({"camera", "create", "--file", file(R"([{"name":"e"},{"name":"a"}])")});
     EXPECT_EQ(twice.code, 1);
     EXPECT_THAT(twice.err, AllOf(HasSubstr("cameras.json: cameras[1]"), HasSubstr("those before it were made")));
     EXPECT_EQ(at_rig({"camera", "create", "--file", file("{")}).code, 1);
@@ -168,14 +168,14 @@ TEST_F(Cli, ErrorsAreOneLineAndExitOne) {
                                                       {"world", "load", "none.json"},
                                                       {"camera", "create", "Bad Name"},
                                                       {"camera", "create", "a", "--size", "1x1"}}) {
-        const Run done = at_rig(arguments);
+        const Outcome done = at_rig(arguments);
         EXPECT_EQ(done.code, 1) << arguments.front();
         EXPECT_THAT(done.err, StartsWith("camrig: "));
         EXPECT_EQ(std::ranges::count(done.err, '\n'), 1) << done.err;
         EXPECT_EQ(done.out, "");
     }
     TemporaryFolder folder;
-    const Run nobody = run({"camera", "list", "--control", (folder / "none").string()});
+    const Outcome nobody = run({"camera", "list", "--control", (folder / "none").string()});
     EXPECT_EQ(nobody.code, 1);
     EXPECT_THAT(nobody.err, HasSubstr("camrig serve"));
 }
@@ -208,7 +208,7 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
                                                       {"serve", "x", "--http", "65536"},
                                                       {"serve", "x", "--tcp", "no"},
                                                       {"serve", "x", "--seed", "-1"}}) {
-        const Run done = at_rig(arguments);
+        const Outcome done = at_rig(arguments);
         std::string shown;
         for (const auto& argument : arguments) shown += argument + " ";
         EXPECT_EQ(done.code, 2) << shown << done.err;
@@ -217,7 +217,7 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
 }
 
 TEST(CliServe, OptionsAreThoseOfTheContract) {
-    const Run done = run({"serve",        "scenes/hall.json",
+    const Outcome done = run({"serve",        "scenes/hall.json",
                           "--control",    "/tmp/c.sock",
                           "--host",       "::1",
                           "--http",       "0",
