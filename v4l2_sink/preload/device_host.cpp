@@ -26,8 +26,7 @@ bool same_rate(const camrig_rate& a, const camrig_rate& b) {
 bool offered(const camrig_description& d, const camrig_format& f) {
     bool format = false, size = false, rate = false;
     for (std::uint32_t i = 0; i < d.format_count; ++i) format = format || d.fourcc[i] == f.fourcc;
-    for (std::uint32_t i = 0; i < d.size_count; ++i)
-        size = size || (d.width[i] == f.width && d.height[i] == f.height);
+    for (std::uint32_t i = 0; i < d.size_count; ++i) size = size || (d.width[i] == f.width && d.height[i] == f.height);
     for (std::uint32_t i = 0; i < d.rate_count; ++i)
         rate = rate || (d.rate[i].num == f.rate.num && d.rate[i].den == f.rate.den);
     return format && size && rate;
@@ -50,11 +49,16 @@ bool make_event_sockets(UniqueFd& rig, UniqueFd& program) {
 
 int errno_of(const Error& error) {
     switch (error.kind) {
-        case ErrorKind::invalid_argument: return ERANGE;
-        case ErrorKind::not_found: return EINVAL;
-        case ErrorKind::resource_exhausted: return ENOMEM;
-        case ErrorKind::unavailable: return EBUSY;
-        default: return EIO;
+        case ErrorKind::invalid_argument:
+            return ERANGE;
+        case ErrorKind::not_found:
+            return EINVAL;
+        case ErrorKind::resource_exhausted:
+            return ENOMEM;
+        case ErrorKind::unavailable:
+            return EBUSY;
+        default:
+            return EIO;
     }
 }
 
@@ -91,25 +95,48 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
 
     int problem = 0;
     switch (request.type) {
-        case camrig_request_hello: problem = hello(session, request); break;
-        case camrig_request_get_format: problem = get_format(session, request); break;
-        case camrig_request_set_format: problem = set_format(session, request); break;
-        case camrig_request_acquire: problem = acquire(session); break;
+        case camrig_request_hello:
+            problem = hello(session, request);
+            break;
+        case camrig_request_get_format:
+            problem = get_format(session, request);
+            break;
+        case camrig_request_set_format:
+            problem = set_format(session, request);
+            break;
+        case camrig_request_acquire:
+            problem = acquire(session);
+            break;
         case camrig_request_release:
             problem = owned_by_another(*session) ? EBUSY : 0;
             session->owns_buffers = false;
             break;
-        case camrig_request_stream_on: problem = stream_on(session, request); break;
-        case camrig_request_stream_off: stream_off(session); break;
-        case camrig_request_get_control: problem = get_control(session, request); break;
-        case camrig_request_set_controls: problem = set_controls(session, request); break;
-        case camrig_request_menu: problem = menu(session, request); break;
-        case camrig_request_subscribe: problem = subscribe(session, request); break;
-        case camrig_request_priority: problem = set_priority(session, request.u.priority); break;
+        case camrig_request_stream_on:
+            problem = stream_on(session, request);
+            break;
+        case camrig_request_stream_off:
+            stream_off(session);
+            break;
+        case camrig_request_get_control:
+            problem = get_control(session, request);
+            break;
+        case camrig_request_set_controls:
+            problem = set_controls(session, request);
+            break;
+        case camrig_request_menu:
+            problem = menu(session, request);
+            break;
+        case camrig_request_subscribe:
+            problem = subscribe(session, request);
+            break;
+        case camrig_request_priority:
+            problem = set_priority(session, request.u.priority);
+            break;
         case camrig_request_credit:
             if (session->ring) session->ring->ring->credit(*session->reader);
             return;
-        default: return end(session);
+        default:
+            return end(session);
     }
     constexpr int answered = -1;
     if (problem == answered) {
@@ -224,8 +251,7 @@ int DeviceHost::set_format(const SessionRef& session, const camrig_request& requ
 }
 
 bool DeviceHost::share_queue(const DeviceSession& a, const DeviceSession& b) const {
-    return a.number == b.number &&
-           (devices_.at(*a.number).policy == DevicePolicy::exclusive || a.process == b.process);
+    return a.number == b.number && (devices_.at(*a.number).policy == DevicePolicy::exclusive || a.process == b.process);
 }
 
 bool DeviceHost::owned_by_another(const DeviceSession& session) const {
@@ -264,12 +290,14 @@ Result<std::shared_ptr<FedRing>> DeviceHost::ring_for(const std::string& camera,
     const auto stream = bus_.find(camera);
     if (!stream) return std::unexpected(stream.error());
     camrig_format key = format;
-    const camrig_rate own{static_cast<std::uint32_t>(stream->rate.num()), static_cast<std::uint32_t>(stream->rate.den())};
+    const camrig_rate own{static_cast<std::uint32_t>(stream->rate.num()),
+                          static_cast<std::uint32_t>(stream->rate.den())};
     if (same_rate(format.rate, own)) key.rate = {0, 0};
 
     std::erase_if(rings_, [](const auto& ring) { return ring.expired(); });
     for (const auto& known : rings_)
-        if (auto ring = known.lock(); ring && ring->camera == camera && std::memcmp(&ring->format, &key, sizeof key) == 0)
+        if (auto ring = known.lock();
+            ring && ring->camera == camera && std::memcmp(&ring->format, &key, sizeof key) == 0)
             return ring;
 
     std::optional<Rate> rate;
@@ -337,7 +365,8 @@ int DeviceHost::set_controls(const SessionRef& session, const camrig_request& re
     for (std::uint32_t i = 0; i < wish.count; ++i) {
         const camrig_description& d = session->description;
         const auto* end = d.control + d.control_count;
-        const auto* known = std::find_if(d.control, end, [&](const camrig_control& c) { return c.id == wish.values[i].id; });
+        const auto* known =
+            std::find_if(d.control, end, [&](const camrig_control& c) { return c.id == wish.values[i].id; });
         if (known == end) return EINVAL;
         if (wish.values[i].value < known->minimum || wish.values[i].value > known->maximum) return ERANGE;
         values.push_back({wish.values[i].id, wish.values[i].value});
@@ -345,8 +374,8 @@ int DeviceHost::set_controls(const SessionRef& session, const camrig_request& re
     const std::string camera = devices_.at(*session->number).camera;
     session->awaits_reply = true;
     controls_->set(camera, values,
-                   [this, tasks = tasks_, weak = std::weak_ptr(session), camera, values, serial = request.serial](
-                       const Result<void>& done) {
+                   [this, tasks = tasks_, weak = std::weak_ptr(session), camera, values,
+                    serial = request.serial](const Result<void>& done) {
                        tasks->post([this, weak, camera, values, serial, done] {
                            const SessionRef asker = weak.lock();
                            if (!asker) return;
@@ -398,8 +427,10 @@ int DeviceHost::subscribe(const SessionRef& session, const camrig_request& reque
     const camrig_description& d = session->description;
     const auto* end = d.control + d.control_count;
     if (std::none_of(d.control, end, [&](const camrig_control& c) { return c.id == wish.id; })) return EINVAL;
-    if (wish.on != 0) session->subscriptions[wish.id] = wish.feedback != 0;
-    else session->subscriptions.erase(wish.id);
+    if (wish.on != 0)
+        session->subscriptions[wish.id] = wish.feedback != 0;
+    else
+        session->subscriptions.erase(wish.id);
     return 0;
 }
 

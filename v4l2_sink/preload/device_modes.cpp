@@ -42,15 +42,24 @@ std::optional<MediaFormat> media_format_of(const camrig_format& format) {
     MediaFormat media;
     media.size = {static_cast<int>(format.width), static_cast<int>(format.height)};
     switch (format.fourcc) {
-        case V4L2_PIX_FMT_YUYV: media.pixels = PixelFormat::yuyv; return media;
-        case V4L2_PIX_FMT_YUV420: media.pixels = PixelFormat::i420; return media;
-        case V4L2_PIX_FMT_NV12: media.pixels = PixelFormat::nv12; return media;
-        case V4L2_PIX_FMT_BGR24: media.pixels = PixelFormat::bgr24; return media;
+        case V4L2_PIX_FMT_YUYV:
+            media.pixels = PixelFormat::yuyv;
+            return media;
+        case V4L2_PIX_FMT_YUV420:
+            media.pixels = PixelFormat::i420;
+            return media;
+        case V4L2_PIX_FMT_NV12:
+            media.pixels = PixelFormat::nv12;
+            return media;
+        case V4L2_PIX_FMT_BGR24:
+            media.pixels = PixelFormat::bgr24;
+            return media;
         case V4L2_PIX_FMT_MJPEG:
             media.codec = Codec::jpeg;
             media.quality = default_jpeg_quality;
             return media;
-        default: return std::nullopt;
+        default:
+            return std::nullopt;
     }
 }
 

@@ -19,7 +19,9 @@ namespace {
 constexpr std::size_t wanted_ring_bytes = std::size_t{16} << 20;  // small pictures get more slots, up to this
 constexpr std::size_t page_mask = 4095;
 
-std::uint64_t load(const std::uint64_t& shared) { return __atomic_load_n(&shared, __ATOMIC_SEQ_CST); }
+std::uint64_t load(const std::uint64_t& shared) {
+    return __atomic_load_n(&shared, __ATOMIC_SEQ_CST);
+}
 
 }  // namespace
 
@@ -27,16 +29,18 @@ Result<SharedMemory> SharedMemory::create(const char* name, std::size_t bytes, b
     SharedMemory memory;
     memory.fd_.reset(::memfd_create(name, MFD_CLOEXEC | MFD_ALLOW_SEALING));
     if (!memory.fd_ || ::ftruncate(memory.fd_.get(), static_cast<off_t>(bytes)) != 0)
-        return error(ErrorKind::resource_exhausted, std::string("no shared memory for devices: ") + std::strerror(errno));
+        return error(ErrorKind::resource_exhausted,
+                     std::string("no shared memory for devices: ") + std::strerror(errno));
     void* data = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory.fd_.get(), 0);
     if (data == MAP_FAILED)
-        return error(ErrorKind::resource_exhausted, std::string("no shared memory for devices: ") + std::strerror(errno));
+        return error(ErrorKind::resource_exhausted,
+                     std::string("no shared memory for devices: ") + std::strerror(errno));
     memory.data_ = static_cast<std::byte*>(data);
     memory.size_ = bytes;
     const int seals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL | (readers_only_read ? F_SEAL_FUTURE_WRITE : 0);
     if (::fcntl(memory.fd_.get(), F_ADD_SEALS, seals) != 0)
-        return error(ErrorKind::unsupported, std::string("user-space devices need Linux 5.1 or later (memory seals): ") +
-                                                 std::strerror(errno));
+        return error(ErrorKind::unsupported,
+                     std::string("user-space devices need Linux 5.1 or later (memory seals): ") + std::strerror(errno));
     return memory;
 }
 
@@ -140,7 +144,8 @@ void DeviceRing::close() noexcept {}
 
 std::uint32_t DeviceRing::next_sequence(const FrameInfo& info) {
     // With a lower rate than the camera's, the ticks of that rate are counted: a gap is a loss, never the rate.
-    std::int64_t sequence = rate_ ? rate_->first_frame_at_or_after(std::max<TimeNs>(info.world_ns, 0) + 1) : info.sequence;
+    std::int64_t sequence =
+        rate_ ? rate_->first_frame_at_or_after(std::max<TimeNs>(info.world_ns, 0) + 1) : info.sequence;
     sequence += sequence_offset_;
     if (sequence <= last_sequence_) {  // after repeated pictures, or a world that was loaded anew
         sequence_offset_ += last_sequence_ + 1 - sequence;
@@ -154,8 +159,9 @@ std::uint32_t DeviceRing::next_sequence(const FrameInfo& info) {
 }
 
 Result<void> DeviceRing::write(const MediaUnit& unit) {
-    const std::span<const std::byte> bytes =
-        unit.frame ? unit.frame->bytes() : unit.bytes ? std::span<const std::byte>(*unit.bytes) : std::span<const std::byte>{};
+    const std::span<const std::byte> bytes = unit.frame   ? unit.frame->bytes()
+                                             : unit.bytes ? std::span<const std::byte>(*unit.bytes)
+                                                          : std::span<const std::byte>{};
     std::lock_guard lock(mutex_);
     const std::uint32_t sequence = next_sequence(unit.info);
     if (bytes.empty() || bytes.size() > header().slot_bytes) {

@@ -34,7 +34,8 @@ private:
     std::size_t size_ = 0;
 };
 
-/// The rig's books of one reader of a ring (protocol.h explains the letters). Guarded by the ring's mutex while attached.
+/// The rig's books of one reader of a ring (protocol.h explains the letters). Guarded by the ring's mutex while
+/// attached.
 class RingReader {
 public:
     /// `event_socket` must outlive the reader; tokens are sent there without ever blocking.
@@ -80,8 +81,8 @@ public:
     void detach(const std::shared_ptr<RingReader>& reader);
     /// A buffer was queued by a reader that had none (lockstep).
     void credit(RingReader& reader);
-    /// Shows the last picture once more, with a fresh stamp, when nothing came for so long (programs give up on a silent
-    /// camera after 5 to 10 s). Not in lockstep, where nothing may happen that a client did not ask for.
+    /// Shows the last picture once more, with a fresh stamp, when nothing came for so long (programs give up on a
+    /// silent camera after 5 to 10 s). Not in lockstep, where nothing may happen that a client did not ask for.
     void repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns);
 
     int memory_fd() const { return memory_.fd(); }

@@ -143,8 +143,7 @@ Result<std::unique_ptr<DeviceServer>> DeviceServer::create(FrameBus& bus, Device
     if (!tree) return std::unexpected(tree.error());
     auto tasks = std::make_shared<TaskQueue>();
     auto loop = std::make_unique<Loop>(std::move(*listener), bus, std::move(options.controls), tasks);
-    return std::unique_ptr<DeviceServer>(
-        new DeviceServer(path, std::move(*tree), std::move(loop), std::move(tasks)));
+    return std::unique_ptr<DeviceServer>(new DeviceServer(path, std::move(*tree), std::move(loop), std::move(tasks)));
 }
 
 DeviceServer::DeviceServer(std::string socket_path, DeviceTree tree, std::unique_ptr<Loop> loop,

@@ -25,8 +25,8 @@ struct DeviceServerOptions {
 /// camrig-devices.sock, else /tmp/camrig-devices-UID.sock.
 std::string default_device_socket();
 
-/// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open a
-/// device. One thread of its own; calls from any thread.
+/// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open
+/// a device. One thread of its own; calls from any thread.
 class DeviceServer {
 public:
     static constexpr int max_connections = 1100;

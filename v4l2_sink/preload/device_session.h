@@ -52,7 +52,7 @@ public:
     bool dead = false;
     std::optional<int> number;  ///< after HELLO
     camrig_description description{};
-    camrig_format format{};      ///< what this opener reads, if it chose
+    camrig_format format{};  ///< what this opener reads, if it chose
     bool format_chosen = false;
     bool owns_buffers = false;
     std::uint32_t priority = 0;

@@ -36,8 +36,8 @@ Result<DeviceTree> DeviceTree::create(std::string_view socket_path) {
     for (const char* folder : {"/dev/v4l/by-id", "/sys/class/video4linux", "/sys/dev/char"}) {
         fs::create_directories(root + folder, problem);
         if (problem)
-            return error(ErrorKind::unavailable, root + ": " + problem.message() +
-                                                     "; devices in user space need a folder they can write to");
+            return error(ErrorKind::unavailable,
+                         root + ": " + problem.message() + "; devices in user space need a folder they can write to");
     }
     return DeviceTree(root);
 }
@@ -55,8 +55,8 @@ Result<void> DeviceTree::add(int number, std::string_view camera) {
     const std::string dev = std::to_string(video_major) + ":" + std::to_string(number);
     bool good = !problem && write_file(folder + "/name", std::string(camera) + "\n") &&
                 write_file(folder + "/index", "0\n") && write_file(folder + "/dev", dev + "\n") &&
-                write_file(folder + "/uevent", "MAJOR=" + std::to_string(video_major) + "\nMINOR=" +
-                                                   std::to_string(number) + "\nDEVNAME=" + node + "\n");
+                write_file(folder + "/uevent", "MAJOR=" + std::to_string(video_major) +
+                                                   "\nMINOR=" + std::to_string(number) + "\nDEVNAME=" + node + "\n");
     if (good) fs::create_symlink("../../class/video4linux/" + node, char_link(root_, number), problem);
     std::error_code taken;  // a camera may have two devices; its name leads to the first
     if (good && !problem) fs::create_symlink("../../" + node, link_name(root_, camera), taken);

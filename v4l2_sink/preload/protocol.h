@@ -13,8 +13,8 @@
 // tokens sent (T) and frames displaced (D), and H = T + D + pending (pending is only ever > 0 in lockstep). A token is
 // sent when T < Q (a buffer waits for it) and T - R < slots - slot_margin (its picture cannot be overwritten soon);
 // otherwise the oldest picture not yet taken gives way to the new one: D rises. The next picture to take is number
-// first + D + R. So the fd is readable while, and only while, a frame can be dequeued, and a program that slept gets the
-// newest pictures, in order, with a gap in the sequence.
+// first + D + R. So the fd is readable while, and only while, a frame can be dequeued, and a program that slept gets
+// the newest pictures, in order, with a gap in the sequence.
 
 #include <stdint.h>
 
@@ -27,28 +27,28 @@ enum {
     camrig_max_controls = 24,
     camrig_max_menu_items = 16,
     camrig_max_message = 4096,
-    camrig_max_buffers = 32,     // VIDEO_MAX_FRAME
-    camrig_min_slots = 6,        // of a ring
-    camrig_max_slots = 40,       // camrig_max_buffers and room for the writer
-    camrig_slot_margin = 2,      // slots that are never promised to a reader
+    camrig_max_buffers = 32,  // VIDEO_MAX_FRAME
+    camrig_min_slots = 6,     // of a ring
+    camrig_max_slots = 40,    // camrig_max_buffers and room for the writer
+    camrig_slot_margin = 2,   // slots that are never promised to a reader
     camrig_max_device_number = 255,
     camrig_reader_page_bytes = 4096,
 };
 
 enum camrig_request_type {
     camrig_request_hello = 1,
-    camrig_request_get_format,    // of the device, for readers that have not chosen
+    camrig_request_get_format,  // of the device, for readers that have not chosen
     camrig_request_set_format,
-    camrig_request_acquire,       // before the first buffers: exclusive devices have one owner
+    camrig_request_acquire,  // before the first buffers: exclusive devices have one owner
     camrig_request_release,
     camrig_request_stream_on,
     camrig_request_stream_off,
     camrig_request_get_control,
     camrig_request_set_controls,  // all or none is checked by the rig
     camrig_request_menu,
-    camrig_request_subscribe,     // control events
+    camrig_request_subscribe,  // control events
     camrig_request_priority,
-    camrig_request_credit,        // no reply: a buffer was queued and the rig had asked to be told
+    camrig_request_credit,  // no reply: a buffer was queued and the rig had asked to be told
 };
 
 enum camrig_message_type {
@@ -97,7 +97,7 @@ struct camrig_menu_query {
 
 struct camrig_subscribe {
     uint32_t id;
-    uint32_t on;  // 1: tell me of changes by others, 0: no longer
+    uint32_t on;        // 1: tell me of changes by others, 0: no longer
     uint32_t feedback;  // 1: of my own too
 };
 
@@ -135,7 +135,7 @@ struct camrig_ring_place {
 };
 
 struct camrig_reply {
-    uint32_t type;    // camrig_message_reply
+    uint32_t type;  // camrig_message_reply
     uint32_t serial;
     int32_t status;   // 0 or an errno value
     uint32_t detail;  // set_controls: index of the value that was refused

@@ -16,8 +16,7 @@ constexpr uint32_t page_mask = 4095;
 constexpr uint32_t default_least_buffers = 2;
 constexpr uint64_t max_buffer_memory = uint64_t{8} << 30;  // address space; memory is used as pictures arrive
 constexpr uint32_t capture = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-constexpr uint32_t buffer_capabilities =
-    V4L2_BUF_CAP_SUPPORTS_MMAP | V4L2_BUF_CAP_SUPPORTS_ORPHANED_BUFS;
+constexpr uint32_t buffer_capabilities = V4L2_BUF_CAP_SUPPORTS_MMAP | V4L2_BUF_CAP_SUPPORTS_ORPHANED_BUFS;
 
 int simple(Device& device, uint32_t type) {
     camrig_request request{};
@@ -124,8 +123,7 @@ enum class Taken { picture, nothing, gone };
 Taken try_take(Device& device, int fd, uint32_t& index) {
     char token;
     const bool has_buffer = device.queue_count > 0;
-    const long got =
-        raw_syscall(SYS_recvfrom, fd, arg(&token), 1, MSG_DONTWAIT | (has_buffer ? 0 : MSG_PEEK));
+    const long got = raw_syscall(SYS_recvfrom, fd, arg(&token), 1, MSG_DONTWAIT | (has_buffer ? 0 : MSG_PEEK));
     if (got == 0) return Taken::gone;
     if (failed(got)) return got == -EAGAIN || got == -EINTR ? Taken::nothing : Taken::gone;
     if (!has_buffer) return Taken::nothing;
@@ -244,9 +242,13 @@ int dequeue_buffer(Device& device, int fd, v4l2_buffer& out) {
             if (!device.streaming || out.memory != V4L2_MEMORY_MMAP) return EINVAL;
             uint32_t index = 0;
             switch (try_take(device, fd, index)) {
-                case Taken::picture: fill(device, index, out); return 0;
-                case Taken::gone: return ENODEV;
-                case Taken::nothing: break;
+                case Taken::picture:
+                    fill(device, index, out);
+                    return 0;
+                case Taken::gone:
+                    return ENODEV;
+                case Taken::nothing:
+                    break;
             }
             const int flags = sys_fcntl(fd, F_GETFL);
             if (flags < 0) return EBADF;

@@ -73,7 +73,9 @@ void take_event(Device& device, Message& message) {
                            message.u.event.flags);
 }
 
-bool is_text(const char* text, size_t room) { return memchr(text, 0, room) != nullptr; }
+bool is_text(const char* text, size_t room) {
+    return memchr(text, 0, room) != nullptr;
+}
 
 int connect_to_rig() {
     sockaddr_un address{};
@@ -138,8 +140,8 @@ int introduce(Device& device, uint32_t number) {
 bool description_is_sound(const camrig_description& d) {
     if (d.protocol != CAMRIG_DEVICE_PROTOCOL || !is_text(d.card, sizeof d.card) ||
         !is_text(d.bus_info, sizeof d.bus_info) || d.format_count == 0 || d.format_count > camrig_max_formats ||
-        d.size_count == 0 || d.size_count > camrig_max_sizes || d.rate_count == 0 ||
-        d.rate_count > camrig_max_rates || d.control_count > camrig_max_controls)
+        d.size_count == 0 || d.size_count > camrig_max_sizes || d.rate_count == 0 || d.rate_count > camrig_max_rates ||
+        d.control_count > camrig_max_controls)
         return false;
     for (uint32_t i = 0; i < d.size_count; ++i)
         if (d.width[i] == 0 || d.width[i] > 8192 || d.height[i] == 0 || d.height[i] > 8192) return false;

@@ -15,8 +15,12 @@ constexpr uint32_t id_mask = 0x0fffffff;  // without V4L2_CTRL_FLAG_NEXT_*
 constexpr uint32_t next_flags = V4L2_CTRL_FLAG_NEXT_CTRL | V4L2_CTRL_FLAG_NEXT_COMPOUND;
 constexpr uint32_t max_ext_controls = 1024;  // V4L2_CID_MAX_CTRLS
 
-bool is_class(uint32_t id) { return (id & 0xffff) == 1; }
-uint32_t class_id(uint32_t id) { return (id & class_mask) | 1; }
+bool is_class(uint32_t id) {
+    return (id & 0xffff) == 1;
+}
+uint32_t class_id(uint32_t id) {
+    return (id & class_mask) | 1;
+}
 
 const camrig_control* find(const Device& device, uint32_t id) {
     for (uint32_t i = 0; i < device.description.control_count; ++i)
@@ -63,9 +67,9 @@ int fit(const camrig_control& control, int32_t& value) {
         return 0;
     }
     if (control.type == V4L2_CTRL_TYPE_MENU)
-        return value < control.minimum || value > control.maximum                     ? ERANGE
+        return value < control.minimum || value > control.maximum                  ? ERANGE
                : value < 0 || value > 31 || (control.menu_mask >> value & 1u) == 0 ? EINVAL
-                                                                                       : 0;
+                                                                                   : 0;
     if (value < control.minimum) value = control.minimum;
     if (value > control.maximum) value = control.maximum;
     if (control.step > 1) {
@@ -80,8 +84,10 @@ int fit(const camrig_control& control, int32_t& value) {
 const camrig_control* writable(const Device& device, uint32_t id, int& problem) {
     const camrig_control* control = find(device, id);
     problem = 0;
-    if (control == nullptr) problem = has_class(device, id) ? EACCES : EINVAL;
-    else if ((control->flags & V4L2_CTRL_FLAG_READ_ONLY) != 0) problem = EACCES;
+    if (control == nullptr)
+        problem = has_class(device, id) ? EACCES : EINVAL;
+    else if ((control->flags & V4L2_CTRL_FLAG_READ_ONLY) != 0)
+        problem = EACCES;
     return problem == 0 ? control : nullptr;
 }
 
@@ -96,18 +102,24 @@ int send_values(Device& device, const camrig_controls_set& values, uint32_t& ref
 }
 
 /// Where the values of an extended-control call come from.
-bool wants_defaults(const v4l2_ext_controls& controls) { return controls.which == V4L2_CTRL_WHICH_DEF_VAL; }
+bool wants_defaults(const v4l2_ext_controls& controls) {
+    return controls.which == V4L2_CTRL_WHICH_DEF_VAL;
+}
 
 int check_list(Device& device, v4l2_ext_controls& controls, bool writes) {
     if (controls.which == V4L2_CTRL_WHICH_REQUEST_VAL) return EINVAL;
-    if (controls.count == 0) return wants_defaults(controls) || controls.which == 0 || has_class(device, controls.which | 1) ? 0 : EINVAL;
+    if (controls.count == 0)
+        return wants_defaults(controls) || controls.which == 0 || has_class(device, controls.which | 1) ? 0 : EINVAL;
     if (controls.count > max_ext_controls) return ENOMEM;
     if (controls.controls == nullptr) return EFAULT;
     for (uint32_t i = 0; i < controls.count; ++i) {
         v4l2_ext_control& entry = controls.controls[i];
-        if (!writes) controls.error_idx = controls.count;
-        else controls.error_idx = i;
-        if (controls.which != 0 && !wants_defaults(controls) && (entry.id & class_mask) != (controls.which & class_mask))
+        if (!writes)
+            controls.error_idx = controls.count;
+        else
+            controls.error_idx = i;
+        if (controls.which != 0 && !wants_defaults(controls) &&
+            (entry.id & class_mask) != (controls.which & class_mask))
             return EINVAL;
         const camrig_control* control = find(device, entry.id);
         if (control == nullptr && !has_class(device, entry.id)) return EINVAL;
@@ -212,8 +224,8 @@ int query_control(Device& device, v4l2_query_ext_ctrl& query) {
 int query_menu(Device& device, v4l2_querymenu& menu) {
     const uint32_t id = menu.id, index = menu.index;
     const camrig_control* control = find(device, id);
-    if (control == nullptr || control->type != V4L2_CTRL_TYPE_MENU ||
-        index < static_cast<uint32_t>(control->minimum) || index > static_cast<uint32_t>(control->maximum))
+    if (control == nullptr || control->type != V4L2_CTRL_TYPE_MENU || index < static_cast<uint32_t>(control->minimum) ||
+        index > static_cast<uint32_t>(control->maximum))
         return EINVAL;
     camrig_request request{};
     request.type = camrig_request_menu;

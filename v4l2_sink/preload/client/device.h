@@ -15,10 +15,10 @@
 // in the frame path; whatever the rig sends is checked before use. Functions return 0 or an errno value.
 namespace camrig::device {
 
-inline constexpr int max_open_devices = 256;      // per process
-inline constexpr int max_fds = 65536;             // higher descriptors are never ours
-inline constexpr int internal_fd_floor = 512;     // ours hide up there, away from select() and "close 3..255" loops
-inline constexpr int reply_timeout_ms = 5000;     // a rig that does not answer for so long is gone
+inline constexpr int max_open_devices = 256;   // per process
+inline constexpr int max_fds = 65536;          // higher descriptors are never ours
+inline constexpr int internal_fd_floor = 512;  // ours hide up there, away from select() and "close 3..255" loops
+inline constexpr int reply_timeout_ms = 5000;  // a rig that does not answer for so long is gone
 inline constexpr int max_pending_events = 32;
 
 enum class BufferState : uint8_t { dequeued, prepared, queued };

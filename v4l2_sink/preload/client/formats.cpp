@@ -14,8 +14,9 @@ struct FormatName {
     const char* name;  // as the kernel calls it (v4l2-ioctl.c)
 };
 constexpr FormatName format_names[] = {
-    {V4L2_PIX_FMT_YUYV, "YUYV 4:2:2"},     {V4L2_PIX_FMT_MJPEG, "Motion-JPEG"}, {V4L2_PIX_FMT_YUV420, "Planar YUV 4:2:0"},
-    {V4L2_PIX_FMT_NV12, "Y/CbCr 4:2:0"},     {V4L2_PIX_FMT_BGR24, "24-bit BGR 8-8-8"},
+    {V4L2_PIX_FMT_YUYV, "YUYV 4:2:2"},         {V4L2_PIX_FMT_MJPEG, "Motion-JPEG"},
+    {V4L2_PIX_FMT_YUV420, "Planar YUV 4:2:0"}, {V4L2_PIX_FMT_NV12, "Y/CbCr 4:2:0"},
+    {V4L2_PIX_FMT_BGR24, "24-bit BGR 8-8-8"},
 };
 
 void copy_text(uint8_t* to, size_t room, const char* text) {
@@ -27,10 +28,14 @@ void copy_text(uint8_t* to, size_t room, const char* text) {
 
 uint32_t bytes_per_line(uint32_t fourcc, uint32_t width) {
     switch (fourcc) {
-        case V4L2_PIX_FMT_YUYV: return 2 * width;
-        case V4L2_PIX_FMT_BGR24: return 3 * width;
-        case V4L2_PIX_FMT_MJPEG: return 0;
-        default: return width;  // of the luma plane
+        case V4L2_PIX_FMT_YUYV:
+            return 2 * width;
+        case V4L2_PIX_FMT_BGR24:
+            return 3 * width;
+        case V4L2_PIX_FMT_MJPEG:
+            return 0;
+        default:
+            return width;  // of the luma plane
     }
 }
 
@@ -51,8 +56,8 @@ uint32_t nearest_size(const camrig_description& d, uint32_t width, uint32_t heig
     uint32_t best = 0;
     uint64_t best_distance = UINT64_MAX;
     for (uint32_t i = 0; i < d.size_count; ++i) {
-        const uint64_t common = uint64_t{d.width[i] < width ? d.width[i] : width} *
-                                (d.height[i] < height ? d.height[i] : height);
+        const uint64_t common =
+            uint64_t{d.width[i] < width ? d.width[i] : width} * (d.height[i] < height ? d.height[i] : height);
         const uint64_t distance = uint64_t{d.width[i]} * d.height[i] + uint64_t{width} * height - 2 * common;
         if (distance < best_distance) {
             best_distance = distance;
@@ -87,8 +92,10 @@ void fill_pixels(v4l2_format& format, const camrig_format& wanted) {
 camrig_format adjusted(const Device& device, const v4l2_format& wish) {
     camrig_format result = device.format;
     const v4l2_pix_format& pixels = wish.fmt.pix;
-    if (has_format(device.description, pixels.pixelformat)) result.fourcc = pixels.pixelformat;
-    else result.fourcc = device.description.fourcc[0];
+    if (has_format(device.description, pixels.pixelformat))
+        result.fourcc = pixels.pixelformat;
+    else
+        result.fourcc = device.description.fourcc[0];
     const uint32_t size = nearest_size(device.description, pixels.width, pixels.height);
     result.width = device.description.width[size];
     result.height = device.description.height[size];
@@ -103,8 +110,8 @@ int refresh_format(Device& device) {
     camrig_reply reply;
     if (const int problem = transact(device, request, reply, nullptr)) return problem;
     const camrig_format& format = reply.u.format;
-    if (has_format(device.description, format.fourcc) &&
-        has_size(device.description, format.width, format.height) && format.rate.num > 0 && format.rate.den > 0)
+    if (has_format(device.description, format.fourcc) && has_size(device.description, format.width, format.height) &&
+        format.rate.num > 0 && format.rate.den > 0)
         device.format = format;
     return 0;
 }
@@ -134,10 +141,14 @@ void fill_parm(v4l2_streamparm& parm, const camrig_rate& rate) {
 uint32_t image_bytes(uint32_t fourcc, uint32_t width, uint32_t height) {
     const uint32_t pixels = width * height;
     switch (fourcc) {
-        case V4L2_PIX_FMT_YUYV: return 2 * pixels;
-        case V4L2_PIX_FMT_BGR24: return 3 * pixels;
-        case V4L2_PIX_FMT_MJPEG: return 2 * pixels + page_bytes;  // more than libjpeg ever makes of noise at q 90
-        default: return pixels + 2 * ((width + 1) / 2) * ((height + 1) / 2);
+        case V4L2_PIX_FMT_YUYV:
+            return 2 * pixels;
+        case V4L2_PIX_FMT_BGR24:
+            return 3 * pixels;
+        case V4L2_PIX_FMT_MJPEG:
+            return 2 * pixels + page_bytes;  // more than libjpeg ever makes of noise at q 90
+        default:
+            return pixels + 2 * ((width + 1) / 2) * ((height + 1) / 2);
     }
 }
 

@@ -10,11 +10,11 @@
 //
 //   HOOK(int, dup, (int fd));            declares the hook and what it hides: real::dup(fd) calls the next definition
 //   int hook_dup(int fd) { ... real::dup(fd) ... }
-#define HOOK(result, name, parameters)                                                                       \
-    extern "C" __attribute__((visibility("default"))) result hook_##name parameters __asm__(#name);          \
-    namespace camrig::device::real {                                                                         \
-    inline constexpr char name_of_##name[] = #name;                                                          \
-    inline Next<name_of_##name, result parameters> name;                                                     \
+#define HOOK(result, name, parameters)                                                              \
+    extern "C" __attribute__((visibility("default"))) result hook_##name parameters __asm__(#name); \
+    namespace camrig::device::real {                                                                \
+    inline constexpr char name_of_##name[] = #name;                                                 \
+    inline Next<name_of_##name, result parameters> name;                                            \
     }
 
 namespace camrig::device::real {

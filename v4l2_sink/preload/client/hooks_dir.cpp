@@ -119,11 +119,21 @@ int scan(const Real& next, const char* name, struct dirent*** list, DirentFilter
     return count;
 }
 
-void glob_close(void* folder) { hook_closedir(static_cast<DIR*>(folder)); }
-struct dirent* glob_read(void* folder) { return hook_readdir(static_cast<DIR*>(folder)); }
-void* glob_open(const char* name) { return hook_opendir(name); }
-int glob_lstat(const char* name, struct stat* info) { return fstatat(AT_FDCWD, name, info, AT_SYMLINK_NOFOLLOW); }
-int glob_stat(const char* name, struct stat* info) { return fstatat(AT_FDCWD, name, info, 0); }
+void glob_close(void* folder) {
+    hook_closedir(static_cast<DIR*>(folder));
+}
+struct dirent* glob_read(void* folder) {
+    return hook_readdir(static_cast<DIR*>(folder));
+}
+void* glob_open(const char* name) {
+    return hook_opendir(name);
+}
+int glob_lstat(const char* name, struct stat* info) {
+    return fstatat(AT_FDCWD, name, info, AT_SYMLINK_NOFOLLOW);
+}
+int glob_stat(const char* name, struct stat* info) {
+    return fstatat(AT_FDCWD, name, info, 0);
+}
 
 /// glob() with our folder functions (GLOB_ALTDIRFUNC) for patterns that can match a device.
 template <typename Real>
@@ -161,8 +171,12 @@ DIR* hook_fdopendir(int fd) {
     return folder;
 }
 
-struct dirent* hook_readdir(DIR* folder) { return read_entry(real::readdir, folder); }
-struct dirent* hook_readdir64(DIR* folder) { return read_entry(real::readdir64, folder); }
+struct dirent* hook_readdir(DIR* folder) {
+    return read_entry(real::readdir, folder);
+}
+struct dirent* hook_readdir64(DIR* folder) {
+    return read_entry(real::readdir64, folder);
+}
 
 void hook_rewinddir(DIR* folder) {
     real::rewinddir(folder);

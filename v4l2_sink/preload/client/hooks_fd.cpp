@@ -50,8 +50,10 @@ int adopt(int from, int to) {
 /// The number `fd` is about to be closed or replaced.
 void give_up(int fd) {
     if (!is_ours(fd) || in_borrowed_memory()) return;
-    if (is_hidden(fd)) relocate_hidden(fd);
-    else unbind_fd(fd);
+    if (is_hidden(fd))
+        relocate_hidden(fd);
+    else
+        unbind_fd(fd);
 }
 
 template <typename Real>
@@ -66,9 +68,8 @@ int fcntl_on(const Real& next, int fd, int command, void* argument) {
 void* map_ours(Device& device, void* at, size_t length, int protection, int flags, off_t offset) {
     // The same demands as vb2_mmap() makes.
     const bool shared = (flags & MAP_SHARED) != 0;
-    const int buffers = shared && (protection & PROT_READ) != 0
-                            ? find_mapping(device, length, static_cast<uint64_t>(offset))
-                            : -EINVAL;
+    const int buffers =
+        shared && (protection & PROT_READ) != 0 ? find_mapping(device, length, static_cast<uint64_t>(offset)) : -EINVAL;
     if (buffers < 0) {
         fail(-buffers);
         return MAP_FAILED;
@@ -118,8 +119,10 @@ int hook_close_range(unsigned first, unsigned last, int flags) {
 }
 
 void hook_closefrom(int first) {
-    if (in_borrowed_memory()) real::closefrom(first);
-    else close_span(first < 0 ? 0u : static_cast<unsigned>(first), ~0u, 0);
+    if (in_borrowed_memory())
+        real::closefrom(first);
+    else
+        close_span(first < 0 ? 0u : static_cast<unsigned>(first), ~0u, 0);
 }
 
 int hook_dup(int fd) {

@@ -59,15 +59,17 @@ namespace {
 
 constexpr int camera_mode = S_IFCHR | 0660;
 
-bool takes_mode(int flags) { return (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE; }
+bool takes_mode(int flags) {
+    return (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE;
+}
 
-#define MODE_OF(flags)                                \
-    unsigned mode = 0;                                \
-    if (takes_mode(flags)) {                          \
-        va_list rest;                                 \
-        va_start(rest, flags);                        \
-        mode = va_arg(rest, unsigned);                \
-        va_end(rest);                                 \
+#define MODE_OF(flags)                 \
+    unsigned mode = 0;                 \
+    if (takes_mode(flags)) {           \
+        va_list rest;                  \
+        va_start(rest, flags);         \
+        mode = va_arg(rest, unsigned); \
+        va_end(rest);                  \
     }
 
 /// Opens what is ours; false: not ours. `result` follows the libc convention.
@@ -236,8 +238,12 @@ int hook___openat64_2(int directory, const char* name, int flags) {
     int result;
     return open_ours(directory, name, flags, result) ? result : real::__openat64_2(directory, name, flags);
 }
-FILE* hook_fopen(const char* name, const char* mode) { return open_file(real::fopen.get(), name, mode); }
-FILE* hook_fopen64(const char* name, const char* mode) { return open_file(real::fopen64.get(), name, mode); }
+FILE* hook_fopen(const char* name, const char* mode) {
+    return open_file(real::fopen.get(), name, mode);
+}
+FILE* hook_fopen64(const char* name, const char* mode) {
+    return open_file(real::fopen64.get(), name, mode);
+}
 
 int hook_stat(const char* name, struct stat* info) {
     int result;
@@ -255,8 +261,12 @@ int hook_lstat64(const char* name, struct stat* info) {
     int result;
     return stat_ours(AT_FDCWD, name, info, AT_SYMLINK_NOFOLLOW, result) ? result : real::lstat64(name, info);
 }
-int hook_fstat(int fd, struct stat* info) { return describe_fd(fd, info) ? 0 : real::fstat(fd, info); }
-int hook_fstat64(int fd, struct stat* info) { return describe_fd(fd, info) ? 0 : real::fstat64(fd, info); }
+int hook_fstat(int fd, struct stat* info) {
+    return describe_fd(fd, info) ? 0 : real::fstat(fd, info);
+}
+int hook_fstat64(int fd, struct stat* info) {
+    return describe_fd(fd, info) ? 0 : real::fstat64(fd, info);
+}
 int hook_fstatat(int directory, const char* name, struct stat* info, int flags) {
     int result;
     return stat_ours(directory, name, info, flags, result) ? result : real::fstatat(directory, name, info, flags);
@@ -277,8 +287,7 @@ int hook___xstat64(int version, const char* name, struct stat* info) {
 }
 int hook___lxstat(int version, const char* name, struct stat* info) {
     int result;
-    return stat_ours(AT_FDCWD, name, info, AT_SYMLINK_NOFOLLOW, result) ? result
-                                                                        : real::__lxstat(version, name, info);
+    return stat_ours(AT_FDCWD, name, info, AT_SYMLINK_NOFOLLOW, result) ? result : real::__lxstat(version, name, info);
 }
 int hook___lxstat64(int version, const char* name, struct stat* info) {
     int result;
@@ -293,22 +302,19 @@ int hook___fxstat64(int version, int fd, struct stat* info) {
 }
 int hook___fxstatat(int version, int directory, const char* name, struct stat* info, int flags) {
     int result;
-    return stat_ours(directory, name, info, flags, result)
-               ? result
-               : real::__fxstatat(version, directory, name, info, flags);
+    return stat_ours(directory, name, info, flags, result) ? result
+                                                           : real::__fxstatat(version, directory, name, info, flags);
 }
 int hook___fxstatat64(int version, int directory, const char* name, struct stat* info, int flags) {
     int result;
-    return stat_ours(directory, name, info, flags, result)
-               ? result
-               : real::__fxstatat64(version, directory, name, info, flags);
+    return stat_ours(directory, name, info, flags, result) ? result
+                                                           : real::__fxstatat64(version, directory, name, info, flags);
 }
 
 int hook_statx(int directory, const char* name, int flags, unsigned mask, struct statx* info) {
     struct stat simple;
     int result;
-    if (!stat_ours(directory, name, &simple, flags, result))
-        return real::statx(directory, name, flags, mask, info);
+    if (!stat_ours(directory, name, &simple, flags, result)) return real::statx(directory, name, flags, mask, info);
     if (result != 0) return result;
     memset(info, 0, sizeof *info);
     info->stx_mask = STATX_BASIC_STATS & mask;

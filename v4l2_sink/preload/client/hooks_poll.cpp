@@ -1,5 +1,6 @@
-// POLLPRI. Frames need no help: a program's descriptor is a socket that is readable when a frame is. Control events come
-// on the control socket, so waits that ask for exceptional conditions watch that one as well. epoll has no such help.
+// POLLPRI. Frames need no help: a program's descriptor is a socket that is readable when a frame is. Control events
+// come on the control socket, so waits that ask for exceptional conditions watch that one as well. epoll has no such
+// help.
 
 #include <poll.h>
 #include <string.h>
@@ -103,8 +104,10 @@ int select_with_events(int count, fd_set* in, fd_set* out, fd_set* other, const 
         if ((got & POLLNVAL) != 0) return fail(EBADF);
         const auto note = [&](fd_set* set, short wanted, short conditions) {
             if ((fds[i].events & wanted) == 0) return;
-            if ((got & conditions) != 0) ++ready;
-            else FD_CLR(fd, set);
+            if ((got & conditions) != 0)
+                ++ready;
+            else
+                FD_CLR(fd, set);
         };
         note(in, POLLIN, POLLIN | POLLHUP | POLLERR);
         note(out, POLLOUT, POLLOUT | POLLERR);
@@ -113,7 +116,9 @@ int select_with_events(int count, fd_set* in, fd_set* out, fd_set* other, const 
     return ready;
 }
 
-timespec from_ms(int ms) { return {ms / 1000, (ms % 1000) * 1'000'000L}; }
+timespec from_ms(int ms) {
+    return {ms / 1000, (ms % 1000) * 1'000'000L};
+}
 
 }  // namespace
 

@@ -27,15 +27,20 @@ bool redirected(long number, const long* a, long& result) {
             if (!may_be_ours(reinterpret_cast<const char*>(a[0]))) return false;
             result = open(reinterpret_cast<const char*>(a[0]), static_cast<int>(a[1]), static_cast<mode_t>(a[2]));
             return true;
-        case SYS_dup2: result = dup2(static_cast<int>(a[0]), static_cast<int>(a[1])); return true;
+        case SYS_dup2:
+            result = dup2(static_cast<int>(a[0]), static_cast<int>(a[1]));
+            return true;
 #endif
         case SYS_openat:
             if (!may_be_ours(reinterpret_cast<const char*>(a[1]))) return false;
             result = openat(static_cast<int>(a[0]), reinterpret_cast<const char*>(a[1]), static_cast<int>(a[2]),
                             static_cast<mode_t>(a[3]));
             return true;
-        case SYS_dup3: result = dup3(static_cast<int>(a[0]), static_cast<int>(a[1]), static_cast<int>(a[2])); return true;
-        default: break;
+        case SYS_dup3:
+            result = dup3(static_cast<int>(a[0]), static_cast<int>(a[1]), static_cast<int>(a[2]));
+            return true;
+        default:
+            break;
     }
     if (number != SYS_close && number != SYS_ioctl && number != SYS_read && number != SYS_mmap && number != SYS_dup &&
         number != SYS_fcntl && number != SYS_fstat)
@@ -43,11 +48,21 @@ bool redirected(long number, const long* a, long& result) {
     const int fd = static_cast<int>(number == SYS_mmap ? a[4] : a[0]);
     if (!is_ours(fd)) return false;
     switch (number) {
-        case SYS_close: result = close(fd); break;
-        case SYS_read: result = read(fd, reinterpret_cast<void*>(a[1]), static_cast<size_t>(a[2])); break;
-        case SYS_dup: result = dup(fd); break;
-        case SYS_fcntl: result = fcntl(fd, static_cast<int>(a[1]), a[2]); break;
-        case SYS_fstat: result = fstat(fd, reinterpret_cast<struct stat*>(a[1])); break;
+        case SYS_close:
+            result = close(fd);
+            break;
+        case SYS_read:
+            result = read(fd, reinterpret_cast<void*>(a[1]), static_cast<size_t>(a[2]));
+            break;
+        case SYS_dup:
+            result = dup(fd);
+            break;
+        case SYS_fcntl:
+            result = fcntl(fd, static_cast<int>(a[1]), a[2]);
+            break;
+        case SYS_fstat:
+            result = fstat(fd, reinterpret_cast<struct stat*>(a[1]));
+            break;
         case SYS_mmap:
             result = arg(mmap(reinterpret_cast<void*>(a[0]), static_cast<size_t>(a[1]), static_cast<int>(a[2]),
                               static_cast<int>(a[3]), fd, a[5]));

@@ -104,45 +104,81 @@ int device_ioctl(Device& device, int fd, unsigned request, void* argument) {
         return is_known(request) ? EFAULT : ENOTTY;
     }
     switch (request) {
-        case VIDIOC_QUERYCAP: return query_capabilities(device, as<v4l2_capability>(argument));
-        case VIDIOC_ENUM_FMT: return enum_format(device, as<v4l2_fmtdesc>(argument));
-        case VIDIOC_ENUM_FRAMESIZES: return enum_frame_size(device, as<v4l2_frmsizeenum>(argument));
-        case VIDIOC_ENUM_FRAMEINTERVALS: return enum_frame_interval(device, as<v4l2_frmivalenum>(argument));
-        case VIDIOC_G_FMT: return get_format(device, as<v4l2_format>(argument));
-        case VIDIOC_TRY_FMT: return try_format(device, as<v4l2_format>(argument));
-        case VIDIOC_S_FMT: return set_format(device, as<v4l2_format>(argument));
-        case VIDIOC_G_PARM: return get_parm(device, as<v4l2_streamparm>(argument));
-        case VIDIOC_S_PARM: return set_parm(device, as<v4l2_streamparm>(argument));
-        case VIDIOC_G_SELECTION: return get_selection(device, as<v4l2_selection>(argument));
-        case VIDIOC_CROPCAP: return crop_capabilities(device, as<v4l2_cropcap>(argument));
+        case VIDIOC_QUERYCAP:
+            return query_capabilities(device, as<v4l2_capability>(argument));
+        case VIDIOC_ENUM_FMT:
+            return enum_format(device, as<v4l2_fmtdesc>(argument));
+        case VIDIOC_ENUM_FRAMESIZES:
+            return enum_frame_size(device, as<v4l2_frmsizeenum>(argument));
+        case VIDIOC_ENUM_FRAMEINTERVALS:
+            return enum_frame_interval(device, as<v4l2_frmivalenum>(argument));
+        case VIDIOC_G_FMT:
+            return get_format(device, as<v4l2_format>(argument));
+        case VIDIOC_TRY_FMT:
+            return try_format(device, as<v4l2_format>(argument));
+        case VIDIOC_S_FMT:
+            return set_format(device, as<v4l2_format>(argument));
+        case VIDIOC_G_PARM:
+            return get_parm(device, as<v4l2_streamparm>(argument));
+        case VIDIOC_S_PARM:
+            return set_parm(device, as<v4l2_streamparm>(argument));
+        case VIDIOC_G_SELECTION:
+            return get_selection(device, as<v4l2_selection>(argument));
+        case VIDIOC_CROPCAP:
+            return crop_capabilities(device, as<v4l2_cropcap>(argument));
 
-        case VIDIOC_ENUMINPUT: return enum_input(as<v4l2_input>(argument));
-        case VIDIOC_G_INPUT: as<int>(argument) = 0; return 0;
-        case VIDIOC_S_INPUT: return outranked(device) ? EBUSY : as<int>(argument) != 0 ? EINVAL : 0;
-        case VIDIOC_G_PRIORITY: as<uint32_t>(argument) = device.page->top_priority; return 0;
-        case VIDIOC_S_PRIORITY: return set_priority(device, as<uint32_t>(argument));
+        case VIDIOC_ENUMINPUT:
+            return enum_input(as<v4l2_input>(argument));
+        case VIDIOC_G_INPUT:
+            as<int>(argument) = 0;
+            return 0;
+        case VIDIOC_S_INPUT:
+            return outranked(device) ? EBUSY : as<int>(argument) != 0 ? EINVAL : 0;
+        case VIDIOC_G_PRIORITY:
+            as<uint32_t>(argument) = device.page->top_priority;
+            return 0;
+        case VIDIOC_S_PRIORITY:
+            return set_priority(device, as<uint32_t>(argument));
 
-        case VIDIOC_REQBUFS: return request_buffers(device, as<v4l2_requestbuffers>(argument));
-        case VIDIOC_CREATE_BUFS: return create_buffers(device, as<v4l2_create_buffers>(argument));
-        case VIDIOC_QUERYBUF: return query_buffer(device, as<v4l2_buffer>(argument));
-        case VIDIOC_PREPARE_BUF: return prepare_buffer(device, as<v4l2_buffer>(argument));
-        case VIDIOC_QBUF: return queue_buffer(device, as<v4l2_buffer>(argument));
-        case VIDIOC_DQBUF: return dequeue_buffer(device, fd, as<v4l2_buffer>(argument));
-        case VIDIOC_STREAMON: return stream_on(device, as<uint32_t>(argument));
-        case VIDIOC_STREAMOFF: return stream_off(device, fd, as<uint32_t>(argument));
+        case VIDIOC_REQBUFS:
+            return request_buffers(device, as<v4l2_requestbuffers>(argument));
+        case VIDIOC_CREATE_BUFS:
+            return create_buffers(device, as<v4l2_create_buffers>(argument));
+        case VIDIOC_QUERYBUF:
+            return query_buffer(device, as<v4l2_buffer>(argument));
+        case VIDIOC_PREPARE_BUF:
+            return prepare_buffer(device, as<v4l2_buffer>(argument));
+        case VIDIOC_QBUF:
+            return queue_buffer(device, as<v4l2_buffer>(argument));
+        case VIDIOC_DQBUF:
+            return dequeue_buffer(device, fd, as<v4l2_buffer>(argument));
+        case VIDIOC_STREAMON:
+            return stream_on(device, as<uint32_t>(argument));
+        case VIDIOC_STREAMOFF:
+            return stream_off(device, fd, as<uint32_t>(argument));
 
-        case VIDIOC_QUERYCTRL: return query_short(device, as<v4l2_queryctrl>(argument));
-        case VIDIOC_QUERY_EXT_CTRL: return query_control(device, as<v4l2_query_ext_ctrl>(argument));
-        case VIDIOC_QUERYMENU: return query_menu(device, as<v4l2_querymenu>(argument));
-        case VIDIOC_G_CTRL: return get_control(device, as<v4l2_control>(argument));
-        case VIDIOC_S_CTRL: return set_control(device, as<v4l2_control>(argument));
+        case VIDIOC_QUERYCTRL:
+            return query_short(device, as<v4l2_queryctrl>(argument));
+        case VIDIOC_QUERY_EXT_CTRL:
+            return query_control(device, as<v4l2_query_ext_ctrl>(argument));
+        case VIDIOC_QUERYMENU:
+            return query_menu(device, as<v4l2_querymenu>(argument));
+        case VIDIOC_G_CTRL:
+            return get_control(device, as<v4l2_control>(argument));
+        case VIDIOC_S_CTRL:
+            return set_control(device, as<v4l2_control>(argument));
         case VIDIOC_G_EXT_CTRLS:
         case VIDIOC_S_EXT_CTRLS:
-        case VIDIOC_TRY_EXT_CTRLS: return ext_controls(device, request, as<v4l2_ext_controls>(argument));
-        case VIDIOC_SUBSCRIBE_EVENT: return subscribe_event(device, as<v4l2_event_subscription>(argument));
-        case VIDIOC_UNSUBSCRIBE_EVENT: return unsubscribe_event(device, as<v4l2_event_subscription>(argument));
-        case VIDIOC_DQEVENT: return dequeue_event(device, fd, as<v4l2_event>(argument));
-        default: return ENOTTY;
+        case VIDIOC_TRY_EXT_CTRLS:
+            return ext_controls(device, request, as<v4l2_ext_controls>(argument));
+        case VIDIOC_SUBSCRIBE_EVENT:
+            return subscribe_event(device, as<v4l2_event_subscription>(argument));
+        case VIDIOC_UNSUBSCRIBE_EVENT:
+            return unsubscribe_event(device, as<v4l2_event_subscription>(argument));
+        case VIDIOC_DQEVENT:
+            return dequeue_event(device, fd, as<v4l2_event>(argument));
+        default:
+            return ENOTTY;
     }
 }
 

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "v4l2_sink/preload/client/device.h"
@@ -25,9 +24,13 @@ bool append(char* to, size_t& length, const char* text, size_t bytes) {
     to[length] = 0;
     return true;
 }
-bool append(char* to, size_t& length, const char* text) { return append(to, length, text, strlen(text)); }
+bool append(char* to, size_t& length, const char* text) {
+    return append(to, length, text, strlen(text));
+}
 
-bool starts_with(const char* text, const char* prefix) { return strncmp(text, prefix, strlen(prefix)) == 0; }
+bool starts_with(const char* text, const char* prefix) {
+    return strncmp(text, prefix, strlen(prefix)) == 0;
+}
 
 /// "videoN" with N in range and nothing behind: the number, else -1.
 int video_number(const char* name) {
@@ -95,7 +98,9 @@ long mode_of(const char* path, bool follow, uint32_t& mode) {
 
 }  // namespace
 
-const char* socket_path() { return socket_name; }
+const char* socket_path() {
+    return socket_name;
+}
 
 __attribute__((constructor)) void read_environment() {
     socket_name[0] = tree_name[0] = 0;

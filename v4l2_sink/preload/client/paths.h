@@ -4,8 +4,9 @@
 #include <stdint.h>
 
 // Which names in /dev and /sys are ours. The rig keeps a small tree of real files beside its socket (SOCKET.tree) that
-// looks like the parts of /dev and /sys a camera has: dev/videoN (empty), dev/v4l/by-id/..., sys/class/video4linux/videoN/
-// {name,index,dev,uevent}, sys/dev/char/81:N. A name that exists there is ours; everything else goes to the kernel untouched.
+// looks like the parts of /dev and /sys a camera has: dev/videoN (empty), dev/v4l/by-id/...,
+// sys/class/video4linux/videoN/ {name,index,dev,uevent}, sys/dev/char/81:N. A name that exists there is ours;
+// everything else goes to the kernel untouched.
 namespace camrig::device {
 
 /// $CAMRIG_DEVICE_SOCKET, else $XDG_RUNTIME_DIR/camrig-devices.sock, else /tmp/camrig-devices-UID.sock.
@@ -16,17 +17,17 @@ void read_environment();
 inline constexpr int video_major = 81;
 
 enum class PlaceKind : uint8_t {
-    foreign,   ///< not ours
-    node,      ///< /dev/videoN
-    file,      ///< a file or folder that exists only in our tree: use `path` instead
-    merged,    ///< a folder that exists both in the system and in our tree (`path`)
+    foreign,  ///< not ours
+    node,     ///< /dev/videoN
+    file,     ///< a file or folder that exists only in our tree: use `path` instead
+    merged,   ///< a folder that exists both in the system and in our tree (`path`)
 };
 
 struct Place {
     PlaceKind kind = PlaceKind::foreign;
     uint32_t number = 0;
-    bool link = false;       ///< the name given was a symbolic link to the node
-    char path[PATH_MAX];     ///< in our tree
+    bool link = false;    ///< the name given was a symbolic link to the node
+    char path[PATH_MAX];  ///< in our tree
 };
 
 /// Could this name be ours? Cheap; decides without a system call for nearly every name.

@@ -22,7 +22,9 @@ __attribute__((no_sanitize("thread"))) void copy_out(uint8_t* to, const uint8_t*
     for (size_t i = 0; i < bytes; ++i) to[i] = source[i];
 }
 #else
-void copy_out(uint8_t* to, const uint8_t* from, size_t bytes) { memcpy(to, from, bytes); }
+void copy_out(uint8_t* to, const uint8_t* from, size_t bytes) {
+    memcpy(to, from, bytes);
+}
 #endif
 
 }  // namespace
@@ -78,9 +80,10 @@ bool take_picture(Device& device, Buffer& buffer) {
         const uint32_t sequence = slot.sequence;
         const uint64_t stamp = slot.monotonic_ns;
         if (bytes > device.ring_slot_bytes || bytes > buffer.length) break;
-        copy_out(buffer.memory,
-                 reinterpret_cast<const uint8_t*>(device.ring) + device.ring_data + uint64_t{index} * device.ring_stride,
-                 bytes);
+        copy_out(
+            buffer.memory,
+            reinterpret_cast<const uint8_t*>(device.ring) + device.ring_data + uint64_t{index} * device.ring_stride,
+            bytes);
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
         if (__atomic_load_n(&slot.version, __ATOMIC_RELAXED) != version) continue;
         buffer.bytes_used = bytes;

@@ -5,8 +5,8 @@
 #include <stdint.h>
 #include <sys/syscall.h>
 
-// System calls without libc in between: the library defines open(), ioctl(), syscall() ... itself, so its own calls must
-// not come back to it, must not be cancellation points and must not touch errno unless they mean to.
+// System calls without libc in between: the library defines open(), ioctl(), syscall() ... itself, so its own calls
+// must not come back to it, must not be cancellation points and must not touch errno unless they mean to.
 namespace camrig::device {
 
 #if defined(__x86_64__)
@@ -37,10 +37,14 @@ inline long raw_syscall(long number, long a = 0, long b = 0, long c = 0, long d 
 #error "camrig's device library knows x86-64 and AArch64"
 #endif
 
-inline long arg(const void* pointer) { return reinterpret_cast<long>(pointer); }
+inline long arg(const void* pointer) {
+    return reinterpret_cast<long>(pointer);
+}
 
 /// Negative results of raw_syscall are -errno.
-inline bool failed(long result) { return result < 0 && result >= -4095; }
+inline bool failed(long result) {
+    return result < 0 && result >= -4095;
+}
 
 /// The libc convention: -1 and errno.
 inline long to_errno(long result) {
@@ -49,16 +53,20 @@ inline long to_errno(long result) {
     return -1;
 }
 
-inline int sys_close(int fd) { return static_cast<int>(raw_syscall(SYS_close, fd)); }
+inline int sys_close(int fd) {
+    return static_cast<int>(raw_syscall(SYS_close, fd));
+}
 inline int sys_fcntl(int fd, int command, long value = 0) {
     return static_cast<int>(raw_syscall(SYS_fcntl, fd, command, value));
 }
-inline int sys_getpid() { return static_cast<int>(raw_syscall(SYS_getpid)); }
+inline int sys_getpid() {
+    return static_cast<int>(raw_syscall(SYS_getpid));
+}
 
 /// Maps memory; null when that fails.
 inline void* sys_map(size_t bytes, int protection, int flags, int fd, uint64_t offset = 0) {
-    const long result = raw_syscall(SYS_mmap, 0, static_cast<long>(bytes), protection, flags, fd,
-                                    static_cast<long>(offset));
+    const long result =
+        raw_syscall(SYS_mmap, 0, static_cast<long>(bytes), protection, flags, fd, static_cast<long>(offset));
     return failed(result) ? nullptr : reinterpret_cast<void*>(result);
 }
 inline void sys_unmap(void* memory, size_t bytes) {

@@ -123,7 +123,9 @@ void unbind_fd(int fd) {
     if (entry != 0) release(reinterpret_cast<Device*>(entry));
 }
 
-bool is_hidden(int fd) { return is_ours(fd) && (fd_table[fd].load(std::memory_order_relaxed) & hidden_bit) != 0; }
+bool is_hidden(int fd) {
+    return is_ours(fd) && (fd_table[fd].load(std::memory_order_relaxed) & hidden_bit) != 0;
+}
 
 int hide_fd(int fd, Device* device) {
     if (fd < 0) return fd;
@@ -132,8 +134,7 @@ int hide_fd(int fd, Device* device) {
         sys_close(fd);
         fd = high;
     }
-    if (fd < max_fds)
-        fd_table[fd].store(reinterpret_cast<uintptr_t>(device) | hidden_bit, std::memory_order_release);
+    if (fd < max_fds) fd_table[fd].store(reinterpret_cast<uintptr_t>(device) | hidden_bit, std::memory_order_release);
     return fd;
 }
 

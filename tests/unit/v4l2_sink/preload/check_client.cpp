@@ -1,5 +1,5 @@
-// A V4L2 program that knows nothing of camrig and trusts nothing: it checks what ROS usb_cam and v4l2_camera, OpenCV and
-// libwebrtc rely on, and that every picture is whole and in order.
+// A V4L2 program that knows nothing of camrig and trusts nothing: it checks what ROS usb_cam and v4l2_camera, OpenCV
+// and libwebrtc rely on, and that every picture is whole and in order.
 //
 //   check_client DEVICE FRAMES FOURCC WIDTHxHEIGHT [hold] [slow] [unplug]
 //     hold    looks at each picture again after a while: it must not change while the program has the buffer
@@ -77,10 +77,14 @@ void check_modes(int fd, unsigned fourcc, unsigned width, unsigned height) {
 
 camrig::PixelFormat layout_of(unsigned fourcc) {
     switch (fourcc) {
-        case V4L2_PIX_FMT_YUYV: return camrig::PixelFormat::yuyv;
-        case V4L2_PIX_FMT_BGR24: return camrig::PixelFormat::bgr24;
-        case V4L2_PIX_FMT_NV12: return camrig::PixelFormat::nv12;
-        default: return camrig::PixelFormat::i420;
+        case V4L2_PIX_FMT_YUYV:
+            return camrig::PixelFormat::yuyv;
+        case V4L2_PIX_FMT_BGR24:
+            return camrig::PixelFormat::bgr24;
+        case V4L2_PIX_FMT_NV12:
+            return camrig::PixelFormat::nv12;
+        default:
+            return camrig::PixelFormat::i420;
     }
 }
 
@@ -88,7 +92,8 @@ camrig::PixelFormat layout_of(unsigned fourcc) {
 bool uniform(const std::uint8_t* bytes, unsigned fourcc, unsigned width, unsigned height) {
     const unsigned step = fourcc == V4L2_PIX_FMT_YUYV ? 2 : 1;
     const unsigned per_pixel = fourcc == V4L2_PIX_FMT_YUYV ? 2 : fourcc == V4L2_PIX_FMT_BGR24 ? 3 : 1;
-    const unsigned strip = 4 * static_cast<unsigned>(camrig::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}));
+    const unsigned strip =
+        4 * static_cast<unsigned>(camrig::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}));
     const std::size_t begin = std::size_t{strip} * width * per_pixel, end = std::size_t{height} * width * per_pixel;
     for (std::size_t i = begin; i < end; i += step)
         if (bytes[i] != bytes[begin]) return false;
@@ -119,8 +124,8 @@ int main(int argc, char** argv) {
     if (fstat(fd, &info) != 0 || !S_ISCHR(info.st_mode)) die("the descriptor is no device");
     v4l2_capability capability{};
     if (xioctl(fd, VIDIOC_QUERYCAP, &capability) != 0) die("QUERYCAP");
-    if ((capability.device_caps & V4L2_CAP_VIDEO_CAPTURE) == 0 || (capability.device_caps & V4L2_CAP_VIDEO_OUTPUT) != 0 ||
-        (capability.device_caps & V4L2_CAP_STREAMING) == 0)
+    if ((capability.device_caps & V4L2_CAP_VIDEO_CAPTURE) == 0 ||
+        (capability.device_caps & V4L2_CAP_VIDEO_OUTPUT) != 0 || (capability.device_caps & V4L2_CAP_STREAMING) == 0)
         die("capabilities %x", capability.device_caps);
     v4l2_cropcap cropcap{};
     cropcap.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -192,7 +197,8 @@ int main(int argc, char** argv) {
         }
         if (buffer.index >= buffer_count) die("index %u", buffer.index);
         if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) die("picture %ld with the error flag", n);
-        if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) die("clock of the stamp");
+        if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC)
+            die("clock of the stamp");
         const std::int64_t stamp = std::int64_t{buffer.timestamp.tv_sec} * 1'000'000 + buffer.timestamp.tv_usec;
         const std::int64_t age = now_us() - stamp;
         if (stamp <= last_stamp) die("stamp not rising after %ld", n);
@@ -200,7 +206,8 @@ int main(int argc, char** argv) {
         if (age > worst_age) worst_age = age;
         last_stamp = stamp;
         if (last_sequence >= 0) {
-            if (static_cast<long>(buffer.sequence) <= last_sequence) die("sequence %u after %ld", buffer.sequence, last_sequence);
+            if (static_cast<long>(buffer.sequence) <= last_sequence)
+                die("sequence %u after %ld", buffer.sequence, last_sequence);
             lost += static_cast<long>(buffer.sequence) - last_sequence - 1;
         }
         last_sequence = buffer.sequence;
@@ -211,11 +218,13 @@ int main(int argc, char** argv) {
                 die("picture %ld is no JPEG", n);
         } else {
             if (buffer.bytesused != format.fmt.pix.sizeimage) die("bytesused %u", buffer.bytesused);
-            const auto strip = camrig::read_code_strip(std::as_bytes(std::span(bytes, buffer.bytesused)),
-                                                       {static_cast<int>(width), static_cast<int>(height)}, layout_of(fourcc));
+            const auto strip =
+                camrig::read_code_strip(std::as_bytes(std::span(bytes, buffer.bytesused)),
+                                        {static_cast<int>(width), static_cast<int>(height)}, layout_of(fourcc));
             if (!uniform(bytes, fourcc, width, height)) die("picture %ld is torn", n);
             if (strip) {
-                if (strip->sequence <= last_strip) die("strip %u after %ld", strip->sequence, static_cast<long>(last_strip));
+                if (strip->sequence <= last_strip)
+                    die("strip %u after %ld", strip->sequence, static_cast<long>(last_strip));
                 last_strip = strip->sequence;
             } else if (camrig::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}) > 0) {
                 die("picture %ld has no readable strip", n);

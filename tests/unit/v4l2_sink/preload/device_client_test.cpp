@@ -1,11 +1,10 @@
 // The library's calls against a real server, in one process: what a program sees from open() to close().
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <thread>
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/mman.h>
 
@@ -185,9 +184,9 @@ TEST_F(DeviceClientTest, EachPictureIsWholeAndTheRightOne) {
 }
 
 TEST_F(DeviceClientTest, SmallerSizesAndOtherFormatsAreMadeForTheirReader) {
-    for (const auto& [fourcc, bytes] : {std::pair{V4L2_PIX_FMT_YUV420, 160u * 120 * 3 / 2},
-                                        std::pair{V4L2_PIX_FMT_NV12, 160u * 120 * 3 / 2},
-                                        std::pair{V4L2_PIX_FMT_BGR24, 160u * 120 * 3}}) {
+    for (const auto& [fourcc, bytes] :
+         {std::pair{V4L2_PIX_FMT_YUV420, 160u * 120 * 3 / 2}, std::pair{V4L2_PIX_FMT_NV12, 160u * 120 * 3 / 2},
+          std::pair{V4L2_PIX_FMT_BGR24, 160u * 120 * 3}}) {
         Opened program;
         ASSERT_EQ(program.set_format(fourcc, 160, 120), 0);
         ASSERT_EQ(program.start(), 0);
@@ -401,7 +400,8 @@ TEST_F(DeviceClientTest, ManyMayReadAtOnce) {
 
 TEST_F(DeviceClientTest, OpeningAndClosingLeaksNoDescriptors) {
     const auto count = [] {
-        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+        return std::distance(std::filesystem::directory_iterator("/proc/self/fd"),
+                             std::filesystem::directory_iterator());
     };
     const auto cycle = [&] {
         Opened program;

@@ -1,12 +1,11 @@
 // The rig's side alone: rings, the tree, hostile peers.
 
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <fstream>
 #include <random>
 #include <thread>
 
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>

@@ -4,10 +4,10 @@
 //
 // Prints "ready" and then, at the end, one line per reader.
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <chrono>
 #include <cstring>
 #include <semaphore>
 #include <thread>
@@ -44,7 +44,8 @@ int main(int argc, char** argv) {
         int number = 0, width = 0, height = 0;
         char name[32] = "";
         char rate[32] = "", rest[64] = "";
-        if (std::sscanf(argv[i], "%d:%31[^:]:%dx%d:%31[^:]%63s", &number, name, &width, &height, rate, rest) < 5) return 2;
+        if (std::sscanf(argv[i], "%d:%31[^:]:%dx%d:%31[^:]%63s", &number, name, &width, &height, rate, rest) < 5)
+            return 2;
         CameraStream camera{static_cast<CameraId>(i), name, {width, height}, *Rate::parse(rate)};
         bus.add_camera(camera);
         const bool exclusive = std::strstr(rest, "exclusive") != nullptr;

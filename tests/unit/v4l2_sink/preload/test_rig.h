@@ -49,7 +49,15 @@ public:
             {V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance, Automatic", 0, 1, 1, 1, 0, {}},
             {V4L2_CID_GAIN, integer, "Gain", 0, 100, 1, 0, 0, {}},
             {V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 6500, 10, 4600, 0, {}},
-            {V4L2_CID_EXPOSURE_AUTO, menu, "Auto Exposure", 1, 3, 1, 3, 0, {"Manual Mode", "", "Aperture Priority Mode"}},
+            {V4L2_CID_EXPOSURE_AUTO,
+             menu,
+             "Auto Exposure",
+             1,
+             3,
+             1,
+             3,
+             0,
+             {"Manual Mode", "", "Aperture Priority Mode"}},
             {V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure Time, Absolute", 1, 5000, 1, 157, 0, {}},
             {V4L2_CID_PAN_ABSOLUTE, integer, "Pan, Absolute", -648000, 648000, 3600, 0, 0, {}},
             {V4L2_CID_TILT_ABSOLUTE, integer, "Tilt, Absolute", -324000, 324000, 3600, 0, 0, {}},
@@ -62,7 +70,8 @@ private:
     std::map<std::uint32_t, std::int32_t> values_;
 };
 
-/// Makes pictures whose every pixel tells their number: a grey level that follows from the sequence, and the code strip.
+/// Makes pictures whose every pixel tells their number: a grey level that follows from the sequence, and the code
+/// strip.
 class PictureMaker {
 public:
     explicit PictureMaker(CameraStream camera)
@@ -135,7 +144,8 @@ public:
         const std::int64_t n = next++;
         set.world_ns = maker.camera().rate.time_of_frame(n);
         set.monotonic_ns = monotonic_now_ns();
-        if (bus.wants(maker.camera().id, set.world_ns)) set.frames.push_back(maker.make(n, set.world_ns, set.monotonic_ns));
+        if (bus.wants(maker.camera().id, set.world_ns))
+            set.frames.push_back(maker.make(n, set.world_ns, set.monotonic_ns));
         bus.publish(set, latch);
     }
 
