@@ -134,8 +134,10 @@ std::string seconds_text(const json& nanoseconds) {
 std::string plain_text(const json& value) {
     if (value.is_string()) return value.get<std::string>();
     if (!value.is_number_float()) return value.dump();
+    const double number = value.get<double>();
     char text[64];
-    std::snprintf(text, sizeof text, "%.6g", value.get<double>());
+    // An angle of 4e-16 is rounding, not a fact that people want to read.
+    std::snprintf(text, sizeof text, "%.6g", std::abs(number) < 1e-12 ? 0.0 : number);
     return text;
 }
 
