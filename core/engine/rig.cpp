@@ -27,6 +27,12 @@ Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& op
     std::unique_ptr<Rig> rig(new Rig(options, std::move(renderer), bus, std::move(wake)));
     rig->thread_.check();
     if (auto loaded = rig->load(std::move(scene)); !loaded) return std::unexpected(loaded.error());
+    // The first picture pays for shaders and textures; drawn before the clock runs, it costs no frames.
+    for (auto& [id, entry] : rig->cameras_.all()) {
+        const FrameSet first =
+            rig->draw(entry.latest.snapshot, entry.latest.monotonic_ns, {rig->view_of(entry, entry.latest)});
+        if (!first.frames.empty()) entry.latest.color = first.frames.front();
+    }
     if (options.mode == RunMode::realtime) rig->clock_.run(0, monotonic_now_ns());
     return rig;
 }

@@ -3,7 +3,7 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
-#include <semaphore>
+#include <mutex>
 #include <thread>
 
 #include <spdlog/spdlog.h>
@@ -61,6 +61,26 @@ private:
     sigset_t signals_{};
 };
 
+/// What server.info tells; filled while clients may be asking already.
+class Facts {
+public:
+    void add(std::string key, nlohmann::json value) {
+        std::lock_guard lock(mutex_);
+        facts_[std::move(key)] = std::move(value);
+    }
+    nlohmann::json get() const {
+        std::lock_guard lock(mutex_);
+        nlohmann::json facts = facts_;
+        facts["uptime_s"] = static_cast<double>(monotonic_now_ns() - started_ns_) / 1e9;
+        return facts;
+    }
+
+private:
+    const TimeNs started_ns_ = monotonic_now_ns();
+    mutable std::mutex mutex_;
+    nlohmann::json facts_ = nlohmann::json::object();
+};
+
 void tell_ready(int fd, const nlohmann::json& facts) {
     if (fd < 0) return;
     const std::string line = facts.dump() + "\n";
@@ -87,15 +107,14 @@ int run_serve(const ServeOptions& options) {
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 
-    nlohmann::json facts;
-    const TimeNs started_ns = monotonic_now_ns();
-    RpcServer rpc({**engine, **engine,
-                   [&] {
-                       nlohmann::json info = facts;
-                       info["uptime_s"] = static_cast<double>(monotonic_now_ns() - started_ns) / 1e9;
-                       return info;
-                   },
-                   [] { StopSignal::raise(); }, *token});
+    Facts facts;
+    facts.add("version", version);
+    facts.add("pid", ::getpid());
+    facts.add("renderer", (*engine)->renderer_description());
+    facts.add("control", options.control);
+    facts.add("host", options.host);
+    facts.add("rtsp", 0);
+    RpcServer rpc({**engine, **engine, [&facts] { return facts.get(); }, [] { StopSignal::raise(); }, *token});
 
     HttpOptions http_options;
     http_options.host = options.host;
@@ -111,17 +130,9 @@ int run_serve(const ServeOptions& options) {
                                           reply(report ? std::move(*report) : RigReport{});
                                       }});
     };
-    // The HTTP port tells the facts before anybody can ask for them: servers are made last.
     auto http = HttpServer::create(std::move(http_options));
     if (!http) return fail(http.error());
-
-    facts = {{"version", version},
-             {"pid", ::getpid()},
-             {"renderer", (*engine)->renderer_description()},
-             {"control", options.control},
-             {"host", options.host},
-             {"http", (*http)->port()},
-             {"rtsp", 0}};
+    facts.add("http", (*http)->port());
 
     ControlServerOptions control_options;
     control_options.unix_path = options.control;
@@ -131,7 +142,7 @@ int run_serve(const ServeOptions& options) {
     control_options.rpc = &rpc;
     auto control = ControlServer::create(std::move(control_options));
     if (!control) return fail(control.error());
-    facts["tcp"] = (*control)->tcp_port();
+    facts.add("tcp", (*control)->tcp_port());
 
     std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());
     std::printf("  control  %s\n", options.control.c_str());
@@ -142,7 +153,7 @@ int run_serve(const ServeOptions& options) {
                     camera.name.c_str());
     }
     std::fflush(stdout);
-    tell_ready(options.ready_fd, facts);
+    tell_ready(options.ready_fd, facts.get());
 
     stop.wait();
     (*control)->stop();
