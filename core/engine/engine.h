@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 #include <variant>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/engine/command.h"
@@ -20,6 +21,8 @@ struct EngineOptions {
     OverloadPolicy overload = OverloadPolicy::drop;
     Quality quality = Quality::simple;
     std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
+    /// Kinds of OutputSpec that somebody serves; others are refused.
+    std::vector<std::string> output_kinds = {"mjpeg"};
     RendererOptions renderer;
 };
 

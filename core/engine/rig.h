@@ -84,6 +84,8 @@ private:
     void start_step(Request<StepWorld>& request);
     Result<void> load(SceneRef scene);
     Result<CameraEntry*> add_camera(CameraSpec spec);
+    /// Every output is of a kind somebody serves, and no number is taken twice.
+    Result<void> check_outputs(const CameraSpec& spec);
     /// The camera's newest picture shows the world of now with its present spec, as the next in its sequence.
     void renew_latest(CameraEntry& entry);
     CameraState state_of(const CameraEntry& entry) const;

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t max_queued_steps = 64;
 
 CameraStream stream_of(const CameraEntry& entry) {
-    return {entry.id, *entry.name, entry.spec->size, entry.spec->rate};
+    return {entry.id, *entry.name, entry.spec->size, entry.spec->rate, entry.spec->outputs};
 }
 
 }  // namespace
@@ -54,6 +54,7 @@ Result<CameraState> Rig::run(CreateCamera& command) {
 }
 
 Result<CameraEntry*> Rig::add_camera(CameraSpec spec) {
+    if (auto good = check_outputs(spec); !good) return std::unexpected(good.error());
     auto entry = cameras_.add(std::move(spec));
     if (!entry) return entry;
     // Its first picture shows the moment it was made, with the number just before that of its next grid point: at world
@@ -64,6 +65,27 @@ Result<CameraEntry*> Rig::add_camera(CameraSpec spec) {
     renew_latest(**entry);
     bus_.add_camera(stream_of(**entry));
     return entry;
+}
+
+Result<void> Rig::check_outputs(const CameraSpec& spec) {
+    for (const OutputSpec& output : spec.outputs) {
+        if (std::ranges::find(options_.output_kinds, output.kind) == options_.output_kinds.end()) {
+            std::string kinds;
+            for (const auto& kind : options_.output_kinds) kinds += (kinds.empty() ? "" : ", ") + kind;
+            return error(ErrorKind::unsupported, "outputs: this rig has no '" + output.kind + "'; it has: " + kinds);
+        }
+        if (!output.number) continue;
+        for (const auto& [id, entry] : cameras_.all()) {
+            if (*entry.name == spec.name) continue;
+            for (const OutputSpec& taken : entry.spec->outputs) {
+                if (taken.kind != output.kind || taken.number != output.number) continue;
+                return error(ErrorKind::already_exists, "outputs: " + output.kind + " number " +
+                                                            std::to_string(*output.number) + " belongs to camera " +
+                                                            *entry.name + "; choose another");
+            }
+        }
+    }
+    return {};
 }
 
 void Rig::renew_latest(CameraEntry& entry) {
@@ -82,6 +104,7 @@ Result<CameraState> Rig::run(SetCamera& command) {
     const std::shared_ptr<const CameraSpec> old = (*found)->spec;
     auto spec = patch_camera_spec(*old, command.patch);
     if (!spec) return std::unexpected(spec.error());
+    if (auto good = check_outputs(*spec); !good) return std::unexpected(good.error());
     auto replaced = cameras_.replace(command.name, std::move(*spec));
     if (!replaced) return std::unexpected(replaced.error());
     CameraEntry& entry = **replaced;
@@ -95,7 +118,8 @@ Result<CameraState> Rig::run(SetCamera& command) {
         renew_latest(entry);
         applied_ns = entry.latest.world_ns;
     }
-    if (entry.spec->size != old->size || entry.spec->rate != old->rate) bus_.change_camera(stream_of(entry));
+    if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
+        bus_.change_camera(stream_of(entry));
     if (!clock_.running() && options_.mode == RunMode::realtime && bus_.reader_count(entry.id) > 0) {
         FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, {view_of(entry, entry.latest)});
         if (!set.frames.empty()) entry.latest.color = set.frames.front();

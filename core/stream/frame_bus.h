@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/output_spec.h"
 #include "core/base/result.h"
 #include "core/stream/sink.h"
 #include "core/stream/statistics.h"
@@ -19,6 +20,7 @@ struct CameraStream {
     std::string name;
     ImageSize size;
     Rate rate;
+    std::vector<OutputSpec> outputs = {};  ///< what its user wishes; each family of sinks looks for its own
 };
 
 struct SubscribeOptions {

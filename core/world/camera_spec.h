@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/image_size.h"
+#include "core/base/output_spec.h"
 #include "core/base/rate.h"
 #include "core/base/result.h"
 #include "core/camera/intrinsics.h"
@@ -29,17 +30,6 @@ struct HorizontalFov {
     friend bool operator==(const HorizontalFov&, const HorizontalFov&) = default;
 };
 using Optics = std::variant<VerticalFov, HorizontalFov, Intrinsics>;
-
-/// One wished output of a camera. `kind` names a sink family ("v4l2", "device", "rtsp", "mjpeg"); which of the other
-/// fields matter is the family's affair.
-struct OutputSpec {
-    std::string kind;
-    std::optional<int> number;   ///< v4l2, device: N of /dev/videoN
-    std::string format;          ///< v4l2: YUYV, YU12, MJPG, BGR3
-    std::string codec;           ///< rtsp: h264, mjpeg
-    std::optional<int> quality;  ///< mjpeg: 1..100
-    friend bool operator==(const OutputSpec&, const OutputSpec&) = default;
-};
 
 /// Everything a user can say about a camera. Valid by construction: made by create_camera_spec / patch_camera_spec
 /// only.

@@ -14,6 +14,8 @@ struct CliHooks {
     std::function<int(const ServeOptions&)> serve;
     std::ostream& out;
     std::ostream& err;
+    /// `camrig exec`: becomes the command, with the devices of the rig whose control socket this is.
+    std::function<int(const std::vector<std::string>& command, const std::string& control)> exec = {};
 };
 
 /// Runs one command; `arguments` without the program's name. Returns the exit code: 0, 1 (one line on err says why) or

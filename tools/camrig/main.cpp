@@ -1,7 +1,12 @@
 #include <iostream>
 
 #include "tools/camrig/cli.h"
+#include "tools/camrig/device_outputs.h"
+#include "v4l2_sink/preload/exec.h"
 
 int main(int argc, char** argv) {
-    return camrig::run_cli({argv + 1, argv + argc}, {camrig::run_serve, std::cout, std::cerr});
+    const auto exec = [](const std::vector<std::string>& command, const std::string& control) {
+        return camrig::exec_with_devices(command, {.library = {}, .socket = camrig::device_socket_of(control)});
+    };
+    return camrig::run_cli({argv + 1, argv + argc}, {camrig::run_serve, std::cout, std::cerr, exec});
 }

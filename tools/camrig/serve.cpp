@@ -14,6 +14,7 @@
 #include "core/base/clock.h"
 #include "core/stream/local_frame_bus.h"
 #include "rtsp_out/http/http_server.h"
+#include "tools/camrig/device_outputs.h"
 #include "tools/camrig/version.h"
 
 // The composition root: makes every part, plugs them together, and takes them down in the opposite order.
@@ -104,8 +105,12 @@ int run_serve(const ServeOptions& options) {
     LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
+    engine_options.output_kinds = {"mjpeg", "device"};
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
+
+    auto devices = DeviceOutputs::create(bus, device_socket_of(options.control));
+    if (!devices) return fail(devices.error());
 
     Facts facts;
     facts.add("version", version);
@@ -113,6 +118,7 @@ int run_serve(const ServeOptions& options) {
     facts.add("renderer", (*engine)->renderer_description());
     facts.add("control", options.control);
     facts.add("host", options.host);
+    facts.add("devices", device_socket_of(options.control));
     facts.add("rtsp", 0);
     RpcServer rpc({**engine, **engine, [&facts] { return facts.get(); }, [] { StopSignal::raise(); }, *token});
 
@@ -159,6 +165,7 @@ int run_serve(const ServeOptions& options) {
     (*control)->stop();
     (*http)->stop();
     rpc.stop();
+    devices->reset();
     engine->reset();
     return 0;
 }

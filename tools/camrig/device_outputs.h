@@ -1,0 +1,39 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/stream/frame_bus.h"
+#include "v4l2_sink/preload/device_server.h"
+
+namespace camrig {
+
+/// The socket of a rig's user-space devices, beside its control socket: `camrig exec` finds it by the same rule.
+inline std::string device_socket_of(const std::string& control) {
+    return control + ".devices";
+}
+
+/// Plugs cameras with an output {kind: "device", number: N} in as /dev/videoN and out again, as they come, change and
+/// go.
+class DeviceOutputs final : public CameraObserver {
+public:
+    static Result<std::unique_ptr<DeviceOutputs>> create(FrameBus& bus, const std::string& socket_path);
+    ~DeviceOutputs() override;
+
+    void camera_added(const CameraStream& camera) override;
+    void camera_changed(const CameraStream& camera) override;
+    void camera_removed(const CameraStream& camera) override;
+
+private:
+    DeviceOutputs(FrameBus& bus, std::unique_ptr<DeviceServer> server);
+    void plug(const CameraStream& camera, bool is_there);
+
+    FrameBus& bus_;
+    const std::unique_ptr<DeviceServer> server_;
+    std::map<int, std::string> plugged_;  ///< number -> camera; the bus calls observers one at a time
+};
+
+}  // namespace camrig
