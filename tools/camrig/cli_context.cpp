@@ -46,7 +46,8 @@ Result<RpcClient> CliContext::connect() const {
     return RpcClient::connect(options);
 }
 
-Result<json> CliContext::call(std::string_view method, const nlohmann::json& params, std::chrono::milliseconds timeout) const {
+Result<json> CliContext::call(std::string_view method, const nlohmann::json& params,
+                              std::chrono::milliseconds timeout) const {
     auto client = connect();
     if (!client) return std::unexpected(client.error());
     return client->call(method, params, timeout);

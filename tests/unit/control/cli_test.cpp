@@ -218,18 +218,18 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
 
 TEST(CliServe, OptionsAreThoseOfTheContract) {
     const Outcome done = run({"serve",        "scenes/hall.json",
-                          "--control",    "/tmp/c.sock",
-                          "--host",       "::1",
-                          "--http",       "0",
-                          "--rtsp",       "9",
-                          "--tcp",        "10",
-                          "--token-file", "/t",
-                          "--mode",       "lockstep",
-                          "--overload",   "slow",
-                          "--seed",       "18446744073709551615",
-                          "--quality",    "beautiful",
-                          "--device",     "cpu",
-                          "--ready-fd",   "5"});
+                              "--control",    "/tmp/c.sock",
+                              "--host",       "::1",
+                              "--http",       "0",
+                              "--rtsp",       "9",
+                              "--tcp",        "10",
+                              "--token-file", "/t",
+                              "--mode",       "lockstep",
+                              "--overload",   "slow",
+                              "--seed",       "18446744073709551615",
+                              "--quality",    "beautiful",
+                              "--device",     "cpu",
+                              "--ready-fd",   "5"});
     ASSERT_EQ(done.code, 0) << done.err;
     const ServeOptions& options = done.serve;
     EXPECT_EQ(options.scene, "scenes/hall.json");
