@@ -178,9 +178,10 @@ asio::awaitable<void> Connection::read_off() {
     socket_.shutdown(Socket::shutdown_send, ignored);
     close_after(shared_.limits.linger);
     std::array<char, read_bytes> chunk;
-    while (!is_closed_) {
+    for (std::size_t total = 0; !is_closed_ && total < shared_.limits.linger_bytes;) {
         const auto [failed, size] = co_await socket_.async_read_some(asio::buffer(chunk), no_result);
         if (failed) break;
+        total += size;
     }
 }
 

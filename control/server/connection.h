@@ -58,7 +58,8 @@ private:
     boost::asio::awaitable<bool> write(std::string_view text);
     /// Waits until another request may be started; false when the connection is over.
     boost::asio::awaitable<bool> room();
-    /// Reads and forgets until the peer ends or `linger` is over: closing with unread bytes could destroy the answer.
+    /// Reads and forgets until the peer ends, or `linger` or `linger_bytes` are over: closing with unread bytes could
+    /// destroy the answer.
     boost::asio::awaitable<void> read_off();
     /// True: go on. False: this was the last line that is taken.
     bool take(std::string_view line);
