@@ -170,9 +170,9 @@ Result<Route> read_route(const json& value, const std::string& path) {
     }
     reader.optional("closed", route.closed);
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    if (auto path_of_route = RoutePath::create(route); !path_of_route) {
-        const Error& why = path_of_route.error();  // begins with the key: points...
-        return error(why.kind, path + "." + why.message);
+    if (auto walked = RoutePath::create(route); !walked) {
+        walked.error().message.insert(0, path + ".");
+        return std::unexpected(walked.error());
     }
     return route;
 }

@@ -55,7 +55,7 @@ bool png_header(png_structp png, png_infop info, PngRead& read) {
 bool png_pixels(png_structp png, png_infop info, PngRead& read, std::uint8_t* out, std::size_t stride) {
     if (setjmp(read.jump)) return false;
     png_set_expand(png);
-    png_set_strip_16(png);
+    png_set_scale_16(png);
     png_set_gray_to_rgb(png);
     png_set_add_alpha(png, 0xFF, PNG_FILLER_AFTER);
     const int passes = png_set_interlace_handling(png);

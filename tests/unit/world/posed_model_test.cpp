@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
@@ -145,52 +146,62 @@ TEST(PoseModel, TwoClipsBlendByWeight) {
     EXPECT_NEAR(pose.model_from_node[0][3].x, 2.0, 1e-15);
 }
 
-TEST(DeformVertices, NormalsOfAStretchedSphereAreThoseOfTheEllipsoid) {
-    // Unit sphere points as a skinned mesh, one joint scaled (2, 0.5, 3): normal ~ p / s^2 of the ellipsoid.
-    std::vector<float> points;
-    for (std::uint64_t i = 0; i < 300; ++i) {
-        const auto p = glm::normalize(glm::dvec3(random_signed(i, 1), random_signed(i, 2), random_signed(i, 3)));
-        for (glm::length_t c = 0; c < 3; ++c) points.push_back(static_cast<float>(p[c]));
-    }
+/// A triangle with two morph targets; the file's weights are 0.5 and 0, the node's as given.
+GlbBuilder morphing(const std::string& interpolation, const std::vector<float>& times,
+                    const std::vector<float>& values) {
     GlbBuilder glb;
-    const int normals = glb.floats(points, "VEC3");
-    const int joints = glb.bytes(std::vector<std::uint8_t>(1200, 0), "VEC4");
-    std::vector<float> weights;
-    for (int i = 0; i < 300; ++i) weights.insert(weights.end(), {1, 0, 0, 0});
-    const int weight = glb.floats(weights, "VEC4");
-    glb.mesh(points, {{"attributes", {{"NORMAL", normals}, {"JOINTS_0", joints}, {"WEIGHTS_0", weight}}}});
-    for (const glm::dvec3 scale : {glm::dvec3(2, 0.5, 3), glm::dvec3(-2, 0.5, 3)}) {
-        glb.json["nodes"] = {{{"mesh", 0}, {"skin", 0}}, {{"scale", {scale.x, scale.y, scale.z}}}};
-        glb.json["scenes"] = {{{"nodes", {0, 1}}}};
-        glb.json["skins"] = {{{"joints", {1}}}};
-        const auto model = must_load(glb);
-        PosedModel pose;
-        pose_model(*model, {}, pose);
-        const Primitive& primitive = model->meshes[0].primitives[0];
-        std::vector<glm::vec3> p(primitive.positions.size()), n(p.size());
-        deform_vertices(*model, pose, 0, primitive, p, n);
-        for (std::size_t i = 0; i < p.size(); ++i) {
-            const glm::dvec3 rest(primitive.positions[i]);
-            const glm::dvec3 gltf = glm::normalize(rest / scale);  // gradient of the ellipsoid
-            const glm::dvec3 expected(gltf.x, -gltf.z, gltf.y);
-            const double cosine = glm::dot(glm::dvec3(n[i]), expected);
-            ASSERT_GT(cosine, 1.0 - 1e-6) << i;
-        }
-    }
+    const int up = glb.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3"),
+              aside = glb.floats({1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3");
+    const int input = glb.floats(times, "SCALAR"), output = glb.floats(values, "SCALAR");
+    glb.mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{"targets", {{{"POSITION", up}}, {{"POSITION", aside}}}}});
+    glb.json["meshes"][0]["weights"] = {0.5, 0};
+    glb.json["animations"] = {{{"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}},
+                               {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}}}};
+    return glb;
 }
 
-TEST(DeformVertices, MorphTargetsAddTheirShare) {
-    GlbBuilder glb;
-    const int delta = glb.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
-    glb.mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{"targets", {{{"POSITION", delta}}}}});
-    glb.json["nodes"][0]["weights"] = {0.25};
-    const auto model = must_load(glb);
-    EXPECT_TRUE(is_deformed(*model, 0));
+std::vector<float> weights_at(const Model& model, TimeNs phase_ns) {
     PosedModel pose;
-    pose_model(*model, {}, pose);
-    std::vector<glm::vec3> p(3), n(3);
-    deform_vertices(*model, pose, 0, model->meshes[0].primitives[0], p, n);
-    EXPECT_EQ(p[1], glm::vec3(1, -0.25f, 0));
+    const ClipState clip{.animation = 0, .phase_ns = phase_ns};
+    pose_model(model, std::span(&clip, 1), pose);
+    return pose.morph_weights[0];
+}
+
+TEST(PoseModel, WeightsChannelsMoveAllTargetsOfANode) {
+    using Weights = std::vector<float>;
+    const auto linear = must_load(morphing("LINEAR", {0, 1}, {0, 1, 1, -1}));
+    EXPECT_EQ(weights_at(*linear, 0), (Weights{0, 1}));
+    EXPECT_EQ(weights_at(*linear, 250'000'000), (Weights{0.25f, 0.5f}));
+    EXPECT_EQ(weights_at(*linear, ns_per_s), (Weights{1, -1}));
+    const auto step = must_load(morphing("STEP", {0, 1}, {0, 1, 1, -1}));
+    EXPECT_EQ(weights_at(*step, 999'999'999), (Weights{0, 1}));
+    // Per key: in-tangents of both, values of both, out-tangents of both. t^2 and 1 - t^2 over [0, 1].
+    const auto cubic = must_load(morphing("CUBICSPLINE", {0, 1}, {0, 0, 0, 1, 0, 0, 2, -2, 1, 0, 0, 0}));
+    const auto half = weights_at(*cubic, 500'000'000);
+    EXPECT_NEAR(half[0], 0.25f, 1e-6f);
+    EXPECT_NEAR(half[1], 0.75f, 1e-6f);
+}
+
+TEST(PoseModel, WithoutAClipMorphWeightsAreTheNodesElseTheMeshes) {
+    auto glb = morphing("LINEAR", {0, 1}, {0, 1, 1, -1});
+    PosedModel pose;
+    pose_model(*must_load(glb), {}, pose);
+    EXPECT_EQ(pose.morph_weights[0], (std::vector<float>{0.5f, 0.0f}));
+    glb.json["nodes"][0]["weights"] = {0.125, 2};
+    pose_model(*must_load(glb), {}, pose);
+    EXPECT_EQ(pose.morph_weights[0], (std::vector<float>{0.125f, 2.0f}));
+}
+
+TEST(PoseModel, WeightsChannelsWithoutTargetsOrOfAnotherWidthAreErrors) {
+    const auto message = [](const GlbBuilder& glb) {
+        const auto model = load_model(glb.build(), {}, "test");
+        return model ? "loaded" : model.error().message;
+    };
+    EXPECT_THAT(message(morphing("LINEAR", {0, 1}, {0, 1, 1})), testing::HasSubstr("3 numbers for 2 keys of 2"));
+    auto glb = morphing("LINEAR", {0, 1}, {0, 1, 1, 0});
+    glb.json["nodes"].push_back({{"name", "plain"}});
+    glb.json["animations"][0]["channels"][0]["target"]["node"] = 1;
+    EXPECT_THAT(message(glb), testing::HasSubstr("without morph targets"));
 }
 
 }  // namespace
