@@ -147,8 +147,13 @@ bool description_is_sound(const camrig_description& d) {
         if (d.width[i] == 0 || d.width[i] > 8192 || d.height[i] == 0 || d.height[i] > 8192) return false;
     for (uint32_t i = 0; i < d.rate_count; ++i)
         if (d.rate[i].num == 0 || d.rate[i].den == 0) return false;
+    // A number that V4L2's "next control" flags could be mistaken for would send an enumerating program round in
+    // circles.
+    constexpr uint32_t highest_id = 0x0fffffff;
     for (uint32_t i = 0; i < d.control_count; ++i)
-        if (!is_text(d.control[i].name, sizeof d.control[i].name)) return false;
+        if (!is_text(d.control[i].name, sizeof d.control[i].name) || d.control[i].id == 0 ||
+            d.control[i].id > highest_id)
+            return false;
     return d.current.width > 0 && d.current.width <= 8192 && d.current.height > 0 && d.current.height <= 8192 &&
            d.current.rate.num > 0 && d.current.rate.den > 0;
 }

@@ -12,7 +12,7 @@ namespace camrig::device {
 
 namespace {
 
-constexpr int max_attempts = 64;  // a picture is lost only if the ring goes round while we copy; then a newer one waits
+constexpr int max_attempts = 8;  // a copy fails only if the ring went round meanwhile; then a newer picture waits
 constexpr uint64_t max_ring_bytes = uint64_t{4} << 30;
 
 // The copy races with the writer by design (a seqlock): the version tells afterwards whether it was whole.
