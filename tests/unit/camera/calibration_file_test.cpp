@@ -27,7 +27,12 @@ std::string refusal(const std::string& text, const CalibrationQuery& query = {})
     return result.error().message;
 }
 
-#define EXPECT_REFUSED(text, reason) EXPECT_NE(refusal(text).find(reason), std::string::npos) << refusal(text)
+/// A function and tables, not a macro: hundreds of string temporaries in one function take the sanitizers minutes to
+/// compile.
+void expect_refused(const std::string& text, std::string_view reason, const CalibrationQuery& query = {}) {
+    const std::string message = refusal(text, query);
+    EXPECT_NE(message.find(reason), std::string::npos) << message << "\nshould say: " << reason;
+}
 
 TEST(ReadCalibration, RosCameraInfo) {
     const auto c = parse_calibration(ros_sample, "x");
@@ -84,11 +89,10 @@ TEST(ReadCalibration, OpenCvFisheyeAndStereoPairs) {
     ASSERT_TRUE(c) << c.error().message;
     EXPECT_EQ(c->size, (ImageSize{640, 480}));
     EXPECT_EQ(c->lens, (Lens{LensModel::rational_polynomial, {.1, .2, 0, 0, .3, .4, .5, .6}}));
-    EXPECT_REFUSED(pair, "which camera: 1 or 2");
-    EXPECT_NE(refusal(pair, {"2", ImageSize{640, 480}}).find("M2"), std::string::npos);
-    EXPECT_NE(refusal(pair, {"1", {}}).find("image_width"), std::string::npos);
-    EXPECT_NE(refusal(replaced(pair, ".6, 0.,", ".6, 0.01,"), {"1", ImageSize{640, 480}}).find("thin prism"),
-              std::string::npos);
+    expect_refused(pair, "which camera: 1 or 2");
+    expect_refused(pair, "M2", {"2", ImageSize{640, 480}});
+    expect_refused(pair, "image_width", {"1", {}});
+    expect_refused(replaced(pair, ".6, 0.,", ".6, 0.01,"), "thin prism", {"1", ImageSize{640, 480}});
 }
 
 TEST(ReadCalibration, KalibrCamerasByNameAndTopic) {
@@ -102,59 +106,62 @@ TEST(ReadCalibration, KalibrCamerasByNameAndTopic) {
     ASSERT_TRUE(right) << right.error().message;
     EXPECT_EQ(right->camera_name, "cam1");
     EXPECT_EQ(right->lens, (Lens{LensModel::equidistant, {0.0034, 0.0007, -0.0020, 0.0002}}));
-    EXPECT_REFUSED(kalibr_sample, "several cameras; say which: cam0, cam1");
-    EXPECT_NE(refusal(kalibr_sample, {"cam7", {}}).find("cam0, cam1"), std::string::npos);
-    const auto refused = [](const std::string& text) { return refusal(text, {"cam0", {}}); };
-    EXPECT_NE(refused(replaced(kalibr_sample, "pinhole", "omni")).find("cam0.camera_model"), std::string::npos);
-    EXPECT_NE(refused(replaced(kalibr_sample, "radtan", "fov")).find("cam0.distortion_model"), std::string::npos);
-    EXPECT_NE(refused(replaced(kalibr_sample, "[752, 480]", "[752]")).find("cam0.resolution"), std::string::npos);
-    EXPECT_NE(refused(replaced(kalibr_sample, "458.654, ", "")).find("must hold 4 numbers, not 3"), std::string::npos);
+    expect_refused(kalibr_sample, "several cameras; say which: cam0, cam1");
+    expect_refused(kalibr_sample, "cam0, cam1", {"cam7", {}});
+    expect_refused(replaced(kalibr_sample, "pinhole", "omni"), "cam0.camera_model", {"cam0", {}});
+    expect_refused(replaced(kalibr_sample, "radtan", "fov"), "cam0.distortion_model", {"cam0", {}});
+    expect_refused(replaced(kalibr_sample, "[752, 480]", "[752]"), "cam0.resolution", {"cam0", {}});
+    expect_refused(replaced(kalibr_sample, "458.654, ", ""), "must hold 4 numbers, not 3", {"cam0", {}});
 }
 
 TEST(ReadCalibration, EveryMistakeIsRefusedWithFileKeyAndReason) {
     const std::string ros = ros_sample;
-    EXPECT_REFUSED(replaced(ros, "image_width: 640\n", ""), "image_width: is missing");
-    EXPECT_REFUSED(replaced(ros, "640", "640.5"), "image_width: must be a whole number");
-    EXPECT_REFUSED(replaced(ros, "640", "-640"), "image_width");
-    EXPECT_REFUSED(replaced(ros, "480", "99999"), "image_height: must be a whole number from 1 to 8192");
-    EXPECT_REFUSED(replaced(ros, "438.783367", ".nan"), "camera_matrix.data[0]: must be a finite number");
-    EXPECT_REFUSED(replaced(ros, "438.783367", "1e999"), "camera_matrix.data[0]");
-    EXPECT_REFUSED(replaced(ros, "438.783367", "438.7x"), "camera_matrix.data[0]");
-    EXPECT_REFUSED(replaced(ros, "438.783367", "-438.7"), "fx");
-    EXPECT_REFUSED(replaced(ros, "438.783367, 0.000000", "438.783367, 0.1"), "skew");
-    EXPECT_REFUSED(replaced(ros, "0.000000, 0.000000, 1.000000]", "0.000000, 0.000000, 2.0]"),
-                   "[fx, 0, cx, 0, fy, cy, 0, 0, 1]");
-    EXPECT_REFUSED(replaced(ros, "cols: 3", "cols: 4"), "camera_matrix: is 3x4");
-    EXPECT_REFUSED(replaced(ros, "cols: 3", "cols: 100000"), "camera_matrix.cols");
-    EXPECT_REFUSED(replaced(ros, "rows: 3", "rows: 1"), "camera_matrix.data: must hold 3 numbers, not 9");
-    EXPECT_REFUSED(replaced(ros, "rows: 3\n", "\n"), "camera_matrix: has no rows");
-    EXPECT_REFUSED(replaced(ros, "plumb_bob", "equidistant"), "takes 4 coefficients, not 5");
-    EXPECT_REFUSED(replaced(ros, "plumb_bob", "rational_polynomial"), "rational_polynomial takes 8 numbers");
-    EXPECT_REFUSED(replaced(ros, "plumb_bob", "ftheta"), "distortion_model: 'ftheta' is no lens model");
-    EXPECT_REFUSED(replaced(ros, "-0.361976", "-1e6"), "no rising branch");
-    EXPECT_REFUSED(replaced(ros, "camera_matrix", "camera_matrox"), "camera_matrix: is missing");
-    EXPECT_REFUSED(ros + "image_width: 640\n", "image_width is given twice");
-    EXPECT_REFUSED(ros + "binning_x: 2\n", "binning_x");
-    EXPECT_REFUSED(ros + "roi: {x_offset: 10, y_offset: 0}\n", "roi.x_offset");
-    EXPECT_NE(refusal(ros, {"", ImageSize{1280, 720}}).find("640x480, not 1280x720"), std::string::npos);
+    const struct {
+        const char* from;
+        const char* to;
+        const char* reason;
+    } mistakes[] = {{"image_width: 640\n", "", "image_width: is missing"},
+                    {"640", "640.5", "image_width: must be a whole number"},
+                    {"640", "-640", "image_width"},
+                    {"480", "99999", "image_height: must be a whole number from 1 to 8192"},
+                    {"438.783367", ".nan", "camera_matrix.data[0]: must be a finite number"},
+                    {"438.783367", "1e999", "camera_matrix.data[0]"},
+                    {"438.783367", "438.7x", "camera_matrix.data[0]"},
+                    {"438.783367", "-438.7", "fx"},
+                    {"438.783367, 0.000000", "438.783367, 0.1", "skew"},
+                    {"0.000000, 0.000000, 1.000000]", "0.000000, 0.000000, 2.0]", "[fx, 0, cx, 0, fy, cy, 0, 0, 1]"},
+                    {"cols: 3", "cols: 4", "camera_matrix: is 3x4"},
+                    {"cols: 3", "cols: 100000", "camera_matrix.cols"},
+                    {"rows: 3", "rows: 1", "camera_matrix.data: must hold 3 numbers, not 9"},
+                    {"rows: 3\n", "\n", "camera_matrix: has no rows"},
+                    {"plumb_bob", "equidistant", "takes 4 coefficients, not 5"},
+                    {"plumb_bob", "rational_polynomial", "rational_polynomial takes 8 numbers"},
+                    {"plumb_bob", "ftheta", "distortion_model: 'ftheta' is no lens model"},
+                    {"-0.361976", "-1e6", "no rising branch"},
+                    {"camera_matrix", "camera_matrox", "camera_matrix: is missing"}};
+    for (const auto& [from, to, reason] : mistakes) expect_refused(replaced(ros, from, to), reason);
+    expect_refused(ros + "image_width: 640\n", "image_width is given twice");
+    expect_refused(ros + "binning_x: 2\n", "binning_x");
+    expect_refused(ros + "roi: {x_offset: 10, y_offset: 0}\n", "roi.x_offset");
+    expect_refused(ros, "640x480, not 1280x720", {"", ImageSize{1280, 720}});
     EXPECT_TRUE(parse_calibration(ros + "binning_x: 1\nroi: {x_offset: 0, y_offset: 0}\n", "x"));
 }
 
 TEST(ReadCalibration, WhatIsNoCalibrationIsRefused) {
-    EXPECT_REFUSED("", "no calibration");
-    EXPECT_REFUSED("hello", "no calibration");
-    EXPECT_REFUSED("[1, 2, 3]", "no calibration");
-    EXPECT_REFUSED("{}", "camera_matrix");
-    EXPECT_REFUSED("a: [1, 2", "line");
-    EXPECT_REFUSED("a: b: c: d", "line 1");
-    EXPECT_REFUSED(std::string("a: \0b", 5), "zero bytes");
-    EXPECT_REFUSED("<?xml version=\"1.0\"?>\n<opencv_storage/>", "XML");
-    EXPECT_REFUSED(std::string(300 * 1024, 'a'), "256 KiB");
+    expect_refused("", "no calibration");
+    expect_refused("hello", "no calibration");
+    expect_refused("[1, 2, 3]", "no calibration");
+    expect_refused("{}", "camera_matrix");
+    expect_refused("a: [1, 2", "line");
+    expect_refused("a: b: c: d", "line 1");
+    expect_refused(std::string("a: \0b", 5), "zero bytes");
+    expect_refused("<?xml version=\"1.0\"?>\n<opencv_storage/>", "XML");
+    expect_refused(std::string(300 * 1024, 'a'), "256 KiB");
 }
 
 TEST(ReadCalibration, HostileDocumentsAreRefusedQuickly) {
-    EXPECT_REFUSED(std::string(200000, '['), "brackets");
-    EXPECT_REFUSED(std::string(200000, '{'), "brackets");
+    expect_refused(std::string(200000, '['), "brackets");
+    expect_refused(std::string(200000, '{'), "brackets");
     std::string dashes;
     for (int i = 0; i < 60000; ++i) dashes += "- ";
     EXPECT_NE(refusal(dashes), "accepted");
@@ -169,9 +176,9 @@ TEST(ReadCalibration, HostileDocumentsAreRefusedQuickly) {
         for (int k = 0; k < 8; ++k) bomb += "," + below;
         bomb += "]\n";
     }
-    EXPECT_REFUSED(bomb, "20000");
-    EXPECT_REFUSED("a: &a [*a]", "");
-    EXPECT_REFUSED("? [a, b]\n: c\n", "a key that is not plain text");
+    expect_refused(bomb, "20000");
+    expect_refused("a: &a [*a]", "16 deep");
+    expect_refused("? [a, b]\n: c\n", "a key that is not plain text");
 }
 
 TEST(ReadCalibration, DamagedFilesAreAnErrorOrACalibrationNeverACrash) {
