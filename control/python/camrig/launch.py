@@ -38,7 +38,7 @@ def find_binary() -> str:
         return path
     places = "neither in $CAMRIG_BIN nor in $PATH"
     if _CHECKOUT is not None:
-        for preset in ("dev", "ci"):
+        for preset in ("dev", "run", "ci"):
             candidate = _CHECKOUT / "build" / preset / "tools" / "camrig" / "camrig"
             if candidate.is_file():
                 return str(candidate)
