@@ -11,7 +11,7 @@
 #include "core/stream/frame_bus.h"
 #include "v4l2_sink/preload/control_port.h"
 #include "v4l2_sink/preload/device_session.h"
-#include "v4l2_sink/preload/task_queue.h"
+#include "v4l2_sink/task_queue.h"
 
 namespace camrig {
 

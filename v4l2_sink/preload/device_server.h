@@ -12,7 +12,7 @@
 #include "v4l2_sink/preload/control_port.h"
 #include "v4l2_sink/preload/device_session.h"
 #include "v4l2_sink/preload/device_tree.h"
-#include "v4l2_sink/preload/task_queue.h"
+#include "v4l2_sink/task_queue.h"
 
 namespace camrig {
 
