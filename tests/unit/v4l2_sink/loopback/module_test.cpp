@@ -1,0 +1,111 @@
+#include "v4l2_sink/loopback/module.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/unit/v4l2_sink/loopback/fake_module.h"
+
+namespace camrig {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(LoopbackModule, TellsWhatEachGenerationCan) {
+    struct Case {
+        int minor;
+        bool adds, tells, streams;
+    };
+    for (const Case& c : {Case{12, false, false, false}, Case{13, true, true, false}, Case{14, true, true, true},
+                          Case{15, true, true, true}}) {
+        FakeModule kernel(c.minor);
+        const auto features = LoopbackModule(kernel).features();
+        ASSERT_TRUE(features) << features.error().message;
+        EXPECT_EQ(features->adds_devices, c.adds) << c.minor;
+        EXPECT_EQ(features->tells_readers, c.tells) << c.minor;
+        EXPECT_EQ(features->streams, c.streams) << c.minor;
+        EXPECT_EQ(kernel.open_descriptors(), 0u);
+    }
+}
+
+TEST(LoopbackModule, AsksTheControlNodeWhenSysTellsNoVersion) {
+    FakeModule newest(15);
+    newest.tells_version = false;
+    EXPECT_TRUE(LoopbackModule(newest).features()->streams);
+    // 0.13 and 0.14 cannot be told apart then: write() works on both.
+    FakeModule older(14);
+    older.tells_version = false;
+    EXPECT_FALSE(LoopbackModule(older).features()->streams);
+}
+
+TEST(LoopbackModule, MissingModuleSaysWhatToRun) {
+    FakeModule kernel(15);
+    kernel.loaded = false;
+    const auto features = LoopbackModule(kernel).features();
+    ASSERT_FALSE(features);
+    EXPECT_EQ(features.error().kind, ErrorKind::unavailable);
+    EXPECT_THAT(features.error().message, HasSubstr("modprobe v4l2loopback"));
+}
+
+TEST(LoopbackModule, TooOldModuleIsRefused) {
+    FakeModule kernel(12);
+    kernel.version = "0.10.0";
+    const auto features = LoopbackModule(kernel).features();
+    ASSERT_FALSE(features);
+    EXPECT_THAT(features.error().message, HasSubstr("0.10.0 is too old"));
+}
+
+TEST(LoopbackModule, MakesADeviceWithFourBuffersExclusiveCapsAndTheCamerasName) {
+    FakeModule kernel(13);
+    const LoopbackModule module(kernel);
+    const auto made = module.provide(*module.features(), 10, "lobby");
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_TRUE(*made);
+    EXPECT_EQ(kernel.devices.at(10).card, "lobby");
+    EXPECT_EQ(kernel.devices.at(10).max_buffers, 4);
+    EXPECT_TRUE(kernel.devices.at(10).exclusive);
+    EXPECT_FALSE(*module.provide(*module.features(), 10, "lobby"));  // it is there
+    EXPECT_TRUE(module.remove(10));
+    EXPECT_TRUE(kernel.devices.empty());
+}
+
+TEST(LoopbackModule, WithoutControlNodeAMissingDeviceNamesTheModprobeLine) {
+    FakeModule kernel(12);
+    const LoopbackModule module(kernel);
+    const auto made = module.provide(*module.features(), 10, "lobby");
+    ASSERT_FALSE(made);
+    EXPECT_THAT(made.error().message, HasSubstr("modprobe v4l2loopback video_nr=10 exclusive_caps=1 max_buffers=4"));
+}
+
+TEST(LoopbackModule, WithoutPermissionItSaysHowToGetIt) {
+    FakeModule kernel(15);
+    kernel.control_problem = EACCES;
+    const LoopbackModule module(kernel);
+    const auto made = module.provide(*module.features(), 10, "lobby");
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().kind, ErrorKind::unauthorized);
+    EXPECT_THAT(made.error().message, HasSubstr("chgrp video /dev/v4l2loopback"));
+}
+
+TEST(LoopbackModule, ANumberThatTheKernelCannotGiveIsNotKept) {
+    FakeModule kernel(15);
+    kernel.add_gives = 11;
+    const LoopbackModule module(kernel);
+    const auto made = module.provide(*module.features(), 10, "lobby");
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().kind, ErrorKind::already_exists);
+    EXPECT_TRUE(kernel.devices.empty());
+}
+
+TEST(LoopbackModule, ADeviceThatIsReadCannotBeRemoved) {
+    FakeModule kernel(15);
+    const LoopbackModule module(kernel);
+    ASSERT_TRUE(module.provide(*module.features(), 10, "lobby"));
+    kernel.reader_comes(10);
+    const auto removed = module.remove(10);
+    ASSERT_FALSE(removed);
+    EXPECT_EQ(removed.error().kind, ErrorKind::unavailable);
+    kernel.reader_leaves(10);
+    EXPECT_TRUE(module.remove(10));
+}
+
+}  // namespace
+}  // namespace camrig

@@ -1,0 +1,69 @@
+#include "v4l2_sink/loopback/format.h"
+
+#include "core/codec/encoder.h"
+#include "core/frame/pixel_format.h"
+
+namespace camrig {
+
+std::string LoopbackFormat::to_string() const {
+    std::string name;
+    for (int shift = 0; shift < 32; shift += 8) name += static_cast<char>(fourcc >> shift & 0xff);
+    return name + " " + size.to_string();
+}
+
+Result<LoopbackFormat> loopback_format_of(const CameraStream& camera, const OutputSpec& output) {
+    if (camera.size.width % 2 != 0 || camera.size.height % 2 != 0)
+        return error(ErrorKind::invalid_argument,
+                     "a v4l2 output needs an even width and height, the camera has " + camera.size.to_string() +
+                         "; use " + ImageSize{camera.size.width & ~1, camera.size.height & ~1}.to_string());
+    LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate};
+    if (output.format == "YU12") format.fourcc = V4L2_PIX_FMT_YUV420;
+    if (output.format == "MJPG") format.fourcc = V4L2_PIX_FMT_MJPEG;
+    if (output.format == "BGR3") format.fourcc = V4L2_PIX_FMT_BGR24;
+    return format;
+}
+
+std::optional<MediaFormat> media_format_of(const LoopbackFormat& format) {
+    MediaFormat media;
+    media.size = format.size;  // its own, even when the camera's changes while the device is being read
+    switch (format.fourcc) {
+        case V4L2_PIX_FMT_YUYV:
+            media.pixels = PixelFormat::yuyv;
+            return media;
+        case V4L2_PIX_FMT_YUV420:
+            media.pixels = PixelFormat::i420;
+            return media;
+        case V4L2_PIX_FMT_BGR24:
+            media.pixels = PixelFormat::bgr24;
+            return media;
+        case V4L2_PIX_FMT_MJPEG:
+            media.codec = Codec::jpeg;
+            media.quality = default_jpeg_quality;
+            return media;
+        default:
+            return std::nullopt;
+    }
+}
+
+v4l2_pix_format pix_format_of(const LoopbackFormat& format) {
+    v4l2_pix_format pix{};
+    pix.width = static_cast<std::uint32_t>(format.size.width);
+    pix.height = static_cast<std::uint32_t>(format.size.height);
+    pix.pixelformat = format.fourcc;
+    pix.field = V4L2_FIELD_NONE;
+    pix.priv = V4L2_PIX_FMT_PRIV_MAGIC;  // else the kernel ignores the fields after it
+    pix.colorspace = V4L2_COLORSPACE_SRGB;
+    pix.xfer_func = V4L2_XFER_FUNC_SRGB;
+    pix.ycbcr_enc = V4L2_YCBCR_ENC_601;
+    pix.quantization = V4L2_QUANTIZATION_LIM_RANGE;
+    if (format.fourcc == V4L2_PIX_FMT_MJPEG) {
+        pix.colorspace = V4L2_COLORSPACE_JPEG;
+        pix.quantization = V4L2_QUANTIZATION_FULL_RANGE;
+    } else if (format.fourcc == V4L2_PIX_FMT_BGR24) {
+        pix.ycbcr_enc = V4L2_YCBCR_ENC_DEFAULT;
+        pix.quantization = V4L2_QUANTIZATION_FULL_RANGE;
+    }
+    return pix;
+}
+
+}  // namespace camrig

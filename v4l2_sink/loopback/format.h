@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <linux/videodev2.h>
+
+#include "core/base/result.h"
+#include "core/stream/frame_bus.h"
+
+namespace camrig {
+
+/// What a loopback device shows: one format, one size, one rate, for all its readers.
+struct LoopbackFormat {
+    std::uint32_t fourcc = V4L2_PIX_FMT_YUYV;
+    ImageSize size;
+    Rate rate;
+
+    /// "YUYV 640x480".
+    std::string to_string() const;
+    bool same_pictures(const LoopbackFormat& other) const { return fourcc == other.fourcc && size == other.size; }
+    friend bool operator==(const LoopbackFormat&, const LoopbackFormat&) = default;
+};
+
+/// The format of an output {kind: "v4l2"} of this camera. invalid_argument: an odd width or height (4:2:0 and 4:2:2
+/// need even ones, and Chrome drops every picture of an odd width).
+Result<LoopbackFormat> loopback_format_of(const CameraStream& camera, const OutputSpec& output);
+/// In which form the bus gives pictures of this format; nothing for a fourcc that is none of ours.
+std::optional<MediaFormat> media_format_of(const LoopbackFormat& format);
+/// How V4L2 says it, with BT.601 limited range (MJPG: JFIF; BGR3: full range) in the colour fields.
+v4l2_pix_format pix_format_of(const LoopbackFormat& format);
+
+}  // namespace camrig

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/stream/frame_bus.h"
+#include "v4l2_sink/loopback/device.h"
+#include "v4l2_sink/loopback/kernel.h"
+#include "v4l2_sink/loopback/loopback_sink.h"
+#include "v4l2_sink/loopback/module.h"
+#include "v4l2_sink/task_queue.h"
+
+namespace camrig {
+
+/// What one device shall show.
+struct LoopbackWish {
+    int number = 0;
+    std::string camera;
+    LoopbackFormat format;
+};
+
+/// Brings the loopback devices to what is wished, and keeps them there: makes and removes them, opens them, subscribes
+/// to the bus while somebody reads, keeps silent ones alive, tries again what did not work (each failure is logged
+/// once). No thread and no waiting of its own; everything runs on the loopback server's thread.
+class LoopbackHost {
+public:
+    struct Options {
+        /// Subscribe even while nobody reads: for lockstep, where a reader that was just opened may miss no picture.
+        bool always_subscribed = false;
+    };
+
+    /// What comes back from other threads (bus, fetcher) is posted to `tasks`.
+    LoopbackHost(FrameBus& bus, FrameFetcher& fetcher, LoopbackKernel& kernel, std::shared_ptr<TaskQueue> tasks,
+                 Options options);
+    /// Removes the rig's own devices; one that is being read stays, for the next rig.
+    ~LoopbackHost();
+
+    /// A new device, or a change of one: the number decides.
+    void set(LoopbackWish wish, TimeNs monotonic_ns);
+    void unset(int number, TimeNs monotonic_ns);
+    /// Whatever is due. A few times a second, and when one of watch_fds() is ready.
+    void tick(TimeNs monotonic_ns);
+    /// To be polled for POLLPRI.
+    std::vector<int> watch_fds() const;
+    bool is_idle() const { return entries_.empty(); }
+
+private:
+    struct Entry {
+        std::optional<LoopbackWish> wish;  ///< none: only waits to be removed
+        bool is_own = false;               ///< the rig made it, now or in an earlier life
+        TimeNs made_ns = 0;
+        TimeNs retry_ns = 0;  ///< when to try again what failed
+        std::string complaint;
+        std::shared_ptr<LoopbackSink> sink;  ///< null: not open
+        LoopbackFormat shown;                ///< while open; differs from the wish while a program holds the device
+        TimeNs reopen_ns = 0;                ///< then: when to look whether it still does
+        std::optional<Subscription> subscription;
+        bool is_read = false;
+        bool is_fetching = false;
+        TimeNs refresh_ns = 0;
+    };
+
+    void open(int number, Entry& entry, TimeNs monotonic_ns);
+    Result<std::unique_ptr<LoopbackDevice>> try_open(Entry& entry, TimeNs monotonic_ns);
+    void attend(int number, Entry& entry, TimeNs monotonic_ns);
+    void subscribe(int number, Entry& entry, TimeNs monotonic_ns);
+    void fetch(int number, Entry& entry);
+    void follow_wish(int number, Entry& entry, bool may_reopen, TimeNs monotonic_ns);
+    void close(Entry& entry);
+    /// True if nothing of it is left to do.
+    bool discard(int number, Entry& entry, TimeNs monotonic_ns);
+    void complain(int number, Entry& entry, const Error& why, TimeNs monotonic_ns);
+
+    FrameBus& bus_;
+    FrameFetcher& fetcher_;
+    LoopbackKernel& kernel_;
+    const LoopbackModule module_;
+    const std::shared_ptr<TaskQueue> tasks_;
+    const Options options_;
+    std::map<int, Entry> entries_;
+};
+
+}  // namespace camrig

@@ -1,0 +1,47 @@
+#include "v4l2_sink/loopback/loopback_server.h"
+
+#include <vector>
+
+#include <poll.h>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+
+namespace {
+
+constexpr int tick_ms = 250;
+
+}  // namespace
+
+LoopbackServer::LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options,
+                               LoopbackKernel& kernel)
+    : host_(std::make_unique<LoopbackHost>(bus, fetcher, kernel, tasks_, options)), thread_([this] { run(); }) {}
+
+LoopbackServer::~LoopbackServer() {
+    tasks_->post([this] { stopping_ = true; });
+    thread_.join();
+}
+
+void LoopbackServer::set(LoopbackWish wish) {
+    tasks_->post([this, wish = std::move(wish)] { host_->set(wish, monotonic_now_ns()); });
+}
+
+void LoopbackServer::unset(int number) {
+    tasks_->post([this, number] { host_->unset(number, monotonic_now_ns()); });
+}
+
+void LoopbackServer::run() {
+    while (!stopping_) {
+        std::vector<pollfd> polled{{tasks_->fd(), POLLIN, 0}};
+        for (const int fd : host_->watch_fds()) polled.push_back({fd, POLLPRI, 0});
+        // Without devices there is nothing to do until somebody wants one.
+        ::poll(polled.data(), polled.size(), host_->is_idle() ? -1 : tick_ms);
+        if ((polled.front().revents & POLLIN) != 0)
+            for (const auto& task : tasks_->take()) task();
+        host_->tick(monotonic_now_ns());
+    }
+    host_.reset();
+}
+
+}  // namespace camrig

@@ -1,0 +1,77 @@
+#include "v4l2_sink/loopback/loopback_sink.h"
+
+#include <algorithm>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+
+namespace {
+
+std::span<const std::byte> picture_of(const MediaUnit& unit) {
+    if (unit.frame) return unit.frame->bytes();
+    CHECK(unit.bytes != nullptr);
+    return *unit.bytes;
+}
+
+}  // namespace
+
+Result<void> LoopbackSink::open(const StreamInfo& info) {
+    std::lock_guard lock(mutex_);
+    stats_ = info.stats;
+    return {};
+}
+
+Result<void> LoopbackSink::write(const MediaUnit& unit) {
+    std::lock_guard lock(mutex_);
+    if (!device_) {
+        stats_->dropped.fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    const TimeNs now_ns = monotonic_now_ns();
+    const std::int64_t instant_us = std::min(unit.info.monotonic_ns, now_ns) / ns_per_us;
+    in_lockstep_ = unit.latch != nullptr;
+    if (const auto shown = show(unit, std::max(instant_us, last_stamp_us_ + 1), now_ns); !shown)
+        return error(ErrorKind::internal, shown.error().message);  // not "unavailable", which the Output would retry
+    stats_->delivered.fetch_add(1, std::memory_order_relaxed);
+    stats_->bytes.fetch_add(picture_of(unit).size(), std::memory_order_relaxed);
+    stats_->last_latency_ns.store(monotonic_now_ns() - unit.info.monotonic_ns, std::memory_order_relaxed);
+    return {};
+}
+
+Result<void> LoopbackSink::show(const MediaUnit& unit, std::int64_t stamp_us, TimeNs monotonic_ns) {
+    if (auto shown = device_->show(picture_of(unit), stamp_us); !shown) return shown;
+    last_ = unit;
+    last_->latch.reset();
+    last_stamp_us_ = stamp_us;
+    last_show_ns_ = monotonic_ns;
+    return {};
+}
+
+Result<void> LoopbackSink::refresh(const MediaUnit& unit, TimeNs monotonic_ns) {
+    std::lock_guard lock(mutex_);
+    // A subscription was faster, or the world stands still: what is shown is as new.
+    if (last_ && unit.info.sequence <= last_->info.sequence) return {};
+    const bool is_recent = monotonic_ns - unit.info.monotonic_ns < silence_ns;
+    const TimeNs instant_ns = is_recent ? std::min(unit.info.monotonic_ns, monotonic_ns) : monotonic_ns - repeat_age_ns;
+    return show(unit, std::max(instant_ns / ns_per_us, last_stamp_us_ + 1), monotonic_ns);
+}
+
+Result<void> LoopbackSink::repeat_if_silent(TimeNs monotonic_ns, bool idle) {
+    std::lock_guard lock(mutex_);
+    if (!last_ || monotonic_ns - last_show_ns_ < silence_ns || (in_lockstep_ && !idle)) return {};
+    const std::int64_t stamp_us = (monotonic_ns - repeat_age_ns) / ns_per_us;
+    return show(*last_, std::max(stamp_us, last_stamp_us_ + 1), monotonic_ns);
+}
+
+void LoopbackSink::give_up() {
+    std::lock_guard lock(mutex_);
+    device_.reset();
+}
+
+bool LoopbackSink::has_picture() const {
+    std::lock_guard lock(mutex_);
+    return last_.has_value();
+}
+
+}  // namespace camrig
