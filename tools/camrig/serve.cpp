@@ -15,6 +15,7 @@
 #include "core/stream/local_frame_bus.h"
 #include "rtsp_out/http/http_server.h"
 #include "tools/camrig/device_outputs.h"
+#include "tools/camrig/loopback_outputs.h"
 #include "tools/camrig/version.h"
 
 // The composition root: makes every part, plugs them together, and takes them down in the opposite order.
@@ -105,12 +106,14 @@ int run_serve(const ServeOptions& options) {
     LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
-    engine_options.output_kinds = {"mjpeg", "device"};
+    engine_options.output_kinds = {"mjpeg", "device", "v4l2"};
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 
     auto devices = DeviceOutputs::create(bus, device_socket_of(options.control));
     if (!devices) return fail(devices.error());
+    auto loopback = std::make_unique<LoopbackOutputs>(
+        bus, **engine, LoopbackHost::Options{.always_subscribed = options.engine.mode == RunMode::lockstep});
 
     Facts facts;
     facts.add("version", version);
@@ -165,6 +168,7 @@ int run_serve(const ServeOptions& options) {
     (*control)->stop();
     (*http)->stop();
     rpc.stop();
+    loopback.reset();
     devices->reset();
     engine->reset();
     return 0;
