@@ -22,7 +22,7 @@ Result<std::unique_ptr<Engine>> Engine::start(SceneRef scene, const EngineOption
 }
 
 Engine::~Engine() {
-    queue_.close();
+    queue_->close();
     if (thread_.joinable()) thread_.join();
 }
 
@@ -31,13 +31,13 @@ void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bu
     auto renderer = create_renderer(options.renderer);
     if (!renderer) return started(std::unexpected(renderer.error()));
     renderer_description_ = (*renderer)->description();
-    auto rig = Rig::create(std::move(scene), options, std::move(*renderer), bus, [this] { queue_.wake(); });
+    auto rig = Rig::create(std::move(scene), options, std::move(*renderer), bus, [queue = queue_] { queue->wake(); });
     if (!rig) return started(std::unexpected(rig.error()));
     started({});
 
-    while (!queue_.closed()) {
+    while (!queue_->closed()) {
         const TimeNs deadline_ns = (*rig)->wake_time_ns();
-        std::vector<Message> messages = queue_.wait_until(deadline_ns);
+        std::vector<Message> messages = queue_->wait_until(deadline_ns);
         for (Message& message : messages) {
             if (auto* command = std::get_if<Command>(&message)) {
                 (*rig)->apply(*command);
@@ -48,7 +48,7 @@ void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bu
         }
         (*rig)->tick(monotonic_now_ns());
     }
-    for (Message& message : queue_.wait_until(0)) refuse(message, {ErrorKind::unavailable, "the rig shuts down"});
+    for (Message& message : queue_->wait_until(0)) refuse(message, {ErrorKind::unavailable, "the rig shuts down"});
 }
 
 void Engine::refuse(Message& message, const Error& why) {
@@ -58,8 +58,8 @@ void Engine::refuse(Message& message, const Error& why) {
 
 void Engine::post(Command command) {
     Message message(std::move(command));
-    if (!queue_.put(message)) {
-        refuse(message, queue_.closed()
+    if (!queue_->put(message)) {
+        refuse(message, queue_->closed()
                             ? Error{ErrorKind::unavailable, "the rig shuts down"}
                             : Error{ErrorKind::resource_exhausted,
                                     std::to_string(max_queued_commands) + " commands are waiting; send slower"});
@@ -68,7 +68,7 @@ void Engine::post(Command command) {
 
 void Engine::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
     Message message(Fetch{std::move(request), std::move(done)});
-    if (!queue_.put(message))
+    if (!queue_->put(message))
         refuse(message, {ErrorKind::resource_exhausted, "too many requests are waiting; send slower"});
 }
 

@@ -54,7 +54,8 @@ private:
              std::function<void(Result<void>)> started);
     static void refuse(Message& message, const Error& why);
 
-    CommandQueue<Message> queue_{max_queued_commands};
+    /// Shared with whoever still holds a frame when the engine goes: its last act is to wake the queue.
+    const std::shared_ptr<CommandQueue<Message>> queue_ = std::make_shared<CommandQueue<Message>>(max_queued_commands);
     std::string renderer_description_;
     std::thread thread_;
 };

@@ -117,6 +117,17 @@ TEST_F(EngineTest, AStuckReaderFailsTheStepAndIsNamed) {
     EXPECT_TRUE(step(ns_per_s));
 }
 
+TEST_F(EngineTest, AReaderMayLetGoOfAFrameWhenTheEngineIsGone) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    std::vector<Subscription> subscriptions;
+    auto sink = watch("a", subscriptions);
+    sink->keep_holds();
+    ASSERT_FALSE(step(ns_per_s, 50 * ns_per_ms));
+    engine.reset();
+    sink->release_holds();  // the last hold wakes the one who waited: nothing may be touched that is gone (sanitizers)
+}
+
 TEST_F(EngineTest, ACameraNobodyWatchesIsNotDrawn) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
