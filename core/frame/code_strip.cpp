@@ -156,8 +156,9 @@ void draw_code_strip(std::span<std::byte> rgba, ImageSize size, const CodeStrip&
 }
 
 std::optional<CodeStrip> read_code_strip(std::span<const std::byte> pixels, ImageSize size, PixelFormat format) {
+    if (pixels.size() < bytes_of(format, size) || size.width < 64 || size.height < 8) return std::nullopt;
     const auto luma = luma_of(pixels, size, format);
-    if (!luma || pixels.size() < bytes_of(format, size) || size.width < 64 || size.height < 8) return std::nullopt;
+    if (!luma) return std::nullopt;
 
     if (const int cell = code_strip_cell(size); cell > 0) {
         if (auto strip = read_with_cell(*luma, cell)) return strip;

@@ -194,7 +194,7 @@ TEST(ReadCalibration, DamagedFilesAreAnErrorOrACalibrationNeverACrash) {
             constexpr std::string_view nasty = "[]{}:,-&*!|>'\"%@`#?\n\t ~.0x9e";
             switch (static_cast<int>(draw.uniform(0, 4))) {
                 case 0:
-                    text[at] = static_cast<char>(draw.uniform(0, 256));
+                    text[at] = static_cast<char>(static_cast<int>(draw.uniform(0, 256)));
                     break;
                 case 1:
                     text[at] = nasty[static_cast<std::size_t>(draw.uniform(0, nasty.size()))];

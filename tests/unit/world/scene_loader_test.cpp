@@ -127,7 +127,7 @@ TEST(SceneOfModel, TakesTheModelsCamerasAndLights) {
     const json camera = {{"type", "perspective"},
                          {"name", "Front Door"},
                          {"perspective", {{"yfov", 0.7}, {"znear", 0.2}, {"aspectRatio", 2.0}}}};
-    glb.json["cameras"] = {camera};
+    glb.json["cameras"] = json::array({camera});
     glb.json["extensionsUsed"] = {"KHR_lights_punctual"};
     glb.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 3.0}}};
     glb.json["nodes"].push_back({{"camera", 0}, {"translation", {0, 1, 5}}});
