@@ -9,6 +9,23 @@
 #include "tools/camrig/version.h"
 
 namespace camrig {
+namespace {
+
+/// "A subcommand is required" does not say which word was none; this does, and lists those that are.
+std::string unknown_command(const CLI::App& app) {
+    const CLI::App* innermost = &app;
+    while (!innermost->get_subcommands().empty()) innermost = innermost->get_subcommands().front();
+    std::string commands;
+    for (const CLI::App* command : innermost->get_subcommands([](const CLI::App*) { return true; }))
+        commands += (commands.empty() ? "" : ", ") + command->get_name();
+    const auto words = app.remaining(true);
+    const auto word = std::ranges::find_if(words, [](const std::string& each) { return !each.starts_with('-'); });
+    const std::string problem =
+        word == words.end() ? innermost->get_name() + ": a command is missing" : "no command '" + *word + "'";
+    return problem + "; there are " + commands;
+}
+
+}  // namespace
 
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     CliContext context{.out = hooks.out, .err = hooks.err};
@@ -40,6 +57,8 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     } catch (const CLI::ParseError& problem) {
         // Help and version are "errors" of CLI11 that print and succeed.
         if (problem.get_exit_code() == 0) return app.exit(problem, hooks.out, hooks.err);
+        if (problem.get_name() == "RequiredError" && std::string_view(problem.what()).starts_with("A subcommand"))
+            return context.usage(unknown_command(app));
         return context.usage(std::string(problem.what()) + " (camrig --help, camrig COMMAND --help)");
     } catch (const std::exception& problem) {
         return context.fail({ErrorKind::internal, problem.what()});

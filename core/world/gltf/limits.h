@@ -16,6 +16,8 @@ inline constexpr std::size_t max_decoded_bytes = std::size_t{1} << 30;
 inline constexpr int max_image_side = 16384;
 inline constexpr std::size_t max_items = 1 << 17;  ///< nodes, meshes, materials, ... each
 inline constexpr std::size_t max_vertices = std::size_t{1} << 24;
+/// Over all nodes: a mesh may hang on a hundred thousand of them, and each costs its vertices in every picture.
+inline constexpr std::size_t max_placed_vertices = std::size_t{1} << 26;
 inline constexpr std::size_t max_indices = std::size_t{1} << 26;
 inline constexpr std::size_t max_morph_targets = 1024;
 inline constexpr std::size_t max_joints = 65535;

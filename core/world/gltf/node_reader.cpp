@@ -103,6 +103,18 @@ void check_joints(const Model& model) {
     }
 }
 
+void check_placed_vertices(const Model& model) {
+    std::size_t placed = 0;
+    for (const Node& node : model.nodes) {
+        if (node.mesh < 0) continue;
+        for (const Primitive& primitive : model.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+            placed += primitive.positions.size();
+        if (placed > max_placed_vertices)
+            fail("nodes", "their meshes have more than " + std::to_string(max_placed_vertices) + " vertices in all",
+                 ErrorKind::resource_exhausted);
+    }
+}
+
 /// Sets parents and the order of the default scene. Without recursion: depth is the file's choice.
 void read_hierarchy(const Document& document, Model& model) {
     const auto& nodes = document.gltf.nodes;
@@ -263,6 +275,7 @@ void read_nodes(const Document& document, const AccessorReader& accessors, Model
     model.lights = read_lights(document.json);
     for (std::size_t i = 0; i < document.gltf.nodes.size(); ++i)
         model.nodes.push_back(read_node(document, i, model, model.lights.size()));
+    check_placed_vertices(model);
     check_joints(model);
     read_hierarchy(document, model);
 }

@@ -74,6 +74,16 @@ TEST_F(Cli, CameraCreateTakesEveryOption) {
     EXPECT_TRUE(camera.contains("applied_ns"));
 }
 
+TEST_F(Cli, AWordThatIsNoCommandIsNamed) {
+    const Outcome top = run({"serv", "scenes/hall.json"});
+    EXPECT_EQ(top.code, 2);
+    EXPECT_THAT(top.err, AllOf(HasSubstr("'serv'"), HasSubstr("serve"), HasSubstr("camera")));
+    const Outcome inner = run({"camera", "destroy", "a"});
+    EXPECT_EQ(inner.code, 2);
+    EXPECT_THAT(inner.err, AllOf(HasSubstr("'destroy'"), HasSubstr("delete"), Not(HasSubstr("serve"))));
+    EXPECT_THAT(run({"world"}).err, AllOf(HasSubstr("world: a command is missing"), HasSubstr("pause")));
+}
+
 TEST_F(Cli, AnglesAndHorizontalFieldsOfViewAndPlaces) {
     const json camera = json_of({"camera", "create", "a", "--hfov-deg", "70", "--position", "0,0,2", "--pan-deg", "-90",
                                  "--tilt-deg", "-10", "--fps", "29.97"});

@@ -163,6 +163,15 @@ GlbBuilder animated(const std::vector<float>& times, const std::vector<float>& v
     return glb;
 }
 
+TEST(GltfLoader, ALargeMeshOnVeryManyNodesIsAnError) {
+    GlbBuilder glb;
+    std::vector<float> positions;
+    for (int i = 0; i < 30000; ++i) positions.insert(positions.end(), triangle.begin(), triangle.end());
+    glb.mesh(positions);
+    for (int i = 1; i < 1000; ++i) glb.json["nodes"].push_back({{"mesh", 0}});
+    EXPECT_THAT(error_of(glb), HasSubstr("nodes: their meshes have more than 67108864 vertices in all"));
+}
+
 TEST(GltfLoader, AnimationsKeepTheirKeysInNanoseconds) {
     const auto model = load(animated({0, 0.5f, 2}, {0, 0, 0, 1, 0, 0, 2, 0, 0}));
     ASSERT_TRUE(model) << model.error().message;
