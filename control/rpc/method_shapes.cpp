@@ -35,7 +35,12 @@ std::vector<Shape> protocol_shapes() {
           {"number", "integer", "v4l2 and device: N of /dev/videoN"},
           {"format", "string", "v4l2: `YUYV`, `YU12`, `MJPG` or `BGR3`", false, "", "YUYV"},
           {"codec", "string", "rtsp: `h264` or `mjpeg`", false, "", "h264"},
-          {"quality", "integer", "mjpeg: 1 to 100", false, "", "90"}}},
+          {"quality", "integer", "mjpeg: 1 to 100", false, "", "90"},
+          {"bitrate_kbps", "integer", "rtsp h264: 16 to 200000; by default 0.15 bits per pixel", false, "kbit/s"},
+          {"key_interval_s", "number", "rtsp h264: a key frame at least so often, 0.01 to 60", false, "s", "2"},
+          {"preset", "string", "rtsp h264: `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`",
+           false, "", "superfast"},
+          {"profile", "string", "rtsp h264: `baseline`, `main` or `high`", false, "", "main"}}},
     };
 }
 

@@ -12,7 +12,12 @@ struct OutputSpec {
     std::optional<int> number;   ///< v4l2, device: N of /dev/videoN
     std::string format;          ///< v4l2: YUYV, YU12, MJPG, BGR3
     std::string codec;           ///< rtsp: h264, mjpeg
-    std::optional<int> quality;  ///< mjpeg: 1..100
+    std::optional<int> quality;  ///< mjpeg, and rtsp with codec mjpeg: 1..100
+    // rtsp with codec h264:
+    std::optional<int> bitrate_kbps;       ///< 16..200000
+    std::optional<double> key_interval_s;  ///< a key frame at least so often; 0.01..60
+    std::string preset;                    ///< ultrafast .. slow, as x264 names them
+    std::string profile;                   ///< baseline, main, high
     friend bool operator==(const OutputSpec&, const OutputSpec&) = default;
 };
 

@@ -86,6 +86,10 @@ OutputSpec read_output(const json& value, const std::string& path, JsonReader& p
     reader.optional("format", output.format);
     reader.optional("codec", output.codec);
     reader.optional("quality", output.quality);
+    reader.optional("bitrate_kbps", output.bitrate_kbps);
+    reader.optional("key_interval_s", output.key_interval_s);
+    reader.optional("preset", output.preset);
+    reader.optional("profile", output.profile);
     if (auto done = reader.finish(); !done) parent.fail(done.error());
     return output;
 }
@@ -109,6 +113,10 @@ json output_to_json(const OutputSpec& output) {
     if (!output.format.empty()) out["format"] = output.format;
     if (!output.codec.empty()) out["codec"] = output.codec;
     if (output.quality) out["quality"] = *output.quality;
+    if (output.bitrate_kbps) out["bitrate_kbps"] = *output.bitrate_kbps;
+    if (output.key_interval_s) out["key_interval_s"] = *output.key_interval_s;
+    if (!output.preset.empty()) out["preset"] = output.preset;
+    if (!output.profile.empty()) out["profile"] = output.profile;
     return out;
 }
 

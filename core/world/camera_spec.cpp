@@ -65,6 +65,31 @@ Result<void> check_lens(const Lens& lens) {
     return {};
 }
 
+/// The options of an RTSP output's H.264 encoder.
+Result<void> check_h264(const OutputSpec& output, const std::string& place) {
+    if (output.kind != "rtsp" || output.codec == "mjpeg") {
+        for (const auto& [is_given, key] : {std::pair{output.bitrate_kbps.has_value(), ".bitrate_kbps"},
+                                            {output.key_interval_s.has_value(), ".key_interval_s"},
+                                            {!output.preset.empty(), ".preset"},
+                                            {!output.profile.empty(), ".profile"}})
+            if (is_given) return std::unexpected(invalid(place + key + ": only rtsp outputs with codec h264 have one"));
+        return {};
+    }
+    if (output.bitrate_kbps && (*output.bitrate_kbps < 16 || *output.bitrate_kbps > 200'000))
+        return std::unexpected(invalid(place + ".bitrate_kbps: must be 16 to 200000"));
+    if (output.key_interval_s && !(*output.key_interval_s >= 0.01 && *output.key_interval_s <= 60.0))
+        return std::unexpected(invalid(place + ".key_interval_s: must be 0.01 to 60"));
+    constexpr std::array presets = {"", "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"};
+    if (std::ranges::find(presets, output.preset) == presets.end())
+        return std::unexpected(invalid(place + ".preset: '" + output.preset.substr(0, 40) +
+                                       "' is none of ultrafast, superfast, veryfast, faster, fast, medium, slow"));
+    constexpr std::array profiles = {"", "baseline", "main", "high"};
+    if (std::ranges::find(profiles, output.profile) == profiles.end())
+        return std::unexpected(
+            invalid(place + ".profile: '" + output.profile.substr(0, 40) + "' is none of baseline, main, high"));
+    return {};
+}
+
 Result<void> check_output(const OutputSpec& output, const std::string& place) {
     const bool numbered = output.kind == "v4l2" || output.kind == "device";
     if (!numbered && output.kind != "rtsp" && output.kind != "mjpeg") {
@@ -91,11 +116,11 @@ Result<void> check_output(const OutputSpec& output, const std::string& place) {
     if (std::ranges::find(codecs, output.codec) == codecs.end())
         return std::unexpected(invalid(place + ".codec: '" + output.codec.substr(0, 40) + "' is none of h264, mjpeg"));
 
-    if (output.quality && output.kind != "mjpeg")
-        return std::unexpected(invalid(place + ".quality: only mjpeg outputs have one"));
+    const bool mjpeg = output.kind == "mjpeg" || output.codec == "mjpeg";
+    if (output.quality && !mjpeg) return std::unexpected(invalid(place + ".quality: only mjpeg outputs have one"));
     if (output.quality && (*output.quality < 1 || *output.quality > 100))
         return std::unexpected(invalid(place + ".quality: must be 1 to 100"));
-    return {};
+    return check_h264(output, place);
 }
 
 Result<void> check_outputs(const std::vector<OutputSpec>& outputs) {

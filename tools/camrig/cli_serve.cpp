@@ -25,6 +25,10 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve->add_option("--rtsp", options->rtsp_port, "port of RTSP; 0: any free one")
         ->check(is_port)
         ->capture_default_str();
+    serve->add_option("--rtsp-cert", options->rtsp_cert, "certificate (PEM): RTSP becomes RTSPS")
+        ->check(CLI::ExistingFile);
+    serve->add_option("--rtsp-key", options->rtsp_key, "its key (PEM); default: in the certificate's file")
+        ->check(CLI::ExistingFile);
     serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
         ->check(is_port);
     serve->add_option("--mode", options->engine.mode, "realtime (default) or lockstep: moved by world.step only")

@@ -14,6 +14,7 @@
 #include "core/base/clock.h"
 #include "core/stream/local_frame_bus.h"
 #include "rtsp_out/http/http_server.h"
+#include "rtsp_out/rtsp/rtsp_server.h"
 #include "tools/camrig/device_outputs.h"
 #include "tools/camrig/loopback_outputs.h"
 #include "tools/camrig/version.h"
@@ -106,7 +107,7 @@ int run_serve(const ServeOptions& options) {
     LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
-    engine_options.output_kinds = {"mjpeg", "device", "v4l2"};
+    engine_options.output_kinds = {"mjpeg", "device", "v4l2", "rtsp"};
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 
@@ -122,7 +123,6 @@ int run_serve(const ServeOptions& options) {
     facts.add("control", options.control);
     facts.add("host", options.host);
     facts.add("devices", device_socket_of(options.control));
-    facts.add("rtsp", 0);
     RpcServer rpc({**engine, **engine, [&facts] { return facts.get(); }, [] { StopSignal::raise(); }, *token});
 
     HttpOptions http_options;
@@ -143,6 +143,18 @@ int run_serve(const ServeOptions& options) {
     if (!http) return fail(http.error());
     facts.add("http", (*http)->port());
 
+    RtspOptions rtsp_options;
+    rtsp_options.host = options.host;
+    rtsp_options.port = options.rtsp_port;
+    rtsp_options.token = *token;
+    rtsp_options.certificate = options.rtsp_cert;
+    rtsp_options.key = options.rtsp_key;
+    rtsp_options.bus = &bus;
+    rtsp_options.fetcher = engine->get();
+    auto rtsp = RtspServer::create(std::move(rtsp_options));
+    if (!rtsp) return fail(rtsp.error());
+    facts.add("rtsp", (*rtsp)->port());
+
     ControlServerOptions control_options;
     control_options.unix_path = options.control;
     control_options.host = options.host;
@@ -157,15 +169,18 @@ int run_serve(const ServeOptions& options) {
     std::printf("  control  %s\n", options.control.c_str());
     if (options.tcp_port) std::printf("  control  %s:%u\n", options.host.c_str(), (*control)->tcp_port());
     std::printf("  http     http://%s:%u/\n", options.host.c_str(), (*http)->port());
+    const char* const host = options.host.c_str();
     for (const auto& camera : bus.cameras()) {
-        std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", options.host.c_str(), (*http)->port(),
-                    camera.name.c_str());
+        const char* const name = camera.name.c_str();
+        std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, (*http)->port(), name);
+        std::printf("  camera   %s://%s:%u/%s\n", (*rtsp)->scheme(), host, (*rtsp)->port(), name);
     }
     std::fflush(stdout);
     tell_ready(options.ready_fd, facts.get());
 
     stop.wait();
     (*control)->stop();
+    (*rtsp)->stop();
     (*http)->stop();
     rpc.stop();
     loopback.reset();

@@ -18,6 +18,7 @@ struct ServeOptions {
     std::uint16_t rtsp_port = 8554;
     std::optional<std::uint16_t> tcp_port;
     std::filesystem::path token_file;
+    std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
     EngineOptions engine;
     int ready_fd = -1;
 };

@@ -22,7 +22,8 @@ TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
     const auto spec = create(R"({"size": [1920, 1080], "fps": "30000/1001", "hfov_deg": 90, "near": 0.1, "far": 50,
         "pose": {"position": [1, 2, 3], "pan_deg": 30, "tilt_deg": -10, "roll_deg": 5},
         "lens": {"model": "pinhole"}, "quality": "fast", "code_strip": true,
-        "outputs": [{"kind": "v4l2", "number": 3, "format": "YUYV"}, {"kind": "rtsp", "codec": "h264"},
+        "outputs": [{"kind": "v4l2", "number": 3, "format": "YUYV"}, {"kind": "rtsp", "codec": "h264", "bitrate_kbps": 900,
+                     "key_interval_s": 0.5, "preset": "fast", "profile": "high"},
                     {"kind": "mjpeg", "quality": 90}, {"kind": "device", "number": 0}]})");
     ASSERT_TRUE(spec) << spec.error().message;
     EXPECT_EQ(spec->rate, Rate::create(30000, 1001).value());
@@ -34,7 +35,8 @@ TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
     EXPECT_NEAR(json["hfov_deg"].get<double>(), 90.0, 1e-9);
     EXPECT_NEAR(json["pose"]["pan_deg"].get<double>(), 30.0, 1e-9);
     EXPECT_NEAR(json["pose"]["roll_deg"].get<double>(), 5.0, 1e-9);
-    EXPECT_EQ(json["outputs"][1]["codec"], "h264");
+    EXPECT_EQ(json["outputs"][1], nlohmann::json::parse(R"({"kind": "rtsp", "codec": "h264", "bitrate_kbps": 900,
+        "key_interval_s": 0.5, "preset": "fast", "profile": "high"})"));
     EXPECT_EQ(json["quality"], "fast");
 }
 
@@ -73,6 +75,13 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"outputs": [{"kind": "mjpeg", "quality": 101}]})", "outputs[0].quality"},
         {R"({"outputs": [{"kind": "mjpeg"}, {"kind": "mjpeg"}]})", "outputs[1]: is the same output"},
         {R"({"outputs": [{"kind": "rtsp", "size": 1}]})", "outputs[0].size: unknown key"},
+        {R"({"outputs": [{"kind": "rtsp", "bitrate_kbps": 15}]})", "outputs[0].bitrate_kbps: must be 16 to 200000"},
+        {R"({"outputs": [{"kind": "rtsp", "key_interval_s": 0}]})", "outputs[0].key_interval_s"},
+        {R"({"outputs": [{"kind": "rtsp", "preset": "best"}]})", "outputs[0].preset: 'best' is none of ultrafast"},
+        {R"({"outputs": [{"kind": "rtsp", "profile": "extended"}]})", "outputs[0].profile"},
+        {R"({"outputs": [{"kind": "rtsp", "quality": 50}]})", "outputs[0].quality: only mjpeg"},
+        {R"({"outputs": [{"kind": "rtsp", "codec": "mjpeg", "preset": "fast"}]})", "outputs[0].preset: only"},
+        {R"({"outputs": [{"kind": "mjpeg", "bitrate_kbps": 500}]})", "outputs[0].bitrate_kbps: only"},
         {R"({"pose": {"position": [1, 2]}})", "pose.position: expected an array of 3"},
         {R"({"pose": {"position": [1, 2, 3], "look_at": [1, 2, 3]}})", "pose"},
         {R"({"pose": {"position": [1, 2, 3], "look_at": [0, 0, 0], "pan_deg": 1}})", "only one of"},

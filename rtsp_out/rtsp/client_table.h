@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gst/rtsp-server/rtsp-server.h>
+
+#include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/rtsp_options.h"
+
+namespace camrig {
+
+/// The RTSP connections: how many, what each has asked for, how they are tuned, and how they end.
+///
+/// A client that cannot be served gets its status with a reason of our own ("415 RTP carries JPEG of ..."), which is
+/// what programs show to their users. Server thread for every call.
+class ClientTable {
+public:
+    /// Why a path cannot be had; no error when it can.
+    using Refusal = std::function<Result<void>(const std::string& path)>;
+
+    ClientTable(const RtspLimits& limits, Refusal refusal) : limits_(limits), refusal_(std::move(refusal)) {}
+    ~ClientTable();
+    ClientTable(const ClientTable&) = delete;
+    ClientTable& operator=(const ClientTable&) = delete;
+
+    /// A connection was accepted.
+    void add(GstRTSPClient* client);
+    /// Those who have asked for this path or what lies under it.
+    std::vector<GObjectHandle<GstRTSPClient>> clients_of(const std::string& path) const;
+    std::vector<GObjectHandle<GstRTSPClient>> all() const;
+    /// Any thread.
+    RtspCounts counts() const { return {open_.load(), total_.load(), over_limit_.load()}; }
+
+private:
+    struct Client {
+        std::set<std::string> paths;
+        std::string reason;  ///< for the answer being made
+    };
+
+    void tune(GstRTSPClient* client) const;
+    GstRTSPStatusCode on_ask(GstRTSPClient* client, const GstRTSPContext* context);
+    static void on_closed(GstRTSPClient* client, void* table);
+    static void on_play(GstRTSPClient* client, GstRTSPContext* context, void* table);
+    static GstRTSPStatusCode on_pre_play(GstRTSPClient* client, GstRTSPContext* context, void* table);
+    static void on_answer(GstRTSPClient* client, GstRTSPContext* context, GstRTSPMessage* answer, void* table);
+
+    const RtspLimits limits_;
+    const Refusal refusal_;
+    std::map<GstRTSPClient*, Client> clients_;
+    std::atomic<std::uint64_t> open_{0}, total_{0}, over_limit_{0};
+};
+
+/// "/lobby/mjpeg" of "/lobby/mjpeg/stream=0" and "/lobby/mjpeg/".
+std::string mount_path_of(std::string_view url_path);
+
+/// Closes a connection from the main loop, not from inside one of its callbacks.
+void close_later(GMainContext* context, GstRTSPClient* client);
+
+}  // namespace camrig

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include <gst/gst.h>
+
+namespace camrig {
+
+/// Owns one reference of a GObject.
+struct GObjectUnref {
+    void operator()(void* object) const { g_object_unref(object); }
+};
+template <typename T>
+using GObjectHandle = std::unique_ptr<T, GObjectUnref>;
+
+struct GstCapsUnref {
+    void operator()(GstCaps* caps) const { gst_caps_unref(caps); }
+};
+using GstCapsHandle = std::unique_ptr<GstCaps, GstCapsUnref>;
+
+/// A child of a bin by its name, or null. The handle holds a reference.
+inline GObjectHandle<GstElement> child_of(GstElement* bin, const char* name) {
+    return GObjectHandle<GstElement>(gst_bin_get_by_name(GST_BIN(bin), name));
+}
+
+}  // namespace camrig

@@ -1,0 +1,305 @@
+#include "rtsp_out/rtsp/media_feed.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <gst/app/gstappsrc.h>
+#include <gst/video/video.h>
+#include <spdlog/spdlog.h>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+/// Two pictures never share a tick of the RTP clock.
+constexpr TimeNs min_step_ns = ns_per_s / RtpTimeline::ticks_per_s + 1;
+/// When the last picture is sent again.
+constexpr TimeNs repeat_after_ns = ns_per_s;
+/// A repeat is stamped so far in the past, so that a picture that is late comes after it with its true stamp.
+constexpr TimeNs repeat_lag_ns = ns_per_s / 2;
+/// Pictures between appsrc and payloader; an encoder without reordering holds one or two.
+constexpr std::size_t max_on_way = 16;
+
+/// Keeps a value alive as long as a piece of GStreamer memory.
+template <typename T>
+GstBuffer* wrapped(const void* data, std::size_t size, T keeper) {
+    auto* const kept = new T(std::move(keeper));
+    return gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, const_cast<void*>(data), size, 0, size, kept,
+                                       [](void* pointer) { delete static_cast<T*>(pointer); });
+}
+
+GstCapsHandle caps_of(const MediaFormat& format, ImageSize size, const Rate& rate) {
+    GstCaps* caps = nullptr;
+    if (format.codec == Codec::jpeg) {
+        caps = gst_caps_new_empty_simple("image/jpeg");
+    } else {
+        // sRGB pictures (BT.709 primaries, sRGB transfer) through the BT.601 matrix in limited range, chroma in the
+        // middle of its pixels: core/frame/convert.h. BT.601 at every size, for many programs never read the
+        // description.
+        caps = gst_caps_new_simple("video/x-raw", "format", G_TYPE_STRING,
+                                   format.pixels == PixelFormat::nv12 ? "NV12" : "I420", "colorimetry", G_TYPE_STRING,
+                                   "2:4:7:1", "chroma-site", G_TYPE_STRING, "jpeg", "interlace-mode", G_TYPE_STRING,
+                                   "progressive", nullptr);
+    }
+    gst_caps_set_simple(caps, "width", G_TYPE_INT, size.width, "height", G_TYPE_INT, size.height, "framerate",
+                        GST_TYPE_FRACTION, static_cast<int>(rate.num()), static_cast<int>(rate.den()), nullptr);
+    return GstCapsHandle(caps);
+}
+
+}  // namespace
+
+struct MediaFeed::Passage {
+    FrameInfo info;
+    std::shared_ptr<ReaderStats> stats;
+    DeliveryLatch::Hold hold;
+    std::size_t sent_bytes = 0;  ///< 0: it never came out of the encoder
+
+    ~Passage() {
+        if (sent_bytes == 0) {
+            stats->dropped.fetch_add(1, std::memory_order_relaxed);
+        } else {
+            stats->delivered.fetch_add(1, std::memory_order_relaxed);
+            stats->bytes.fetch_add(sent_bytes, std::memory_order_relaxed);
+            stats->last_latency_ns.store(monotonic_now_ns() - info.monotonic_ns, std::memory_order_relaxed);
+        }
+        hold.release();
+    }
+};
+
+std::shared_ptr<MediaFeed> MediaFeed::create(Options options, GstElement* bin) {
+    std::shared_ptr<MediaFeed> feed(new MediaFeed(std::move(options), bin));
+    // Callbacks hold the feed weakly: the media owns it, and it may be going already.
+    using Weak = std::weak_ptr<MediaFeed>;
+    const auto forget = [](void* weak, GClosure*) { delete static_cast<Weak*>(weak); };
+    g_signal_connect_data(feed->source_.get(), "need-data", G_CALLBACK(on_need_data), new Weak(feed), forget,
+                          GConnectFlags{});
+    const GObjectHandle<GstPad> pad(gst_element_get_static_pad(feed->payloader_.get(), "sink"));
+    gst_pad_add_probe(pad.get(), GST_PAD_PROBE_TYPE_BUFFER, on_encoded, new Weak(feed),
+                      [](void* weak) { delete static_cast<Weak*>(weak); });
+    return feed;
+}
+
+MediaFeed::MediaFeed(Options options, GstElement* bin)
+    : options_(std::move(options)),
+      shown_(options_.camera.size),
+      source_(child_of(bin, "src")),
+      encoder_(child_of(bin, "enc")),
+      payloader_(child_of(bin, "pay0")) {
+    CHECK(source_ != nullptr && payloader_ != nullptr);
+    if (encoder_) shown_ = {shown_.width & ~1, shown_.height & ~1};
+    const GstCapsHandle caps = caps_of(options_.format, shown_, options_.camera.rate);
+    g_object_set(source_.get(), "caps", caps.get(), "format", GST_FORMAT_TIME, "is-live", TRUE, "do-timestamp", FALSE,
+                 "max-buffers", guint64{2}, "max-bytes", guint64{0}, "leaky-type", GST_APP_LEAKY_TYPE_DOWNSTREAM,
+                 nullptr);
+    g_object_set(payloader_.get(), "timestamp-offset", guint{options_.timeline.rtp_offset()}, "perfect-rtptime", FALSE,
+                 nullptr);
+}
+
+MediaFeed::~MediaFeed() {
+    stop();
+}
+
+void MediaFeed::on_need_data(GstElement*, unsigned, void* feed) {
+    // The first call says that the pipeline runs and takes pictures.
+    if (const auto self = static_cast<std::weak_ptr<MediaFeed>*>(feed)->lock()) self->start();
+}
+
+void MediaFeed::start() {
+    {
+        std::lock_guard lock(mutex_);
+        if (std::exchange(started_, true) || stopped_) return;
+    }
+    const std::weak_ptr<MediaFeed> weak = weak_from_this();
+    auto subscription = options_.bus->subscribe(options_.camera.name, options_.format, {"rtsp", options_.path, {}},
+                                                shared_from_this(), [weak](const Error& why) {
+                                                    spdlog::info("rtsp: a stream ends: {}", why.message);
+                                                    if (const auto self = weak.lock()) self->end();
+                                                });
+    if (!subscription) return end();
+    {
+        std::lock_guard lock(subscription_mutex_);
+        subscription_ = std::move(*subscription);
+    }
+    // Nothing may be due for long (the world stands still, or a low rate): the stream begins with the latest picture.
+    options_.fetcher->fetch({options_.camera.name, FrameKind::color, 0, options_.format},
+                            [weak](Result<MediaUnit> unit) {
+                                if (const auto self = weak.lock()) self->first_picture(std::move(unit));
+                            });
+    bool stopped_meanwhile = false;
+    {
+        std::lock_guard lock(mutex_);
+        stopped_meanwhile = stopped_;
+    }
+    if (stopped_meanwhile) stop();
+}
+
+void MediaFeed::first_picture(Result<MediaUnit> unit) {
+    if (!unit) {
+        spdlog::warn("rtsp {}: no first picture: {}", options_.path, unit.error().message);
+        return;  // the next due frame will do
+    }
+    std::lock_guard lock(mutex_);
+    if (stopped_ || last_ || unit->info.size != options_.camera.size) return;
+    push(*unit, std::max(unit->info.monotonic_ns, monotonic_now_ns() - repeat_lag_ns), nullptr);
+}
+
+Result<void> MediaFeed::open(const StreamInfo& info) {
+    if (info.size != options_.camera.size) return error(ErrorKind::not_found, "the camera has another size now");
+    std::lock_guard lock(mutex_);
+    stats_ = info.stats;
+    return {};
+}
+
+Result<void> MediaFeed::write(const MediaUnit& unit) {
+    std::lock_guard lock(mutex_);
+    CHECK(stats_ != nullptr);
+    if (stopped_ || (last_ && unit.info.sequence <= last_->info.sequence)) {
+        // The picture that the stream began with was this one, or a later one.
+        const bool sent = !stopped_ && unit.info.sequence == last_->info.sequence;
+        (sent ? stats_->delivered : stats_->dropped).fetch_add(1, std::memory_order_relaxed);
+        return {};
+    }
+    auto passage = std::make_shared<Passage>();
+    passage->info = unit.info;
+    passage->stats = stats_;
+    if (playing_) passage->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
+    push(unit, unit.info.monotonic_ns, std::move(passage));
+    return {};
+}
+
+void MediaFeed::close() noexcept {}
+
+/// With the mutex held.
+void MediaFeed::push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<Passage> passage) {
+    stamp_ns = std::max({stamp_ns, options_.timeline.base_ns(), last_stamp_ns_ + min_step_ns});
+    const TimeNs pts = options_.timeline.pts_of(stamp_ns);
+    const FrameInfo& info = unit.info;
+    on_way_.push_back(
+        {pts,
+         {info.sequence, info.world_ns, info.monotonic_ns, options_.timeline.realtime_of(info.monotonic_ns)},
+         unit.bytes,
+         std::move(passage)});
+    if (on_way_.size() > max_on_way) on_way_.pop_front();
+    GstBuffer* buffer = buffer_of(unit);
+    GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pts);
+    GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(options_.camera.rate.period_ns());
+    last_ = unit;
+    last_->latch.reset();
+    last_stamp_ns_ = stamp_ns;
+    last_push_ns_ = monotonic_now_ns();
+    // Never blocks: the oldest waiting picture gives way. Fails only when the pipeline is going.
+    gst_app_src_push_buffer(GST_APP_SRC(source_.get()), buffer);
+}
+
+GstBuffer* MediaFeed::buffer_of(const MediaUnit& unit) const {
+    if (unit.bytes) return wrapped(unit.bytes->data(), unit.bytes->size(), unit.bytes);
+    const FrameRef& frame = unit.frame;
+    GstBuffer* buffer = wrapped(frame->bytes().data(), frame->bytes().size(), frame);
+    // Our rows are not padded, and an odd last column or row is left out: pixel (x, y) stays pixel (x, y).
+    const auto width = static_cast<gsize>(unit.info.size.width), height = static_cast<gsize>(unit.info.size.height);
+    const gsize half_width = (width + 1) / 2, half_height = (height + 1) / 2;
+    const bool nv12 = options_.format.pixels == PixelFormat::nv12;
+    gsize offsets[GST_VIDEO_MAX_PLANES] = {0, width * height, width * height + half_width * half_height};
+    gint strides[GST_VIDEO_MAX_PLANES] = {
+        static_cast<gint>(width), static_cast<gint>(nv12 ? 2 * half_width : half_width), static_cast<gint>(half_width)};
+    gst_buffer_add_video_meta_full(
+        buffer, GST_VIDEO_FRAME_FLAG_NONE, nv12 ? GST_VIDEO_FORMAT_NV12 : GST_VIDEO_FORMAT_I420,
+        static_cast<guint>(shown_.width), static_cast<guint>(shown_.height), nv12 ? 2 : 3, offsets, strides);
+    return buffer;
+}
+
+GstPadProbeReturn MediaFeed::on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed) {
+    const auto self = static_cast<std::weak_ptr<MediaFeed>*>(feed)->lock();
+    if (!self) return GST_PAD_PROBE_OK;
+    GstBuffer* encoded = GST_PAD_PROBE_INFO_BUFFER(info);
+    GstBuffer* replaced = self->packet_source(pad, encoded);
+    if (!replaced) return GST_PAD_PROBE_OK;
+    gst_buffer_unref(encoded);
+    GST_PAD_PROBE_INFO_DATA(info) = replaced;
+    return GST_PAD_PROBE_OK;
+}
+
+/// The encoded picture in memory that carries its passage, with its times inside if it is H.264.
+GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
+    // An encoder may shift its stamps and its segment alike; running time stays.
+    GstEvent* event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
+    if (!event) return nullptr;
+    const GstSegment* segment = nullptr;
+    gst_event_parse_segment(event, &segment);
+    const guint64 running = gst_segment_to_running_time(segment, GST_FORMAT_TIME, GST_BUFFER_PTS(encoded));
+    gst_event_unref(event);
+
+    auto entry = take_entry(static_cast<TimeNs>(running));
+    if (!entry) return nullptr;
+    if (!entry->bytes) {
+        GstMapInfo map;
+        if (!gst_buffer_map(encoded, &map, GST_MAP_READ)) return nullptr;
+        const std::span bytes(reinterpret_cast<const std::byte*>(map.data), map.size);
+        entry->bytes = std::make_shared<const std::vector<std::byte>>(with_frame_times(bytes, entry->times));
+        gst_buffer_unmap(encoded, &map);
+    }
+    if (entry->passage) entry->passage->sent_bytes = entry->bytes->size();
+    const BytesRef bytes = entry->bytes;
+    GstBuffer* buffer = wrapped(bytes->data(), bytes->size(), std::make_pair(bytes, std::move(entry->passage)));
+    constexpr int what = GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS;
+    gst_buffer_copy_into(buffer, encoded, static_cast<GstBufferCopyFlags>(what), 0, static_cast<gsize>(-1));
+    return buffer;
+}
+
+/// The picture of this stamp. What went in before it and did not come out was dropped.
+std::optional<MediaFeed::Entry> MediaFeed::take_entry(TimeNs pts) {
+    std::deque<Entry> gone;  // freed without the mutex: passages let go of latches
+    std::lock_guard lock(mutex_);
+    while (!on_way_.empty() && on_way_.front().pts < pts) {
+        gone.push_back(std::move(on_way_.front()));
+        on_way_.pop_front();
+    }
+    if (on_way_.empty() || on_way_.front().pts != pts) return std::nullopt;
+    Entry entry = std::move(on_way_.front());
+    on_way_.pop_front();
+    return entry;
+}
+
+void MediaFeed::request_key_frame() {
+    if (!encoder_) return;
+    const GObjectHandle<GstPad> pad(gst_element_get_static_pad(encoder_.get(), "src"));
+    gst_pad_send_event(pad.get(), gst_video_event_new_upstream_force_key_unit(GST_CLOCK_TIME_NONE, TRUE, 0));
+}
+
+void MediaFeed::client_joins() {
+    request_key_frame();
+    const TimeNs now_ns = monotonic_now_ns();
+    std::lock_guard lock(mutex_);
+    if (last_ && now_ns - last_push_ns_ >= repeat_lag_ns) push(MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
+}
+
+void MediaFeed::client_plays() {
+    std::lock_guard lock(mutex_);
+    playing_ = true;
+}
+
+void MediaFeed::repeat_if_idle(TimeNs now_ns) {
+    std::lock_guard lock(mutex_);
+    if (stopped_ || !last_ || now_ns - last_push_ns_ < repeat_after_ns) return;
+    push(MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
+}
+
+void MediaFeed::end() {
+    gst_app_src_end_of_stream(GST_APP_SRC(source_.get()));
+}
+
+void MediaFeed::stop() {
+    std::deque<Entry> gone;
+    {
+        std::lock_guard lock(mutex_);
+        stopped_ = true;
+        gone.swap(on_way_);
+    }
+    std::optional<Subscription> subscription;
+    std::lock_guard lock(subscription_mutex_);
+    subscription.swap(subscription_);
+}
+
+}  // namespace camrig

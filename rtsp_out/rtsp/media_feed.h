@@ -1,0 +1,103 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "core/stream/frame_bus.h"
+#include "rtsp_out/rtsp/frame_times_sei.h"
+#include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/rtp_timeline.h"
+
+namespace camrig {
+
+/// Brings a camera's pictures into the pipeline of one RTSP stream, from the moment the pipeline runs until it ends.
+///
+/// The pipeline begins with an appsrc named "src" that keeps the newest two pictures and ends with a payloader named
+/// "pay0"; between them "enc" encodes, or nothing when the pictures are JPEG already. A picture's stamp is its instant
+/// (RtpTimeline); stamps always rise. When nothing new comes for a second the last picture is sent again, so that
+/// clients open at once and stay while the world stands still.
+///
+/// A picture on its way holds its latch until the last byte of it has been written to the last client: the hold lives
+/// as long as the memory of the encoded picture, which every RTP packet refers to.
+///
+/// Threads: Sink calls come from the bus; the pipeline's streaming thread calls in through the appsrc and a probe; all
+/// else is the server's.
+class MediaFeed final : public Sink, public std::enable_shared_from_this<MediaFeed> {
+public:
+    struct Options {
+        FrameBus* bus = nullptr;
+        FrameFetcher* fetcher = nullptr;
+        CameraStream camera;
+        MediaFormat format;
+        std::string path;  ///< for messages and statistics
+        RtpTimeline timeline;
+    };
+
+    /// `bin` is the element of the media (see above); it must not run yet.
+    static std::shared_ptr<MediaFeed> create(Options options, GstElement* bin);
+    ~MediaFeed() override;
+
+    const RtpTimeline& timeline() const { return options_.timeline; }
+    const std::string& path() const { return options_.path; }
+
+    /// A client has joined: the next picture is a key frame, and one comes at once if the world stands still.
+    void client_joins();
+    /// Somebody plays now; from here on pictures hold their latch.
+    void client_plays();
+    /// To be called some times a second.
+    void repeat_if_idle(TimeNs now_ns);
+    /// No more pictures: the stream ends for its clients (end of stream, RTCP BYE).
+    void end();
+    /// The pipeline is going. Nothing comes in any more, and nothing is asked for.
+    void stop();
+
+    Result<void> open(const StreamInfo& info) override;
+    Result<void> write(const MediaUnit& unit) override;
+    void close() noexcept override;
+
+private:
+    /// The books of one picture on its way: delivered, or dropped when it never left the encoder.
+    struct Passage;
+    struct Entry {
+        TimeNs pts = 0;
+        FrameTimes times;
+        BytesRef bytes;  ///< JPEG only
+        std::shared_ptr<Passage> passage;
+    };
+
+    MediaFeed(Options options, GstElement* bin);
+    void start();
+    void first_picture(Result<MediaUnit> unit);
+    void push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<Passage> passage);
+    GstBuffer* buffer_of(const MediaUnit& unit) const;
+    GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
+    std::optional<Entry> take_entry(TimeNs pts);
+    void request_key_frame();
+
+    static void on_need_data(GstElement* source, unsigned bytes, void* feed);
+    static GstPadProbeReturn on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed);
+
+    const Options options_;
+    ImageSize shown_;  ///< what of the picture is sent: H.264 has even sizes only
+    GObjectHandle<GstElement> source_;
+    GObjectHandle<GstElement> encoder_;  ///< null for JPEG
+    GObjectHandle<GstElement> payloader_;
+
+    std::mutex mutex_;  ///< guards what follows
+    bool started_ = false;
+    bool stopped_ = false;
+    bool playing_ = false;
+    std::shared_ptr<ReaderStats> stats_;
+    std::optional<MediaUnit> last_;  ///< without its latch
+    TimeNs last_stamp_ns_ = 0;
+    TimeNs last_push_ns_ = 0;
+    std::deque<Entry> on_way_;  ///< in the order of their stamps
+
+    std::mutex subscription_mutex_;
+    std::optional<Subscription> subscription_;
+};
+
+}  // namespace camrig

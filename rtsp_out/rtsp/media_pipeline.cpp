@@ -1,0 +1,83 @@
+#include "rtsp_out/rtsp/media_pipeline.h"
+
+#include <string_view>
+
+#include <gst/rtp/gstrtcpbuffer.h>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+/// Reports come every 0.1 to 0.3 s (RFC 3550 randomises around this, and the first one comes after half of it).
+constexpr guint64 report_interval_ns = 250 * ns_per_ms;
+/// When all TCP clients of a stream are stuck while others read by UDP, so much waits for them before they are given
+/// up (ClientTable closes them after ten seconds).
+constexpr guint max_waiting_bytes = 64U << 20;
+
+bool is_made_by(GstElement* element, std::string_view factory_name) {
+    GstElementFactory* factory = gst_element_get_factory(element);
+    return factory && factory_name == gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory));
+}
+
+/// Writes the timeline's RTP time and absolute time into a sender report.
+///
+/// rtpsession's own are from two clocks read one after the other, and from the time of the last packet; on a busy
+/// machine two streams disagree by what lies between.
+GstPadProbeReturn rewrite_report(GstPad*, GstPadProbeInfo* info, void* timeline) {
+    GstBuffer* buffer = gst_buffer_make_writable(GST_PAD_PROBE_INFO_BUFFER(info));
+    GST_PAD_PROBE_INFO_DATA(info) = buffer;
+    GstRTCPBuffer rtcp = GST_RTCP_BUFFER_INIT;
+    if (!gst_rtcp_buffer_map(buffer, GST_MAP_READWRITE, &rtcp)) return GST_PAD_PROBE_OK;
+    GstRTCPPacket packet;
+    for (gboolean more = gst_rtcp_buffer_get_first_packet(&rtcp, &packet); more;
+         more = gst_rtcp_packet_move_to_next(&packet)) {
+        if (gst_rtcp_packet_get_type(&packet) != GST_RTCP_TYPE_SR) continue;
+        guint32 ssrc = 0, rtp = 0, packets = 0, octets = 0;
+        guint64 ntp = 0;
+        gst_rtcp_packet_sr_get_sender_info(&packet, &ssrc, &ntp, &rtp, &packets, &octets);
+        const auto time = static_cast<const RtpTimeline*>(timeline)->sender_time(monotonic_now_ns());
+        gst_rtcp_packet_sr_set_sender_info(&packet, ssrc, time.ntp, time.rtp, packets, octets);
+    }
+    gst_rtcp_buffer_unmap(&rtcp);
+    return GST_PAD_PROBE_OK;
+}
+
+void on_rtpbin_pad(GstElement*, GstPad* pad, void* timeline) {
+    if (!std::string_view(GST_PAD_NAME(pad)).starts_with("send_rtcp_src_")) return;
+    gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, rewrite_report,
+                      new RtpTimeline(*static_cast<const RtpTimeline*>(timeline)),
+                      [](void* copy) { delete static_cast<RtpTimeline*>(copy); });
+}
+
+void on_element_added(GstBin* pipeline, GstBin* parent, GstElement* element, void* timeline) {
+    if (is_made_by(element, "rtpbin")) {
+        g_signal_connect_data(
+            element, "pad-added", G_CALLBACK(on_rtpbin_pad),
+            new RtpTimeline(*static_cast<const RtpTimeline*>(timeline)),
+            [](void* copy, GClosure*) { delete static_cast<RtpTimeline*>(copy); }, GConnectFlags{});
+    } else if (is_made_by(element, "rtpsession")) {
+        g_object_set(element, "rtcp-min-interval", report_interval_ns, nullptr);
+    } else if (is_made_by(element, "appsink") || is_made_by(element, "multiudpsink")) {
+        // A kept last packet would keep its picture, and with it the latch of a step. Pictures go when they come.
+        g_object_set(element, "sync", FALSE, "enable-last-sample", FALSE, nullptr);
+    } else if (is_made_by(element, "queue") && parent == pipeline) {
+        g_object_set(element, "max-size-buffers", 0U, "max-size-bytes", max_waiting_bytes, "max-size-time", guint64{0},
+                     nullptr);
+    }
+}
+
+}  // namespace
+
+void set_up_media_pipeline(GstPipeline* pipeline, const RtpTimeline& timeline) {
+    GstClock* clock = gst_system_clock_obtain();  // CLOCK_MONOTONIC, as the stamps of frames
+    gst_pipeline_use_clock(pipeline, clock);
+    gst_object_unref(clock);
+    gst_element_set_start_time(GST_ELEMENT(pipeline), GST_CLOCK_TIME_NONE);  // the base time stays as it is
+    gst_element_set_base_time(GST_ELEMENT(pipeline), static_cast<GstClockTime>(timeline.base_ns()));
+    g_signal_connect_data(
+        pipeline, "deep-element-added", G_CALLBACK(on_element_added), new RtpTimeline(timeline),
+        [](void* copy, GClosure*) { delete static_cast<RtpTimeline*>(copy); }, GConnectFlags{});
+}
+
+}  // namespace camrig

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/time.h"
+
+namespace camrig {
+
+/// CLOCK_REALTIME minus CLOCK_MONOTONIC, one value for all streams of a rig: two streams that give an instant as
+/// absolute time give the same number.
+///
+/// Measured once, and again only when the real time clock was set (by more than a tenth of a second): streams that are
+/// made from then on have the new value, the others keep theirs until they end. Any thread after construction is fine
+/// for copies; current() is for one thread.
+class WallOffset {
+public:
+    WallOffset() : offset_ns_(measure()) {}
+    TimeNs current();
+
+private:
+    static TimeNs measure();
+    TimeNs offset_ns_;
+};
+
+/// What RTP and RTCP say of time, for one stream.
+///
+/// RTP time is counted on one grid for all streams of the machine: tick k is at CLOCK_MONOTONIC k / 90000 s, whatever
+/// the stream, for base_ns is a whole second. An instant has the time of the last tick before it. A sender report names
+/// a tick and its exact absolute time, so capture times that clients compute from stamps and reports of several streams
+/// agree to the nanosecond (RFC 3550, 6.4.1). Plain arithmetic, reads no clock.
+class RtpTimeline {
+public:
+    static constexpr std::int64_t ticks_per_s = 90'000;
+
+    /// A stream that begins at now_ns; rtp_offset is the random start of its RTP stamps (RFC 3550, 5.1).
+    RtpTimeline(TimeNs now_ns, std::uint32_t rtp_offset, TimeNs wall_offset_ns);
+
+    std::uint32_t rtp_offset() const { return rtp_offset_; }
+    /// The CLOCK_MONOTONIC time of stream time (PTS) 0: before everything that the stream will show.
+    TimeNs base_ns() const { return base_ns_; }
+    TimeNs pts_of(TimeNs monotonic_ns) const { return monotonic_ns - base_ns_; }
+    TimeNs realtime_of(TimeNs monotonic_ns) const { return monotonic_ns + wall_offset_ns_; }
+    std::uint32_t rtp_of(TimeNs monotonic_ns) const;
+
+    struct SenderTime {
+        std::uint64_t ntp = 0;  ///< seconds since 1900, 32.32 fixed point
+        std::uint32_t rtp = 0;
+    };
+    /// The last tick at now_ns, as RTP time and as absolute time.
+    SenderTime sender_time(TimeNs now_ns) const;
+
+private:
+    std::int64_t ticks_at(TimeNs monotonic_ns) const;
+
+    TimeNs base_ns_;
+    std::uint32_t rtp_offset_;
+    TimeNs wall_offset_ns_;
+};
+
+/// Nanoseconds since 1970 as NTP time, to the nearest 2^-32 s.
+std::uint64_t ntp_from_realtime(TimeNs realtime_ns);
+
+}  // namespace camrig

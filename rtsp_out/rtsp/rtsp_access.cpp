@@ -1,0 +1,97 @@
+#include "rtsp_out/rtsp/rtsp_access.h"
+
+#include <string_view>
+
+namespace camrig {
+namespace {
+
+constexpr const char* role = "reader";
+
+/// gst-rtsp-server asks for credentials only where a stream is touched; this asks for every request.
+struct RtspGate {
+    GstRTSPAuth parent;
+    gboolean asks;
+};
+struct RtspGateClass {
+    GstRTSPAuthClass parent;
+};
+
+G_DEFINE_TYPE(RtspGate, rtsp_gate, GST_TYPE_RTSP_AUTH)
+
+void rtsp_gate_init(RtspGate*) {}
+
+void refuse(GstRTSPAuth* auth, GstRTSPContext* context) {
+    gst_rtsp_message_init_response(context->response, GST_RTSP_STS_UNAUTHORIZED,
+                                   gst_rtsp_status_as_text(GST_RTSP_STS_UNAUTHORIZED), context->request);
+    GST_RTSP_AUTH_GET_CLASS(auth)->generate_authenticate_header(auth, context);
+    gst_rtsp_client_send_message(context->client, context->session, context->response);
+}
+
+gboolean gate_check(GstRTSPAuth* auth, GstRTSPContext* context, const gchar* what) {
+    GstRTSPAuthClass* parent = GST_RTSP_AUTH_CLASS(rtsp_gate_parent_class);
+    const std::string_view check = what;
+    if (check == GST_RTSP_AUTH_CHECK_CONNECT) return parent->check(auth, context, what);
+    // Clients never choose where their packets go.
+    if (check == GST_RTSP_AUTH_CHECK_TRANSPORT_CLIENT_SETTINGS) return FALSE;
+    if (!reinterpret_cast<RtspGate*>(auth)->asks) return TRUE;
+    if (!context->token) GST_RTSP_AUTH_GET_CLASS(auth)->authenticate(auth, context);
+    if (context->token) return TRUE;
+    refuse(auth, context);
+    return FALSE;
+}
+
+void rtsp_gate_class_init(RtspGateClass* gate) {
+    GST_RTSP_AUTH_CLASS(gate)->check = gate_check;
+}
+
+Result<GObjectHandle<GTlsCertificate>> load_certificate(const RtspOptions& options) {
+    const std::string key = options.key.empty() ? options.certificate.string() : options.key.string();
+    GError* failed = nullptr;
+    GTlsCertificate* certificate = g_tls_certificate_new_from_files(options.certificate.c_str(), key.c_str(), &failed);
+    if (certificate) return GObjectHandle<GTlsCertificate>(certificate);
+    const std::string why = failed->message;
+    g_error_free(failed);
+    return error(ErrorKind::invalid_argument, "--rtsp-cert " + options.certificate.string() + ", --rtsp-key " + key +
+                                                  ": " + why + "; give a certificate and its key as PEM");
+}
+
+}  // namespace
+
+Result<GObjectHandle<GstRTSPAuth>> create_rtsp_auth(const RtspOptions& options) {
+    if (!options.key.empty() && options.certificate.empty())
+        return error(ErrorKind::invalid_argument, "--rtsp-key: needs --rtsp-cert too");
+    if (options.token.empty() && options.certificate.empty()) return GObjectHandle<GstRTSPAuth>();
+    GObjectHandle<GstRTSPAuth> auth(GST_RTSP_AUTH(g_object_new(rtsp_gate_get_type(), nullptr)));
+    if (!options.token.empty()) {
+        reinterpret_cast<RtspGate*>(auth.get())->asks = TRUE;
+        GstRTSPToken* token = gst_rtsp_token_new(GST_RTSP_TOKEN_MEDIA_FACTORY_ROLE, G_TYPE_STRING, role, nullptr);
+        gst_rtsp_auth_set_supported_methods(auth.get(), GST_RTSP_AUTH_DIGEST);
+        gst_rtsp_auth_add_digest(auth.get(), rtsp_user, options.token.c_str(), token);
+        gst_rtsp_token_unref(token);
+    }
+    if (!options.certificate.empty()) {
+        auto certificate = load_certificate(options);
+        if (!certificate) return std::unexpected(certificate.error());
+        gst_rtsp_auth_set_tls_certificate(auth.get(), certificate->get());
+    }
+    return auth;
+}
+
+bool is_loopback_address(const std::string& host) {
+    if (host == "localhost") return true;
+    GInetAddress* address = g_inet_address_new_from_string(host.c_str());
+    if (!address) return false;
+    const bool loopback = g_inet_address_get_is_loopback(address);
+    g_object_unref(address);
+    return loopback;
+}
+
+Result<void> check_rtsp_host(const RtspOptions& options) {
+    if (!options.token.empty() || is_loopback_address(options.host)) return {};
+    return error(ErrorKind::invalid_argument,
+                 "rtsp: host " + options.host +
+                     " can be reached by others, so it needs a token; give --token-file, or "
+                     "use --host 127.0.0.1");
+}
+
+}  // namespace camrig

@@ -1,0 +1,124 @@
+#include "rtsp_out/rtsp/rtsp_mount.h"
+
+#include <algorithm>
+
+#include "core/base/clock.h"
+#include "rtsp_out/rtsp/media_pipeline.h"
+#include "rtsp_out/rtsp/rtsp_access.h"
+
+namespace camrig {
+namespace {
+
+constexpr const char* feed_key = "camrig-feed";
+/// RFC 2435, 3.1.5: width and height are sent as eighths, in a byte.
+constexpr int max_jpeg_side = 2040;
+constexpr int jpeg_side_unit = 8;
+
+const OutputSpec* wish_for(const CameraStream& camera, std::string_view codec) {
+    const auto found = std::ranges::find_if(camera.outputs, [&](const OutputSpec& output) {
+        return output.kind == "rtsp" && (output.codec.empty() ? "h264" : output.codec) == codec;
+    });
+    return found == camera.outputs.end() ? nullptr : &*found;
+}
+
+H264Options h264_options(const OutputSpec* wish) {
+    H264Options options;
+    if (!wish) return options;
+    if (wish->bitrate_kbps) options.bitrate_kbps = *wish->bitrate_kbps;
+    if (wish->key_interval_s) options.key_interval_s = *wish->key_interval_s;
+    if (!wish->preset.empty()) options.preset = wish->preset;
+    if (!wish->profile.empty()) options.profile = wish->profile;
+    return options;
+}
+
+}  // namespace
+
+std::string RtspMount::path_of(Kind kind, const std::string& camera) {
+    return "/" + camera + (kind == Kind::mjpeg ? "/mjpeg" : "");
+}
+
+Result<RtspMount::Plan> RtspMount::plan(Kind kind, const CameraStream& camera, const RtspOptions& options) {
+    Plan plan{path_of(kind, camera.name), "", camera, {}};
+    if (kind == Kind::h264) {
+        const auto encoder = choose_h264_encoder(options.h264_elements, h264_options(wish_for(camera, "h264")),
+                                                 camera.size, camera.rate);
+        if (!encoder) return std::unexpected(encoder.error());
+        plan.format.pixels = encoder->pixels;
+        plan.launch = "( appsrc name=src ! " + encoder->launch +
+                      " ! rtph264pay name=pay0 pt=96 config-interval=-1 aggregate-mode=zero-latency )";
+        return plan;
+    }
+    const auto [width, height] = camera.size;
+    if (width > max_jpeg_side || height > max_jpeg_side || width % jpeg_side_unit != 0 ||
+        height % jpeg_side_unit != 0) {
+        return error(ErrorKind::unsupported, "RTP carries JPEG of sizes in multiples of 8 up to 2040, not " +
+                                                 camera.size.to_string() + "; use H.264 at /" + camera.name +
+                                                 " or MJPEG over HTTP at /cameras/" + camera.name + "/stream.mjpg");
+    }
+    const OutputSpec* wish = wish_for(camera, "mjpeg");
+    plan.format.codec = Codec::jpeg;
+    plan.format.quality = wish && wish->quality ? *wish->quality : default_jpeg_quality;
+    plan.launch = "( appsrc name=src ! rtpjpegpay name=pay0 pt=26 )";
+    return plan;
+}
+
+RtspMount::RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts, GstRTSPAddressPool* multicast,
+                     WallOffset* wall)
+    : plan_(std::move(plan)),
+      options_(options),
+      mounts_(GST_RTSP_MOUNT_POINTS(g_object_ref(mounts))),
+      wall_(wall),
+      factory_(gst_rtsp_media_factory_new()) {
+    GstRTSPMediaFactory* factory = factory_.get();
+    gst_rtsp_media_factory_set_launch(factory, plan_.launch.c_str());
+    gst_rtsp_media_factory_set_shared(factory, TRUE);
+    gst_rtsp_media_factory_set_latency(factory, 0);
+    constexpr int protocols = GST_RTSP_LOWER_TRANS_UDP | GST_RTSP_LOWER_TRANS_TCP | GST_RTSP_LOWER_TRANS_UDP_MCAST;
+    gst_rtsp_media_factory_set_protocols(factory, static_cast<GstRTSPLowerTrans>(protocols));
+    gst_rtsp_media_factory_set_address_pool(factory, multicast);
+    // A rig that listens on loopback only sends there only.
+    if (is_loopback_address(options_.host)) gst_rtsp_media_factory_set_multicast_iface(factory, "lo");
+    media_signal_ = g_signal_connect(factory, "media-configure", G_CALLBACK(on_media), this);
+    gst_rtsp_mount_points_add_factory(mounts_.get(), plan_.path.c_str(), GST_RTSP_MEDIA_FACTORY(g_object_ref(factory)));
+}
+
+RtspMount::~RtspMount() {
+    gst_rtsp_mount_points_remove_factory(mounts_.get(), plan_.path.c_str());
+    g_signal_handler_disconnect(factory_.get(), media_signal_);
+}
+
+void RtspMount::on_media(GstRTSPMediaFactory*, GstRTSPMedia* media, void* mount) {
+    auto* const self = static_cast<RtspMount*>(mount);
+    const GObjectHandle<GstElement> bin(gst_rtsp_media_get_element(media));
+    const GObjectHandle<GstObject> pipeline(gst_object_get_parent(GST_OBJECT(bin.get())));
+    CHECK(pipeline != nullptr);
+    const RtpTimeline timeline(monotonic_now_ns(), g_random_int(), self->wall_->current());
+    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline);
+    auto feed = MediaFeed::create({self->options_.bus, self->options_.fetcher, self->plan_.camera, self->plan_.format,
+                                   self->plan_.path, timeline},
+                                  bin.get());
+    std::erase_if(self->feeds_, [](const auto& weak) { return weak.expired(); });
+    self->feeds_.push_back(feed);
+
+    using Owner = std::shared_ptr<MediaFeed>;
+    const auto stop = +[](GstRTSPMedia* done, void*) {
+        if (const auto stopping = feed_of(done)) stopping->stop();
+    };
+    g_signal_connect(media, "unprepared", G_CALLBACK(stop), nullptr);
+    g_object_set_data_full(G_OBJECT(media), feed_key, new Owner(std::move(feed)),
+                           [](void* owner) { delete static_cast<Owner*>(owner); });
+}
+
+std::shared_ptr<MediaFeed> RtspMount::feed_of(GstRTSPMedia* media) {
+    auto* const owner = media ? g_object_get_data(G_OBJECT(media), feed_key) : nullptr;
+    return owner ? *static_cast<std::shared_ptr<MediaFeed>*>(owner) : nullptr;
+}
+
+std::vector<std::shared_ptr<MediaFeed>> RtspMount::feeds() const {
+    std::vector<std::shared_ptr<MediaFeed>> alive;
+    for (const auto& weak : feeds_)
+        if (auto feed = weak.lock()) alive.push_back(std::move(feed));
+    return alive;
+}
+
+}  // namespace camrig

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <gst/rtsp-server/rtsp-server.h>
+
+#include "rtsp_out/rtsp/media_feed.h"
+#include "rtsp_out/rtsp/rtsp_options.h"
+
+namespace camrig {
+
+/// One path of the server, "/NAME" or "/NAME/mjpeg": makes the stream when somebody comes, shares it among all who
+/// come, and lets it go when the last one left.
+///
+/// A mount never changes: when its camera does, it is ended and another one takes its place. Server thread; what the
+/// media's own thread calls is guarded.
+class RtspMount {
+public:
+    enum class Kind : std::uint8_t { h264, mjpeg };
+
+    /// How the mount of this kind is to be, from the camera's wishes. unsupported: the camera's pictures do not fit the
+    /// format, or nothing is there to encode them; the message names what works.
+    struct Plan {
+        std::string path;
+        std::string launch;
+        CameraStream camera;
+        MediaFormat format;
+        friend bool operator==(const Plan& a, const Plan& b) {
+            return a.path == b.path && a.launch == b.launch && a.format == b.format && a.camera.id == b.camera.id &&
+                   a.camera.size == b.camera.size && a.camera.rate == b.camera.rate;
+        }
+    };
+    static Result<Plan> plan(Kind kind, const CameraStream& camera, const RtspOptions& options);
+    static std::string path_of(Kind kind, const std::string& camera);
+
+    RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts, GstRTSPAddressPool* multicast,
+              WallOffset* wall);
+    ~RtspMount();
+    RtspMount(const RtspMount&) = delete;
+    RtspMount& operator=(const RtspMount&) = delete;
+
+    const Plan& plan() const { return plan_; }
+    /// The stream while there is one.
+    std::vector<std::shared_ptr<MediaFeed>> feeds() const;
+    /// The feed of a media that a mount made, or null.
+    static std::shared_ptr<MediaFeed> feed_of(GstRTSPMedia* media);
+
+private:
+    static void on_media(GstRTSPMediaFactory* factory, GstRTSPMedia* media, void* mount);
+
+    const Plan plan_;
+    const RtspOptions& options_;
+    const GObjectHandle<GstRTSPMountPoints> mounts_;
+    WallOffset* const wall_;
+    GObjectHandle<GstRTSPMediaFactory> factory_;
+    gulong media_signal_ = 0;
+    std::vector<std::weak_ptr<MediaFeed>> feeds_;
+};
+
+}  // namespace camrig

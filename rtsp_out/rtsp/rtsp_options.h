@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/stream/frame_bus.h"
+#include "rtsp_out/rtsp/h264_encoder.h"
+
+namespace camrig {
+
+/// Bounds. The defaults are the product's; tests shorten them.
+struct RtspLimits {
+    std::size_t connections = 512;
+    int send_buffer_bytes = 256 * 1024;  ///< the kernel's, per connection
+    int stalled_after_ms = 10'000;       ///< a TCP client that takes no byte for so long is closed
+    int session_timeout_s = 60;          ///< a UDP client that says nothing (RTSP or RTCP) for so long is gone
+};
+
+struct RtspOptions {
+    std::string host = "127.0.0.1";  ///< address to listen on
+    std::uint16_t port = 8554;       ///< 0: any free port
+    std::string token;               ///< empty: none; required unless `host` is loopback. User "camrig", password token
+    std::filesystem::path certificate;  ///< PEM; with it the port speaks RTSPS only
+    std::filesystem::path key;          ///< PEM; empty: it is in the certificate's file
+    FrameBus* bus = nullptr;            ///< outlives the server
+    FrameFetcher* fetcher = nullptr;    ///< outlives the server
+    std::vector<std::string> h264_elements = camrig::h264_elements;
+    RtspLimits limits;
+};
+
+/// Counts since the start.
+struct RtspCounts {
+    std::uint64_t connections_open = 0;
+    std::uint64_t connections_total = 0;
+    std::uint64_t connections_refused = 0;  ///< over the limit
+};
+
+inline constexpr const char* rtsp_user = "camrig";
+
+}  // namespace camrig

@@ -1,0 +1,257 @@
+#include "rtsp_out/rtsp/rtsp_server.h"
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "core/base/clock.h"
+#include "rtsp_out/rtsp/client_table.h"
+#include "rtsp_out/rtsp/rtsp_access.h"
+#include "rtsp_out/rtsp/rtsp_mount.h"
+
+namespace camrig {
+namespace {
+
+/// How often idle streams are looked after, and dead sessions.
+constexpr guint housekeeping_ms = 250;
+/// Between the end of a stream (BYE) and the end of its connections.
+constexpr guint farewell_ms = 200;
+constexpr std::array kinds = {RtspMount::Kind::h264, RtspMount::Kind::mjpeg};
+
+using Task = std::function<void()>;
+
+gboolean run_once(void* task) {
+    (*static_cast<Task*>(task))();
+    return G_SOURCE_REMOVE;
+}
+gboolean run_again(void* task) {
+    (*static_cast<Task*>(task))();
+    return G_SOURCE_CONTINUE;
+}
+void forget_task(void* task) {
+    delete static_cast<Task*>(task);
+}
+
+void attach(GSource* source, GMainContext* context, GSourceFunc run, Task task) {
+    g_source_set_callback(source, run, new Task(std::move(task)), forget_task);
+    g_source_attach(source, context);
+    g_source_unref(source);
+}
+
+}  // namespace
+
+struct RtspServer::Impl final : CameraObserver {
+    explicit Impl(RtspOptions given)
+        : options(std::move(given)), context(g_main_context_new()), loop(g_main_loop_new(context, FALSE)) {}
+    ~Impl() override {
+        g_main_loop_unref(loop);
+        g_main_context_unref(context);
+    }
+
+    Result<void> listen();
+    void run();
+    void stop();
+
+    // Engine thread; the work is done on ours, before anything that a client asks.
+    void camera_added(const CameraStream& camera) override { post_camera(camera, true); }
+    void camera_changed(const CameraStream& camera) override { post_camera(camera, true); }
+    void camera_removed(const CameraStream& camera) override { post_camera(camera, false); }
+    void post_camera(const CameraStream& camera, bool is_there) {
+        post([this, camera, is_there] { mount(camera, is_there); });
+    }
+    void post(Task task) {
+        GSource* source = g_idle_source_new();
+        g_source_set_priority(source, G_PRIORITY_HIGH);
+        attach(source, context, run_once, std::move(task));
+    }
+
+    // Server thread.
+    void mount(const CameraStream& camera, bool is_there);
+    void unmount(const std::string& path);
+    Result<void> refusal(const std::string& path) const;
+    void keep_house();
+
+    const RtspOptions options;
+    GMainContext* const context;
+    GMainLoop* const loop;
+    GObjectHandle<GstRTSPServer> server;
+    GObjectHandle<GstRTSPMountPoints> mounts;
+    GObjectHandle<GstRTSPSessionPool> sessions;
+    GObjectHandle<GstRTSPAddressPool> multicast;
+    WallOffset wall;
+    ClientTable clients{options.limits, [this](const std::string& path) { return refusal(path); }};
+    std::map<std::string, std::unique_ptr<RtspMount>> mounted;
+    std::map<std::string, Error> refused;
+    GSource* listening = nullptr;
+    std::uint16_t port = 0;
+    std::once_flag stopped;
+    std::thread thread;
+};
+
+Result<void> RtspServer::Impl::listen() {
+    if (auto good = check_rtsp_host(options); !good) return good;
+    auto auth = create_rtsp_auth(options);
+    if (!auth) return std::unexpected(auth.error());
+
+    server.reset(gst_rtsp_server_new());
+    gst_rtsp_server_set_address(server.get(), options.host.c_str());
+    gst_rtsp_server_set_service(server.get(), std::to_string(options.port).c_str());
+    gst_rtsp_server_set_backlog(server.get(), 128);
+    mounts.reset(gst_rtsp_server_get_mount_points(server.get()));
+    sessions.reset(gst_rtsp_server_get_session_pool(server.get()));
+    if (*auth) gst_rtsp_server_set_auth(server.get(), auth->get());
+    // All connections on our thread: what closes, counts and changes them needs no lock.
+    const GObjectHandle<GstRTSPThreadPool> threads(gst_rtsp_thread_pool_new());
+    gst_rtsp_thread_pool_set_max_threads(threads.get(), 0);
+    gst_rtsp_server_set_thread_pool(server.get(), threads.get());
+
+    GError* failed = nullptr;
+    listening = gst_rtsp_server_create_source(server.get(), nullptr, &failed);
+    if (!listening) {
+        const std::string why = failed ? failed->message : "unknown reason";
+        g_clear_error(&failed);
+        return error(ErrorKind::unavailable, "rtsp: cannot listen on " + options.host + ":" +
+                                                 std::to_string(options.port) + ": " + why +
+                                                 "; choose another --rtsp PORT (0: any free one)");
+    }
+    port = static_cast<std::uint16_t>(gst_rtsp_server_get_bound_port(server.get()));
+
+    // Two rigs on one network should not send to the same groups; 239.255/16 is for use within a site (RFC 2365).
+    multicast.reset(gst_rtsp_address_pool_new());
+    const std::string net = "239.255." + std::to_string(port % 251) + ".";
+    gst_rtsp_address_pool_add_range(multicast.get(), (net + "1").c_str(), (net + "254").c_str(), 18'888, 18'889, 1);
+
+    g_signal_connect(server.get(), "client-connected",
+                     G_CALLBACK(+[](GstRTSPServer*, GstRTSPClient* client, void* impl) {
+                         static_cast<Impl*>(impl)->clients.add(client);
+                     }),
+                     this);
+    const auto timeout_s = static_cast<guint>(options.limits.session_timeout_s);
+    g_signal_connect(server.get(), "client-connected",
+                     G_CALLBACK(+[](GstRTSPServer*, GstRTSPClient* client, void* seconds) {
+                         const auto set = +[](GstRTSPClient*, GstRTSPSession* session, void* limit) {
+                             gst_rtsp_session_set_timeout(session, GPOINTER_TO_UINT(limit));
+                         };
+                         g_signal_connect(client, "new-session", G_CALLBACK(set), seconds);
+                     }),
+                     GUINT_TO_POINTER(timeout_s));
+    return {};
+}
+
+void RtspServer::Impl::run() {
+    ::pthread_setname_np(::pthread_self(), "camrig-rtsp");
+    g_main_context_push_thread_default(context);
+    g_source_attach(listening, context);
+    attach(g_timeout_source_new(housekeeping_ms), context, run_again, [this] { keep_house(); });
+    g_main_loop_run(loop);
+    g_main_context_pop_thread_default(context);
+}
+
+void RtspServer::Impl::mount(const CameraStream& camera, bool is_there) {
+    for (const auto kind : kinds) {
+        const std::string path = RtspMount::path_of(kind, camera.name);
+        refused.erase(path);
+        if (!is_there) {
+            unmount(path);
+            continue;
+        }
+        auto plan = RtspMount::plan(kind, camera, options);
+        if (!plan) {
+            unmount(path);
+            refused.emplace(path, plan.error());
+            continue;
+        }
+        if (const auto old = mounted.find(path); old != mounted.end() && old->second->plan() == *plan) continue;
+        unmount(path);
+        mounted[path] = std::make_unique<RtspMount>(std::move(*plan), options, mounts.get(), multicast.get(), &wall);
+    }
+}
+
+void RtspServer::Impl::unmount(const std::string& path) {
+    const auto found = mounted.find(path);
+    if (found == mounted.end()) return;
+    for (const auto& feed : found->second->feeds()) feed->end();
+    mounted.erase(found);
+    // The BYE of the stream's end goes out first. Whoever comes in the meantime has the next mount.
+    auto leaving = std::make_shared<std::vector<GObjectHandle<GstRTSPClient>>>(clients.clients_of(path));
+    if (leaving->empty()) return;
+    attach(g_timeout_source_new(farewell_ms), context, run_once, [leaving] {
+        for (const auto& client : *leaving) gst_rtsp_client_close(client.get());
+    });
+}
+
+Result<void> RtspServer::Impl::refusal(const std::string& path) const {
+    if (mounted.contains(path)) return {};
+    if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
+    std::string paths;
+    for (const auto& [mounted_path, mount] : mounted) {
+        if (paths.size() > 300) break;
+        paths += (paths.empty() ? "" : " ") + mounted_path;
+    }
+    return error(ErrorKind::not_found, "Not Found; there are: " + paths);
+}
+
+void RtspServer::Impl::keep_house() {
+    const TimeNs now_ns = monotonic_now_ns();
+    for (const auto& [path, one] : mounted)
+        for (const auto& feed : one->feeds()) feed->repeat_if_idle(now_ns);
+    gst_rtsp_session_pool_cleanup(sessions.get());
+}
+
+void RtspServer::Impl::stop() {
+    std::call_once(stopped, [this] {
+        options.bus->remove_observer(this);
+        post([this] {
+            for (const auto& [path, one] : mounted)
+                for (const auto& feed : one->feeds()) feed->end();
+            attach(g_timeout_source_new(farewell_ms), context, run_once, [this] {
+                g_source_destroy(listening);
+                for (const auto& client : clients.all()) gst_rtsp_client_close(client.get());
+                mounted.clear();
+                g_main_loop_quit(loop);
+            });
+        });
+        thread.join();
+        g_source_unref(listening);
+    });
+}
+
+RtspServer::RtspServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RtspServer::~RtspServer() {
+    stop();
+}
+
+Result<std::unique_ptr<RtspServer>> RtspServer::create(RtspOptions options) {
+    CHECK(options.bus != nullptr && options.fetcher != nullptr);
+    GError* failed = nullptr;
+    if (!gst_init_check(nullptr, nullptr, &failed)) {
+        const std::string why = failed ? failed->message : "unknown reason";
+        g_clear_error(&failed);
+        return error(ErrorKind::unavailable, "rtsp: GStreamer does not start: " + why);
+    }
+    auto impl = std::make_unique<Impl>(std::move(options));
+    if (auto listening = impl->listen(); !listening) return std::unexpected(listening.error());
+    impl->options.bus->add_observer(impl.get());
+    impl->thread = std::thread([raw = impl.get()] { raw->run(); });
+    return std::unique_ptr<RtspServer>(new RtspServer(std::move(impl)));
+}
+
+std::uint16_t RtspServer::port() const {
+    return impl_->port;
+}
+const char* RtspServer::scheme() const {
+    return impl_->options.certificate.empty() ? "rtsp" : "rtsps";
+}
+void RtspServer::stop() {
+    impl_->stop();
+}
+RtspCounts RtspServer::counts() const {
+    return impl_->clients.counts();
+}
+
+}  // namespace camrig

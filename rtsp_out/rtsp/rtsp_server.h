@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/base/result.h"
+#include "rtsp_out/rtsp/rtsp_options.h"
+
+namespace camrig {
+
+/// Every camera as a network camera: rtsp://HOST:PORT/NAME (H.264) and /NAME/mjpeg, by UDP, TCP and multicast.
+///
+/// gst-rtsp-server speaks the protocol on one thread with a main loop of its own; each stream that is watched has a
+/// pipeline with its own threads. Cameras that come, change or go are taken up by themselves.
+class RtspServer {
+public:
+    /// invalid_argument: a host that needs a token, a bad certificate. unavailable: the port is taken.
+    static Result<std::unique_ptr<RtspServer>> create(RtspOptions options);
+    ~RtspServer();
+
+    std::uint16_t port() const;
+    /// "rtsp" or "rtsps".
+    const char* scheme() const;
+    RtspCounts counts() const;
+    /// Ends all streams, closes all connections and joins. May be called twice.
+    void stop();
+
+private:
+    struct Impl;
+    explicit RtspServer(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace camrig

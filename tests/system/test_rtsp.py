@@ -1,0 +1,109 @@
+"""Every camera is a network camera: stock programs read it by RTSP."""
+
+import json
+import os
+
+import cv2
+import numpy as np
+import pytest
+
+import camrig
+from conftest import wait_until
+from rtsp_client import RtspReader, rtsp_times, run, strictly_rising, take, unwrapped
+
+pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+
+
+def codes_of(paths):
+    return [camrig.read_code(cv2.imread(str(path))) for path in paths]
+
+
+@pytest.mark.parametrize("transport", ["tcp", "udp"])
+def test_ffprobe_knows_what_it_is(rig, transport):
+    cam = rig.create_camera("lobby", size=(640, 480), fps=25)
+    done = run("ffprobe", "-v", "error", "-rtsp_transport", transport, "-of", "json", "-show_streams", cam.url("rtsp"))
+    assert done.returncode == 0 and done.stderr == b"", done.stderr.decode()
+    stream = json.loads(done.stdout)["streams"][0]
+    assert (stream["codec_name"], stream["width"], stream["height"]) == ("h264", 640, 480)
+    assert (stream["pix_fmt"], stream["color_range"], stream["color_space"]) == ("yuv420p", "tv", "smpte170m")
+    assert (stream["color_primaries"], stream["color_transfer"]) == ("bt709", "iec61966-2-1")
+    assert stream["r_frame_rate"] == "25/1" and stream["profile"] == "Main" and stream["has_b_frames"] == 0
+
+
+@pytest.mark.parametrize("transport", ["tcp", "udp"])
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_ffmpeg_reads_it(rig, tmp_path, kind, transport):
+    cam = rig.create_camera("lobby", size=(320, 240), code_strip=True)
+    done = run("ffmpeg", "-v", "error", "-rtsp_transport", transport, "-i", cam.url(kind), "-frames:v", "10", str(tmp_path / "%02d.png"))
+    assert done.returncode == 0, done.stderr.decode()
+    codes = codes_of(sorted(tmp_path.glob("*.png")))
+    assert len(codes) == 10 and None not in codes
+    assert all(a.sequence <= b.sequence for a, b in zip(codes, codes[1:]))  # ffmpeg repeats to fill its frame rate
+    assert len({code.sequence for code in codes}) > 5
+
+
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_opencv_reads_it(rig, kind):
+    cam = rig.create_camera("lobby", size=(640, 480), code_strip=True)
+    capture = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)
+    assert capture.isOpened()
+    sequences = []
+    for _ in range(25):
+        ok, image = capture.read()
+        assert ok and image.shape == (480, 640, 3)
+        sequences.append(camrig.read_code(image).sequence)
+    assert strictly_rising(sequences)
+
+
+@pytest.mark.parametrize("protocol", ["tcp", "udp"])
+@pytest.mark.parametrize("kind, decoder", [("rtsp", "rtph264depay ! avdec_h264"), ("rtsp-mjpeg", "rtpjpegdepay ! jpegdec")])
+def test_gstreamer_reads_it(rig, tmp_path, kind, decoder, protocol):
+    cam = rig.create_camera("lobby", size=(320, 240), code_strip=True)
+    pipeline = f"rtspsrc location={cam.url(kind)} protocols={protocol} latency=0 ! {decoder} ! videoconvert ! " \
+               f"identity eos-after=11 ! pngenc ! multifilesink location={tmp_path}/%02d.png"
+    done = run("gst-launch-1.0", "-q", *pipeline.split())
+    assert done.returncode == 0, done.stderr.decode()
+    codes = codes_of(sorted(tmp_path.glob("*.png")))
+    assert len(codes) >= 10
+    assert strictly_rising([code.sequence for code in codes if code])
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_the_decoded_picture_is_the_snapshot(rig, tmp_path):
+    """Matrix and range are signalled and right, and no pixel moves."""
+    cam = rig.create_camera("desk_2", place="desk", size=(640, 480),
+                            outputs=[{"kind": "rtsp", "bitrate_kbps": 20000, "preset": "medium"}])
+    rig.step(seconds=1)
+    exact = cam.frame(format="png").image.astype(np.int32)
+    for kind, limit in (("rtsp", 2.0), ("rtsp-mjpeg", 2.5)):
+        png = tmp_path / f"{kind}.png"
+        done = run("ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", cam.url(kind), "-frames:v", "1",
+                   "-sws_flags", "accurate_rnd+full_chroma_int+bilinear", str(png))
+        assert done.returncode == 0, done.stderr.decode()
+        difference = cv2.imread(str(png)).astype(np.int32) - exact
+        assert np.abs(difference).mean() < limit
+        assert np.abs(difference.mean(axis=(0, 1))).max() < 0.7  # a wrong matrix or range tints or shades the picture
+
+
+def test_an_odd_size_loses_its_last_column_and_row(rig, tmp_path):
+    cam = rig.create_camera("odd", size=(321, 241))
+    capture = cv2.VideoCapture(cam.url("rtsp"), cv2.CAP_FFMPEG)
+    ok, image = capture.read()
+    assert ok and image.shape == (240, 320, 3)
+    rig.pause()
+    exact = cam.frame().image[:240, :320].astype(np.int32)
+    assert np.abs(image.astype(np.int32) - exact).mean() < 6
+
+
+def test_mjpeg_of_a_size_that_rtp_cannot_carry_is_refused_with_a_way_out(rig):
+    cam = rig.create_camera("odd", size=(324, 240))
+    done = run("ffprobe", "-v", "error", cam.url("rtsp-mjpeg"))
+    assert done.returncode != 0
+    assert b"415" in done.stderr and b"H.264 at /odd or MJPEG over HTTP" in done.stderr
+    assert run("ffprobe", "-v", "error", cam.url("rtsp")).returncode == 0
+
+
+def test_an_unknown_camera_is_not_found_and_the_answer_names_those_there_are(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    done = run("ffprobe", "-v", "error", cam.url("rtsp") + "x")
+    assert b"404" in done.stderr and b"/lobby " in done.stderr

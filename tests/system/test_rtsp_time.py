@@ -1,0 +1,220 @@
+"""RTP stamps, sender reports and messages in the picture tell when a frame was taken; streams end and come back."""
+
+import itertools
+import re
+import subprocess
+import sys
+import threading
+import time
+
+import cv2
+import pytest
+
+import camrig
+from conftest import REPOSITORY, wait_until
+from rtsp_client import RtspReader, run, strictly_rising, take, unwrapped
+
+pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+
+TICK_NS = 10**9 / 90_000
+
+
+def read_aside(url, count):
+    """A thread that takes `count` pictures, and the list it fills."""
+    reader, pictures = RtspReader(url), []
+    thread = threading.Thread(target=lambda: pictures.extend(take(reader, count)), daemon=True)
+    thread.start()
+    return thread, pictures, reader
+
+
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_two_cameras_give_one_instant_the_same_time(rig, kind):
+    """Independent readers; frames are paired by their sender reports alone."""
+    cameras = [rig.create_camera(name, size=(320, 240), code_strip=True) for name in ("left", "right")]
+    readers = [read_aside(cam.url(kind), 75) for cam in cameras]
+    for thread, pictures, _ in readers:
+        thread.join(60)
+        assert len(pictures) == 75
+    times = [[p.realtime_ns for p in pictures if p.realtime_ns] for _, pictures, _ in readers]
+    assert all(len(known) > 60 for known in times), "the first sender report came late"
+    pairs = [(a, b) for a in times[0] for b in times[1] if abs(a - b) < 10**7]
+    assert len(pairs) > 40
+    assert max(abs(a - b) for a, b in pairs) <= TICK_NS
+    if kind == "rtsp":  # the message in the picture says the same, and which frame it is
+        by_report = [{p.realtime_ns: p.times for p in pictures if p.realtime_ns} for _, pictures, _ in readers]
+        for a, b in pairs:
+            left, right = by_report[0][a], by_report[1][b]
+            assert (left.world_ns, left.monotonic_ns, left.realtime_ns) == (right.world_ns, right.monotonic_ns, right.realtime_ns)
+            assert 0 <= left.realtime_ns - a <= TICK_NS + 2
+
+
+def test_the_code_strips_of_frames_paired_by_report_are_equal(rig, tmp_path):
+    """The same by two ffmpeg readers: what they decode shows the same world time wherever their absolute times agree."""
+    urls = [rig.create_camera(name, size=(320, 240), code_strip=True).url("rtsp") for name in ("left", "right")]
+    readers = [RtspReader(url) for url in urls]
+    recorders = [subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", url, "-c", "copy", "-frames:v", "60", str(tmp_path / f"{i}.mkv")])
+                 for i, url in enumerate(urls)]
+    for recorder in recorders:
+        assert recorder.wait(60) == 0
+    for reader in readers:
+        reader.close()
+    shown = []
+    for i in range(2):
+        capture = cv2.VideoCapture(str(tmp_path / f"{i}.mkv"))
+        codes = {}
+        while (frame := capture.read())[0]:
+            code = camrig.read_code(frame[1])
+            assert code is not None
+            codes[code.sequence] = code.time_ns
+        shown.append(codes)
+    common = shown[0].keys() & shown[1].keys()
+    assert len(common) > 30 and all(shown[0][n] == shown[1][n] for n in common)
+
+
+def test_the_message_in_the_picture_agrees_with_its_code_strip(rig, tmp_path):
+    cam = rig.create_camera("lobby", size=(320, 240), code_strip=True)
+    reader = RtspReader(cam.url("rtsp"))
+    pictures = take(reader, 30)
+    assert all(p.times for p in pictures)
+    assert strictly_rising([p.times.sequence for p in pictures])
+    for p in pictures:
+        assert p.times.world_ns == p.times.sequence * 40_000_000
+        assert abs(p.times.realtime_ns - time.time_ns()) < 60 * 10**9
+
+
+def test_stamps_rise_through_pause_resume_and_follow_the_clock(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    reader = RtspReader(cam.url("rtsp"))
+    pictures = take(reader, 20)
+    rig.pause()
+    standing = take(reader, 4)  # the last picture comes again while the world stands still
+    while standing[-1].times.sequence != standing[-2].times.sequence:
+        standing.append(take(reader, 1)[0])
+    held_ns = rig.status()["world_ns"]
+    rig.resume()
+    moving = take(reader, 20)
+    everything = pictures + standing + moving
+    stamps = unwrapped([p.stamp for p in everything])
+    assert strictly_rising(stamps)
+    assert moving[-1].times.world_ns > held_ns
+    # World time stood still, stamps did not: they follow CLOCK_MONOTONIC.
+    fresh = [(s, p.times) for s, p in zip(stamps, everything)]
+    seen, firsts = set(), []
+    for stamp, times in fresh:
+        if times.sequence not in seen:
+            firsts.append((stamp, times.monotonic_ns))
+        seen.add(times.sequence)
+    for (s0, t0), (s1, t1) in itertools.pairwise(firsts[1:]):
+        assert abs((s1 - s0) - (t1 - t0) * 9 / 100_000) <= 1.001
+
+
+def test_a_paused_world_can_be_opened_and_shows_its_picture(rig):
+    cam = rig.create_camera("lobby", size=(320, 240), code_strip=True)
+    rig.pause()
+    sequence = cam.frame().sequence
+    for kind in ("rtsp", "rtsp-mjpeg"):
+        capture = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)
+        ok, image = capture.read()
+        assert ok and camrig.read_code(image).sequence == sequence
+        again = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)  # one more joins the stream that stands still
+        ok, image = again.read()
+        assert ok and camrig.read_code(image).sequence == sequence
+
+
+@pytest.mark.parametrize("change", [{"fps": 10}, {"size": (160, 120)}, {"outputs": [{"kind": "rtsp", "bitrate_kbps": 300}]}])
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_a_changed_camera_ends_its_streams_and_they_can_come_back(rig, change, kind):
+    cam = rig.create_camera("lobby", size=(320, 240), code_strip=True)
+    if kind == "rtsp-mjpeg" and "outputs" in change:
+        change = {"outputs": [{"kind": "rtsp", "codec": "mjpeg", "quality": 40}]}
+    capture = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)
+    assert capture.read()[0]
+    cam.set(**change)
+    shapes = set()
+    for _ in range(200):
+        ok, image = capture.read()
+        if not ok:
+            break
+        shapes.add(image.shape)
+    else:
+        pytest.fail("the stream did not end")
+    assert shapes <= {(240, 320, 3)}  # never another size in one stream
+    width, height = cam.get()["size"]
+    ok, image = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG).read()
+    assert ok and image.shape == (height, width, 3)
+
+
+def test_moving_a_camera_does_not_end_its_stream(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    reader = RtspReader(cam.url("rtsp"))
+    take(reader, 5)
+    cam.set(position=(1, 2, 3), vfov_deg=40)
+    assert len(take(reader, 20)) == 20
+
+
+@pytest.mark.parametrize("transport", ["tcp", "udp"])
+def test_a_deleted_camera_says_bye_and_ffmpeg_ends_well(rig, tmp_path, transport):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    recorder = subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", transport, "-i", cam.url("rtsp"), "-c", "copy", str(tmp_path / "a.mkv")])
+    wait_until(lambda: (tmp_path / "a.mkv").exists() and (tmp_path / "a.mkv").stat().st_size > 0, what="a recording")
+    reader = RtspReader(cam.url("rtsp"))
+    take(reader, 3)
+    cam.delete()
+    assert len(take(reader, 1000)) < 1000
+    assert recorder.wait(20) == 0
+    with pytest.raises(ConnectionError, match="404"):
+        RtspReader(cam.url("rtsp"))
+    rig.create_camera("lobby", size=(160, 120))
+    assert len(take(RtspReader(cam.url("rtsp")), 5)) == 5
+
+
+def test_nobody_watches_nothing_is_drawn(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    state = lambda: next(c for c in rig.stats()["cameras"] if c["name"] == "lobby")
+    assert state()["outputs"] == []
+    reader = RtspReader(cam.url("rtsp"))
+    take(reader, 3)
+    assert [r["kind"] for o in state()["outputs"] for r in o["readers"]] == ["rtsp"]
+    reader.close()
+    wait_until(lambda: state()["outputs"] == [], what="the encoder to stop")
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_lockstep_delivers_every_frame_to_every_reader(rig, kind):
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25, code_strip=True)
+    rig.step(seconds=0.2)
+    readers = [read_aside(cam.url(kind), 10**6) for _ in range(3)]
+    wait_until(lambda: all(len(pictures) >= 1 for _, pictures, _ in readers), what="first pictures")
+    before = rig.stats()
+    for _ in range(5):
+        rig.step(seconds=0.4)
+    sequences = lambda pictures: [p.times.sequence for p in pictures]
+    if kind == "rtsp":
+        wait_until(lambda: all(55 in sequences(pictures) for _, pictures, _ in readers), what="the last frame")
+        for _, pictures, _ in readers:
+            assert [n for n, _ in itertools.groupby(sequences(pictures))][-50:] == list(range(6, 56))
+    reader = [r for c in rig.stats()["cameras"] for o in c["outputs"] for r in o["readers"]][0]
+    assert reader["offered"] == reader["delivered"] == 50 and reader["dropped"] == 0
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_step_that_waits_for_a_stuck_rtsp_reader_names_its_stream(rig):
+    cam = rig.create_camera("lobby", size=(1920, 1080), fps=25, outputs=[{"kind": "rtsp", "codec": "mjpeg"}])
+    reader = RtspReader(cam.url("rtsp-mjpeg"))
+    take(reader, 1)  # and not one byte more
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.call("world.step", seconds=20, timeout_s=2)
+    assert caught.value.kind == "unavailable" and "/lobby/mjpeg" in str(caught.value)
+    reader.close()
+    rig.step(seconds=0.2)
+
+
+def test_the_documented_client_prints_capture_times(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    done = run(sys.executable, str(REPOSITORY / "docs/examples/rtsp_times.py"), cam.url("rtsp"), "40")
+    assert done.returncode == 0, done.stderr.decode()
+    lines = done.stdout.decode().splitlines()
+    assert len(lines) == 40
+    last = re.search(r"taken (\d+\.\d+)  sequence \d+  world \d+\.\d+ s  taken (\d+\.\d+)", lines[-1])
+    assert abs(float(last[1]) - float(last[2])) < 15e-6

@@ -1,0 +1,68 @@
+#include "rtsp_out/rtsp/rtp_timeline.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+/// What a client computes: absolute time of a stamp by a sender report (docs/examples/rtsp_times.py).
+TimeNs capture_time_ns(std::uint32_t stamp, const RtpTimeline::SenderTime& report) {
+    const auto seconds = static_cast<std::int64_t>(report.ntp >> 32) - 2'208'988'800;
+    const auto fraction = (report.ntp & 0xffffffffU) * 1'000'000'000U;
+    const TimeNs report_ns = seconds * ns_per_s + static_cast<TimeNs>((fraction + (1U << 31)) >> 32);
+    const auto ticks = static_cast<std::int32_t>(stamp - report.rtp);
+    return report_ns + static_cast<TimeNs>(ticks) * ns_per_s / RtpTimeline::ticks_per_s;
+}
+
+TEST(RtpTimeline, TwoStreamsGiveOneInstantTheSameTimeToTheNanosecond) {
+    std::mt19937_64 random(1);
+    const TimeNs wall_ns = 1'790'000'000'123'456'789;
+    for (int i = 0; i < 20'000; ++i) {
+        const TimeNs instant_ns = 5 * ns_per_s + static_cast<TimeNs>(random() % (1'000'000 * ns_per_s));
+        // Streams begin at different times, with different offsets, and report at different times.
+        const auto began = [&] {
+            return std::max(ns_per_s * 3, instant_ns - static_cast<TimeNs>(random() % (9000 * ns_per_s)));
+        };
+        const RtpTimeline left(began(), static_cast<std::uint32_t>(random()), wall_ns);
+        const RtpTimeline right(began(), static_cast<std::uint32_t>(random()), wall_ns);
+        const auto reported = [&] {
+            return instant_ns + static_cast<TimeNs>(random() % (10 * ns_per_s)) - 5 * ns_per_s;
+        };
+        const TimeNs left_ns = capture_time_ns(left.rtp_of(instant_ns), left.sender_time(reported()));
+        const TimeNs right_ns = capture_time_ns(right.rtp_of(instant_ns), right.sender_time(reported()));
+        ASSERT_NEAR(static_cast<double>(left_ns - right_ns), 0.0, 2.0) << instant_ns;
+        // And it is the last tick before the instant.
+        const TimeNs error_ns = instant_ns + wall_ns - left_ns;
+        ASSERT_GE(error_ns, -2) << instant_ns;
+        ASSERT_LE(error_ns, 11'113) << instant_ns;
+    }
+}
+
+TEST(RtpTimeline, StampsAreThoseOfAPayloaderThatRoundsDown) {
+    const RtpTimeline timeline(100 * ns_per_s + 7, 0xfffffff0U, 0);
+    EXPECT_EQ(timeline.base_ns(), 98 * ns_per_s);
+    EXPECT_EQ(timeline.rtp_of(98 * ns_per_s), 0xfffffff0U);
+    EXPECT_EQ(timeline.rtp_of(98 * ns_per_s + 11'111), 0xfffffff0U);
+    EXPECT_EQ(timeline.rtp_of(98 * ns_per_s + 11'112), 0xfffffff1U);
+    EXPECT_EQ(timeline.rtp_of(99 * ns_per_s), 0xfffffff0U + 90'000U);  // wraps around
+}
+
+TEST(RtpTimeline, NtpTimeCountsFrom1900) {
+    EXPECT_EQ(ntp_from_realtime(0), std::uint64_t{2'208'988'800} << 32);
+    EXPECT_EQ(ntp_from_realtime(ns_per_s / 2) & 0xffffffffU, 0x80000000U);
+    EXPECT_EQ(ntp_from_realtime(2 * ns_per_s - 0), (std::uint64_t{2'208'988'802} << 32));
+}
+
+TEST(WallOffset, IsTheRealTimeClockMinusTheMonotonicOne) {
+    WallOffset wall;
+    const TimeNs offset_ns = wall.current();
+    EXPECT_EQ(offset_ns, wall.current());  // steady, although the clocks are read again
+    EXPECT_NEAR(static_cast<double>(monotonic_now_ns() + offset_ns), static_cast<double>(realtime_now_ns()), 50e6);
+}
+
+}  // namespace
+}  // namespace camrig
