@@ -1,0 +1,44 @@
+"""What the machine itself gives, in the same run: the floors under our numbers."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+
+def memcpy_gb_s(megabytes: int = 64, rounds: int = 20) -> float:
+    """Copying a block far larger than the caches, on one core; bytes copied, not bytes moved."""
+    source = np.ones(megabytes << 20, np.uint8)
+    target = np.empty_like(source)
+    np.copyto(target, source)
+    begin = time.perf_counter()
+    for _ in range(rounds):
+        np.copyto(target, source)
+    return rounds * source.nbytes / (time.perf_counter() - begin) / 1e9
+
+
+def tjbench_ms(pictures: list[np.ndarray], quality: int) -> float | None:
+    """Milliseconds a picture for libjpeg-turbo's own benchmark, RGBX to 4:2:0 JPEG on one core; None where it is not installed."""
+    program = shutil.which("tjbench")
+    if program is None:
+        return None
+    times = []
+    with tempfile.TemporaryDirectory() as folder:
+        for i, picture in enumerate(pictures):
+            file = Path(folder) / f"{i}.ppm"
+            cv2.imwrite(str(file), picture)
+            text = subprocess.run(
+                [program, str(file), str(quality), "-rgbx", "-subsamp", "420", "-nowrite", "-benchtime", "1", "-warmup", "0.3", "-quiet"],
+                capture_output=True, text=True, check=True,
+            ).stdout
+            # A quiet row: format, bit order, subsampling, quality, width, height, megapixels/s of compression, ...
+            row = next(line for line in text.splitlines() if line.startswith("RGBX"))
+            mpixels = float(row.split()[6])
+            times.append(picture.shape[0] * picture.shape[1] / mpixels / 1e3)
+    return sum(times) / len(times)

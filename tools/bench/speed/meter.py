@@ -1,0 +1,95 @@
+"""What a process uses, from /proc, and what a rig says of itself."""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import camrig
+
+
+@dataclass
+class Use:
+    cpu_s: float
+    rss_mb: float
+    threads: int
+    fds: int
+
+
+def use_of(pid: int) -> Use:
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    status = Path(f"/proc/{pid}/status").read_text()
+    rss_kb = int(re.search(r"VmRSS:\s*(\d+)", status)[1])  # type: ignore[index]
+    return Use(
+        cpu_s=(int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"),
+        rss_mb=rss_kb / 1024,
+        threads=int(fields[17]),
+        fds=len(os.listdir(f"/proc/{pid}/fd")),
+    )
+
+
+class Meter:
+    """Between two moments of a rig: CPU seconds, wall seconds, its books."""
+
+    def __init__(self, rig: camrig.Rig) -> None:
+        self._rig = rig
+        self.pid = rig.call("server.info")["pid"]
+        self.restart()
+
+    def restart(self) -> None:
+        self._wall = time.monotonic()
+        self._use = use_of(self.pid)
+        self._stats = self._rig.call("stats.get")
+
+    def read(self) -> "Reading":
+        stats = self._rig.call("stats.get")
+        use = use_of(self.pid)
+        wall = time.monotonic() - self._wall
+        before = {camera["name"]: camera for camera in self._stats["cameras"]}
+        counts = {
+            key: sum(c[key] - before.get(c["name"], {}).get(key, 0) for c in stats["cameras"]) for key in ("due", "rendered", "dropped")
+        }
+        return Reading(
+            wall_s=wall,
+            cpu_s=use.cpu_s - self._use.cpu_s,
+            use=use,
+            instants=stats["instants"] - self._stats["instants"],
+            dropped_instants=stats["dropped_instants"] - self._stats["dropped_instants"],
+            stages={stage["name"]: stage for stage in stats["stages"]},
+            **counts,
+        )
+
+
+@dataclass
+class Reading:
+    wall_s: float
+    cpu_s: float
+    use: Use
+    due: int
+    rendered: int
+    dropped: int
+    instants: int
+    dropped_instants: int
+    stages: dict[str, Any]  # since the rig began, not since restart()
+
+    @property
+    def cores(self) -> float:
+        return self.cpu_s / self.wall_s
+
+
+def machine() -> str:
+    text = Path("/proc/cpuinfo").read_text()
+    model = re.search(r"model name\s*: (.*)", text)
+    return f"{os.cpu_count()} cores of {model[1].strip() if model else 'an unknown processor'}"
+
+
+def percentile(values: list[float], share: float) -> float:
+    """The nearest-rank percentile; nan of nothing."""
+    if not values:
+        return float("nan")
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, max(0, -(-int(share * 1000) * len(ordered) // 1000) - 1))]
