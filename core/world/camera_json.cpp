@@ -17,6 +17,15 @@ std::optional<T> take(JsonReader& reader, std::string_view key, Result<T> result
     return std::nullopt;
 }
 
+/// An optional string that stands for a value.
+template <typename T, typename To>
+void read_named(JsonReader& reader, std::string_view key, Result<T> (*parse)(std::string_view), To& to) {
+    std::optional<std::string> name;
+    reader.optional(key, name);
+    if (!name) return;
+    if (auto value = take(reader, key, parse(*name))) to = *value;
+}
+
 void read_size(JsonReader& reader, CameraPatch& patch) {
     const json* value = reader.find("size");
     if (!value) return;
@@ -74,8 +83,13 @@ void read_lens(JsonReader& reader, CameraPatch& patch) {
     const auto wanted = static_cast<std::size_t>(coefficient_count(lens.model));
     if (nested.ok() && (wanted > 0 || nested.has("coefficients")))
         nested.required("coefficients", std::span<double>(lens.coefficients.data(), wanted));
+    LensSampling sampling;
+    read_named(nested, "method", parse_lens_method, sampling.method);
+    read_named(nested, "filter", parse_lens_filter, sampling.filter);
+    nested.optional("oversample", sampling.oversample);
     if (auto done = nested.finish(); !done) return reader.fail(done.error());
     patch.lens = lens;
+    patch.lens_sampling = sampling;
 }
 
 OutputSpec read_output(const json& value, const std::string& path, JsonReader& parent) {
@@ -136,9 +150,8 @@ CameraPatch read_camera_patch(JsonReader& reader) {
     read_lens(reader, patch);
     reader.optional("near", patch.near_m);
     reader.optional("far", patch.far_m);
-    std::optional<std::string> quality;
-    reader.optional("quality", quality);
-    if (quality) patch.quality = take(reader, "quality", parse_quality(*quality));
+    read_named(reader, "quality", parse_quality, patch.quality);
+    read_named(reader, "antialias", parse_antialias, patch.antialias);
     reader.optional("code_strip", patch.code_strip);
     read_outputs(reader, patch);
     return patch;
@@ -202,7 +215,11 @@ json camera_to_json(const CameraSpec& spec) {
         {"lens",
          {{"model", to_string(spec.lens.model)},
           {"coefficients",
-           json(std::vector<double>(spec.lens.coefficients.begin(), spec.lens.coefficients.begin() + coefficients))}}},
+           json(std::vector<double>(spec.lens.coefficients.begin(), spec.lens.coefficients.begin() + coefficients))},
+          {"method", to_string(spec.lens_sampling.method)},
+          {"filter", to_string(spec.lens_sampling.filter)},
+          {"oversample", spec.lens_sampling.oversample}}},
+        {"antialias", to_string(spec.antialias)},
         {"near", spec.near_m},
         {"far", spec.far_m},
         {"quality", spec.quality ? json(to_string(*spec.quality)) : json(nullptr)},

@@ -10,9 +10,9 @@
 
 namespace camrig {
 
-/// Reads the camera fields of the contract (size, fps, vfov_deg | hfov_deg | intrinsics, pose, lens, near, far,
-/// quality, code_strip, outputs) from an object whose other keys (name, place) the caller reads. Errors carry the JSON
-/// path. The same reader serves camera.create, camera.set, scene files and camera files.
+/// Reads the camera fields of the contract (size, fps, vfov_deg | hfov_deg | intrinsics, pose, lens, antialias,
+/// near, far, quality, code_strip, outputs) from an object whose other keys (name, place) the caller reads. Errors
+/// carry the JSON path. The same reader serves camera.create, camera.set, scene files and camera files.
 CameraPatch read_camera_patch(JsonReader& reader);
 
 /// The camera as camera.get shows it: every field of the contract, with pose given as position, orientation and angles,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/camera/camera_model.h"
+
 namespace camrig {
 namespace {
 
@@ -55,13 +57,11 @@ Result<void> check_pose(const Pose& pose) {
     return {};
 }
 
-Result<void> check_lens(const Lens& lens) {
-    for (const double coefficient : lens.coefficients)
-        if (!std::isfinite(coefficient)) return std::unexpected(invalid("lens.coefficients: must be finite"));
-    if (lens.model != LensModel::pinhole) {
-        return error(ErrorKind::unsupported, "lens.model: " + std::string(to_string(lens.model)) +
-                                                 " is not rendered by this version; use pinhole");
-    }
+Result<void> check_lens(const CameraSpec& spec) {
+    if (spec.lens_sampling.oversample < 1 || spec.lens_sampling.oversample > max_lens_oversampling)
+        return std::unexpected(invalid("lens.oversample: must be 1 to " + std::to_string(max_lens_oversampling)));
+    if (auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
+        return std::unexpected(camera.error());
     return {};
 }
 
@@ -173,19 +173,25 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     apply(patch.optics, spec.optics);
     apply(patch.pose, spec.pose);
     apply(patch.lens, spec.lens);
+    apply(patch.lens_sampling, spec.lens_sampling);
+    apply(patch.antialias, spec.antialias);
     apply(patch.near_m, spec.near_m);
     apply(patch.far_m, spec.far_m);
     if (patch.quality) spec.quality = patch.quality;
     apply(patch.code_strip, spec.code_strip);
     apply(patch.outputs, spec.outputs);
 
-    for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_lens(spec.lens),
-                             check_outputs(spec.outputs)})
+    for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_outputs(spec.outputs)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());
     if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
     spec.intrinsics = *intrinsics;
+    // Surveying a lens takes a millisecond, and a camera that only turns need not wait for it.
+    const bool same_optics = spec.lens == base.lens && spec.lens_sampling == base.lens_sampling &&
+                             spec.size == base.size && spec.intrinsics == base.intrinsics;
+    if (same_optics) return spec;
+    if (auto good = check_lens(spec); !good) return std::unexpected(good.error());
     return spec;
 }
 

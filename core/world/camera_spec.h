@@ -13,6 +13,7 @@
 #include "core/camera/intrinsics.h"
 #include "core/camera/lens.h"
 #include "core/camera/pose.h"
+#include "core/world/camera_sampling.h"
 
 namespace camrig {
 
@@ -41,6 +42,8 @@ struct CameraSpec {
     Intrinsics intrinsics;  ///< derived from size and optics
     Pose pose;              ///< world_from_link
     Lens lens;
+    LensSampling lens_sampling;
+    Antialias antialias = Antialias::none;
     double near_m = 0.05;
     double far_m = 0.0;              ///< 0: infinite
     std::optional<Quality> quality;  ///< nullopt: the rig's
@@ -58,6 +61,8 @@ struct CameraPatch {
     std::optional<Optics> optics;
     std::optional<Pose> pose;
     std::optional<Lens> lens;
+    std::optional<LensSampling> lens_sampling;
+    std::optional<Antialias> antialias;
     std::optional<double> near_m;
     std::optional<double> far_m;
     std::optional<Quality> quality;

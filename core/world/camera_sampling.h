@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "core/base/result.h"
+
+namespace camrig {
+
+/// How many samples make a pixel of a colour picture; ids, depth and normals always have one, at the pixel's centre.
+/// `msaa4`: coverage at four places, shading once. `ssaa2` to `ssaa4`: 2x2 to 4x4 full samples.
+enum class Antialias : std::uint8_t { none, msaa4, ssaa2, ssaa3, ssaa4 };
+std::string_view to_string(Antialias antialias);
+Result<Antialias> parse_antialias(std::string_view name);
+/// Samples along one side of a pixel: 1 to 4 (1 for msaa4).
+int supersampling_of(Antialias antialias);
+/// Coverage samples of one drawn texel: 1 or 4.
+int multisampling_of(Antialias antialias);
+
+/// What a picture through a lens is resampled from: one oversized pinhole picture, or the faces of a cube. `automatic`
+/// takes what needs fewer texels (docs/decisions/0021).
+enum class LensMethod : std::uint8_t { automatic, warp, cube };
+std::string_view to_string(LensMethod method);
+Result<LensMethod> parse_lens_method(std::string_view name);
+
+/// How source texels become a pixel: 2x2 or 4x4 (Catmull-Rom) of them.
+enum class LensFilter : std::uint8_t { bilinear, bicubic };
+std::string_view to_string(LensFilter filter);
+Result<LensFilter> parse_lens_filter(std::string_view name);
+
+inline constexpr int max_lens_oversampling = 4;
+
+/// How a lens is drawn; nothing of this moves anything in the picture.
+struct LensSampling {
+    LensMethod method = LensMethod::automatic;
+    LensFilter filter = LensFilter::bicubic;
+    int oversample = 1;  ///< source texels per pixel, along a side, at least
+    friend bool operator==(const LensSampling&, const LensSampling&) = default;
+};
+
+}  // namespace camrig
