@@ -29,6 +29,15 @@ ViewTransform make_view_transform(const Pose& pose, ImageSize size, const Intrin
     return view;
 }
 
+ViewTransform make_tile_transform(const Pose& pose, const glm::dmat3& tile_from_optical, ImageSize size,
+                                  const Intrinsics& intrinsics, double near_m, double far_m) {
+    ViewTransform view = make_view_transform(pose, size, intrinsics, near_m, far_m);
+    if (tile_from_optical == glm::dmat3(1.0)) return view;
+    view.optical_from_world = tile_from_optical * view.optical_from_world;
+    view.truth_from_optical = glm::transpose(tile_from_optical);
+    return view;
+}
+
 glm::dmat4 ViewTransform::optical_from(const glm::dmat4& world_from_local) const {
     glm::dmat4 result(optical_from_world * glm::dmat3(world_from_local));
     result[3] = glm::dvec4(optical_from_world * (glm::dvec3(world_from_local[3]) - eye), 1.0);

@@ -20,6 +20,8 @@ namespace camrig {
 struct ViewTransform {
     glm::dvec3 eye{0.0};
     glm::dmat3 optical_from_world{1.0};
+    /// The camera's own optical frame from this picture's; they differ only for the faces of a cube.
+    glm::dmat3 truth_from_optical{1.0};
     ImageSize size;
     Intrinsics intrinsics;
     double near_m = 0.05;
@@ -39,6 +41,10 @@ struct ViewTransform {
 /// far_m = 0: infinite.
 ViewTransform make_view_transform(const Pose& pose, ImageSize size, const Intrinsics& intrinsics, double near_m,
                                   double far_m);
+
+/// The same eye looking through a plane turned against the camera's.
+ViewTransform make_tile_transform(const Pose& pose, const glm::dmat3& tile_from_optical, ImageSize size,
+                                  const Intrinsics& intrinsics, double near_m, double far_m);
 
 /// Metres along the optical axis of a depth buffer value; +inf where nothing was drawn.
 float metres_of_depth(const ViewTransform& view, float depth);

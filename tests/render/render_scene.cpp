@@ -2,6 +2,8 @@
 //
 //   render_scene SCENE VIEW OUT.png [--size WxH] [--quality fast|simple|beautiful] [--time SECONDS]
 //                [--kind color|depth|instance] [--device cpu] [--bench FRAMES] [--cameras N] [--threads N]
+//                [--lens MODEL:K1,K2,...] [--intrinsics FX,FY,CX,CY] [--method auto|warp|cube]
+//                [--filter bilinear|bicubic] [--oversample N] [--antialias none|msaa4|ssaa2|ssaa3|ssaa4]
 //
 // VIEW is the name of a camera or place of the scene, or X,Y,Z,TX,TY,TZ (eye and target).
 
@@ -10,7 +12,9 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <sstream>
 
+#include "core/camera/lens_map.h"
 #include "core/codec/encoder.h"
 #include "core/render/renderer_factory.h"
 #include "core/world/world.h"
@@ -28,11 +32,33 @@ struct Arguments {
     int bench_frames = 0;
     int cameras = 1;
     int threads = 0;
+    Lens lens{};
+    LensSampling sampling{};
+    Antialias antialias = Antialias::none;
+    std::optional<Intrinsics> intrinsics = std::nullopt;
 };
 
 [[noreturn]] void fail(const std::string& message) {
     std::fprintf(stderr, "render_scene: %s\n", message.c_str());
     std::exit(1);
+}
+
+Lens parse_lens(const std::string& text) {
+    const auto colon = text.find(':');
+    const auto model = parse_lens_model(text.substr(0, colon));
+    if (!model) fail(model.error().message);
+    std::vector<double> numbers;
+    std::istringstream list(colon == std::string::npos ? "" : text.substr(colon + 1));
+    for (std::string number; std::getline(list, number, ',');) numbers.push_back(std::stod(number));
+    const auto lens = make_lens(*model, numbers);
+    if (!lens) fail(lens.error().message);
+    return *lens;
+}
+
+template <typename T>
+T must(Result<T> result) {
+    if (!result) fail(result.error().message);
+    return *result;
 }
 
 Arguments parse(int argc, char** argv) {
@@ -50,6 +76,16 @@ Arguments parse(int argc, char** argv) {
         if (option == "--bench") a.bench_frames = std::stoi(value);
         if (option == "--cameras") a.cameras = std::stoi(value);
         if (option == "--threads") a.threads = std::stoi(value);
+        if (option == "--lens") a.lens = parse_lens(value);
+        if (option == "--method") a.sampling.method = must(parse_lens_method(value));
+        if (option == "--filter") a.sampling.filter = must(parse_lens_filter(value));
+        if (option == "--oversample") a.sampling.oversample = std::stoi(value);
+        if (option == "--antialias") a.antialias = must(parse_antialias(value));
+        if (option == "--intrinsics") {
+            Intrinsics k;
+            std::sscanf(argv[i + 1], "%lf,%lf,%lf,%lf", &k.fx, &k.fy, &k.cx, &k.cy);
+            a.intrinsics = k;
+        }
     }
     return a;
 }
@@ -84,7 +120,10 @@ View view_of(const Scene& scene, const Arguments& a) {
     auto spec = std::make_shared<CameraSpec>();
     spec->name = "view";
     spec->size = a.size;
-    spec->intrinsics = *intrinsics_from_vfov(a.size, vfov);
+    spec->intrinsics = a.intrinsics.value_or(*intrinsics_from_vfov(a.size, vfov));
+    spec->lens = a.lens;
+    spec->lens_sampling = a.sampling;
+    spec->antialias = a.antialias;
     View view;
     view.camera = CameraId{1};
     view.name = std::make_shared<const std::string>("view");

@@ -83,6 +83,7 @@ void DrawPass::begin_view(const PassView& view, StreamBuffer& stream) {
     block.up = glm::vec4(glm::dvec4(t.optical_from_world * glm::dvec3(0.0, 0.0, 1.0), 0.0));
     block.sky = glm::vec4(environment.ambient_sky * environment.exposure, environment.exposure);
     block.ground = glm::vec4(environment.ambient_ground * environment.exposure, 0.0f);
+    for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
     const auto piece = stream.allocate(sizeof block);
     std::memcpy(piece.data, &block, sizeof block);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, view_binding, piece.buffer, piece.offset, sizeof block);

@@ -42,6 +42,7 @@
     X(DepthFunc, DEPTHFUNC)                                     \
     X(DepthMask, DEPTHMASK)                                     \
     X(Disable, DISABLE)                                         \
+    X(DrawArrays, DRAWARRAYS)                                   \
     X(DrawElementsBaseVertex, DRAWELEMENTSBASEVERTEX)           \
     X(Enable, ENABLE)                                           \
     X(EnableVertexArrayAttrib, ENABLEVERTEXARRAYATTRIB)         \
@@ -65,10 +66,12 @@
     X(NamedFramebufferTexture, NAMEDFRAMEBUFFERTEXTURE)         \
     X(PixelStorei, PIXELSTOREI)                                 \
     X(ReadPixels, READPIXELS)                                   \
+    X(Scissor, SCISSOR)                                         \
     X(SamplerParameterf, SAMPLERPARAMETERF)                     \
     X(SamplerParameteri, SAMPLERPARAMETERI)                     \
     X(ShaderSource, SHADERSOURCE)                               \
     X(TextureStorage2D, TEXTURESTORAGE2D)                       \
+    X(TextureStorage2DMultisample, TEXTURESTORAGE2DMULTISAMPLE) \
     X(TextureSubImage2D, TEXTURESUBIMAGE2D)                     \
     X(UnmapNamedBuffer, UNMAPNAMEDBUFFER)                       \
     X(UseProgram, USEPROGRAM)                                   \

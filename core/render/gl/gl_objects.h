@@ -67,10 +67,13 @@ inline GlBuffer make_buffer(const GlFunctions& gl) {
     gl.CreateBuffers(1, &name);
     return {gl, name};
 }
-inline GlTexture make_texture_2d(const GlFunctions& gl) {
+inline GlTexture make_texture(const GlFunctions& gl, GLenum target) {
     GLuint name = 0;
-    gl.CreateTextures(GL_TEXTURE_2D, 1, &name);
+    gl.CreateTextures(target, 1, &name);
     return {gl, name};
+}
+inline GlTexture make_texture_2d(const GlFunctions& gl) {
+    return make_texture(gl, GL_TEXTURE_2D);
 }
 inline GlFramebuffer make_framebuffer(const GlFunctions& gl) {
     GLuint name = 0;

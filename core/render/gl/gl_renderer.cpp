@@ -1,24 +1,10 @@
 #include "core/render/gl/gl_renderer.h"
 
-#include <cmath>
 #include <cstring>
 
 #include "core/render/view_frames.h"
 
 namespace camrig {
-namespace {
-
-float srgb_of(float linear) {
-    const float c = std::fmin(std::fmax(linear, 0.0f), 1.0f);
-    return c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1.0f / 2.4f) - 0.055f;
-}
-
-bool wants_truth(const View& view) {
-    const bool depth_alone = wants(view, FrameKind::depth) && !wants(view, FrameKind::color);
-    return depth_alone || wants(view, FrameKind::instance) || wants(view, FrameKind::normal);
-}
-
-}  // namespace
 
 Result<std::unique_ptr<Renderer>> GlRenderer::create(const RendererOptions& options) {
     auto context = EglContext::create({.device = options.device, .raster_threads = options.raster_threads});
@@ -34,7 +20,7 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::shared_ptr<Fram
       shaders_(gl_),
       samplers_(gl_),
       models_(gl_, samplers_),
-      pass_(gl_, shaders_),
+      painter_(gl_, shaders_, context_->max_texture_size()),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {
     thread_.check();
@@ -95,7 +81,7 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         }
         slot.readback.reset(bytes);
     }
-    pass_.begin_instant();
+    painter_.begin_instant();
     for (std::size_t i = 0; i < views.size(); ++i) {
         if (auto drawn = draw_view(instant, i); !drawn) {
             instant.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
@@ -112,94 +98,28 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
 
 Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
     const View& view = instant.views[index];
-    const CameraSpec& spec = *view.spec;
-    if (std::max(spec.size.width, spec.size.height) > context_->max_texture_size()) {
-        return error(ErrorKind::unsupported, spec.size.to_string() + " is larger than the device draws; at most " +
-                                                 std::to_string(context_->max_texture_size()) + " pixels a side");
-    }
-    if (spec.lens.model != LensModel::pinhole) {
-        return error(ErrorKind::unsupported,
-                     "lens model " + std::string(to_string(spec.lens.model)) + " is not drawn yet; use pinhole");
-    }
-    if (wants(view, FrameKind::semantic)) {
-        return error(ErrorKind::unsupported, "semantic pictures are not drawn yet");
-    }
     Slot& slot = slots_[instant.slot];
-    Targets& targets = slot.targets[view.camera];
-
-    PassView pass{.transform = make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                  .frustum = {},
-                  .quality = view.quality,
-                  .environment = &statics_->environment,
-                  .lights = statics_->lights,
-                  .light_sets = &light_sets_};
-    pass.frustum = make_frustum(pass.transform, spec.far_m);
-    pass_.begin_view(pass, slot.stream);
-    opaque_.clear();
-    blended_.clear();
-    pass_.cull(static_items_, opaque_, blended_);
-    pass_.cull(mover_items_, opaque_, blended_);
-
-    if (wants(view, FrameKind::color)) {
-        if (auto drawn = draw_color(pass, targets); !drawn) return drawn;
-    }
-    if (wants_truth(view)) {
-        if (auto drawn = draw_truth(targets, spec.size); !drawn) return drawn;
-    }
+    PaintScene scene{.statics = static_items_,
+                     .movers = mover_items_,
+                     .environment = statics_->environment,
+                     .lights = statics_->lights,
+                     .light_sets = light_sets_,
+                     .stream = slot.stream};
+    auto painted = painter_.paint(view, scene, slot.targets[view.camera]);
+    if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame_kind_count; ++k) {
         const auto kind = static_cast<FrameKind>(k);
         if (!wants(view, kind)) continue;
-        // Depth comes with the colours where those are drawn anyway.
-        const bool from_color = kind == FrameKind::color || (kind == FrameKind::depth && wants(view, FrameKind::color));
-        const GLuint framebuffer = from_color ? targets.color->framebuffer.name() : targets.truth->framebuffer.name();
-        Pending pending{.view = index, .kind = kind, .framebuffer = framebuffer, .transform = pass.transform};
+        Pending pending{.view = index, .kind = kind, .transform = painted->transform, .lens = painted->lens};
+        pending.source = kind == FrameKind::color   ? painted->color
+                         : kind == FrameKind::depth ? painted->depth
+                                                    : painted->truth;
         if (readback_mode_ == ReadbackMode::buffered) {
-            pending.buffer_offset =
-                slot.readback.read(framebuffer, kind, spec.size, bytes_of(format_of(kind), spec.size));
+            const ImageSize size = view.spec->size;
+            pending.buffer_offset = slot.readback.read(pending.source, kind, size, bytes_of(format_of(kind), size));
         }
-        instant.pending.push_back(pending);
+        instant.pending.push_back(std::move(pending));
     }
-    return {};
-}
-
-Result<void> GlRenderer::draw_color(const PassView& view, Targets& targets) {
-    const ImageSize size = view.transform.size;
-    if (!targets.color || targets.color->size != size) {
-        targets.color.reset();
-        auto made = make_color_target(gl_, size);
-        if (!made) return std::unexpected(made.error());
-        targets.color = std::move(*made);
-    }
-    const GLuint framebuffer = targets.color->framebuffer.name();
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl_.Viewport(0, 0, size.width, size.height);
-    const glm::vec3 background = view.environment->background * view.environment->exposure;
-    const float color[4] = {srgb_of(background.r), srgb_of(background.g), srgb_of(background.b), 1.0f};
-    const float farthest = 0.0f;
-    gl_.ClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, color);
-    gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
-    pass_.draw_opaque(opaque_);
-    pass_.draw_blended(blended_);
-    return {};
-}
-
-Result<void> GlRenderer::draw_truth(Targets& targets, ImageSize size) {
-    if (!targets.truth || targets.truth->size != size) {
-        targets.truth.reset();
-        auto made = make_truth_target(gl_, size);
-        if (!made) return std::unexpected(made.error());
-        targets.truth = std::move(*made);
-    }
-    const GLuint framebuffer = targets.truth->framebuffer.name();
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    gl_.Viewport(0, 0, size.width, size.height);
-    const GLuint nothing[4] = {0, 0, 0, 0};
-    const float no_normal[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-    const float farthest = 0.0f;
-    gl_.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, nothing);
-    gl_.ClearNamedFramebufferfv(framebuffer, GL_COLOR, 1, no_normal);
-    gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
-    pass_.draw_truth(opaque_);
     return {};
 }
 
@@ -211,14 +131,13 @@ FrameRef GlRenderer::finish(const Instant& instant, const Pending& pending) {
         const auto source = slots_[instant.slot].readback.bytes(pending.buffer_offset, bytes.size());
         std::memcpy(bytes.data(), source.data(), bytes.size());
     } else {
-        read_pixels(gl_, pending.framebuffer, pending.kind, view.spec->size, bytes.data());
+        read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
     if (pending.kind == FrameKind::color) finish_color(view, *frame);
     if (pending.kind == FrameKind::depth) {
-        auto* depth = reinterpret_cast<float*>(bytes.data());
-        for (std::int64_t i = 0; i < view.spec->size.pixels(); ++i) {
-            depth[i] = metres_of_depth(pending.transform, depth[i]);
-        }
+        const std::span depth(reinterpret_cast<float*>(bytes.data()), bytes.size() / sizeof(float));
+        for (float& value : depth) value = metres_of_depth(pending.transform, value);
+        if (pending.lens != nullptr) pending.lens->to_optical_axis(depth);
     }
     return frame;
 }
@@ -242,6 +161,7 @@ Result<Renderer::Finished> GlRenderer::collect() {
 void GlRenderer::forget(CameraId camera) {
     thread_.check();
     for (Slot& slot : slots_) slot.targets.erase(camera);
+    painter_.forget(camera);
 }
 
 }  // namespace camrig

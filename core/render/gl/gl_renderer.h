@@ -4,12 +4,10 @@
 #include <deque>
 #include <map>
 #include <memory>
-#include <optional>
 
 #include "core/base/thread_check.h"
-#include "core/render/gl/draw_pass.h"
 #include "core/render/gl/egl_context.h"
-#include "core/render/gl/readback.h"
+#include "core/render/gl/view_painter.h"
 #include "core/render/renderer_factory.h"
 
 namespace camrig {
@@ -30,23 +28,20 @@ public:
     std::string description() const override { return context_->description(); }
 
 private:
-    struct Targets {
-        std::optional<ColorTarget> color;
-        std::optional<TruthTarget> truth;
-    };
     /// What collect() needs to know of one picture of one view.
     struct Pending {
         std::size_t view = 0;
         FrameKind kind = FrameKind::color;
-        GLuint framebuffer = 0;
+        PictureSource source{};
         std::size_t buffer_offset = 0;
         ViewTransform transform;
+        std::shared_ptr<const LensOnDevice> lens;  ///< null: none
     };
     struct Slot {
         explicit Slot(const GlFunctions& gl) : stream(gl), readback(gl) {}
         StreamBuffer stream;
         ReadbackBuffer readback;
-        std::map<CameraId, Targets> targets;
+        std::map<CameraId, ViewTargets> targets;
     };
     struct Instant {
         SnapshotRef snapshot;
@@ -61,8 +56,6 @@ private:
     void update_statics(const std::shared_ptr<const StaticSet>& statics);
     void update_movers(const Snapshot& snapshot, Slot& slot);
     Result<void> draw_view(Instant& instant, std::size_t index);
-    Result<void> draw_color(const PassView& view, Targets& targets);
-    Result<void> draw_truth(Targets& targets, ImageSize size);
     FrameRef finish(const Instant& instant, const Pending& pending);
 
     std::unique_ptr<EglContext> context_;
@@ -72,7 +65,7 @@ private:
     ShaderCache shaders_;
     SamplerCache samplers_;
     ModelCache models_;
-    DrawPass pass_;
+    ViewPainter painter_;
 
     std::shared_ptr<const StaticSet> statics_;
     SceneItems static_items_;
@@ -84,8 +77,6 @@ private:
     std::array<Slot, max_in_flight> slots_;
     std::size_t next_slot_ = 0;
     std::deque<Instant> submitted_;
-    std::vector<VisibleDraw> opaque_;
-    std::vector<VisibleDraw> blended_;
     ThreadCheck thread_;
 };
 

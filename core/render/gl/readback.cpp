@@ -9,18 +9,21 @@ constexpr TimeNs device_timeout_ns = 10 * ns_per_s;
 
 }  // namespace
 
-void read_pixels(const GlFunctions& gl, GLuint framebuffer, FrameKind kind, ImageSize size, void* to) {
+void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, ImageSize size, void* to) {
     struct Format {
         GLenum format;
         GLenum type;
         GLenum attachment;
     };
     Format format{GL_RGBA, GL_UNSIGNED_BYTE, GL_COLOR_ATTACHMENT0};
-    if (kind == FrameKind::depth) format = {GL_DEPTH_COMPONENT, GL_FLOAT, GL_COLOR_ATTACHMENT0};
+    if (kind == FrameKind::depth) {
+        format = source.depth_is_color ? Format{GL_RED, GL_FLOAT, GL_COLOR_ATTACHMENT2}
+                                       : Format{GL_DEPTH_COMPONENT, GL_FLOAT, GL_COLOR_ATTACHMENT0};
+    }
     if (kind == FrameKind::instance) format = {GL_RED_INTEGER, GL_UNSIGNED_INT, GL_COLOR_ATTACHMENT0};
     if (kind == FrameKind::normal) format = {GL_RGB, GL_FLOAT, GL_COLOR_ATTACHMENT1};
-    gl.NamedFramebufferReadBuffer(framebuffer, format.attachment);
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+    gl.NamedFramebufferReadBuffer(source.framebuffer, format.attachment);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, source.framebuffer);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl.ReadPixels(0, 0, size.width, size.height, format.format, format.type, to);
 }
@@ -37,11 +40,11 @@ void ReadbackBuffer::reset(std::size_t bytes) {
     capacity_ = bytes;
 }
 
-std::size_t ReadbackBuffer::read(GLuint framebuffer, FrameKind kind, ImageSize size, std::size_t bytes) {
+std::size_t ReadbackBuffer::read(PictureSource source, FrameKind kind, ImageSize size, std::size_t bytes) {
     CHECK(used_ + bytes <= capacity_);
     const std::size_t offset = used_;
     gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, buffer_.name());
-    read_pixels(gl_, framebuffer, kind, size, reinterpret_cast<void*>(offset));
+    read_pixels(gl_, source, kind, size, reinterpret_cast<void*>(offset));
     gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     used_ += bytes;
     return offset;

@@ -17,7 +17,11 @@ enum class ReadbackMode { direct, buffered };
 
 /// Starts reading one kind of picture from the framebuffer that holds it; `to` is host memory, or an offset into the
 /// bound GL_PIXEL_PACK_BUFFER.
-void read_pixels(const GlFunctions& gl, GLuint framebuffer, FrameKind kind, ImageSize size, void* to);
+struct PictureSource {
+    GLuint framebuffer = 0;
+    bool depth_is_color = false;
+};
+void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, ImageSize size, void* to);
 
 /// Host-visible memory that pixel reads of one instant go to (ReadbackMode::buffered).
 class ReadbackBuffer {
@@ -26,7 +30,7 @@ public:
     /// Makes room for an instant; the device must be done with the one before.
     void reset(std::size_t bytes);
     /// Reads into the next part of the buffer and says where it begins.
-    std::size_t read(GLuint framebuffer, FrameKind kind, ImageSize size, std::size_t bytes);
+    std::size_t read(PictureSource source, FrameKind kind, ImageSize size, std::size_t bytes);
     void start_fence();
     /// Blocks until everything read has arrived. Error: the device gave no sign of life for 10 s.
     Result<void> wait();

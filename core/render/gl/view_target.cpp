@@ -3,7 +3,12 @@
 namespace camrig {
 namespace {
 
-GlTexture storage(const GlFunctions& gl, GLenum format, ImageSize size) {
+GlTexture storage(const GlFunctions& gl, GLenum format, ImageSize size, int samples = 1) {
+    if (samples > 1) {
+        GlTexture texture = make_texture(gl, GL_TEXTURE_2D_MULTISAMPLE);
+        gl.TextureStorage2DMultisample(texture.name(), samples, format, size.width, size.height, GL_TRUE);
+        return texture;
+    }
     GlTexture texture = make_texture_2d(gl);
     gl.TextureStorage2D(texture.name(), 1, format, size.width, size.height);
     return texture;
@@ -16,32 +21,38 @@ Result<void> check_complete(const GlFunctions& gl, const GlFramebuffer& framebuf
 
 }  // namespace
 
-Result<ColorTarget> make_color_target(const GlFunctions& gl, ImageSize size) {
+Result<ColorTarget> make_color_target(const GlFunctions& gl, ImageSize size, const ColorTargetOptions& options) {
     ColorTarget target{.size = size,
-                       .color = storage(gl, GL_SRGB8_ALPHA8, size),
-                       .depth = storage(gl, GL_DEPTH_COMPONENT32F, size),
+                       .samples = options.samples,
+                       .color = storage(gl, GL_SRGB8_ALPHA8, size, options.samples),
+                       .depth = {},
                        .framebuffer = make_framebuffer(gl)};
     const GLuint framebuffer = target.framebuffer.name();
     gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target.color.name(), 0);
-    gl.NamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, target.depth.name(), 0);
+    if (options.has_depth) {
+        target.depth = storage(gl, GL_DEPTH_COMPONENT32F, size, options.samples);
+        gl.NamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, target.depth.name(), 0);
+    }
     if (auto complete = check_complete(gl, target.framebuffer, size); !complete) {
         return std::unexpected(complete.error());
     }
     return target;
 }
 
-Result<TruthTarget> make_truth_target(const GlFunctions& gl, ImageSize size) {
+Result<TruthTarget> make_truth_target(const GlFunctions& gl, ImageSize size, bool depth_is_color) {
     TruthTarget target{.size = size,
                        .instance = storage(gl, GL_R32UI, size),
                        .normal = storage(gl, GL_RGBA32F, size),
-                       .depth = storage(gl, GL_DEPTH_COMPONENT32F, size),
-                       .framebuffer = make_framebuffer(gl)};
+                       .depth = storage(gl, depth_is_color ? GL_R32F : GL_DEPTH_COMPONENT32F, size),
+                       .framebuffer = make_framebuffer(gl),
+                       .depth_is_color = depth_is_color};
     const GLuint framebuffer = target.framebuffer.name();
     gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target.instance.name(), 0);
     gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT1, target.normal.name(), 0);
-    gl.NamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, target.depth.name(), 0);
-    const GLenum buffers[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    gl.NamedFramebufferDrawBuffers(framebuffer, 2, buffers);
+    gl.NamedFramebufferTexture(framebuffer, depth_is_color ? GL_COLOR_ATTACHMENT2 : GL_DEPTH_ATTACHMENT,
+                               target.depth.name(), 0);
+    const GLenum buffers[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
+    gl.NamedFramebufferDrawBuffers(framebuffer, depth_is_color ? 3 : 2, buffers);
     if (auto complete = check_complete(gl, target.framebuffer, size); !complete) {
         return std::unexpected(complete.error());
     }

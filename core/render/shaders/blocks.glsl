@@ -7,6 +7,7 @@ layout(std140, binding = 0) uniform ViewBlock {
     vec4 up;          // world up
     vec4 sky;         // ambient from above; w: exposure
     vec4 ground;      // ambient from below
+    vec4 truth_rows[3];  // the frame that true normals are given in, from this view's
 } view;
 
 layout(std140, binding = 1) uniform DrawBlock {

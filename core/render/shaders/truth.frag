@@ -24,5 +24,6 @@ void main() {
 #endif
     out_instance = draw.ids.x;
     vec3 n = dot(in_normal, in_normal) > 0.0 ? normalize(in_normal) : vec3(0.0, 0.0, -1.0);
-    out_normal = vec4(gl_FrontFacing ? n : -n, 0.0);
+    if (!gl_FrontFacing) n = -n;
+    out_normal = vec4(dot(view.truth_rows[0].xyz, n), dot(view.truth_rows[1].xyz, n), dot(view.truth_rows[2].xyz, n), 0.0);
 }

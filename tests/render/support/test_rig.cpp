@@ -11,6 +11,9 @@ View TestCamera::view(std::uint32_t number) const {
     auto spec = std::make_shared<CameraSpec>();
     spec->name = "camera" + std::to_string(number);
     spec->size = size;
+    spec->lens = lens;
+    spec->lens_sampling = lens_sampling;
+    spec->antialias = antialias;
     spec->near_m = near_m;
     spec->far_m = far_m;
     spec->intrinsics =
@@ -23,6 +26,11 @@ View TestCamera::view(std::uint32_t number) const {
     view.quality = quality;
     view.camera_number = number;
     return view;
+}
+
+CameraModel TestCamera::model() const {
+    const View seen = view();
+    return CameraModel::create(size, seen.spec->intrinsics, lens).value();
 }
 
 std::array<int, 4> Picture::at(int x, int y) const {

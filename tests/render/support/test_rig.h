@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/camera/camera_model.h"
 #include "core/render/renderer_factory.h"
 #include "tests/render/support/test_models.h"
 
@@ -11,11 +12,15 @@ struct TestCamera {
     ImageSize size{64, 48};
     double focal_px = 64.0;                               ///< fx = fy
     std::optional<Intrinsics> intrinsics = std::nullopt;  ///< instead of a centred focal_px
+    Lens lens{};
+    LensSampling lens_sampling{};
+    Antialias antialias = Antialias::none;
     double near_m = 0.05;
     double far_m = 0.0;
     Quality quality = Quality::simple;
 
     View view(std::uint32_t number = 1) const;
+    CameraModel model() const;
 };
 
 /// Pixels of a colour frame with 2D access.
