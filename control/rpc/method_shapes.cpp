@@ -23,12 +23,24 @@ std::vector<Shape> protocol_shapes() {
           {"cx", "number", "principal point", true, "px"},
           {"cy", "number", "principal point", true, "px"}}},
         {"lens",
-         "Models and coefficients as in OpenCV and ROS.",
+         "Models and coefficients as in OpenCV and ROS. The field of view or the intrinsics are those of the camera's "
+         "pinhole part; a fisheye needs intrinsics (fx is pixels per radian on its axis). Pixels beyond the fold of a "
+         "lens are black; their depth is infinite, their ids and normals 0. Depth is metres along the optical axis "
+         "also "
+         "beyond 90 deg from it, where it is negative.",
          {{"model", "string",
            "`pinhole`, `plumb_bob` (k1 k2 p1 p2 k3), `rational_polynomial` (k1 k2 p1 p2 k3 k4 k5 k6) or `equidistant` "
            "(k1 k2 k3 k4)",
            true},
-          {"coefficients", "array of numbers", "as many as the model has; pinhole has none"}}},
+          {"coefficients", "array of numbers", "as many as the model has; pinhole has none"},
+          {"method", "string",
+           "what the picture is resampled from: `warp` (one larger pinhole picture), `cube` (the faces of a cube) or "
+           "`auto` (what needs fewer pixels)",
+           false, "", "auto"},
+          {"filter", "string",
+           "`bilinear` or `bicubic` (Catmull-Rom: keeps more contrast); ssaa always takes bilinear samples", false, "",
+           "bicubic"},
+          {"oversample", "integer", "1 to 4: source pixels per pixel, along a side, at least", false, "", "1"}}},
         {"outputs",
          "One element of outputs: where pictures go beside HTTP, which every camera has.",
          {{"kind", "string", "`v4l2`, `device`, `rtsp` or `mjpeg`", true},

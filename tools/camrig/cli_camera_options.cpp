@@ -104,6 +104,7 @@ void CameraOptions::add_to(CLI::App& command) {
                                      std::tuple("--roll-deg", &roll_deg, "about the viewing direction")})
         command.add_option(name, *value, text)->excludes(target)->excludes(quaternion);
     command.add_option("--lens", lens, "MODEL or MODEL:K1,K2,... as in ROS, e.g. plumb_bob:-0.2,0.05,0,0,0");
+    command.add_option("--antialias", antialias, "none, msaa4, ssaa2, ssaa3 or ssaa4");
     command.add_option("--near", near, "nearest distance drawn, m");
     command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");
     command.add_option("--quality", quality, "fast, simple or beautiful");
@@ -131,6 +132,7 @@ Result<json> camera_params(const CameraOptions& options, const json& present_pos
     if (!options.intrinsics.empty()) params.put("intrinsics", intrinsics_of(options.intrinsics));
     if (options.has_pose()) params.put("pose", pose_of(options, present_pose));
     if (!options.lens.empty()) params.put("lens", lens_of(options.lens));
+    if (!options.antialias.empty()) params.put("antialias", options.antialias);
     params.put_if("near", options.near);
     params.put_if("far", options.far);
     if (!options.quality.empty()) params.put("quality", options.quality);

@@ -30,6 +30,7 @@ def camera_params(
     roll_deg: float | None = None,
     orientation: Vector | None = None,
     lens: Lens | None = None,
+    antialias: str | None = None,
     near: float | None = None,
     far: float | None = None,
     quality: str | None = None,
@@ -58,6 +59,8 @@ def camera_params(
         params["pose"] = pose
     if lens is not None:
         params["lens"] = _lens(lens)
+    if antialias is not None:
+        params["antialias"] = antialias
     if quality is not None:
         params["quality"] = quality
     if code_strip is not None:
