@@ -45,6 +45,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_snapshot_command(app, context);
     add_stats_command(app, context);
     add_exec_command(app, context, hooks);
+    add_probe_command(app, context);
     add_protocol_commands(app, context);
     app.add_subcommand("version", "prints the version")->callback([&] {
         context.action = [&] { return context.print({{"version", version}}, std::string("camrig ") + version); };

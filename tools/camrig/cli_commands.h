@@ -16,6 +16,7 @@ void add_world_commands(CLI::App& app, CliContext& context);
 void add_snapshot_command(CLI::App& app, CliContext& context);
 void add_stats_command(CLI::App& app, CliContext& context);
 void add_protocol_commands(CLI::App& app, CliContext& context);
+void add_probe_command(CLI::App& app, CliContext& context);
 void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 
 }  // namespace camrig
