@@ -27,6 +27,14 @@ struct View {
     bool kinds[frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
 };
 
+/// What a renderer keeps between instants, and how often it paid.
+struct RenderCounters {
+    int layers = 0;                   ///< static layers that are kept
+    std::int64_t layer_bytes = 0;     ///< their memory on the device
+    std::uint64_t layers_drawn = 0;   ///< since the start: made
+    std::uint64_t layers_reused = 0;  ///< copied instead of drawing
+};
+
 /// Draws views of snapshots into frames.
 ///
 /// Thread: the engine's; every call comes from the same thread, the one that created it.
@@ -53,6 +61,7 @@ public:
     virtual int in_flight() const = 0;
     /// Frees what was kept for a camera that is gone.
     virtual void forget(CameraId camera) = 0;
+    virtual RenderCounters counters() const { return {}; }
     /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5, Mesa 22.3.6" for server.info and reports.
     virtual std::string description() const = 0;
 };

@@ -15,6 +15,8 @@ struct RendererOptions {
     /// one, else llvmpipe.
     std::string device;
     std::shared_ptr<FramePool> pool;
+    /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.
+    std::int64_t static_layer_bytes = std::int64_t{256} << 20;
     int raster_threads = 0;  ///< llvmpipe: threads of the rasteriser; 0 = as many as cores
 };
 

@@ -4,6 +4,7 @@
 //                [--kind color|depth|instance] [--device cpu] [--bench FRAMES] [--cameras N] [--threads N]
 //                [--lens MODEL:K1,K2,...] [--intrinsics FX,FY,CX,CY] [--method auto|warp|cube]
 //                [--filter bilinear|bicubic] [--oversample N] [--antialias none|msaa4|ssaa2|ssaa3|ssaa4]
+//                [--static-layer on|off]
 //
 // VIEW is the name of a camera or place of the scene, or X,Y,Z,TX,TY,TZ (eye and target).
 
@@ -32,6 +33,7 @@ struct Arguments {
     int bench_frames = 0;
     int cameras = 1;
     int threads = 0;
+    bool has_static_layer = true;
     Lens lens{};
     LensSampling sampling{};
     Antialias antialias = Antialias::none;
@@ -76,6 +78,7 @@ Arguments parse(int argc, char** argv) {
         if (option == "--bench") a.bench_frames = std::stoi(value);
         if (option == "--cameras") a.cameras = std::stoi(value);
         if (option == "--threads") a.threads = std::stoi(value);
+        if (option == "--static-layer") a.has_static_layer = value == "on";
         if (option == "--lens") a.lens = parse_lens(value);
         if (option == "--method") a.sampling.method = must(parse_lens_method(value));
         if (option == "--filter") a.sampling.filter = must(parse_lens_filter(value));
@@ -183,8 +186,9 @@ int run(const Arguments& a) {
     auto world = World::create(*scene, 1);
     if (!world) fail(world.error().message);
     std::printf("loaded in %.0f ms\n", ms_since(start));
-    auto renderer =
-        create_renderer({.device = a.device, .pool = std::make_shared<FramePool>(), .raster_threads = a.threads});
+    RendererOptions options{.device = a.device, .pool = std::make_shared<FramePool>(), .raster_threads = a.threads};
+    if (!a.has_static_layer) options.static_layer_bytes = 0;
+    auto renderer = create_renderer(options);
     if (!renderer) fail(renderer.error().message);
     std::printf("%s\n", (*renderer)->description().c_str());
 

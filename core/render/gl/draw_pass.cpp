@@ -89,8 +89,10 @@ void DrawPass::begin_view(const PassView& view, StreamBuffer& stream) {
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, view_binding, piece.buffer, piece.offset, sizeof block);
 }
 
-void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>& opaque, std::vector<VisibleDraw>& blended) {
+void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::vector<VisibleDraw>* blended) {
     for (SceneItem& item : items.items) {
+        std::vector<VisibleDraw>* const list = item.key.alpha_mode == AlphaMode::blend ? blended : opaque;
+        if (list == nullptr) continue;
         const glm::dmat4 optical_from_local = view_.transform.optical_from(item.world_from_local);
         if (!may_be_visible(view_.frustum, optical_from_local, item.bounds.min, item.bounds.max)) continue;
         const DrawBlock block = draw_block(optical_from_local, item);
@@ -98,7 +100,7 @@ void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>& opaque, std::ve
         std::memcpy(visible.uniforms.data, &block, sizeof block);
         const glm::dvec3 middle = 0.5 * (glm::dvec3(item.bounds.min) + glm::dvec3(item.bounds.max));
         visible.distance_m = (optical_from_local * glm::dvec4(middle, 1.0)).z;
-        (item.key.alpha_mode == AlphaMode::blend ? blended : opaque).push_back(visible);
+        list->push_back(visible);
     }
 }
 

@@ -35,8 +35,8 @@ public:
     /// Global state that no draw changes; once per instant.
     void begin_instant();
     void begin_view(const PassView& view, StreamBuffer& stream);
-    /// Appends what may be visible of `items` to `opaque` and `blended`, in the order of the items.
-    void cull(SceneItems& items, std::vector<VisibleDraw>& opaque, std::vector<VisibleDraw>& blended);
+    /// Appends what may be visible of `items` to `opaque` and `blended`, in the order of the items; null: not wanted.
+    void cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::vector<VisibleDraw>* blended);
 
     /// Into the bound framebuffer: opaque and masked surfaces, in the given order.
     void draw_opaque(std::span<const VisibleDraw> draws);

@@ -9,18 +9,19 @@ namespace camrig {
 Result<std::unique_ptr<Renderer>> GlRenderer::create(const RendererOptions& options) {
     auto context = EglContext::create({.device = options.device, .raster_threads = options.raster_threads});
     if (!context) return std::unexpected(context.error());
-    return std::unique_ptr<Renderer>(new GlRenderer(std::move(*context), options.pool));
+    return std::unique_ptr<Renderer>(new GlRenderer(std::move(*context), options));
 }
 
-GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::shared_ptr<FramePool> pool)
+GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOptions& options)
     : context_(std::move(context)),
       gl_(context_->gl()),
-      pool_(std::move(pool)),
+      pool_(options.pool),
       readback_mode_(context_->is_software() ? ReadbackMode::direct : ReadbackMode::buffered),
       shaders_(gl_),
       samplers_(gl_),
       models_(gl_, samplers_),
-      painter_(gl_, shaders_, context_->max_texture_size()),
+      painter_(gl_, shaders_,
+               {.max_side = context_->max_texture_size(), .static_layer_bytes = options.static_layer_bytes}),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {
     thread_.check();
@@ -36,6 +37,7 @@ void GlRenderer::update_statics(const std::shared_ptr<const StaticSet>& statics)
     if (statics == statics_) return;
     gl_.Finish();  // static_stream_ may still be read
     statics_ = statics;
+    ++statics_number_;
     static_items_.clear();
     light_sets_.truncate(0);
     static_stream_.reset();
@@ -99,7 +101,8 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
 Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
     const View& view = instant.views[index];
     Slot& slot = slots_[instant.slot];
-    PaintScene scene{.statics = static_items_,
+    PaintScene scene{.statics_number = statics_number_,
+                     .statics = static_items_,
                      .movers = mover_items_,
                      .environment = statics_->environment,
                      .lights = statics_->lights,

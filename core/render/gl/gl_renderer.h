@@ -25,6 +25,7 @@ public:
     Result<Finished> collect() override;
     int in_flight() const override { return static_cast<int>(submitted_.size()); }
     void forget(CameraId camera) override;
+    RenderCounters counters() const override { return painter_.counters(); }
     std::string description() const override { return context_->description(); }
 
 private:
@@ -52,7 +53,7 @@ private:
         std::vector<Finished::Failure> failures;
     };
 
-    GlRenderer(std::unique_ptr<EglContext> context, std::shared_ptr<FramePool> pool);
+    GlRenderer(std::unique_ptr<EglContext> context, const RendererOptions& options);
     void update_statics(const std::shared_ptr<const StaticSet>& statics);
     void update_movers(const Snapshot& snapshot, Slot& slot);
     Result<void> draw_view(Instant& instant, std::size_t index);
@@ -68,6 +69,7 @@ private:
     ViewPainter painter_;
 
     std::shared_ptr<const StaticSet> statics_;
+    std::uint64_t statics_number_ = 0;  ///< counts the static sets
     SceneItems static_items_;
     LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
     int static_light_sets_ = 0;

@@ -20,6 +20,7 @@ ImageSize scaled(ImageSize size, int factor) {
 
 void ViewPainter::begin_instant() {
     scratch_.next_instant();
+    layers_.next_instant();
     state_is_ours_ = false;
 }
 
@@ -105,41 +106,79 @@ void ViewPainter::clear(const TruthTarget& target) {
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
 }
 
-void ViewPainter::draw_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene,
-                            const ColorTarget* color, const TruthTarget* truth) {
-    const CameraSpec& spec = plan.spec;
-    PassView pass{.transform = make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics,
-                                                   spec.near_m, spec.far_m),
-                  .frustum = {},
-                  .quality = view.quality,
-                  .environment = &scene.environment,
-                  .lights = scene.lights,
-                  .light_sets = &scene.light_sets};
-    pass.frustum = make_frustum(pass.transform, spec.far_m);
-    pass_.begin_view(pass, scene.stream);
-    opaque_.clear();
-    blended_.clear();
-    pass_.cull(scene.statics, opaque_, blended_);
-    pass_.cull(scene.movers, opaque_, blended_);
+void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& scene, const Sources& sources) {
+    StaticLayers::Layer* const layer =
+        layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number});
+    Sources statics = sources;
+    if (sources.color != nullptr) {
+        if (layer != nullptr && layer->color) {
+            layers_.restore(*layer->color, *sources.color);
+            statics.color = nullptr;
+        } else {
+            clear(*sources.color, scene.environment);
+        }
+    }
+    if (sources.truth != nullptr) {
+        if (layer != nullptr && layer->truth) {
+            layers_.restore(*layer->truth, *sources.truth);
+            statics.truth = nullptr;
+        } else {
+            clear(*sources.truth);
+        }
+    }
+    const bool is_kept = layer != nullptr && (statics.color != nullptr || statics.truth != nullptr);
+    if (!is_kept) return draw_tiles(view, plan, scene, statics, sources);
+    draw_tiles(view, plan, scene, statics, {});
+    if (statics.color != nullptr) layers_.keep(*layer, *statics.color);
+    if (statics.truth != nullptr) layers_.keep(*layer, *statics.truth);
+    draw_tiles(view, plan, scene, {}, sources);
+}
 
+void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics,
+                             const Sources& rest) {
+    const CameraSpec& spec = plan.spec;
+    const bool draws_statics = statics.color != nullptr || statics.truth != nullptr;
+    const bool draws_rest = rest.color != nullptr || rest.truth != nullptr;
     // Points and lines are wider than the viewport's edge knows.
     const bool is_part = plan.tiles.size() > 1;
-    const auto draw_into = [&](GLuint framebuffer, int factor) {
-        gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-        const int x = tile.x * factor, y = tile.y * factor;
-        const ImageSize size = scaled(tile.size, factor);
-        gl_.Viewport(x, y, size.width, size.height);
-        if (is_part) gl_.Scissor(x, y, size.width, size.height);
-    };
     if (is_part) gl_.Enable(GL_SCISSOR_TEST);
-    if (color != nullptr) {
-        draw_into(color->framebuffer.name(), plan.supersampling);
-        pass_.draw_opaque(opaque_);
-        pass_.draw_blended(blended_);
-    }
-    if (truth != nullptr) {
-        draw_into(truth->framebuffer.name(), 1);
-        pass_.draw_truth(opaque_);
+    for (const SourceTile& tile : plan.tiles) {
+        PassView pass{.transform = make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics,
+                                                       spec.near_m, spec.far_m),
+                      .frustum = {},
+                      .quality = view.quality,
+                      .environment = &scene.environment,
+                      .lights = scene.lights,
+                      .light_sets = &scene.light_sets};
+        pass.frustum = make_frustum(pass.transform, spec.far_m);
+        pass_.begin_view(pass, scene.stream);
+        static_opaque_.clear();
+        moving_opaque_.clear();
+        blended_.clear();
+        auto* const blended = rest.color != nullptr ? &blended_ : nullptr;
+        pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, blended);
+        if (draws_rest) pass_.cull(scene.movers, &moving_opaque_, blended);
+
+        const auto draw_into = [&](GLuint framebuffer, int factor) {
+            gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+            const int x = tile.x * factor, y = tile.y * factor;
+            const ImageSize size = scaled(tile.size, factor);
+            gl_.Viewport(x, y, size.width, size.height);
+            if (is_part) gl_.Scissor(x, y, size.width, size.height);
+        };
+        if (const ColorTarget* color = statics.color != nullptr ? statics.color : rest.color) {
+            draw_into(color->framebuffer.name(), plan.supersampling);
+            if (statics.color != nullptr) pass_.draw_opaque(static_opaque_);
+            if (rest.color != nullptr) {
+                pass_.draw_opaque(moving_opaque_);
+                pass_.draw_blended(blended_);
+            }
+        }
+        if (const TruthTarget* truth = statics.truth != nullptr ? statics.truth : rest.truth) {
+            draw_into(truth->framebuffer.name(), 1);
+            if (statics.truth != nullptr) pass_.draw_truth(static_opaque_);
+            if (rest.truth != nullptr) pass_.draw_truth(moving_opaque_);
+        }
     }
     if (is_part) gl_.Disable(GL_SCISSOR_TEST);
 }
@@ -166,24 +205,22 @@ Result<PaintedView> ViewPainter::paint(const View& view, PaintScene& scene, View
     if (!planned) return std::unexpected(planned.error());
     const Plan& plan = *planned;
 
-    const ColorTarget* color = nullptr;
-    const TruthTarget* truth = nullptr;
+    Sources sources;
     if (plan.wants_color) {
         auto made = color_source(plan, targets);
         if (!made) return std::unexpected(made.error());
-        color = *made;
-        clear(*color, scene.environment);
+        sources.color = *made;
     }
     if (plan.wants_truth || (plan.takes_depth_from_color && plan.lens != nullptr)) {
         auto made = truth_source(plan, targets);
         if (!made) return std::unexpected(made.error());
-        if (plan.wants_truth) truth = *made;
+        if (plan.wants_truth) sources.truth = *made;
     }
-    if (truth != nullptr) clear(*truth);
+    const auto [color, truth] = sources;
 
     if (!state_is_ours_) pass_.begin_instant();
     state_is_ours_ = true;
-    for (const SourceTile& tile : plan.tiles) draw_tile(view, plan, tile, scene, color, truth);
+    draw_scene(view, plan, scene, sources);
 
     if (plan.is_resampled()) state_is_ours_ = false;
     if (plan.is_resampled() && color != nullptr) {

@@ -9,6 +9,7 @@
 #include "core/render/gl/image_pass.h"
 #include "core/render/gl/readback.h"
 #include "core/render/gl/scratch_targets.h"
+#include "core/render/gl/static_layers.h"
 #include "core/render/renderer.h"
 
 namespace camrig {
@@ -21,6 +22,7 @@ struct ViewTargets {
 
 /// The world of one instant as the device has it.
 struct PaintScene {
+    std::uint64_t statics_number = 0;  ///< changes with the static set
     SceneItems& statics;
     SceneItems& movers;
     const Environment& environment;
@@ -38,16 +40,31 @@ struct PaintedView {
     std::shared_ptr<const LensOnDevice> lens;  ///< null: none
 };
 
+struct PainterOptions {
+    int max_side = 0;  ///< of any picture
+    std::int64_t static_layer_bytes = 0;
+};
+
 /// Draws one view: the scene into its source (that is the finished picture itself for a pinhole camera with one sample
 /// per pixel), then samples are resolved and the lens is looked through.
 class ViewPainter {
 public:
-    ViewPainter(const GlFunctions& gl, ShaderCache& shaders, int max_side)
-        : gl_(gl), max_side_(max_side), pass_(gl, shaders), images_(gl), lenses_(gl, max_side), scratch_(gl) {}
+    ViewPainter(const GlFunctions& gl, ShaderCache& shaders, const PainterOptions& options)
+        : gl_(gl),
+          max_side_(options.max_side),
+          pass_(gl, shaders),
+          images_(gl),
+          lenses_(gl, options.max_side),
+          scratch_(gl),
+          layers_(gl, options.static_layer_bytes) {}
 
     void begin_instant();
     Result<PaintedView> paint(const View& view, PaintScene& scene, ViewTargets& targets);
-    void forget(CameraId camera) { lenses_.forget(camera); }
+    void forget(CameraId camera) {
+        lenses_.forget(camera);
+        layers_.forget(camera);
+    }
+    RenderCounters counters() const { return layers_.counters(); }
 
 private:
     /// How one view is drawn.
@@ -63,11 +80,18 @@ private:
         bool takes_depth_from_color = false;  ///< instead
         bool is_resampled() const { return lens != nullptr || supersampling * multisampling > 1; }
     };
+    /// The source pictures of one view, and what is drawn into them now; null: nothing.
+    struct Sources {
+        const ColorTarget* color = nullptr;
+        const TruthTarget* truth = nullptr;
+    };
     Result<Plan> plan_of(const View& view, SourceTile& whole);
     Result<const ColorTarget*> color_source(const Plan& plan, ViewTargets& targets);
     Result<const TruthTarget*> truth_source(const Plan& plan, ViewTargets& targets);
-    void draw_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene,
-                   const ColorTarget* color, const TruthTarget* truth);
+    /// Static opaque geometry first, then movers, then all that is blended: the order that static layers live on.
+    void draw_scene(const View& view, const Plan& plan, PaintScene& scene, const Sources& sources);
+    /// One after the other into every tile: `statics` are opaque static geometry, `rest` movers and what is blended.
+    void draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics, const Sources& rest);
     Result<void> finish_color(const Plan& plan, const ColorTarget& source, const ViewTargets& targets);
     void clear(const ColorTarget& target, const Environment& environment);
     void clear(const TruthTarget& target);
@@ -78,8 +102,10 @@ private:
     ImagePass images_;
     LensCache lenses_;
     ScratchTargets scratch_;
+    StaticLayers layers_;
     bool state_is_ours_ = false;  ///< nothing but pass_ has set GL state since its begin_instant()
-    std::vector<VisibleDraw> opaque_;
+    std::vector<VisibleDraw> static_opaque_;
+    std::vector<VisibleDraw> moving_opaque_;
     std::vector<VisibleDraw> blended_;
 };
 

@@ -22,6 +22,8 @@ View TestCamera::view(std::uint32_t number) const {
     view.camera = CameraId{number};
     view.name = std::make_shared<const std::string>(spec->name);
     view.spec = spec;
+    static std::uint64_t revisions = 0;  // caches must not take one test's camera for another's
+    view.spec_revision = ++revisions;
     view.pose.position = eye;
     view.quality = quality;
     view.camera_number = number;

@@ -1,0 +1,170 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/render/gl/static_layers.h"
+#include "tests/render/support/test_rig.h"
+
+// A kept picture of what does not move must never show: with it and without it, the same bytes.
+namespace camrig {
+namespace {
+
+constexpr std::uint32_t standing = 1;
+constexpr std::uint32_t fresh = 2;  ///< seen for the first time with every view: drawn in full
+
+/// A room of boxes, one of them glass, and something that moves among them and through them.
+TestWorld room() {
+    TestWorld world;
+    world.lights = {light_of(LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
+                    light_of(LightType::point, 2.0f, {3.0, 0.5, 1.5})};
+    std::uint32_t id = 1;
+    for (int i = -2; i <= 2; ++i) {
+        const Material paint = colored({0.2f + 0.15f * static_cast<float>(i), 0.5f, 0.4f});
+        world.objects.push_back(instance_of(model_of(box({0.4f, 0.4f, 0.7f}), paint), {5.0, 1.1 * i, -0.3}, id++));
+    }
+    Material glass = colored({0.3f, 0.5f, 0.9f});
+    glass.alpha_mode = AlphaMode::blend;
+    glass.base_color.a = 0.4f;
+    world.objects.push_back(instance_of(model_of(box({0.1f, 1.2f, 0.8f}), glass), {4.0, 0.6, 0.0}, id++));
+    world.movers.push_back(instance_of(model_of(box({0.3f, 0.3f, 0.5f}), colored({0.9f, 0.2f, 0.1f})), {}, id++));
+    world.movers.push_back(instance_of(model_of(box({0.2f, 0.2f, 0.9f}), glass), {}, id++));
+    return world;
+}
+
+/// Snapshots of one world: the statics stay the same, as in the engine.
+class Moments {
+public:
+    explicit Moments(const TestWorld& world) : first_(world.snapshot()) {}
+    SnapshotRef at(double where) const {
+        auto snapshot = std::make_shared<Snapshot>(*first_);
+        snapshot->movers[0].position = {4.6, -2.0 + where, 0.1};
+        snapshot->movers[1].position = {5.4, 1.5 - where, 0.0};
+        return snapshot;
+    }
+
+private:
+    SnapshotRef first_;
+};
+
+View numbered(View view, std::uint32_t number) {
+    view.camera = CameraId{number};
+    return view;
+}
+
+std::vector<std::byte> bytes_of(const std::vector<FrameRef>& frames) {
+    std::vector<std::byte> all;
+    for (const FrameRef& frame : frames) all.insert(all.end(), frame->bytes().begin(), frame->bytes().end());
+    return all;
+}
+
+View all_kinds(View view, bool with_color = true) {
+    for (const FrameKind kind : {FrameKind::depth, FrameKind::instance, FrameKind::normal})
+        view.kinds[static_cast<int>(kind)] = true;
+    view.kinds[static_cast<int>(FrameKind::color)] = with_color;
+    return view;
+}
+
+/// Draws the view now with its layer, and as a camera that nobody saw before.
+void expect_same(const SnapshotRef& moment, const View& view, const std::string& what) {
+    const auto layered = bytes_of(draw_views(moment, {&view, 1}));
+    cpu_renderer().forget(CameraId{fresh});
+    const View again = numbered(view, fresh);
+    EXPECT_TRUE(layered == bytes_of(draw_views(moment, {&again, 1}))) << what;
+}
+
+class StaticLayer : public testing::Test {
+protected:
+    void SetUp() override { cpu_renderer().forget(CameraId{standing}); }
+    static std::uint64_t reused() { return cpu_renderer().counters().layers_reused; }
+
+    const Moments moments_{room()};
+};
+
+TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
+    const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
+    const Lens barrel = make_lens(LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
+    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+        for (const Antialias antialias : {Antialias::none, Antialias::msaa4, Antialias::ssaa2}) {
+            for (const Lens& lens : {Lens{}, barrel, fisheye}) {
+                const TestCamera camera{.size = {97, 61},
+                                        .focal_px = lens == fisheye ? 25.0 : 60.0,
+                                        .lens = lens,
+                                        .antialias = antialias,
+                                        .quality = quality};
+                const View view = all_kinds(camera.view(standing));
+                const std::uint64_t before = reused();
+                for (int n = 0; n < 4; ++n) {
+                    expect_same(moments_.at(0.9 * n), view,
+                                std::string(to_string(quality)) + " " + std::string(to_string(antialias)) + " " +
+                                    std::string(to_string(lens.model)) + ", picture " + std::to_string(n));
+                }
+                EXPECT_EQ(reused() - before, 4u) << "colour and truth, of the third and fourth picture";
+            }
+        }
+    }
+}
+
+TEST_F(StaticLayer, TruthAloneAndColourLaterHaveTheirOwn) {
+    const View view = TestCamera{.size = {80, 60}}.view(standing);
+    const View truth = all_kinds(view, false);
+    for (int n = 0; n < 3; ++n) expect_same(moments_.at(n), truth, "truth");
+    for (int n = 0; n < 3; ++n) expect_same(moments_.at(n), view, "colour");
+    for (int n = 0; n < 3; ++n) expect_same(moments_.at(n), all_kinds(view), "both");
+}
+
+TEST_F(StaticLayer, IsDrawnAnewWhenAnythingItShowsChanges) {
+    View view = TestCamera{.size = {80, 60}}.view(standing);
+    const auto settle = [&] {
+        for (int n = 0; n < 3; ++n) draw_views(moments_.at(n), {&view, 1});
+    };
+    settle();
+    view.pose.position.y += 0.3;
+    expect_same(moments_.at(1.0), view, "pose");
+    settle();
+    view.quality = Quality::fast;
+    expect_same(moments_.at(1.0), view, "quality");
+    settle();
+    view = numbered(TestCamera{.size = {80, 60}, .focal_px = 50.0}.view(standing), standing);
+    expect_same(moments_.at(1.0), view, "field of view");
+    settle();
+    view = TestCamera{.size = {50, 60}}.view(standing);
+    expect_same(moments_.at(1.0), view, "size");
+    settle();
+    TestWorld darker = room();
+    darker.lights[0].intensity = 0.2f;
+    expect_same(Moments(darker).at(1.0), view, "a light");
+}
+
+TEST_F(StaticLayer, ACameraThatMovesKeepsNone) {
+    View view = TestCamera{.size = {80, 60}}.view(standing);
+    const RenderCounters before = cpu_renderer().counters();
+    for (int n = 0; n < 5; ++n) {
+        view.pose.position.y += 0.01;
+        draw_views(moments_.at(0.0), {&view, 1});
+    }
+    const RenderCounters after = cpu_renderer().counters();
+    EXPECT_EQ(after.layers_drawn, before.layers_drawn);
+    EXPECT_EQ(after.layers_reused, before.layers_reused);
+}
+
+TEST_F(StaticLayer, MemoryIsCountedAndGivenBack) {
+    const std::int64_t before = cpu_renderer().counters().layer_bytes;
+    const View view = TestCamera{.size = {80, 60}}.view(standing);
+    for (int n = 0; n < 3; ++n) draw_views(moments_.at(n), {&view, 1});
+    EXPECT_EQ(cpu_renderer().counters().layer_bytes - before, 80 * 60 * 8);
+    cpu_renderer().forget(CameraId{standing});
+    EXPECT_EQ(cpu_renderer().counters().layer_bytes, before);
+}
+
+TEST_F(StaticLayer, WhenMemoryIsUsedUpTheRestIsDrawnInFull) {
+    // Each takes 64 MB; four fit into the standard 256 MB.
+    std::vector<View> views;
+    for (std::uint32_t n = 0; n < 5; ++n)
+        views.push_back(TestCamera{.size = {4096, 2048}, .quality = Quality::fast}.view(10 + n));
+    for (int n = 0; n < 3; ++n) draw_views(moments_.at(n), views);
+    EXPECT_LE(cpu_renderer().counters().layer_bytes, RendererOptions{}.static_layer_bytes);
+    EXPECT_GE(cpu_renderer().counters().layers, 3);
+    for (const View& view : views) cpu_renderer().forget(view.camera);
+}
+
+}  // namespace
+}  // namespace camrig
