@@ -17,6 +17,8 @@ struct RendererOptions {
     std::shared_ptr<FramePool> pool;
     /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.
     std::int64_t static_layer_bytes = std::int64_t{256} << 20;
+    /// A coarser level of a skinned mesh is drawn where its error is below this; 0: never.
+    double max_detail_error_px = 0.25;
     int raster_threads = 0;  ///< llvmpipe: threads of the rasteriser; 0 = as many as cores
 };
 

@@ -5,6 +5,7 @@
 //                [--lens MODEL:K1,K2,...] [--intrinsics FX,FY,CX,CY] [--method auto|warp|cube]
 //                [--filter bilinear|bicubic] [--oversample N] [--antialias none|msaa4|ssaa2|ssaa3|ssaa4]
 //                [--static-layer on|off]
+//                [--detail-error PIXELS]
 //
 // VIEW is the name of a camera or place of the scene, or X,Y,Z,TX,TY,TZ (eye and target).
 
@@ -34,6 +35,7 @@ struct Arguments {
     int cameras = 1;
     int threads = 0;
     bool has_static_layer = true;
+    double max_detail_error_px = RendererOptions{}.max_detail_error_px;
     Lens lens{};
     LensSampling sampling{};
     Antialias antialias = Antialias::none;
@@ -78,6 +80,7 @@ Arguments parse(int argc, char** argv) {
         if (option == "--bench") a.bench_frames = std::stoi(value);
         if (option == "--cameras") a.cameras = std::stoi(value);
         if (option == "--threads") a.threads = std::stoi(value);
+        if (option == "--detail-error") a.max_detail_error_px = std::stod(value);
         if (option == "--static-layer") a.has_static_layer = value == "on";
         if (option == "--lens") a.lens = parse_lens(value);
         if (option == "--method") a.sampling.method = must(parse_lens_method(value));
@@ -187,6 +190,7 @@ int run(const Arguments& a) {
     if (!world) fail(world.error().message);
     std::printf("loaded in %.0f ms\n", ms_since(start));
     RendererOptions options{.device = a.device, .pool = std::make_shared<FramePool>(), .raster_threads = a.threads};
+    options.max_detail_error_px = a.max_detail_error_px;
     if (!a.has_static_layer) options.static_layer_bytes = 0;
     auto renderer = create_renderer(options);
     if (!renderer) fail(renderer.error().message);

@@ -49,6 +49,17 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve->add_option("--device", options->engine.renderer.device,
                       "EGL device N, or cpu; default: the first with hardware, else cpu");
     serve
+        ->add_option_function<int>(
+            "--static-layer-mb",
+            [options](const int& mb) { options->engine.renderer.static_layer_bytes = std::int64_t{mb} << 20; },
+            "memory for pictures of what does not move, MB (256); 0: everything is drawn each time, the same bytes")
+        ->check(CLI::Range(0, 1 << 20));
+    serve
+        ->add_option("--detail-error-px", options->engine.renderer.max_detail_error_px,
+                     "people far away are drawn with fewer triangles where that shows less than this; 0: never")
+        ->check(CLI::Range(0.0, 16.0))
+        ->capture_default_str();
+    serve
         ->add_option("--ready-fd", options->ready_fd,
                      "writes one JSON line with control, http and rtsp here when ready")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/render/detail_levels.h"
+
 namespace camrig {
 namespace {
 
@@ -96,12 +98,35 @@ void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::ve
         const glm::dmat4 optical_from_local = view_.transform.optical_from(item.world_from_local);
         if (!may_be_visible(view_.frustum, optical_from_local, item.bounds.min, item.bounds.max)) continue;
         const DrawBlock block = draw_block(optical_from_local, item);
-        VisibleDraw visible{.item = &item, .owner = &items, .uniforms = stream_->allocate(sizeof block)};
+        VisibleDraw visible{.item = &item,
+                            .owner = &items,
+                            .range = &range_of(item, optical_from_local),
+                            .uniforms = stream_->allocate(sizeof block)};
         std::memcpy(visible.uniforms.data, &block, sizeof block);
         const glm::dvec3 middle = 0.5 * (glm::dvec3(item.bounds.min) + glm::dvec3(item.bounds.max));
         visible.distance_m = (optical_from_local * glm::dvec4(middle, 1.0)).z;
         list->push_back(visible);
     }
+}
+
+const IndexRange& DrawPass::range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const {
+    const GpuPrimitive& primitive = *item.primitive;
+    if (primitive.coarser.empty() || view_.max_detail_error_px <= 0.0) return primitive.full;
+    const glm::dvec3 low(item.bounds.min), high(item.bounds.max);
+    const glm::dvec3 centre(optical_from_local * glm::dvec4(0.5 * (low + high), 1.0));
+    const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(optical_from_local))));
+    const double diagonal = glm::length(high - low);
+    // A skeleton may scale what it carries: the error grows as the bounds do.
+    const Box& bind = primitive.source->bounds;
+    const double growth = diagonal / std::max(1e-9, double{glm::length(bind.max - bind.min)});
+    const IndexRange* chosen = &primitive.full;
+    for (const IndexRange& level : primitive.coarser) {
+        const double error_m = level.error * growth * scale;
+        if (detail_error_px(view_.transform, centre, 0.5 * diagonal * scale, error_m) > view_.max_detail_error_px)
+            break;
+        chosen = &level;
+    }
+    return *chosen;
 }
 
 void DrawPass::use_program(GLuint program) {
@@ -195,8 +220,8 @@ void DrawPass::draw(const VisibleDraw& draw) {
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, draw.uniforms.buffer, draw.uniforms.offset, sizeof(DrawBlock));
     use_sides(*draw.item);
     gl_.BindVertexArray(vertex_array);
-    gl_.DrawElementsBaseVertex(primitive.mode, primitive.index_count, primitive.index_type,
-                               reinterpret_cast<const void*>(primitive.index_offset), 0);
+    gl_.DrawElementsBaseVertex(primitive.mode, draw.range->count, primitive.index_type,
+                               reinterpret_cast<const void*>(draw.range->offset), 0);
 }
 
 void DrawPass::draw_opaque(std::span<const VisibleDraw> draws) {

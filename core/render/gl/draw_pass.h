@@ -14,6 +14,7 @@ struct PassView {
     ViewTransform transform;
     Frustum frustum;
     Quality quality = Quality::simple;
+    double max_detail_error_px = 0.0;  ///< 0: every mesh in full
     const Environment* environment = nullptr;
     std::span<const Light> lights;
     const LightTable* light_sets = nullptr;
@@ -23,6 +24,7 @@ struct PassView {
 struct VisibleDraw {
     SceneItem* item = nullptr;
     SceneItems* owner = nullptr;
+    const IndexRange* range = nullptr;
     StreamBuffer::Piece uniforms;
     double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis
 };
@@ -45,6 +47,7 @@ public:
     void draw_truth(std::span<const VisibleDraw> draws);
 
 private:
+    const IndexRange& range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const;
     void use_program(GLuint program);
     void use_material(const SceneItem& item);
     void use_lights(int light_set);

@@ -21,7 +21,9 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOption
       samplers_(gl_),
       models_(gl_, samplers_),
       painter_(gl_, shaders_,
-               {.max_side = context_->max_texture_size(), .static_layer_bytes = options.static_layer_bytes}),
+               {.max_side = context_->max_texture_size(),
+                .static_layer_bytes = options.static_layer_bytes,
+                .max_detail_error_px = options.max_detail_error_px}),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {
     thread_.check();

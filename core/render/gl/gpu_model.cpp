@@ -6,6 +6,8 @@
 #include <cstring>
 #include <map>
 
+#include "core/render/detail_levels.h"
+
 namespace camrig {
 namespace {
 
@@ -192,15 +194,20 @@ struct GeometryUploader {
         gpu.position_offset = layout[attribute_position].offset;
         gpu.normal_offset = layout[attribute_normal].offset;
 
-        gpu.index_count = static_cast<GLsizei>(primitive.indices.size());
-        if (primitive.positions.size() <= 0xFFFF) {
-            const std::vector<std::uint16_t> narrow(primitive.indices.begin(), primitive.indices.end());
-            gpu.index_type = GL_UNSIGNED_SHORT;
-            gpu.index_offset = append(indices, narrow);
-        } else {
-            gpu.index_type = GL_UNSIGNED_INT;
-            gpu.index_offset = append(indices, primitive.indices);
+        const bool is_narrow = primitive.positions.size() <= 0xFFFF;
+        gpu.index_type = is_narrow ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+        gpu.full = range(primitive.indices, is_narrow);
+        for (const DetailLevel& level : make_detail_levels(primitive)) {
+            gpu.coarser.push_back(range(level.indices, is_narrow));
+            gpu.coarser.back().error = level.error;
         }
+    }
+
+    IndexRange range(const std::vector<std::uint32_t>& list, bool is_narrow) {
+        const auto count = static_cast<GLsizei>(list.size());
+        if (!is_narrow) return {.offset = append(indices, list), .count = count};
+        const std::vector<std::uint16_t> narrow(list.begin(), list.end());
+        return {.offset = append(indices, narrow), .count = count};
     }
 };
 

@@ -26,13 +26,20 @@ struct JointBox {
     bool is_used = false;
 };
 
+/// A piece of GpuModel::indices, and how far its surface is from the full one (local units).
+struct IndexRange {
+    GLintptr offset = 0;
+    GLsizei count = 0;
+    float error = 0.0f;
+};
+
 struct GpuPrimitive {
     GlVertexArray vertex_array;
     GLenum mode = GL_TRIANGLES;
     GLenum index_type = GL_UNSIGNED_INT;
-    GLsizei index_count = 0;
-    GLintptr index_offset = 0;
-    GLintptr position_offset = 0;  ///< in GpuModel::vertices
+    IndexRange full;
+    std::vector<IndexRange> coarser;  ///< each with fewer triangles and a larger error than the one before
+    GLintptr position_offset = 0;     ///< in GpuModel::vertices
     GLintptr normal_offset = 0;
     int material = 0;                   ///< into GpuModel::materials
     ShaderKey key;                      ///< material and vertex part; quality and lights are filled per draw

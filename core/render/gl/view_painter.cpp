@@ -147,6 +147,7 @@ void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& sce
                                                        spec.near_m, spec.far_m),
                       .frustum = {},
                       .quality = view.quality,
+                      .max_detail_error_px = max_detail_error_px_,
                       .environment = &scene.environment,
                       .lights = scene.lights,
                       .light_sets = &scene.light_sets};

@@ -43,6 +43,7 @@ struct PaintedView {
 struct PainterOptions {
     int max_side = 0;  ///< of any picture
     std::int64_t static_layer_bytes = 0;
+    double max_detail_error_px = 0.0;
 };
 
 /// Draws one view: the scene into its source (that is the finished picture itself for a pinhole camera with one sample
@@ -52,6 +53,7 @@ public:
     ViewPainter(const GlFunctions& gl, ShaderCache& shaders, const PainterOptions& options)
         : gl_(gl),
           max_side_(options.max_side),
+          max_detail_error_px_(options.max_detail_error_px),
           pass_(gl, shaders),
           images_(gl),
           lenses_(gl, options.max_side),
@@ -98,6 +100,7 @@ private:
 
     const GlFunctions& gl_;
     int max_side_;
+    double max_detail_error_px_;
     DrawPass pass_;
     ImagePass images_;
     LensCache lenses_;

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/render/view_transform.h"
+#include "core/world/model.h"
+
+namespace camrig {
+
+/// Fewer triangles over the same vertices.
+struct DetailLevel {
+    std::vector<std::uint32_t> indices;
+    float error = 0.0f;  ///< how far its surface may be from the full one, in the units of the positions
+};
+
+/// Coarser and coarser versions of a skinned triangle mesh, made once when it is loaded; empty for any other, and where
+/// nothing is gained. People are where triangles are small and many; rigid surfaces are always drawn as they are, so
+/// what is measured on them (depth, markers) is exact. The error is the quadric estimate of meshoptimizer's simplifier,
+/// in the bind pose.
+std::vector<DetailLevel> make_detail_levels(const Primitive& primitive);
+
+/// Length in pixels that `error` metres have at most, anywhere in a ball in front of the camera; infinite where the
+/// ball reaches behind the image plane. `centre` is in the optical frame.
+double detail_error_px(const ViewTransform& view, glm::dvec3 centre, double radius, double error);
+
+}  // namespace camrig
