@@ -90,7 +90,7 @@ Result<void> check_h264(const OutputSpec& output, const std::string& place) {
     return {};
 }
 
-Result<void> check_output(const OutputSpec& output, const std::string& place) {
+Result<void> check_output(const OutputSpec& output, ImageSize size, const std::string& place) {
     const bool numbered = output.kind == "v4l2" || output.kind == "device";
     if (!numbered && output.kind != "rtsp" && output.kind != "mjpeg") {
         return std::unexpected(
@@ -102,6 +102,11 @@ Result<void> check_output(const OutputSpec& output, const std::string& place) {
         return std::unexpected(invalid(place + ".number: " + output.kind + " outputs have none"));
     if (output.number && (*output.number < 0 || *output.number > max_device_number))
         return std::unexpected(invalid(place + ".number: must be 0 to 255"));
+
+    // YUYV and YU12 have half as many chroma columns (and rows); Chrome drops every picture of an odd width.
+    if (output.kind == "v4l2" && (size.width % 2 != 0 || size.height % 2 != 0))
+        return std::unexpected(
+            invalid(place + ": a v4l2 device needs an even width and height; the camera has " + size.to_string()));
 
     constexpr std::array formats = {"", "YUYV", "YU12", "MJPG", "BGR3"};
     if (!output.format.empty() && output.kind != "v4l2")
@@ -123,7 +128,7 @@ Result<void> check_output(const OutputSpec& output, const std::string& place) {
     return check_h264(output, place);
 }
 
-Result<void> check_outputs(const std::vector<OutputSpec>& outputs) {
+Result<void> check_outputs(const std::vector<OutputSpec>& outputs, ImageSize size) {
     if (outputs.size() > max_outputs_per_camera) {
         return error(ErrorKind::resource_exhausted, "outputs: " + std::to_string(outputs.size()) +
                                                         " of them; a camera has at most " +
@@ -131,7 +136,7 @@ Result<void> check_outputs(const std::vector<OutputSpec>& outputs) {
     }
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const std::string place = "outputs[" + std::to_string(i) + "]";
-        if (auto good = check_output(outputs[i], place); !good) return good;
+        if (auto good = check_output(outputs[i], size, place); !good) return good;
         for (std::size_t earlier = 0; earlier < i; ++earlier) {
             const OutputSpec &a = outputs[earlier], &b = outputs[i];
             if (a.kind == b.kind && a.number == b.number && a.codec == b.codec)
@@ -181,7 +186,8 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     apply(patch.code_strip, spec.code_strip);
     apply(patch.outputs, spec.outputs);
 
-    for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_outputs(spec.outputs)})
+    for (const auto& good :
+         {check_size(spec), check_range(spec), check_pose(spec.pose), check_outputs(spec.outputs, spec.size)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());
