@@ -1,7 +1,5 @@
 #include "tools/camrig/loopback_outputs.h"
 
-#include <spdlog/spdlog.h>
-
 namespace camrig {
 
 LoopbackOutputs::LoopbackOutputs(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options)
@@ -27,13 +25,9 @@ void LoopbackOutputs::camera_removed(const CameraStream& camera) {
 
 void LoopbackOutputs::plug(const CameraStream& camera, bool is_there) {
     std::map<int, LoopbackFormat> wanted;
-    for (const OutputSpec& output : camera.outputs) {
-        if (!is_there || output.kind != "v4l2" || !output.number) continue;
-        if (const auto format = loopback_format_of(camera, output))
-            wanted.emplace(*output.number, *format);
-        else
-            spdlog::error("camera {}: {}: {}", camera.name, video_path(*output.number), format.error().message);
-    }
+    for (const OutputSpec& output : camera.outputs)
+        if (is_there && output.kind == "v4l2" && output.number)
+            wanted.emplace(*output.number, loopback_format_of(camera, output));
     for (auto it = plugged_.begin(); it != plugged_.end();) {
         if (it->second != camera.name || wanted.contains(it->first)) {
             ++it;

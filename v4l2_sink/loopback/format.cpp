@@ -11,11 +11,7 @@ std::string LoopbackFormat::to_string() const {
     return name + " " + size.to_string();
 }
 
-Result<LoopbackFormat> loopback_format_of(const CameraStream& camera, const OutputSpec& output) {
-    if (camera.size.width % 2 != 0 || camera.size.height % 2 != 0)
-        return error(ErrorKind::invalid_argument,
-                     "a v4l2 output needs an even width and height, the camera has " + camera.size.to_string() +
-                         "; use " + ImageSize{camera.size.width & ~1, camera.size.height & ~1}.to_string());
+LoopbackFormat loopback_format_of(const CameraStream& camera, const OutputSpec& output) {
     LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate};
     if (output.format == "YU12") format.fourcc = V4L2_PIX_FMT_YUV420;
     if (output.format == "MJPG") format.fourcc = V4L2_PIX_FMT_MJPEG;

@@ -84,19 +84,17 @@ bool LoopbackHost::discard(int number, Entry& entry, TimeNs monotonic_ns) {
 }
 
 Result<std::unique_ptr<LoopbackDevice>> LoopbackHost::try_open(Entry& entry, TimeNs monotonic_ns) {
-    const auto features = module_.features();
-    if (!features) return std::unexpected(features.error());
     const LoopbackWish& wish = *entry.wish;
-    const auto made = module_.provide(*features, wish.number, wish.camera);
-    if (!made) return std::unexpected(made.error());
-    if (*made) {
+    const auto provided = module_.provide(wish.number, wish.camera);
+    if (!provided) return std::unexpected(provided.error());
+    if (provided->is_new) {
         entry.is_own = true;
         entry.made_ns = monotonic_ns;
     }
-    auto device = LoopbackDevice::open(kernel_, *features, wish.number, wish.format);
+    auto device = LoopbackDevice::open(kernel_, provided->features, wish.number, wish.format);
     if (!device) return std::unexpected(device.error());
     // A rig that was killed leaves its devices; they are known by their label.
-    if (features->adds_devices && (*device)->card() == wish.camera) entry.is_own = true;
+    if (provided->features.adds_devices && (*device)->card() == wish.camera) entry.is_own = true;
     if ((*device)->buffers() != static_cast<int>(LoopbackDevice::buffer_count))
         spdlog::warn(
             "camera {}: {} has {} buffers, programs as ROS usb_cam need 4: load v4l2loopback with max_buffers=4",

@@ -63,9 +63,7 @@ std::string video_path(int number) {
 
 Result<LoopbackFeatures> LoopbackModule::features() const {
     if (!kernel_.exists(module_folder))
-        return error(ErrorKind::unavailable,
-                     "the kernel module v4l2loopback is not loaded; run: sudo apt install v4l2loopback-dkms && " +
-                         std::string("sudo modprobe v4l2loopback devices=0, or use a user-space device (--device N)"));
+        return error(ErrorKind::unavailable, "the kernel module v4l2loopback is not loaded");
     LoopbackFeatures features;
     features.adds_devices = kernel_.exists(loopback_control_node);
     auto told = kernel_.read_line(std::string(module_folder) + "/version");
@@ -87,10 +85,16 @@ Result<LoopbackFeatures> LoopbackModule::features() const {
     return features;
 }
 
-Result<bool> LoopbackModule::provide(const LoopbackFeatures& features, int number, const std::string& label) const {
-    if (kernel_.exists(video_path(number))) return false;
-    if (!features.adds_devices)
-        return error(ErrorKind::not_found, video_path(number) + " is not there and v4l2loopback " + features.version +
+Result<LoopbackModule::Provided> LoopbackModule::provide(int number, const std::string& label) const {
+    const auto features = this->features();
+    if (!features && features.error().kind == ErrorKind::unavailable)
+        return error(ErrorKind::unavailable, features.error().message + "; run: sudo apt install v4l2loopback-dkms; " +
+                                                 modprobe_line(number, label) +
+                                                 "  (or use a user-space device, --device N)");
+    if (!features) return std::unexpected(features.error());
+    if (kernel_.exists(video_path(number))) return Provided{*features, false};
+    if (!features->adds_devices)
+        return error(ErrorKind::not_found, video_path(number) + " is not there and v4l2loopback " + features->version +
                                                " cannot add it while loaded; run: sudo modprobe -r v4l2loopback; " +
                                                modprobe_line(number, label));
     ControlNode control(kernel_);
@@ -114,7 +118,7 @@ Result<bool> LoopbackModule::provide(const LoopbackFeatures& features, int numbe
         return error(ErrorKind::already_exists,
                      video_path(number) + ": the number belongs to another driver; choose another");
     }
-    return true;
+    return Provided{*features, true};
 }
 
 Result<void> LoopbackModule::remove(int number) const {

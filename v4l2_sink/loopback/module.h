@@ -27,8 +27,13 @@ public:
 
     /// unavailable: the module is not loaded. unsupported: older than 0.12.
     Result<LoopbackFeatures> features() const;
-    /// Makes /dev/video<number> of this card label unless it is there, whoever owns it. True if it was made.
-    Result<bool> provide(const LoopbackFeatures& features, int number, const std::string& label) const;
+
+    struct Provided {
+        LoopbackFeatures features;
+        bool is_new = false;
+    };
+    /// Makes /dev/video<number> of this card label unless it is there, whoever owns it.
+    Result<Provided> provide(int number, const std::string& label) const;
     /// unavailable: some program has the device open.
     Result<void> remove(int number) const;
 

@@ -39,30 +39,32 @@ TEST(LoopbackModule, AsksTheControlNodeWhenSysTellsNoVersion) {
 TEST(LoopbackModule, MissingModuleSaysWhatToRun) {
     FakeModule kernel(15);
     kernel.loaded = false;
-    const auto features = LoopbackModule(kernel).features();
-    ASSERT_FALSE(features);
-    EXPECT_EQ(features.error().kind, ErrorKind::unavailable);
-    EXPECT_THAT(features.error().message, HasSubstr("modprobe v4l2loopback"));
+    const auto made = LoopbackModule(kernel).provide(10, "lobby");
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().kind, ErrorKind::unavailable);
+    EXPECT_THAT(made.error().message, HasSubstr("apt install v4l2loopback-dkms"));
+    EXPECT_THAT(made.error().message, HasSubstr("modprobe v4l2loopback video_nr=10"));
 }
 
 TEST(LoopbackModule, TooOldModuleIsRefused) {
     FakeModule kernel(12);
     kernel.version = "0.10.0";
-    const auto features = LoopbackModule(kernel).features();
-    ASSERT_FALSE(features);
-    EXPECT_THAT(features.error().message, HasSubstr("0.10.0 is too old"));
+    const auto made = LoopbackModule(kernel).provide(10, "lobby");
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().kind, ErrorKind::unsupported);
+    EXPECT_THAT(made.error().message, HasSubstr("0.10.0 is too old"));
 }
 
 TEST(LoopbackModule, MakesADeviceWithFourBuffersExclusiveCapsAndTheCamerasName) {
     FakeModule kernel(13);
     const LoopbackModule module(kernel);
-    const auto made = module.provide(*module.features(), 10, "lobby");
+    const auto made = module.provide(10, "lobby");
     ASSERT_TRUE(made) << made.error().message;
-    EXPECT_TRUE(*made);
+    EXPECT_TRUE(made->is_new);
     EXPECT_EQ(kernel.devices.at(10).card, "lobby");
     EXPECT_EQ(kernel.devices.at(10).max_buffers, 4);
     EXPECT_TRUE(kernel.devices.at(10).exclusive);
-    EXPECT_FALSE(*module.provide(*module.features(), 10, "lobby"));  // it is there
+    EXPECT_FALSE(module.provide(10, "lobby")->is_new);  // it is there
     EXPECT_TRUE(module.remove(10));
     EXPECT_TRUE(kernel.devices.empty());
 }
@@ -70,7 +72,7 @@ TEST(LoopbackModule, MakesADeviceWithFourBuffersExclusiveCapsAndTheCamerasName) 
 TEST(LoopbackModule, WithoutControlNodeAMissingDeviceNamesTheModprobeLine) {
     FakeModule kernel(12);
     const LoopbackModule module(kernel);
-    const auto made = module.provide(*module.features(), 10, "lobby");
+    const auto made = module.provide(10, "lobby");
     ASSERT_FALSE(made);
     EXPECT_THAT(made.error().message, HasSubstr("modprobe v4l2loopback video_nr=10 exclusive_caps=1 max_buffers=4"));
 }
@@ -79,7 +81,7 @@ TEST(LoopbackModule, WithoutPermissionItSaysHowToGetIt) {
     FakeModule kernel(15);
     kernel.control_problem = EACCES;
     const LoopbackModule module(kernel);
-    const auto made = module.provide(*module.features(), 10, "lobby");
+    const auto made = module.provide(10, "lobby");
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().kind, ErrorKind::unauthorized);
     EXPECT_THAT(made.error().message, HasSubstr("chgrp video /dev/v4l2loopback"));
@@ -89,7 +91,7 @@ TEST(LoopbackModule, ANumberThatTheKernelCannotGiveIsNotKept) {
     FakeModule kernel(15);
     kernel.add_gives = 11;
     const LoopbackModule module(kernel);
-    const auto made = module.provide(*module.features(), 10, "lobby");
+    const auto made = module.provide(10, "lobby");
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().kind, ErrorKind::already_exists);
     EXPECT_TRUE(kernel.devices.empty());
@@ -98,7 +100,7 @@ TEST(LoopbackModule, ANumberThatTheKernelCannotGiveIsNotKept) {
 TEST(LoopbackModule, ADeviceThatIsReadCannotBeRemoved) {
     FakeModule kernel(15);
     const LoopbackModule module(kernel);
-    ASSERT_TRUE(module.provide(*module.features(), 10, "lobby"));
+    ASSERT_TRUE(module.provide(10, "lobby"));
     kernel.reader_comes(10);
     const auto removed = module.remove(10);
     ASSERT_FALSE(removed);
