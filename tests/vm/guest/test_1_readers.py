@@ -8,7 +8,7 @@ import cv2
 import pytest
 
 import camrig
-from conftest import FPS, HAS_CONTROL_NODE, LEFT, NAMES, RIGHT, SIZE, STAMPS_ARE_INSTANTS, gray_of, is_camera, wait_until
+from conftest import FPS, LEFT, NAMES, RIGHT, SIZE, STAMPS_ARE_INSTANTS, gray_of, is_camera, needs_control_node, wait_until
 from v4l2_reader import V4l2Reader
 
 
@@ -134,7 +134,7 @@ def test_a_rate_that_a_reader_sets_is_put_back(rig):
         reader.take(3)
 
 
-@pytest.mark.skipif(not HAS_CONTROL_NODE, reason="0.12 does not tell who reads, so its cameras are always drawn")
+@needs_control_node
 def test_a_camera_that_nobody_reads_is_not_streamed(rig):
     def readers():
         (left,) = (camera for camera in rig.call("stats.get")["cameras"] if camera["name"] == "left")
@@ -156,7 +156,7 @@ def test_the_other_formats(rig):
             wait_until(lambda: f"'{fourcc}'" in run(f"v4l2-ctl -d /dev/video{RIGHT} --get-fmt-video || true"), what=fourcc)
             wait_until(lambda: is_camera(RIGHT), what=fourcc)
             with V4l2Reader(RIGHT, fourcc, SIZE) as reader:
-                pictures = reader.take(3)
+                pictures = reader.take(4)[1:]  # 0.12 forgets the length of the one that was there
             for picture in pictures:
                 assert size_image is None or len(picture.data) == size_image
                 assert size_image is not None or (picture.data[:2] == b"\xff\xd8" and picture.data[-2:] == b"\xff\xd9")
@@ -174,12 +174,12 @@ def test_a_new_size_waits_for_the_reader_whose_stream_goes_on(rig):
     left = rig.camera("left")
     with V4l2Reader(LEFT, "YUYV", SIZE) as reader:
         reader.take(2)
-        left.set(size=(96, 64))
+        left.set(size=(128, 96))
         wait_until(lambda: "a program has it open at YUYV 160x120" in rig.log, what="a word about the reader")
         for picture in reader.take(5):
             assert len(picture.data) == SIZE[0] * SIZE[1] * 2
-    wait_until(lambda: "Width/Height      : 96/64" in run(f"v4l2-ctl -d /dev/video{LEFT} --get-fmt-video || true"), what="96x64")
-    with V4l2Reader(LEFT, "YUYV", (96, 64)) as reader:
-        assert len(reader.take(3)[-1].data) == 96 * 64 * 2
+    wait_until(lambda: "Width/Height      : 128/96" in run(f"v4l2-ctl -d /dev/video{LEFT} --get-fmt-video || true"), what="128x96")
+    with V4l2Reader(LEFT, "YUYV", (128, 96)) as reader:
+        assert len(reader.take(3)[-1].data) == 128 * 96 * 2
     left.set(size=SIZE)
     wait_until(lambda: "Width/Height      : 160/120" in run(f"v4l2-ctl -d /dev/video{LEFT} --get-fmt-video || true"), what="160x120")

@@ -4,10 +4,9 @@ import os
 import signal
 import time
 
-import pytest
-
 import camrig
-from conftest import HAS_CONTROL_NODE, LEFT, NAMES, RIGHT, SIZE, SPARE, create, gray_of, is_camera, start_rig, wait_until
+from conftest import (HAS_CONTROL_NODE, LEFT, NAMES, RIGHT, SIZE, SPARE, create, gray_of, is_camera, needs_control_node, start_rig,
+                      wait_until)
 from v4l2_reader import V4l2Reader
 
 CYCLES = 1000
@@ -39,7 +38,7 @@ def test_a_thousand_cameras_come_and_go(rig):
     rig.camera("spare").delete()
 
 
-@pytest.mark.skipif(not HAS_CONTROL_NODE, reason="0.12 has no control node: its devices stay")
+@needs_control_node
 def test_a_device_that_is_read_goes_when_its_reader_does(rig):
     camera = create(rig, SPARE)
     wait_until(lambda: is_camera(SPARE), what="spare")
