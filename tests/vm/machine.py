@@ -28,8 +28,12 @@ mount -t sysfs sys /sys
 mount -t devtmpfs dev /dev
 while read -r module; do insmod "/modules/$module" || echo "insmod $module failed"; done < /modules/order
 mount -t 9p -o trans=virtio,version=9p2000.L,ro,cache=loose,msize=512000 hostroot /host || poweroff -f
+mkdir /checkout
+mount --bind "/host{checkout}" /checkout
 mount -t tmpfs tmp /host/tmp
 mount -t tmpfs run /host/run
+mkdir -p "/host{checkout}"
+mount --bind /checkout "/host{checkout}"
 mkdir -p /host/tmp/modules
 cp /loopback/*.ko /host/tmp/modules/
 mount --move /proc /host/proc
@@ -46,8 +50,10 @@ poweroff -f
 
 
 class Machine:
-    def __init__(self, kernel: GuestKernel, cpus: int = 2, memory_mib: int = 3072):
+    def __init__(self, kernel: GuestKernel, checkout: pathlib.Path, cpus: int = 2, memory_mib: int = 3072):
+        """`checkout` is visible in the guest wherever it lies; else its /tmp and /run are empty."""
         self._kernel = kernel
+        self._checkout = checkout
         self._cpus = cpus
         self._memory_mib = memory_mib
 
@@ -94,7 +100,7 @@ class Machine:
             (root / name).mkdir(parents=True)
         shutil.copy("/bin/busybox", root / "bin" / "busybox")
         init = root / "init"
-        init.write_text(_INIT.replace("{result}", _RESULT))
+        init.write_text(_INIT.replace("{result}", _RESULT).replace("{checkout}", str(self._checkout)))
         init.chmod(0o755)
         exports = "".join(f"export {name}={shlex.quote(value)}\n" for name, value in environment.items())
         (root / "command").write_text(f"{exports}exec {shlex.join(command)}\n")

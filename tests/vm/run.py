@@ -38,7 +38,7 @@ def main() -> int:
     started = time.monotonic()
     kernel = GuestKernel(REPOSITORY / "build" / "vm")
     registry = gstreamer_registry(kernel.folder)
-    machine = Machine(kernel)
+    machine = Machine(kernel, REPOSITORY)
     binary = os.environ.get("CAMRIG_BIN", str(REPOSITORY / "build" / "ci" / "tools" / "camrig" / "camrig"))
     status = 0
     for key in arguments.module or MODULE_SUITES:
