@@ -44,7 +44,7 @@ def main() -> int:
     for key in arguments.module or MODULE_SUITES:
         version = kernel.modules[key][0]
         print(f"-- Linux {kernel.version} with v4l2loopback {version} ({time.monotonic() - started:.0f} s)", flush=True)
-        command = [sys.executable, "-m", "pytest", "-v", "-rs", "-p", "no:cacheprovider", "--durations=0", "--durations-min=1",
+        command = [sys.executable, "-m", "pytest", "-v", "-rP", "-p", "no:cacheprovider", "--durations=0", "--durations-min=1",
                    str(REPOSITORY / "tests" / "vm" / "guest")]
         if arguments.only:
             command += ["-k", arguments.only]
