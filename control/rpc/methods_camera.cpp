@@ -25,9 +25,13 @@ std::vector<Field> camera_fields() {
          "none"},
         {"near", "number", "nearest distance drawn", false, "m", "0.05"},
         {"far", "number", "farthest distance drawn; 0: no limit", false, "m", "0"},
-        {"quality", "string", "`fast`, `simple` or `beautiful`", false, "", "the rig's"},
+        {"quality", "string or null", "`fast`, `simple` or `beautiful`; null: the rig's", false, "", "the rig's"},
         {"code_strip", "boolean", "draws camera number, sequence and world time into the picture", false, "", "false"},
-        {"outputs", "array of objects", "at most 16, see outputs", false, "", "[]"}};
+        {"outputs", "array of objects", "at most 16, see outputs", false, "", "[]"},
+        {"id", "integer", "as camera.get answers; does nothing, like the next three"},
+        {"sequence", "integer", "does nothing"},
+        {"readers", "integer", "does nothing"},
+        {"applied_ns", "integer", "does nothing", false, "ns"}};
 }
 
 std::vector<Field> state_fields() {
@@ -94,7 +98,10 @@ std::vector<Method> camera_methods(RpcContext& context) {
     const auto to_json_of_state = [](const CameraState& state) { return to_json(state); };
     return {
         {.name = "camera.create",
-         .summary = "Makes a camera; its first picture shows the moment it was made.",
+         .summary =
+             "Makes a camera; its first picture shows the moment it was made. Takes what camera.get answers: fields "
+             "of view and angles beside intrinsics and orientation must agree with them, and what else it says "
+             "(id, sequence, readers, applied_ns) does nothing.",
          .params =
              with({name_field, {"place", "string", "a place of the scene: its pose and field of view, unless given"}},
                   camera_fields()),

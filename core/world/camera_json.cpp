@@ -50,14 +50,34 @@ void read_rate(JsonReader& reader, CameraPatch& patch) {
         reader.fail("fps", "expected a number or \"num/den\"");
 }
 
+/// What camera.get says of a camera's life beside its settings: taken, so that its answer makes a camera, and unused.
+constexpr std::array camera_state_keys = {"id", "sequence", "readers", "applied_ns"};
+
+/// Angles given beside others must say the same; this is what rounding to text may cost.
+constexpr double agreement_deg = 1e-6;
+
+/// Fields of view beside intrinsics are those camera.get shows; they must belong to the intrinsics, which win.
+void check_fields_of_view(JsonReader& reader, const CameraPatch& patch, std::optional<double> vfov_deg,
+                          std::optional<double> hfov_deg) {
+    if (!vfov_deg && !hfov_deg) return;
+    if (!patch.size)
+        return reader.fail("intrinsics", "give only one of vfov_deg, hfov_deg and intrinsics, or size too");
+    const Intrinsics& k = std::get<Intrinsics>(*patch.optics);
+    const auto check = [&](const char* key, std::optional<double> given, double expected_rad) {
+        if (given && !(std::abs(*given - glm::degrees(expected_rad)) <= agreement_deg))
+            reader.fail(key, "is not that of the intrinsics; give only one of vfov_deg, hfov_deg and intrinsics");
+    };
+    check("vfov_deg", vfov_deg, vfov_rad(*patch.size, k));
+    check("hfov_deg", hfov_deg, hfov_rad(*patch.size, k));
+}
+
 void read_optics(JsonReader& reader, CameraPatch& patch) {
     std::optional<double> vfov_deg, hfov_deg;
     reader.optional("vfov_deg", vfov_deg);
     reader.optional("hfov_deg", hfov_deg);
     const json* intrinsics = reader.find("intrinsics");
-    if (int{vfov_deg.has_value()} + int{hfov_deg.has_value()} + int{intrinsics != nullptr} > 1)
-        return reader.fail(intrinsics ? "intrinsics" : "hfov_deg",
-                           "give only one of vfov_deg, hfov_deg and intrinsics");
+    if (vfov_deg && hfov_deg && !intrinsics)
+        return reader.fail("hfov_deg", "give only one of vfov_deg, hfov_deg and intrinsics");
     if (vfov_deg) patch.optics = VerticalFov{glm::radians(*vfov_deg)};
     if (hfov_deg) patch.optics = HorizontalFov{glm::radians(*hfov_deg)};
     if (!intrinsics) return;
@@ -69,6 +89,19 @@ void read_optics(JsonReader& reader, CameraPatch& patch) {
     nested.required("cy", k.cy);
     if (auto done = nested.finish(); !done) return reader.fail(done.error());
     patch.optics = k;
+    check_fields_of_view(reader, patch, vfov_deg, hfov_deg);
+}
+
+/// null is the rig's quality, as camera.get says it.
+void read_quality(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("quality");
+    if (!value) return;
+    std::string name;
+    if (value->is_null()) {
+        patch.quality.emplace(std::nullopt);
+    } else if (reader.required("quality", name); reader.ok()) {
+        if (const auto quality = take(reader, "quality", parse_quality(name))) patch.quality.emplace(*quality);
+    }
 }
 
 void read_lens(JsonReader& reader, CameraPatch& patch) {
@@ -121,6 +154,12 @@ json array_of(const glm::dvec3& v) {
     return {v.x, v.y, v.z};
 }
 
+/// Whether two unit quaternions are one rotation, as far as six digits of an angle in degrees tell.
+bool same_turn(const glm::dquat& a, const glm::dquat& b) {
+    const glm::dquat between = glm::conjugate(a) * b;
+    return glm::length(glm::dvec3(between.x, between.y, between.z)) <= glm::radians(agreement_deg);
+}
+
 json output_to_json(const OutputSpec& output) {
     json out = {{"kind", output.kind}};
     if (output.number) out["number"] = *output.number;
@@ -150,10 +189,11 @@ CameraPatch read_camera_patch(JsonReader& reader) {
     read_lens(reader, patch);
     reader.optional("near", patch.near_m);
     reader.optional("far", patch.far_m);
-    read_named(reader, "quality", parse_quality, patch.quality);
+    read_quality(reader, patch);
     read_named(reader, "antialias", parse_antialias, patch.antialias);
     reader.optional("code_strip", patch.code_strip);
     read_outputs(reader, patch);
+    for (const char* state : camera_state_keys) reader.find(state);
     return patch;
 }
 
@@ -166,8 +206,7 @@ Result<Pose> read_pose(const json& value, std::string path) {
     const bool looks = reader.has("look_at");
     const bool turned = reader.has("orientation");
     const bool angled = reader.has("pan_deg") || reader.has("tilt_deg") || reader.has("roll_deg");
-    if (int{looks} + int{turned} + int{angled} > 1)
-        reader.fail(looks ? "look_at" : "orientation", "give only one of look_at, orientation and the angles");
+    if (looks && (turned || angled)) reader.fail("look_at", "give only one of look_at, orientation and the angles");
     if (looks) reader.required("look_at", std::span<double>(target));
     if (turned) reader.required("orientation", std::span<double>(q));
     const auto angle = [&](const char* key, double& out) {
@@ -186,6 +225,12 @@ Result<Pose> read_pose(const json& value, std::string path) {
                 : turned ? pose_from_quaternion(eye, glm::dquat(q[3], q[0], q[1], q[2]))
                          : pose_from_angles(eye, angles);
     if (!pose) return at(path, pose.error());
+    if (turned && angled) {
+        const auto again = pose_from_angles(eye, angles);
+        if (!again || !same_turn(again->orientation, pose->orientation))
+            return error(ErrorKind::invalid_argument,
+                         path + ": orientation and the angles are not the same direction; give only one of them");
+    }
     return pose;
 }
 

@@ -182,7 +182,7 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     apply(patch.antialias, spec.antialias);
     apply(patch.near_m, spec.near_m);
     apply(patch.far_m, spec.far_m);
-    if (patch.quality) spec.quality = patch.quality;
+    apply(patch.quality, spec.quality);
     apply(patch.code_strip, spec.code_strip);
     apply(patch.outputs, spec.outputs);
 

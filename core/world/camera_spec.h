@@ -65,7 +65,7 @@ struct CameraPatch {
     std::optional<Antialias> antialias;
     std::optional<double> near_m;
     std::optional<double> far_m;
-    std::optional<Quality> quality;
+    std::optional<std::optional<Quality>> quality;  ///< nullopt inside: the rig's
     std::optional<bool> code_strip;
     std::optional<std::vector<OutputSpec>> outputs;
 };

@@ -44,6 +44,38 @@ TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
     EXPECT_EQ(json["antialias"], "msaa4");
 }
 
+TEST(CameraSpec, WhatCameraGetAnswersMakesTheSameCamera) {
+    for (const char* text :
+         {R"({})", R"({"size": [321, 240], "hfov_deg": 71.3, "quality": "fast", "outputs": [{"kind": "mjpeg"}],
+                       "pose": {"position": [1e6, -2, 3], "pan_deg": 171.7, "tilt_deg": -33.3, "roll_deg": 5.5}})",
+          R"({"intrinsics": {"fx": 500.1, "fy": 620.7, "cx": 300.3, "cy": 200.9},
+              "pose": {"position": [1, 2, 3], "look_at": [1, 2, 0]}})",
+          R"({"vfov_deg": 179.5, "pose": {"position": [0, 0, 0], "pan_deg": 10, "tilt_deg": 90, "roll_deg": 20}})"}) {
+        const auto spec = create(text);
+        ASSERT_TRUE(spec) << spec.error().message;
+        nlohmann::json json = camera_to_json(*spec);
+        json.erase("name");
+        json.update({{"id", 7}, {"sequence", 3}, {"readers", 0}, {"applied_ns", 40}});
+        const auto again = create(json.dump());
+        ASSERT_TRUE(again) << json << '\n' << again.error().message;
+        EXPECT_EQ(again->intrinsics, spec->intrinsics);
+        EXPECT_EQ(again->quality, spec->quality);
+        EXPECT_EQ(again->outputs, spec->outputs);
+        EXPECT_EQ(again->pose.position, spec->pose.position);
+        EXPECT_NEAR(std::abs(glm::dot(again->pose.orientation, spec->pose.orientation)), 1.0, 1e-15);
+    }
+}
+
+TEST(CameraSpec, QualityNullIsTheRigsAgain) {
+    const CameraSpec base = create(R"({"quality": "fast"})").value();
+    const nlohmann::json change = {{"quality", nullptr}};
+    JsonReader reader(change, "");
+    const CameraPatch patch = read_camera_patch(reader);
+    ASSERT_TRUE(reader.finish());
+    EXPECT_EQ(patch_camera_spec(base, patch).value().quality, std::nullopt);
+    EXPECT_EQ(patch_camera_spec(base, {}).value().quality, Quality::fast);
+}
+
 TEST(CameraSpec, ADifferentSizeKeepsTheFieldOfView) {
     const CameraSpec base = create(R"({"vfov_deg": 50})").value();
     CameraPatch patch;
@@ -65,6 +97,9 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"vfov_deg": 0})", "deg"},
         {R"({"vfov_deg": 180})", "deg"},
         {R"({"vfov_deg": 60, "hfov_deg": 60})", "only one of"},
+        {R"({"vfov_deg": 60, "intrinsics": {"fx": 400, "fy": 400, "cx": 0, "cy": 0}})", "or size too"},
+        {R"({"size": [64, 48], "vfov_deg": 60, "intrinsics": {"fx": 400, "fy": 400, "cx": 0, "cy": 0}})",
+         "vfov_deg: is not that of the intrinsics"},
         {R"({"intrinsics": {"fx": 1, "fy": 1, "cx": 0}})", "intrinsics.cy: is missing"},
         {R"({"near": 0})", "near"},
         {R"({"near": 2, "far": 1})", "far"},
@@ -97,6 +132,7 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"pose": {"position": [1, 2, 3], "look_at": [1, 2, 3]}})", "pose"},
         {R"({"pose": {"position": [1, 2, 3], "look_at": [0, 0, 0], "pan_deg": 1}})", "only one of"},
         {R"({"pose": {"position": [1, 2, 3], "orientation": [0, 0, 0, 0]}})", "pose"},
+        {R"({"pose": {"position": [1, 2, 3], "orientation": [0, 0, 0, 1], "tilt_deg": 0.001}})", "not the same"},
         {R"({"pose": {"position": [1e11, 2, 3]}})", "pose"},
         {R"({"zoom": 2})", "zoom: unknown key"},
     };
