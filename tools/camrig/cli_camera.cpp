@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "core/base/json_reader.h"
+#include "tools/camrig/cli_calibration.h"
 #include "tools/camrig/cli_camera_options.h"
 #include "tools/camrig/cli_commands.h"
 
@@ -78,9 +79,15 @@ Result<json> read_camera_file(const std::filesystem::path& file) {
                  file.string() + ": must be a camera, a list of at most 1024 of them, or {\"cameras\": [...]}");
 }
 
-int create_from_file(const CliContext& context, const std::filesystem::path& file) {
+/// `name`, if given, is for the only camera of the file.
+int create_from_file(const CliContext& context, const std::filesystem::path& file, const std::string& name) {
     auto cameras = read_camera_file(file);
     if (!cameras) return context.fail(cameras.error());
+    if (!name.empty()) {
+        if (cameras->size() != 1 || !(*cameras)[0].is_object())
+            return context.usage("camera create: NAME with --file needs a file of one camera");
+        (*cameras)[0]["name"] = name;
+    }
     auto client = context.connect();
     if (!client) return context.fail(client.error());
     json created = json::array();
@@ -107,19 +114,21 @@ void add_create(CLI::App& camera, CliContext& context) {
     };
     auto options = std::make_shared<Options>();
     CLI::App* create = camera.add_subcommand("create", "makes a camera, or those of a file");
-    auto* name = create->add_option("NAME", options->name, "1 to 24 of a-z, 0-9 and _");
+    create->add_option("NAME", options->name, "1 to 24 of a-z, 0-9 and _; with --file: instead of its name");
     create->add_option("--place", options->place, "a named place of the scene: pose and field of view");
-    create->add_option("--file", options->file, "JSON: a camera, a list of them, or {\"cameras\": [...]}")
-        ->excludes(name);
+    create->add_option("--file", options->file,
+                       "JSON: a camera (as `camera get --json` prints it), a list of them, "
+                       "or {\"cameras\": [...]}");
     options->camera.add_to(*create);
     create->callback([options, &context] {
         context.action = [options, &context] {
-            if (!options->file.empty()) return create_from_file(context, options->file);
+            if (!options->file.empty()) return create_from_file(context, options->file, options->name);
             if (options->name.empty()) return context.usage("camera create: give a NAME, or --file FILE");
             auto params = camera_params(options->camera, nullptr);
             if (!params) return context.usage(params.error().message);
             (*params)["name"] = options->name;
             if (!options->place.empty()) (*params)["place"] = options->place;
+            if (auto put = put_calibration(options->camera, *params); !put) return context.fail(put.error());
             auto made = context.call("camera.create", *params);
             return made ? context.print(*made, short_text(*made)) : context.fail(made.error());
         };
@@ -143,8 +152,9 @@ void add_set(CLI::App& camera, CliContext& context) {
                                    {"pan_deg", 0},
                                    {"tilt_deg", 0},
                                    {"roll_deg", 0}};
-            if (auto params = camera_params(options->camera, stand_in); !params)
-                return context.usage(params.error().message);
+            auto checked = camera_params(options->camera, stand_in);
+            if (!checked) return context.usage(checked.error().message);
+            if (auto put = put_calibration(options->camera, *checked); !put) return context.fail(put.error());
             auto client = context.connect();
             if (!client) return context.fail(client.error());
             json present = nullptr;
@@ -155,6 +165,7 @@ void add_set(CLI::App& camera, CliContext& context) {
             }
             auto params = camera_params(options->camera, present);
             if (!params) return context.usage(params.error().message);
+            if (auto put = put_calibration(options->camera, *params); !put) return context.fail(put.error());
             (*params)["name"] = options->name;
             auto changed = client->call("camera.set", *params);
             return changed ? context.print(*changed, short_text(*changed)) : context.fail(changed.error());
@@ -184,6 +195,8 @@ void add_camera_commands(CLI::App& app, CliContext& context) {
     camera->add_subcommand("list", "all cameras")->callback([&context] {
         context.action = [&context] { return list(context); };
     });
+
+    add_calibration_command(*camera, context);
 
     auto name = std::make_shared<std::string>();
     CLI::App* get = camera->add_subcommand("get", "everything about a camera");

@@ -103,7 +103,18 @@ void CameraOptions::add_to(CLI::App& command) {
                                      std::tuple("--tilt-deg", &tilt_deg, "positive looks up"),
                                      std::tuple("--roll-deg", &roll_deg, "about the viewing direction")})
         command.add_option(name, *value, text)->excludes(target)->excludes(quaternion);
-    command.add_option("--lens", lens, "MODEL or MODEL:K1,K2,... as in ROS, e.g. plumb_bob:-0.2,0.05,0,0,0");
+    auto* glass =
+        command.add_option("--lens", lens, "MODEL or MODEL:K1,K2,... as in ROS, e.g. plumb_bob:-0.2,0.05,0,0,0");
+    auto* file = command
+                     .add_option("--calibration", calibration,
+                                 "FILE: size, intrinsics and lens of a real camera (ROS camera_info YAML, OpenCV "
+                                 "FileStorage YAML or JSON, Kalibr camchain)")
+                     ->excludes(vertical)
+                     ->excludes(horizontal)
+                     ->excludes(pixels)
+                     ->excludes(glass);
+    command.add_option("--calibration-camera", calibration_camera, "which camera of a FILE with several, e.g. cam1")
+        ->needs(file);
     command.add_option("--antialias", antialias, "none, msaa4, ssaa2, ssaa3 or ssaa4");
     command.add_option("--near", near, "nearest distance drawn, m");
     command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");

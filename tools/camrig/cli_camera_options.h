@@ -16,6 +16,7 @@ namespace camrig {
 /// The camera options of `camera create` and `camera set`, as typed.
 struct CameraOptions {
     std::string size, fps, position, look_at, orientation, intrinsics, quality, lens, antialias, rtsp;
+    std::string calibration, calibration_camera;
     std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far;
     std::optional<int> v4l2, device;
     bool code_strip = false;

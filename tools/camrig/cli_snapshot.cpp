@@ -1,16 +1,12 @@
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "control/rpc/base64.h"
-#include "core/base/unique_fd.h"
 #include "tools/camrig/cli_commands.h"
+#include "tools/camrig/cli_file.h"
 
 namespace camrig {
 namespace {
@@ -22,27 +18,6 @@ std::string format_of(const std::filesystem::path& file) {
     for (char& c : suffix)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     return suffix == ".png" ? "png" : suffix == ".jpg" || suffix == ".jpeg" ? "jpeg" : "";
-}
-
-/// A reader of the file sees the old picture or the new one, never half of one.
-Result<void> write_atomically(const std::filesystem::path& file, const std::vector<std::byte>& bytes) {
-    std::string temporary = file.string() + ".XXXXXX";
-    const auto failed = [&] {
-        Error why{ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno)};
-        ::unlink(temporary.c_str());
-        return std::unexpected(std::move(why));
-    };
-    UniqueFd fd(::mkstemp(temporary.data()));
-    if (!fd) return failed();
-    for (std::size_t done = 0; done < bytes.size();) {
-        const ssize_t count = ::write(fd.get(), bytes.data() + done, bytes.size() - done);
-        if (count < 0 && errno != EINTR) return failed();
-        done += static_cast<std::size_t>(std::max<ssize_t>(count, 0));
-    }
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    if (::fchmod(fd.get(), 0666 & ~mask) != 0 || ::rename(temporary.c_str(), file.c_str()) != 0) return failed();
-    return {};
 }
 
 }  // namespace

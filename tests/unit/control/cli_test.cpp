@@ -124,6 +124,62 @@ TEST_F(Cli, FilesOfCamerasAreOneAListOrAnObject) {
     EXPECT_THAT(at_rig({"camera", "create", "--file", (folder / "none").string()}).err, HasSubstr("cannot be read"));
 }
 
+TEST_F(Cli, WhatCameraGetPrintsMakesACameraAgain) {
+    TemporaryFolder folder;
+    json_of({"camera", "create", "lobby", "--position", "1,2,3", "--look-at", "4,5,1", "--hfov-deg", "71.3"});
+    const std::string file = (folder / "lobby.json").string();
+    std::ofstream(file) << at_rig({"camera", "get", "lobby", "--json"}).out;
+    json copy = json_of({"camera", "create", "copy", "--file", file})["cameras"][0];
+    json lobby = json_of({"camera", "get", "lobby"});
+    for (const char* key : {"size", "fps", "intrinsics", "lens", "near", "far", "quality", "outputs"})
+        EXPECT_EQ(copy[key], lobby[key]) << key;
+    EXPECT_EQ(copy["pose"]["position"], lobby["pose"]["position"]);
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_NEAR(copy["pose"]["orientation"][i], lobby["pose"]["orientation"][i].get<double>(), 1e-15);
+    at_rig({"camera", "delete", "lobby"});
+    EXPECT_EQ(json_of({"camera", "create", "--file", file})["cameras"][0]["name"], "lobby");
+    std::ofstream(file) << R"([{"name":"x"},{"name":"y"}])";
+    EXPECT_EQ(at_rig({"camera", "create", "z", "--file", file}).code, 2);
+}
+
+TEST_F(Cli, ACalibrationComesOutAsItWentIn) {
+    TemporaryFolder folder;
+    const auto in = folder / "real.yml";
+    std::ofstream(in) << "%YAML:1.0\n---\nimage_width: 752\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n"
+                         "   rows: 3\n   cols: 3\n   dt: d\n"
+                         "   data: [ 458.65400000000005, 0., 367.215, 0., 457.296, 248.375, 0., 0., 1. ]\n";
+    const json camera = json_of({"camera", "create", "real", "--calibration", in.string()});
+    EXPECT_EQ(camera["size"], json({752, 480}));
+    EXPECT_EQ(camera["intrinsics"]["fx"], 458.65400000000005);
+    EXPECT_EQ(camera["intrinsics"]["cy"], 248.375);
+    const std::string text = at_rig({"camera", "calibration", "real"}).out;
+    EXPECT_THAT(text, HasSubstr("camera_name: real\n"));
+    EXPECT_THAT(text, HasSubstr("data: [458.65400000000005, 0, 367.215, 0, 0, 457.296, 248.375, 0, 0, 0, 1, 0]"));
+    EXPECT_EQ(json_of({"camera", "calibration", "real", "-o", (folder / "").string()})["file"],
+              (folder / "real.yaml").string());
+    std::stringstream written;
+    written << std::ifstream(folder / "real.yaml").rdbuf();
+    EXPECT_EQ(written.str(), text);
+    json_of({"camera", "create", "other"});
+    const json other = json_of({"camera", "set", "other", "--calibration", (folder / "real.yaml").string()});
+    EXPECT_EQ(other["intrinsics"], camera["intrinsics"]);
+    EXPECT_EQ(other["size"], camera["size"]);
+}
+
+TEST_F(Cli, ACalibrationThatDoesNotFitIsRefusedWithItsFile) {
+    TemporaryFolder folder;
+    const std::string file = (folder / "k.yaml").string();
+    std::ofstream(file)
+        << "image_width: 640\nimage_height: 480\nK: {rows: 3, cols: 3, data: [500,0,320,0,500,240,0,0,1]}\n";
+    const Outcome size = at_rig({"camera", "create", "a", "--calibration", file, "--size", "800x600"});
+    EXPECT_EQ(size.code, 1);
+    EXPECT_THAT(size.err, HasSubstr("k.yaml: is for pictures of 640x480, not 800x600"));
+    const Outcome missing = at_rig({"camera", "set", "a", "--calibration", (folder / "none.yaml").string()});
+    EXPECT_EQ(missing.code, 1);
+    EXPECT_THAT(missing.err, HasSubstr("none.yaml: cannot be opened"));
+    EXPECT_EQ(at_rig({"camera", "calibration", "a"}).code, 1);
+}
+
 TEST_F(Cli, EveryCommandHasWordsForPeople) {
     EXPECT_THAT(at_rig({"camera", "create", "lobby"}).out, StartsWith("lobby: 640x480 at 25 frames/s"));
     EXPECT_THAT(at_rig({"camera", "list"}).out, AllOf(StartsWith("NAME"), HasSubstr("lobby")));
@@ -191,33 +247,37 @@ TEST_F(Cli, ErrorsAreOneLineAndExitOne) {
 }
 
 TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
-    for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
-                                                      {"camera"},
-                                                      {"camera", "create"},
-                                                      {"nonsense"},
-                                                      {"camera", "create", "a", "--siez", "1x1"},
-                                                      {"camera", "create", "a", "--size", "640"},
-                                                      {"camera", "create", "a", "--position", "1,2"},
-                                                      {"camera", "create", "a", "--position", "1,2,3,"},
-                                                      {"camera", "create", "a", "--look-at", "1,2,3"},
-                                                      {"camera", "create", "a", "--position", "1,2,nan"},
-                                                      {"camera", "create", "a", "--vfov-deg", "6", "--hfov-deg", "5"},
-                                                      {"camera", "create", "a", "--intrinsics", "1,2,3"},
-                                                      {"camera", "create", "a", "--file", "x"},
-                                                      {"camera", "set", "a", "--position", "x,y,z"},
-                                                      {"camera", "get"},
-                                                      {"world", "step"},
-                                                      {"world", "step", "soon"},
-                                                      {"world", "step", "1", "--nanoseconds", "1"},
-                                                      {"call", "world.status", "{"},
-                                                      {"call", "world.status", "[]"},
-                                                      {"call"},
-                                                      {"stats", "--watch", "0"},
-                                                      {"serve"},
-                                                      {"serve", "x", "--mode", "fast"},
-                                                      {"serve", "x", "--http", "65536"},
-                                                      {"serve", "x", "--tcp", "no"},
-                                                      {"serve", "x", "--seed", "-1"}}) {
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{},
+          {"camera"},
+          {"camera", "create"},
+          {"nonsense"},
+          {"camera", "create", "a", "--siez", "1x1"},
+          {"camera", "create", "a", "--size", "640"},
+          {"camera", "create", "a", "--position", "1,2"},
+          {"camera", "create", "a", "--position", "1,2,3,"},
+          {"camera", "create", "a", "--look-at", "1,2,3"},
+          {"camera", "create", "a", "--position", "1,2,nan"},
+          {"camera", "create", "a", "--vfov-deg", "6", "--hfov-deg", "5"},
+          {"camera", "create", "a", "--intrinsics", "1,2,3"},
+          {"camera", "create", "a", "--calibration-camera", "cam0"},
+          {"camera", "create", "a", "--calibration", "x", "--vfov-deg", "6"},
+          {"camera", "calibration"},
+          {"camera", "calibration", "a", "--ros", "-o", "x"},
+          {"camera", "set", "a", "--position", "x,y,z"},
+          {"camera", "get"},
+          {"world", "step"},
+          {"world", "step", "soon"},
+          {"world", "step", "1", "--nanoseconds", "1"},
+          {"call", "world.status", "{"},
+          {"call", "world.status", "[]"},
+          {"call"},
+          {"stats", "--watch", "0"},
+          {"serve"},
+          {"serve", "x", "--mode", "fast"},
+          {"serve", "x", "--http", "65536"},
+          {"serve", "x", "--tcp", "no"},
+          {"serve", "x", "--seed", "-1"}}) {
         const Outcome done = at_rig(arguments);
         std::string shown;
         for (const auto& argument : arguments) shown += argument + " ";
