@@ -193,7 +193,10 @@ CameraPatch read_camera_patch(JsonReader& reader) {
     read_named(reader, "antialias", parse_antialias, patch.antialias);
     reader.optional("code_strip", patch.code_strip);
     read_outputs(reader, patch);
-    for (const char* state : camera_state_keys) reader.find(state);
+    for (const char* state : camera_state_keys) {
+        std::optional<std::int64_t> unused;
+        reader.optional(state, unused);
+    }
     return patch;
 }
 
