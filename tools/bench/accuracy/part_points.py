@@ -1,0 +1,153 @@
+"""Where the cameras see a point: by lens, by place in the picture, far from the origin, and depth."""
+
+import time
+
+import numpy as np
+from camrig_assets.glb import Glb
+from camrig_assets.scene import Scene
+
+from . import estimator, marks, measure
+from .lenses import LENSES, PINHOLES, Camera
+
+
+def reprojection(section, quick):
+    cameras = PINHOLES + LENSES
+    if quick:
+        cameras = cameras[::6]
+    dither = 4 if quick else 8
+    bias = estimator.bias(samples=1, shifts_n=dither, trials=300)
+    section.say(
+        f"Discs of 9 px radius all over the picture, measured minus `cv2.projectPoints` / `cv2.fisheye.projectPoints` in double "
+        f"(beyond 90 degrees, where OpenCV has no answer, its formula with theta by atan2). Each camera is drawn {dither**2} times, its "
+        f"principal point moved by fractions of a pixel, so that what one sample a pixel costs averages out. On discs sampled by formula "
+        f"the same estimator is off by at most {np.hypot(*bias.T).max():.4f} px, {np.sqrt((bias**2).sum(axis=1).mean()):.4f} px rms: what is "
+        f"of this size below is the ruler, not the camera."
+    )
+    rows, by_place, worst = [], [], {"pinhole": 0.0, "lens": 0.0}
+    with measure.rig_of() as rig:
+        for camera in cameras:
+            residuals, places = measure.reprojection(rig, camera, dither=dither)
+            plain, _ = measure.reprojection(rig, camera, dither=1)
+            most, rms, mean = estimator.summary(residuals)
+            rows.append((camera.name, camera.model, len(places), most, rms, float(np.hypot(*mean)), estimator.summary(plain)[1]))
+            kind = "pinhole" if camera.model == "pinhole" else "lens"
+            worst[kind] = max(worst[kind], most)
+            half = np.hypot(*camera.size) / 2
+            by_place.append((camera, np.linalg.norm(places - (np.array(camera.size) - 1) / 2, axis=1) / half, np.hypot(*residuals.T)))
+    section.table(("camera", "lens model", "discs", "max px", "rms px", "mean px", "rms px, one picture"), rows)
+    section.gate("pinhole, max", worst["pinhole"], 0.02, "px")
+    if worst["lens"]:
+        section.gate("every lens model, max", worst["lens"], 0.05, "px")
+
+    def draw(_, axes):
+        for camera, radius, error in by_place:
+            axes.scatter(radius, error, s=5, alpha=0.5, color={"pinhole": "tab:blue", "plumb_bob": "tab:orange", "rational_polynomial": "tab:green", "equidistant": "tab:red"}[camera.model], linewidths=0)
+        for model, color in (("pinhole", "tab:blue"), ("plumb_bob", "tab:orange"), ("rational_polynomial", "tab:green"), ("equidistant", "tab:red")):
+            axes.scatter([], [], s=12, color=color, label=model)
+        axes.set(xlabel="distance from the middle of the picture (1: corner)", ylabel="reprojection error, px", yscale="log", ylim=(1e-5, 0.1))
+        axes.legend(loc="lower left", fontsize=8, ncols=2)
+
+    section.plot("reprojection", draw, "Reprojection error of every disc by its place in the picture, all cameras of the table")
+
+
+def offset(section, quick):
+    camera = PINHOLES[1]
+    field = marks.place_discs(camera)
+    rows = []
+    reference = None
+    distances = [0.0] + [10.0**k for k in ((3, 6, 9) if quick else range(3, 10))]
+    with measure.rig_of() as rig:
+        for distance in distances:
+            moved = np.array([distance, -distance, distance])
+            rig.load(marks.write_scene(rig.folder, field, offset=moved))
+            # The place of the camera as a double at that distance; the truth keeps the place that was meant.
+            pose = {"position": list(field.position + moved), "orientation": list(field.orientation)}
+            cam = measure.new_camera(rig, **camera.options(), **pose)
+            picture = cam.frame().image
+            reference = picture if reference is None else reference
+            residuals = estimator.dithered(cam, camera, field, 4)
+            if distance == 0.0:
+                origin = residuals
+            differing = np.abs(picture.astype(int) - reference)
+            most = float(np.abs(residuals - origin).max())
+            rows.append((f"{distance:.0e}" if distance else "0", int((differing.max(axis=2) > 1).sum()), float(np.hypot(*(residuals - origin).mean(axis=0))), most, estimator.summary(residuals)[0]))
+    section.say(
+        "The same discs and camera, moved by (d, -d, d). The camera's place is given as it is at the origin plus d, so a double rounds it "
+        "(by 6e-8 m at 1e9 m); discs and camera are 4 m apart. Pose error: the mean shift of all discs against d = 0."
+    )
+    section.table(("d, m", "pixels off by over 1 code", "pose error, px", "largest change of a disc, px", "max reprojection error, px"), rows)
+    section.gate("pose error up to 1e9 m from the origin", max(r[2] for r in rows), 0.002, "px")
+
+    def draw(_, axes):
+        x = [max(d, 1.0) for d in distances]
+        axes.loglog(x, [max(r[2], 1e-7) for r in rows], "o-", label="camrig, measured")
+        naive = [1000 / 7.5 * np.spacing(np.float32(d)) / 2 if d else 1e-7 for d in distances]
+        axes.loglog(x, np.maximum(naive, 1e-7), "--", color="gray", label="float32 world, half an ulp")
+        axes.axhline(0.002, color="tab:red", linewidth=1, label="gate")
+        axes.set(xlabel="distance of the world's objects from the origin, m", ylabel="pose error, px")
+        axes.legend(fontsize=8)
+
+    section.plot("offset", draw, "Pose error against the distance of camera and objects from the world's origin")
+
+
+def depth(section, quick):
+    distances = [0.1, 1.0, 100.0, 1e4, 1e6] if quick else [0.1, 0.3, 1, 3, 10, 30, 100, 300, 1e3, 3e3, 1e4, 1e5, 1e6]
+    rows, middle, whole = [], [], []
+    camera = Camera("depth", fx=520, fy=520, cx=320.0, cy=240.0)
+    with measure.rig_of() as rig:
+        rig.load(walls(rig.folder, distances))
+        cam = measure.new_camera(rig, **camera.options(), position=(0, 0, 0), near=0.001)
+        for i, distance in enumerate(distances):
+            cam.set(position=(0, 0, 0), pan_deg=step_deg(distances) * i)
+            metres = cam.depth()
+            lit = np.isfinite(metres)
+            error = np.abs(metres[lit].astype(np.float64) / distance - 1)
+            middle.append(abs(float(metres[240, 320]) / distance - 1))
+            whole.append(float(error.max()))
+            rows.append((f"{distance:g}", middle[-1], whole[-1], int(lit.sum())))
+    section.say(
+        "Walls across the optical axis at stated distances, one world, near plane at 1 mm, no far plane. Depth is along the axis, so "
+        "the whole wall has one. A float32 itself is within 6e-8 (relative)."
+    )
+    section.table(("distance, m", "relative error in the middle", "largest on the wall", "pixels"), rows)
+    section.gate("depth, relative, middle of the picture", max(middle), 1e-6)
+
+    def draw(_, axes):
+        floor = 1e-9
+        axes.loglog(distances, np.maximum(middle, floor), "o-", label="middle of the picture")
+        axes.loglog(distances, np.maximum(whole, floor), "s-", label="largest of all pixels")
+        axes.loglog(distances, [d / 0.001 * 2**-25 for d in distances], "--", color="gray", label="24-bit depth, near plane 1 mm")
+        axes.axhline(1e-6, color="tab:red", linewidth=1, label="gate (middle)")
+        axes.set(xlabel="distance, m", ylabel="relative error of depth", ylim=(floor / 2, 10))
+        axes.legend(fontsize=8)
+
+    section.plot("depth", draw, "Relative error of the depth picture against distance")
+
+
+def step_deg(distances):
+    return round(360 / (len(distances) + 1))
+
+
+def walls(folder, distances):
+    """One unit wall, placed at each distance in a direction of its own, +-7 degrees wide."""
+    glb = Glb("wall")
+    white = glb.material("white", base=(1, 1, 1), unlit=True, double_sided=True)
+    half = 0.125
+    corners = [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)]
+    glb.node("wall", mesh=glb.mesh("wall", [glb.primitive(corners, [(0, 0, 1)] * 4, [(0, 1, 2), (0, 2, 3)], white)]))
+    (folder / "wall.glb").write_bytes(glb.bytes())
+    scene = Scene("walls", "Walls for measuring depth.", seed=1)
+    scene.environment(background=(0, 0, 0), sky=(1, 1, 1), ground=(1, 1, 1))
+    scene.model("wall", "wall.glb")
+    path = folder / "walls.json"
+    import json
+
+    data = json.loads(scene.text())
+    data["objects"] = []
+    for i, distance in enumerate(distances):
+        angle = np.radians(step_deg(distances) * i)
+        data["objects"].append(
+            {"name": f"wall {i}", "model": "wall", "position": [distance * np.cos(angle), distance * np.sin(angle), 0.0], "yaw_deg": float(step_deg(distances) * i - 90), "scale": float(distance)}
+        )
+    path.write_text(json.dumps(data))
+    return path

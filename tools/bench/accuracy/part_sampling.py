@@ -1,0 +1,204 @@
+"""What sampling costs and buys: lens method, anti-aliasing, texture filtering; speed against error in one run each."""
+
+import time
+
+import numpy as np
+from camrig_assets.glb import Glb
+from camrig_assets.scene import Scene
+
+from . import REPOSITORY, estimator, marks, measure, quality
+from .lenses import LENSES, Camera
+
+HALL = REPOSITORY / "scenes" / "hall.json"
+ANTIALIAS = ("none", "msaa4", "ssaa2", "ssaa3", "ssaa4")
+# The notes' figures for random edges against exact area: one sample, rotated 4, then regular grids.
+EXPECTED_COVERAGE_RMS = {"none": 0.25, "msaa4": 0.105, "ssaa2": 0.125, "ssaa3": 0.066, "ssaa4": 0.044}
+
+
+class Timer:
+    """Times pictures of one camera; what is not drawing (call, copy, base64) is measured at 16 x 16 and left in."""
+
+    def __init__(self, cam, place):
+        self.cam, self.place = cam, place
+
+    def __call__(self, frames=15):
+        self.cam.frame()
+        times = []
+        for i in range(frames):
+            self.cam.set(position=(self.place[0], self.place[1], self.place[2] + (i % 2) * 2.0**-20))
+            start = time.perf_counter()
+            self.cam.frame()
+            times.append((time.perf_counter() - start) * 1e3)
+        return float(np.median(times))
+
+
+def edges_scene(folder):
+    """Triangles at every angle, white on black: edges whose coverage is known by sampling finely."""
+    random = np.random.default_rng(8)
+    glb = Glb("edges")
+    white = glb.material("white", base=(1, 1, 1), unlit=True, double_sided=True)
+    corners = []
+    for row in range(9):
+        for column in range(12):
+            centre = np.array([(column - 5.5) * 0.2, (row - 4) * 0.2, 0])
+            angle = random.uniform(0, 2 * np.pi) + np.array([0, 2.1, 4.2])
+            corners += [centre + 0.085 * np.array([np.cos(a), np.sin(a), 0]) for a in angle]
+    triangles = np.arange(len(corners)).reshape(-1, 3)
+    glb.node("edges", mesh=glb.mesh("edges", [glb.primitive(corners, np.tile([0.0, 0, 1], (len(corners), 1)), triangles, white)]))
+    (folder / "edges.glb").write_bytes(glb.bytes())
+    scene = Scene("edges", "Edges for measuring coverage.", seed=1)
+    scene.environment(background=(0, 0, 0), sky=(1, 1, 1), ground=(1, 1, 1))
+    scene.model("edges", "edges.glb")
+    scene.object("edges", "edges", "edges", (2, 0, 0), -90)
+    path = folder / "edges.json"
+    path.write_bytes(scene.text())
+    return path
+
+
+def coverage(rig, modes=ANTIALIAS, reference_n=16, timed=True):
+    """{mode: (rms coverage error over edge pixels, largest, ms)} against reference_n^2 samples a pixel."""
+    rig.load(edges_scene(rig.folder))
+    camera = Camera("edges", fx=520, fy=520)
+    cam = measure.new_camera(rig, **camera.options(), position=(0, 0, 0))
+    reference = measure.light_of(cam, camera, reference_n)[:, :, 1]
+    edge = (reference > 0) & (reference < 1)
+    results = {}
+    for mode in modes:
+        cam.set(antialias=mode)
+        error = estimator.LINEAR[cam.frame().image[:, :, 1]] - reference
+        cost = Timer(cam, (0, 0, 0))() if timed else float("nan")
+        cam.set(position=(0, 0, 0))
+        results[mode] = (float(np.sqrt((error[edge] ** 2).mean())), float(np.abs(error).max()), cost)
+    return results
+
+
+def antialias(section, quick):
+    with measure.rig_of() as rig:
+        edges = coverage(rig, reference_n=8 if quick else 16)
+        hall = {}
+        rig.load(HALL)
+        camera = Camera("hall", fx=480, fy=480)
+        pose = dict(position=(2, 3, 2.8), look_at=(12, 9, 1))
+        cam = measure.new_camera(rig, **camera.options(), **pose)
+        light = measure.light_of(cam, camera, 8 if quick else 16)
+        reference = np.round(255 * estimator.encode(light)).astype(np.uint8)
+        for mode in ANTIALIAS:
+            cam.set(antialias=mode, position=pose["position"])
+            picture = cam.frame().image
+            hall[mode] = (quality.psnr(picture, reference), quality.ssim(picture, reference), Timer(cam, pose["position"])())
+    base = hall["none"][2]
+    section.say(
+        f"Coverage: the error of linear light in the pixels of random edges (white on black) against {8 if quick else 16} x {8 if quick else 16} samples a pixel, which are as "
+        f"many pictures with the principal point moved. Hall: PSNR and SSIM of `scenes/hall.json` against the same kind of reference. Time: median "
+        f"of a picture asked for by `frame.get`, raw, 640x480, hall, call and copy included; the last column is relative to `none` in the same run."
+    )
+    section.table(
+        ("antialias", "coverage error rms", "max", "hall PSNR, dB", "SSIM", "ms", "time / none"),
+        [(m, edges[m][0], edges[m][1], hall[m][0], f"{hall[m][1]:.4f}", hall[m][2], hall[m][2] / base) for m in ANTIALIAS],
+    )
+    for mode in ANTIALIAS:
+        section.gate(f"coverage error rms, {mode}", edges[mode][0], EXPECTED_COVERAGE_RMS[mode] * 1.1)
+
+    def draw(_, axes):
+        for mode in ANTIALIAS:
+            axes.semilogy(hall[mode][2], edges[mode][0], "o", label=mode)
+        axes.set(xlabel="time of one 640x480 picture of the hall, ms", ylabel="coverage error, rms")
+        axes.legend(fontsize=8)
+
+    section.plot("antialias", draw, "Speed against coverage error of the anti-aliasing modes")
+
+
+def lens_methods(section, quick):
+    """Method, filter and oversampling of one barrel and one fisheye: geometry, likeness and time."""
+    cases = [next(c for c in LENSES if c.name == n) for n in ("EuRoC cam0", "fisheye 160 deg")]
+    choices = [("auto", "bicubic", 1), ("warp", "bilinear", 1), ("warp", "bicubic", 1), ("warp", "bicubic", 2), ("cube", "bilinear", 1), ("cube", "bicubic", 1), ("cube", "bicubic", 2), ("cube", "bicubic", 4)]
+    points = []
+    rows = []
+    with measure.rig_of() as rig:
+        for camera in cases:
+            field = marks.place_discs(camera)
+            rig.load(marks.write_scene(rig.folder, field))
+            cam = measure.new_camera(rig, **camera.options(), **field.pose())
+            errors = {}
+            for method, filter_, oversample in choices:
+                options = dict(camera.options(), lens=lens_of(camera, method, filter_, oversample))
+                try:
+                    errors[method, filter_, oversample] = dithered_with(cam, camera, field, 2 if quick else 4, options)
+                except Exception as refused:  # a warp cannot hold a fisheye: the rig says so
+                    errors[method, filter_, oversample] = str(refused)
+            rig.load(HALL)
+            pose = dict(position=(2, 3, 2.8), look_at=(12, 9, 1))
+            cam = measure.new_camera(rig, **camera.options(), **pose)
+            cam.set(antialias="ssaa4", lens=lens_of(camera, "auto", "bicubic", 4 if not quick else 2))
+            reference = cam.frame().image
+            cam.set(antialias="none")
+            for choice in choices:
+                if isinstance(errors[choice], str):
+                    rows.append((camera.name, *choice, "refused", "", "", ""))
+                    continue
+                cam.set(lens=lens_of(camera, *choice), position=pose["position"])
+                picture = cam.frame().image
+                cost = Timer(cam, pose["position"])()
+                most, rms, _ = estimator.summary(errors[choice])
+                rows.append((camera.name, *choice, most, rms, quality.psnr(picture, reference), cost))
+                points.append((camera.name, choice, cost, most, quality.psnr(picture, reference)))
+    section.say(
+        "Reprojection error as above (max and rms over the discs), likeness to the same picture with 16 samples a texel and 4 x oversampled source (hall), and time of a picture "
+        "through `frame.get`. Method `auto` is what a camera does unless told otherwise."
+    )
+    section.table(("lens", "method", "filter", "oversample", "max px", "rms px", "hall PSNR, dB", "ms"), rows)
+
+    def draw(_, axes):
+        for (name, marker) in zip([c.name for c in cases], "os"):
+            for _, choice, cost, most, likeness in [p for p in points if p[0] == name]:
+                color = {"auto": "tab:blue", "warp": "tab:orange", "cube": "tab:green"}[choice[0]]
+                axes.plot(cost, likeness, marker, color=color, fillstyle="full" if choice[1] == "bicubic" else "none", markersize=5 + 2 * choice[2])
+            axes.plot([], [], marker, color="gray", label=name)
+        for method, color in (("auto", "tab:blue"), ("warp", "tab:orange"), ("cube", "tab:green")):
+            axes.plot([], [], ".", color=color, label=method)
+        axes.set(xlabel="time of one picture, ms", ylabel="likeness to the reference, dB PSNR")
+        axes.legend(fontsize=8)
+
+    section.plot("lens-methods", draw, "Speed against likeness of lens methods; larger marks: more oversampling; hollow: bilinear")
+
+
+def lens_of(camera, method, filter_, oversample):
+    return {"model": camera.model, "coefficients": list(camera.coefficients), "method": method, "filter": filter_, "oversample": oversample}
+
+
+def dithered_with(cam, camera, field, n, options):
+    outlines, truth = field.outlines(camera), field.truth(camera)
+    total = np.zeros_like(truth)
+    for shift in estimator.shifts(n):
+        cam.set(**dict(options, intrinsics=camera.options(shift)["intrinsics"]))
+        total += estimator.centroids(estimator.linear_light(cam.frame().image), outlines + np.array(shift)) - shift
+    return total / n**2 - truth
+
+
+def textures(section, quick):
+    """Mesa's approximations of texture filtering, the only switch there is."""
+    settings = [("exact (default)", {}), ("brilinear", {"GALLIVM_PERF": "brilinear"}), ("brilinear, rho_approx", {"GALLIVM_PERF": "brilinear,rho_approx"}), ("no mipmaps", {"LP_PERF": "no_mipmap"})]
+    camera = Camera("hall", fx=480, fy=480)
+    pose = dict(position=(2, 3, 2.8), look_at=(12, 9, 1))
+    rows, reference = [], None
+    for name, environment in settings:
+        with measure.rig_of(HALL, env=environment) as rig:
+            cam = measure.new_camera(rig, **camera.options(), **pose)
+            if reference is None:
+                light = measure.light_of(cam, camera, 4 if quick else 8)
+                reference = np.round(255 * estimator.encode(light)).astype(np.uint8)
+            picture = cam.frame().image
+            rows.append((name, quality.psnr(picture, reference), quality.ssim(picture, reference), Timer(cam, pose["position"])(9 if quick else 31)))
+    section.say(
+        "camrig itself has one way to filter textures (trilinear, in linear light). Mesa's software rasteriser can be told to approximate it by environment "
+        "variables; against the many-sample picture of the default, hall, 640x480, no anti-aliasing:"
+    )
+    section.table(("setting", "PSNR, dB", "SSIM", "ms"), [(n, p, f"{s:.4f}", m) for n, p, s, m in rows])
+
+    def draw(_, axes):
+        for name, likeness, _, cost in rows:
+            axes.plot(cost, likeness, "o", label=name)
+        axes.set(xlabel="time of one 640x480 picture of the hall, ms", ylabel="likeness to many samples, dB PSNR")
+        axes.legend(fontsize=8)
+
+    section.plot("textures", draw, "Speed against likeness of texture filtering")
