@@ -63,27 +63,35 @@ def looking(position, target, roll=0.0):
     return View(np.asarray(position, dtype=np.float64), quaternion_of(np.stack([forward, rolled_left, rolled_up], axis=1)))
 
 
+@dataclass
+class Seen:
+    """A view and which corners of the board it shows (indices of OBJECT_POINTS); the board may go over the border."""
+
+    view: View
+    corners: np.ndarray
+    pixels: np.ndarray
+
+
 def views(camera, count=20, seed=5):
-    """`count` views that show the whole board, tilted up to 40 degrees and chosen so that together they fill the
-    picture, as a person would wave a board: of many at random, each time the one that covers most of what is bare.
+    """`count` views of the board, tilted up to 40 degrees and chosen so that together they fill the picture, as a
+    person would wave a board: of many at random, each time the one that covers most of what is bare.
     """
     random = np.random.default_rng(seed)
     cells = (16, 12)
     found, covers = [], []
     for _ in range(20000):
-        if len(found) == 6 * count:
+        if len(found) == 8 * count:
             break
-        view = _random_view(camera, random)
-        inner = _inner_corners(camera, view)
-        if inner is None:
+        seen = see(camera, _random_view(camera, random))
+        if seen is None:
             continue
-        column, row = (np.clip(inner[:, i] * cells[i] / camera.size[i], 0, cells[i] - 1).astype(int) for i in (0, 1))
+        column, row = (np.clip(seen.pixels[:, i] * cells[i] / camera.size[i], 0, cells[i] - 1).astype(int) for i in (0, 1))
         cover = np.zeros((cells[1], cells[0]))
         cover[row, column] = 1
-        found.append(view)
+        found.append(seen)
         covers.append(cover)
     if len(found) < count:
-        raise ValueError(f"{camera.name}: only {len(found)} views show the whole board")
+        raise ValueError(f"{camera.name}: only {len(found)} views show enough of the board")
     covers, times = np.array(covers), np.zeros((cells[1], cells[0]))
     chosen = []
     for _ in range(count):
@@ -97,50 +105,44 @@ def views(camera, count=20, seed=5):
 def _random_view(camera, random):
     middle = np.array([0.0, 0.0, board_asset.CENTRE_HEIGHT_M])
     pan, tilt = np.radians(random.uniform(-40, 40, 2))
-    distance = random.uniform(0.3, 0.8) * camera.fx / 520
+    distance = random.uniform(0.3, 0.65) * camera.fx / 520
     position = middle - distance * np.array([np.cos(tilt) * np.cos(pan), np.cos(tilt) * np.sin(pan), np.sin(tilt)])
     aim = middle + random.uniform(-1, 1, 3) * distance * np.array([0, 1, 1]) * min(320 / camera.fx, 1.2)
-    return looking(position, aim, roll=random.uniform(-0.4, 0.4))
+    # Turned a little: an edge along the pixels would be as coarse as the samples.
+    return looking(position, aim, roll=random.choice([-1, 1]) * random.uniform(0.2, 0.6))
 
 
-def _inner_corners(camera, view):
-    """The corners' pixels, or None when the board is not all in the picture or too small."""
-    directions = view.optical(_outline())
+def see(camera, view):
+    """The corners in the picture, or None when there are too few, or squares too small."""
+    directions = view.optical(world_points())
     angles = np.arctan2(np.hypot(directions[:, 0], directions[:, 1]), directions[:, 2])
-    if angles.max() > min(0.93 * camera.fold_angle(), np.radians(85)):
+    inside = angles < min(0.95 * camera.fold_angle(), np.radians(80))
+    pixels = np.full((len(directions), 2), -1e3)
+    pixels[inside] = camera.project(directions[inside])
+    inside &= ((pixels >= BORDER_PX) & (pixels <= np.array(camera.size) - 1 - BORDER_PX)).all(axis=1)
+    grid = np.where(inside[:, None], pixels, np.nan).reshape(INNER[1], INNER[0], 2)
+    spacing = np.concatenate([np.linalg.norm(np.diff(grid, axis=a), axis=2).ravel() for a in (0, 1)])
+    if inside.sum() < LEAST_CORNERS or np.nanmin(spacing) < LEAST_SQUARE_PX:
         return None
-    seen = camera.project(directions)
-    if ((seen < 4) | (seen > np.array(camera.size) - 5)).any():
-        return None
-    # Squares of at least 14 px, so that corners have a neighbourhood of their own.
-    inner = camera.project(view.optical(world_points()))
-    grid = inner.reshape(INNER[1], INNER[0], 2)
-    least = min(np.linalg.norm(np.diff(grid, axis=a), axis=2).min() for a in (0, 1))
-    return inner if least >= 14 else None
+    return Seen(view, np.nonzero(inside)[0], pixels[inside])
 
 
-def _outline():
-    edge = []
-    for t in np.linspace(-1, 1, 21):
-        for a, b in ((t, -1), (t, 1), (-1, t), (1, t)):
-            edge.append((0.0, a * (COLUMNS / 2 + 0.6) * SQUARE_M, board_asset.CENTRE_HEIGHT_M + b * (ROWS / 2 + 0.6) * SQUARE_M))
-    return np.array(edge)
+BORDER_PX = 7  # room for cornerSubPix's window
+LEAST_CORNERS = 40
+LEAST_SQUARE_PX = 14
+WINDOW_PX = 6  # half of it, less one
+BLUR_PX = 1.5
 
 
-def find_corners(grey, known):
-    """Inner corners in the order of OBJECT_POINTS, refined by cornerSubPix.
+def find_corners(light, known):
+    """Pixels of corners that are about at `known`, refined by cv2.cornerSubPix from a start up to 1 px beside it.
 
-    `known` is about where they are: the scene holds more boards, OpenCV may find another or start at the other end.
+    Which corner is which is given, as a ChArUco board gives it, so that boards may go over the border of the picture.
+    cornerSubPix wants the picture a lens makes: linear light (the sRGB curve moves every edge towards black) and no
+    steps (it is off by 0.1 px rms on edges one pixel wide), so it gets linear light under a Gaussian of 1.5 px.
     """
-    found, corners = cv2.findChessboardCorners(grey, INNER, None, cv2.CALIB_CB_ADAPTIVE_THRESH)
-    corners = corners.reshape(-1, 2) if found else known
-    if np.abs(corners - known).max() > np.abs(corners[::-1] - known).max():
-        corners = corners[::-1]
-    if np.abs(corners - known).max() > 3:
-        corners = known
-    grid = known.reshape(INNER[1], INNER[0], 2)
-    spacing = min(np.linalg.norm(np.diff(grid, axis=a), axis=2).min() for a in (0, 1))
-    half = int(np.clip(spacing / 2 - 1, 3, 8))
-    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-4)
-    start = np.ascontiguousarray(corners, dtype=np.float32).reshape(-1, 1, 2)
-    return cv2.cornerSubPix(grey, start, (half, half), (-1, -1), criteria).reshape(-1, 2)
+    light = cv2.GaussianBlur(light.astype(np.float32), (0, 0), BLUR_PX)
+    start = known + np.random.default_rng(1).uniform(-1, 1, known.shape)
+    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-5)
+    corners = start.astype(np.float32).reshape(-1, 1, 2)
+    return cv2.cornerSubPix(light, corners, (WINDOW_PX, WINDOW_PX), (-1, -1), criteria).reshape(-1, 2)

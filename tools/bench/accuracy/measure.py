@@ -47,58 +47,59 @@ def reprojection(rig, camera, dither=4, radius_px=9.0, spacing_px=42.0, **option
     return residuals, field.truth(camera)
 
 
-def corners_of_board(camera, view, cam):
-    """Corners of the calibration board as cornerSubPix finds them in one picture, in board order."""
-    cam.set(**view.options())
-    grey = cv2.cvtColor(cam.frame().image, cv2.COLOR_BGR2GRAY)
-    return boards.find_corners(grey, camera.project(view.optical(boards.world_points())))
+# With ssaa4, four pictures moved by these make one of 8 x 8 samples a pixel.
+FINE_SHIFTS = [(x / 16, y / 16) for y in (-1, 1) for x in (-1, 1)]
+
+
+def corners_of_board(cam, camera, chosen):
+    """Pixels of the corners that each view shows, as cornerSubPix finds them in the mean of four pictures."""
+    light = [0.0] * len(chosen)
+    for shift in FINE_SHIFTS:
+        cam.set(**camera.options(shift))
+        for i, seen in enumerate(chosen):
+            cam.set(**seen.view.options())
+            light[i] = light[i] + estimator.linear_light(cam.frame().image) / len(FINE_SHIFTS)
+    return [boards.find_corners(picture, seen.pixels) for picture, seen in zip(light, chosen)]
 
 
 def calibrate(rig, camera, count=20, seed=5, **options):
-    """What OpenCV's calibration makes of `count` rendered views of the board; see Calibrated."""
-    views = boards.views(camera, count, seed)
+    """(rms, matrix, distortion) of OpenCV's calibration of `count` rendered views, and the corners' errors (N, 2), px."""
+    chosen = boards.views(camera, count, seed)
     cam = new_camera(rig, **camera.options(), **options)
-    pictures, errors = [], []
-    for view in views:
-        found = corners_of_board(camera, view, cam)
-        pictures.append(found.astype(np.float32))
-        errors.append(found - camera.project(view.optical(boards.world_points())))
-    cam.delete()
-    return solve(camera, pictures), np.concatenate(errors), views, pictures
+    pictures = corners_of_board(cam, camera, chosen)
+    errors = np.concatenate([found - seen.pixels for found, seen in zip(pictures, chosen)])
+    return solve(camera, pictures, [seen.corners for seen in chosen]), errors
 
 
-def solve(camera, pictures):
-    """Intrinsics, distortion and rms (px) by OpenCV from corners of several pictures."""
-    points = [boards.OBJECT_POINTS.astype(np.float32)] * len(pictures)
+def solve(camera, pictures, corners):
+    """(rms, matrix, distortion) by OpenCV from pixels of several pictures and the corners' indices."""
+    points = [boards.OBJECT_POINTS[c] for c in corners]
     if camera.model == "equidistant":
-        flags = cv2.fisheye.CALIB_RECOMPUTE_EXTRINSIC + cv2.fisheye.CALIB_FIX_SKEW
+        flags = cv2.fisheye.CALIB_RECOMPUTE_EXTRINSIC + cv2.fisheye.CALIB_FIX_SKEW + cv2.fisheye.CALIB_USE_INTRINSIC_GUESS
         criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 200, 1e-10)
+        # A start as a person would type it: its own guess is too poor for boards that go over the border.
+        start = np.diag([round(camera.fx, -1) + 10.0, round(camera.fx, -1) + 10.0, 1.0])
+        start[:2, 2] = (np.array(camera.size) - 1) / 2
         rms, matrix, k, _, _ = cv2.fisheye.calibrate(
-            [p.reshape(1, -1, 3).astype(np.float64) for p in points],
-            [c.reshape(1, -1, 2).astype(np.float64) for c in pictures],
-            camera.size, camera.matrix * 1.0, np.zeros(4), flags=flags, criteria=criteria,
+            [p.reshape(1, -1, 3) for p in points], [c.reshape(1, -1, 2).astype(np.float64) for c in pictures],
+            camera.size, start, np.zeros(4), flags=flags, criteria=criteria,
         )
         return rms, matrix, k.ravel()
-    flags = 0
-    if camera.model == "rational_polynomial":
-        flags |= cv2.CALIB_RATIONAL_MODEL
-    if camera.model == "pinhole":
-        flags |= cv2.CALIB_FIX_K3
+    flags = {"rational_polynomial": cv2.CALIB_RATIONAL_MODEL, "pinhole": cv2.CALIB_FIX_K3}.get(camera.model, 0)
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 300, 1e-12)
+    points, pictures = [p.astype(np.float32) for p in points], [p.astype(np.float32) for p in pictures]
     rms, matrix, k, _, _ = cv2.calibrateCamera(points, pictures, camera.size, None, None, flags=flags, criteria=criteria)
     return rms, matrix, k.ravel()
 
 
-def curve_error(camera, matrix, k, reach=1.0):
+def curve_error(camera, matrix, k):
     """Largest distance in px, over the picture, between where the camera and its calibration see a direction.
 
-    The calibration may have turned the axis a little; what a user sees is the picture, so the best common turn and
-    shift of both (a homography of the ideal plane would hide more than that) is not taken out: only principal point
-    and focal lengths as calibrated count.
+    Up to 90 % of the fold, and for fisheyes to 80 degrees: OpenCV's own projection ends at 90.
     """
     width, height = camera.size
     x, y = np.meshgrid(np.linspace(0, width - 1, 33), np.linspace(0, height - 1, 25))
-    limit = 0.9 * camera.fold_angle() * reach
+    limit = min(0.9 * camera.fold_angle(), np.radians(80))
     pixels = np.stack([x.ravel(), y.ravel()], axis=1)
     directions = camera.unproject(pixels, limit)
     good = np.isfinite(directions).all(axis=1)
@@ -114,32 +115,28 @@ def stereo(rig, camera, baseline_m=0.12, count=20, **options):
     """Baseline (m) and rotation (deg) between two rendered cameras by cv2.stereoCalibrate, and what they should be."""
     right_of_left = np.array([baseline_m, 0.0, 0.0])  # the right camera's place in the left optical frame
     turn = cv2.Rodrigues(np.radians([0.3, -1.2, 0.5]))[0]  # right_from_left, optical frames
-    lefts, rights = [], []
+    pairs = []
+    for left in boards.views(camera, 3 * count, seed=9):
+        world_from_left = marks.rotation_of(left.view.orientation) @ marks.LINK_FROM_OPTICAL
+        body = world_from_left @ turn.T @ marks.LINK_FROM_OPTICAL.T
+        right = boards.see(camera, boards.View(left.view.position + world_from_left @ right_of_left, boards.quaternion_of(body)))
+        both = np.intersect1d(left.corners, right.corners) if right else []
+        if len(both) >= boards.LEAST_CORNERS:
+            pairs.append([boards.Seen(s.view, both, s.pixels[np.isin(s.corners, both)]) for s in (left, right)])
+    pairs = pairs[:count]
     cam = new_camera(rig, **camera.options(), **options)
-    for seed in range(5, 400):
-        if len(lefts) == count:
-            break
-        for left in boards.views(camera, 4, seed):
-            world_from_left = marks.rotation_of(left.orientation) @ marks.LINK_FROM_OPTICAL
-            place = left.position + world_from_left @ right_of_left
-            body = world_from_left @ turn.T @ marks.LINK_FROM_OPTICAL.T
-            right = boards.View(place, boards.quaternion_of(body))
-            seen = camera.project(right.optical(boards._outline()))
-            if ((seen < 6) | (seen > np.array(camera.size) - 7)).any() or len(lefts) == count:
-                continue
-            lefts.append(corners_of_board(camera, left, cam).astype(np.float32))
-            rights.append(corners_of_board(camera, right, cam).astype(np.float32))
-    cam.delete()
-    points = [boards.OBJECT_POINTS.astype(np.float32)] * len(lefts)
-    _, matrix_l, k_l = solve(camera, lefts)
-    _, matrix_r, k_r = solve(camera, rights)
+    lefts, rights = (corners_of_board(cam, camera, [pair[i] for pair in pairs]) for i in (0, 1))
+    corners = [pair[0].corners for pair in pairs]
+    _, matrix_l, k_l = solve(camera, lefts, corners)
+    _, matrix_r, k_r = solve(camera, rights, corners)
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 300, 1e-12)
     rms, *_, rotation, translation, _, _ = cv2.stereoCalibrate(
-        points, lefts, rights, matrix_l, k_l, matrix_r, k_r, camera.size,
+        [boards.OBJECT_POINTS[c].astype(np.float32) for c in corners], [p.astype(np.float32) for p in lefts], [p.astype(np.float32) for p in rights],
+        matrix_l, k_l, matrix_r, k_r, camera.size,
         flags=cv2.CALIB_USE_INTRINSIC_GUESS | (cv2.CALIB_FIX_K3 if camera.model == "pinhole" else 0), criteria=criteria,
     )
     off = np.degrees(np.linalg.norm(cv2.Rodrigues(rotation @ turn.T)[0]))
-    return {"rms": rms, "baseline": float(np.linalg.norm(translation)), "true_baseline": baseline_m, "rotation_off_deg": float(off), "pairs": len(lefts)}
+    return {"rms": rms, "baseline": float(np.linalg.norm(translation)), "true_baseline": baseline_m, "rotation_off_deg": float(off), "pairs": len(pairs)}
 
 
 def light_of(cam, camera, n):
