@@ -38,8 +38,10 @@ std::vector<Shape> protocol_shapes() {
            "`auto` (what needs fewer pixels)",
            false, "", "auto"},
           {"filter", "string",
-           "`bilinear` or `bicubic` (Catmull-Rom: keeps more contrast); ssaa always takes bilinear samples", false, "",
-           "bicubic"},
+           "`bilinear`, `bicubic` (Catmull-Rom: keeps more contrast) or `auto` (bicubic at quality beautiful); "
+           "ssaa "
+           "always takes bilinear samples",
+           false, "", "auto"},
           {"oversample", "integer", "1 to 4: source pixels per pixel, along a side, at least", false, "", "1"}}},
         {"outputs",
          "One element of outputs: where pictures go beside HTTP, which every camera has.",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <thread>
@@ -15,8 +16,8 @@ constexpr int border = 3;
 /// A single plane is not taken beyond this tangent of the angle to the axis (85 deg).
 constexpr double max_tangent = 11.4;
 /// Directions far behind a fisheye fill many pixels each; the source follows up to so many texels for one in the
-/// middle, which is enough to 140 deg from the axis.
-constexpr double max_density = 4.0;
+/// middle, which is enough to 118 deg from the axis. Further on the face behind would be the largest of all.
+constexpr double max_density = 2.5;
 /// Rounding must not make a texel larger than a pixel.
 constexpr double density_margin = 1.0 + 1e-9;
 /// The plane is preferred until it has this many times the texels of the cube: each face costs a pass over the scene.
@@ -188,12 +189,16 @@ SourceTile tile_of(const Survey& survey, int face, const CameraModel& camera, in
     return tile;
 }
 
-/// Puts the tiles on shelves, in their order; the widest source that the device takes, as many shelves as needed.
+/// Puts the tiles on shelves, the highest first, in a source about as wide as high.
 ImageSize pack(std::vector<SourceTile>& tiles, int max_side) {
+    std::ranges::stable_sort(tiles, std::greater<>{}, [](const SourceTile& tile) { return tile.size.height; });
+    double texels = 0.0;
+    for (const SourceTile& tile : tiles) texels += static_cast<double>(tile.size.width) * tile.size.height;
+    const int shelf_width = static_cast<int>(std::min(1.2 * std::sqrt(texels), static_cast<double>(max_side)));
     ImageSize source;
     int x = 0, y = 0, shelf_height = 0;
     for (SourceTile& tile : tiles) {
-        if (x > 0 && x + tile.size.width > max_side) {
+        if (x > 0 && x + tile.size.width > shelf_width) {
             y += shelf_height;
             x = shelf_height = 0;
         }
@@ -232,8 +237,10 @@ std::int64_t texels_of(const LensPlan& plan) {
 
 void fill_map(LensPlan& plan, const Survey& survey) {
     std::array<const SourceTile*, 6> tile_of_face{};
-    for (int face = 0, used = 0; face < 6; ++face) {
-        if (survey.box(face).is_used()) tile_of_face[face] = &plan.tiles[static_cast<std::size_t>(used++)];
+    for (const SourceTile& tile : plan.tiles) {
+        for (int face = 0; face < 6; ++face) {
+            if (survey.faces()[face].tile_from_optical == tile.tile_from_optical) tile_of_face[face] = &tile;
+        }
     }
     constexpr double one = 1 << LensPlan::fraction_bits;
     const auto count = static_cast<std::size_t>(plan.size.pixels());

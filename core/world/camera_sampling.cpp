@@ -19,7 +19,8 @@ constexpr Named<Antialias> antialias_names[] = {{Antialias::none, "none"},
                                                 {Antialias::ssaa4, "ssaa4"}};
 constexpr Named<LensMethod> method_names[] = {
     {LensMethod::automatic, "auto"}, {LensMethod::warp, "warp"}, {LensMethod::cube, "cube"}};
-constexpr Named<LensFilter> filter_names[] = {{LensFilter::bilinear, "bilinear"}, {LensFilter::bicubic, "bicubic"}};
+constexpr Named<LensFilter> filter_names[] = {
+    {LensFilter::automatic, "auto"}, {LensFilter::bilinear, "bilinear"}, {LensFilter::bicubic, "bicubic"}};
 
 template <typename T, std::size_t count>
 std::string_view name_of(const Named<T> (&names)[count], T value) {

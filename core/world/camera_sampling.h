@@ -23,8 +23,9 @@ enum class LensMethod : std::uint8_t { automatic, warp, cube };
 std::string_view to_string(LensMethod method);
 Result<LensMethod> parse_lens_method(std::string_view name);
 
-/// How source texels become a pixel: 2x2 or 4x4 (Catmull-Rom) of them.
-enum class LensFilter : std::uint8_t { bilinear, bicubic };
+/// How source texels become a pixel: 2x2 or 4x4 (Catmull-Rom) of them. `automatic`: 4x4 at quality
+/// `beautiful`, else 2x2.
+enum class LensFilter : std::uint8_t { automatic, bilinear, bicubic };
 std::string_view to_string(LensFilter filter);
 Result<LensFilter> parse_lens_filter(std::string_view name);
 
@@ -33,7 +34,7 @@ inline constexpr int max_lens_oversampling = 4;
 /// How a lens is drawn; nothing of this moves anything in the picture.
 struct LensSampling {
     LensMethod method = LensMethod::automatic;
-    LensFilter filter = LensFilter::bicubic;
+    LensFilter filter = LensFilter::automatic;
     int oversample = 1;  ///< source texels per pixel, along a side, at least
     friend bool operator==(const LensSampling&, const LensSampling&) = default;
 };

@@ -22,6 +22,7 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOption
       models_(gl_, samplers_),
       painter_(gl_, shaders_,
                {.max_side = context_->max_texture_size(),
+                .has_float_units = context_->is_software(),
                 .static_layer_bytes = options.static_layer_bytes,
                 .max_detail_error_px = options.max_detail_error_px}),
       static_stream_(gl_),

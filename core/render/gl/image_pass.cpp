@@ -1,5 +1,7 @@
 #include "core/render/gl/image_pass.h"
 
+#include <utility>
+
 #include <spdlog/spdlog.h>
 
 #include "core/render/gl/shader_program.h"
@@ -18,10 +20,17 @@ std::string define_nowhere() {
 
 }  // namespace
 
-ImagePass::ImagePass(const GlFunctions& gl) : gl_(gl), no_vertices_(make_vertex_array(gl)), nearest_(make_sampler(gl)) {
-    // Integer textures are complete only with this.
-    gl_.SamplerParameteri(nearest_.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl_.SamplerParameteri(nearest_.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+ImagePass::ImagePass(const GlFunctions& gl, bool has_float_units)
+    : gl_(gl),
+      no_vertices_(make_vertex_array(gl)),
+      has_float_units_(has_float_units),
+      nearest_(make_sampler(gl)),
+      linear_(make_sampler(gl)) {
+    // Integer textures are complete only with nearest.
+    for (const auto& [sampler, filter] : {std::pair(nearest_.name(), GL_NEAREST), {linear_.name(), GL_LINEAR}}) {
+        gl_.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, filter);
+        gl_.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
+    }
 }
 
 GLuint ImagePass::program(const std::string& defines, const std::string& fragment) {
@@ -43,7 +52,7 @@ void ImagePass::draw(GLuint program, GLuint framebuffer, ImageSize size, std::in
     gl_.UseProgram(program);
     for (const Input& input : inputs) {
         gl_.BindTextureUnit(input.unit, input.texture);
-        gl_.BindSampler(input.unit, nearest_.name());
+        gl_.BindSampler(input.unit, input.is_filtered ? linear_.name() : nearest_.name());
     }
     gl_.BindVertexArray(no_vertices_.name());
     gl_.DrawArrays(GL_TRIANGLES, 0, 3);
@@ -55,16 +64,17 @@ void ImagePass::resolve(const ColorTarget& source, int supersampling, const Colo
     draw(program(defines, shader_source::resolve_frag), to.framebuffer.name(), to.size, {{0, source.color.name()}});
 }
 
-void ImagePass::warp_color(const LensOnDevice& lens, const ColorTarget& source, int supersampling, LensFilter filter,
+void ImagePass::warp_color(const LensOnDevice& lens, const ColorTarget& source, int supersampling, bool is_bicubic,
                            const ColorTarget& to) {
     std::string defines = define_nowhere() + define("SUPERSAMPLING", supersampling);
-    if (filter == LensFilter::bicubic && supersampling == 1) defines += define("BICUBIC", 1);
+    if (is_bicubic && supersampling == 1) defines += define("BICUBIC", 1);
+    if (has_float_units_) defines += define("FLOAT_UNITS", 1);
+    const Input color{0, source.color.name(), has_float_units_};
     const GLuint shader = program(defines, shader_source::warp_color_frag);
     if (supersampling == 1) {
-        draw(shader, to.framebuffer.name(), to.size, {{0, source.color.name()}, {1, lens.map.name()}});
+        draw(shader, to.framebuffer.name(), to.size, {color, {1, lens.map.name()}});
     } else {
-        draw(shader, to.framebuffer.name(), to.size,
-             {{0, source.color.name()}, {1, lens.map.name()}, {2, lens.footprint.name()}});
+        draw(shader, to.framebuffer.name(), to.size, {color, {1, lens.map.name()}, {2, lens.footprint.name()}});
     }
 }
 

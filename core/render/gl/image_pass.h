@@ -12,13 +12,14 @@ namespace camrig {
 /// target and leaves DrawPass to set its state again (begin_instant).
 class ImagePass {
 public:
-    explicit ImagePass(const GlFunctions& gl);
+    /// `has_float_units`: the device's texture units filter with float weights (llvmpipe), not with 8 bits.
+    ImagePass(const GlFunctions& gl, bool has_float_units);
 
     /// The mean of the samples of each pixel, in linear light: those of a multisampled source of the same size, or
     /// `supersampling` squared texels.
     void resolve(const ColorTarget& source, int supersampling, const ColorTarget& to);
     /// `source` has `supersampling` times the size of the plan's source; with more than 1 the filter is bilinear.
-    void warp_color(const LensOnDevice& lens, const ColorTarget& source, int supersampling, LensFilter filter,
+    void warp_color(const LensOnDevice& lens, const ColorTarget& source, int supersampling, bool is_bicubic,
                     const ColorTarget& to);
     /// Nearest texels; `to` has its depth as a colour.
     void warp_truth(const LensOnDevice& lens, const TruthTarget& source, const TruthTarget& to);
@@ -28,13 +29,16 @@ private:
     struct Input {
         GLuint unit;
         GLuint texture;
+        bool is_filtered = false;
     };
     void draw(GLuint program, GLuint framebuffer, ImageSize size, std::initializer_list<Input> inputs);
     GLuint program(const std::string& defines, const std::string& fragment);
 
     const GlFunctions& gl_;
     GlVertexArray no_vertices_;
+    bool has_float_units_;
     GlSampler nearest_;
+    GlSampler linear_;
     std::map<std::string, GlProgram> programs_;  ///< by defines
 };
 

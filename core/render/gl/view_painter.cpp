@@ -12,6 +12,10 @@ float srgb_of(float linear) {
     return c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1.0f / 2.4f) - 0.055f;
 }
 
+bool is_bicubic(LensFilter filter, Quality quality) {
+    return filter == LensFilter::bicubic || (filter == LensFilter::automatic && quality == Quality::beautiful);
+}
+
 ImageSize scaled(ImageSize size, int factor) {
     return {size.width * factor, size.height * factor};
 }
@@ -37,6 +41,7 @@ Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& who
               .source = spec.size,
               .supersampling = supersampling_of(spec.antialias),
               .multisampling = multisampling_of(spec.antialias),
+              .is_bicubic = is_bicubic(spec.lens_sampling.filter, view.quality),
               .wants_color = wants(view, FrameKind::color)};
     const bool samples_once = plan.supersampling * plan.multisampling == 1;
     plan.takes_depth_from_color = plan.wants_color && samples_once && wants(view, FrameKind::depth);
@@ -196,7 +201,7 @@ Result<void> ViewPainter::finish_color(const Plan& plan, const ColorTarget& sour
         images_.resolve(source, 1, **resolved);
         samples = *resolved;
     }
-    images_.warp_color(*plan.lens, *samples, plan.supersampling, plan.spec.lens_sampling.filter, *targets.color);
+    images_.warp_color(*plan.lens, *samples, plan.supersampling, plan.is_bicubic, *targets.color);
     return {};
 }
 

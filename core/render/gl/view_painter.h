@@ -41,7 +41,8 @@ struct PaintedView {
 };
 
 struct PainterOptions {
-    int max_side = 0;  ///< of any picture
+    int max_side = 0;              ///< of any picture
+    bool has_float_units = false;  ///< see ImagePass
     std::int64_t static_layer_bytes = 0;
     double max_detail_error_px = 0.0;
 };
@@ -55,7 +56,7 @@ public:
           max_side_(options.max_side),
           max_detail_error_px_(options.max_detail_error_px),
           pass_(gl, shaders),
-          images_(gl),
+          images_(gl, options.has_float_units),
           lenses_(gl, options.max_side),
           scratch_(gl),
           layers_(gl, options.static_layer_bytes) {}
@@ -77,6 +78,7 @@ private:
         ImageSize source{};  ///< at one texel per pixel
         int supersampling = 1;
         int multisampling = 1;
+        bool is_bicubic = false;
         bool wants_color = false;
         bool wants_truth = false;             ///< the scene is drawn again, for ids, normals and depth
         bool takes_depth_from_color = false;  ///< instead

@@ -1,6 +1,6 @@
-// A picture through a lens from its source (core/render/lens_plan.h). Filters are written out: the weights of texture
-// units have 8 bits only, and places are in fixed point. Linear light throughout: the sRGB source decodes when it is
-// read.
+// A picture through a lens from its source (core/render/lens_plan.h). Filters are written out: places are in fixed
+// point, and the weights of a GPU's texture units have 8 bits only (1/512 px). FLOAT_UNITS: those of this device are
+// floats, and twice as fast. Linear light throughout: the sRGB source decodes when it is read.
 layout(binding = 0) uniform sampler2D source;
 layout(binding = 1) uniform isampler2D map;
 #if SUPERSAMPLING > 1
@@ -24,6 +24,9 @@ vec3 row(ivec2 at, vec4 w) {
 #endif
 
 vec3 filtered(ivec2 place) {
+#if defined(FLOAT_UNITS) && !defined(BICUBIC)
+    return textureLod(source, (vec2(place) * (1.0 / 65536.0) + 0.5) / vec2(textureSize(source, 0)), 0.0).rgb;
+#else
     ivec2 at = place >> 16;
     vec2 t = vec2(place & 0xffff) * (1.0 / 65536.0);
 #ifdef BICUBIC
@@ -32,6 +35,7 @@ vec3 filtered(ivec2 place) {
            wy.w * row(at + ivec2(0, 2), wx);
 #else
     return mix(mix(texel(at), texel(at + ivec2(1, 0)), t.x), mix(texel(at + ivec2(0, 1)), texel(at + ivec2(1, 1)), t.x), t.y);
+#endif
 #endif
 }
 

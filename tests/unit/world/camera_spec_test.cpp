@@ -109,7 +109,7 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"lens": {"model": "plumb_bob", "coefficients": [1, 2]}})", "lens.coefficients: expected an array of 5"},
         {R"({"lens": {"model": "plumb_bob", "coefficients": [-1e8, 0, 0, 0, 0]}})", "no rising branch"},
         {R"({"lens": {"model": "pinhole", "method": "fast"}})", "lens.method: 'fast' is none of auto, warp, cube"},
-        {R"({"lens": {"model": "pinhole", "filter": "box"}})", "lens.filter: 'box' is none of bilinear, bicubic"},
+        {R"({"lens": {"model": "pinhole", "filter": "box"}})", "lens.filter: 'box' is none of auto, bilinear, bicubic"},
         {R"({"lens": {"model": "pinhole", "oversample": 5}})", "lens.oversample: must be 1 to 4"},
         {R"({"antialias": "msaa2"})", "antialias: 'msaa2' is none of none, msaa4, ssaa2, ssaa3, ssaa4"},
         {R"({"outputs": [{"kind": "hdmi"}]})", "outputs[0].kind: 'hdmi'"},
