@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/camrig/cli_python.h"
 #include "tools/camrig/serve.h"
 
 namespace camrig {
@@ -16,6 +17,8 @@ struct CliHooks {
     std::ostream& err;
     /// `camrig exec`: becomes the command, with the devices of the rig whose control socket this is.
     std::function<int(const std::vector<std::string>& command, const std::string& control)> exec = {};
+    /// Commands that are written in Python: becomes Python.
+    std::function<int(const PythonCommand&)> python = {};
 };
 
 /// Runs one command; `arguments` without the program's name. Returns the exit code: 0, 1 (one line on err says why) or

@@ -8,5 +8,6 @@ int main(int argc, char** argv) {
     const auto exec = [](const std::vector<std::string>& command, const std::string& control) {
         return camrig::exec_with_devices(command, {.library = {}, .socket = camrig::device_socket_of(control)});
     };
-    return camrig::run_cli({argv + 1, argv + argc}, {camrig::run_serve, std::cout, std::cerr, exec});
+    return camrig::run_cli({argv + 1, argv + argc},
+                           {camrig::run_serve, std::cout, std::cerr, exec, camrig::exec_python});
 }

@@ -1,5 +1,6 @@
 #include "tools/camrig/cli.h"
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -20,6 +21,7 @@ struct Outcome {
     int code = 0;
     std::string out, err;
     ServeOptions serve;
+    PythonCommand python;
 };
 
 Outcome run(std::vector<std::string> arguments) {
@@ -29,7 +31,11 @@ Outcome run(std::vector<std::string> arguments) {
         result.serve = options;
         return 0;
     };
-    result.code = run_cli(std::move(arguments), {serve, out, err});
+    const auto python = [&](const PythonCommand& command) {
+        result.python = command;
+        return 7;
+    };
+    result.code = run_cli(std::move(arguments), {.serve = serve, .out = out, .err = err, .python = python});
     result.out = out.str();
     result.err = err.str();
     return result;
@@ -335,6 +341,54 @@ TEST(CliServe, DefaultsAreThoseOfTheContract) {
     EXPECT_EQ(run({"serve", "a.glb"}).serve.control, "/elsewhere");
     ::unsetenv("CAMRIG_CONTROL");
     ::unsetenv("XDG_RUNTIME_DIR");
+}
+
+TEST(CliPython, CommandsInPythonGetTheirArgumentsAsTheyAre) {
+    const Outcome done = run({"--control", "/rig.sock", "--token-file", "/token", "--json", "ros2", "files", "out",
+                              "--help", "--cameras", "a,b", "--", "snapshot"});
+    EXPECT_EQ(done.code, 7);
+    EXPECT_EQ(done.python.module, "camrig.ros2");
+    EXPECT_THAT(done.python.arguments,
+                testing::ElementsAre("--json", "files", "out", "--help", "--cameras", "a,b", "--", "snapshot"));
+    EXPECT_THAT(done.python.environment, testing::ElementsAre(testing::Pair("CAMRIG_CONTROL", "/rig.sock"),
+                                                              testing::Pair("CAMRIG_TOKEN_FILE", "/token")));
+}
+
+TEST(CliPython, ThePythonIsTheOneThatHasThePackage) {
+    const std::filesystem::path folder = testing::TempDir() + "cli_python_" + std::to_string(::getpid());
+    std::filesystem::create_directories(folder);
+    const auto program = [&](const std::string& name, int exit_code) {
+        const std::filesystem::path file = folder / name;
+        std::ofstream(file) << "#!/bin/sh\nexit " << exit_code << "\n";
+        std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+        return file.string();
+    };
+    const std::string without = program("without", 1), with = program("with", 0), gone = folder / "gone";
+    EXPECT_EQ(find_python({gone, without, with}), with);
+    const auto none = find_python({without, gone});
+    ASSERT_FALSE(none);
+    EXPECT_THAT(none.error().message,
+                AllOf(HasSubstr(without + " nor " + gone), HasSubstr("pip install"), HasSubstr("CAMRIG_PYTHON")));
+    std::filesystem::remove_all(folder);
+}
+
+TEST(CliPython, CamrigPythonIsTakenAndNoOther) {
+    ::unsetenv("CAMRIG_PYTHON");
+    EXPECT_THAT(python_candidates("/src"), testing::ElementsAre("/src/.venv/bin/python", "python3"));
+    EXPECT_THAT(python_candidates({}), testing::ElementsAre("python3"));
+    ::setenv("CAMRIG_PYTHON", "/opt/python", 1);
+    EXPECT_THAT(python_candidates("/src"), testing::ElementsAre("/opt/python"));
+    ::unsetenv("CAMRIG_PYTHON");
+}
+
+TEST(CliPython, ACheckoutIsFoundFromTheProgramsPlaceInIt) {
+    const std::filesystem::path root = testing::TempDir() + "cli_checkout_" + std::to_string(::getpid());
+    std::filesystem::create_directories(root / "control" / "python");
+    std::ofstream(root / "control" / "python" / "pyproject.toml");
+    EXPECT_EQ(checkout_of(root / "build" / "run" / "tools" / "camrig" / "camrig"), root);
+    EXPECT_EQ(checkout_of("/usr/bin/camrig"), std::filesystem::path());
+    EXPECT_EQ(checkout_of(""), std::filesystem::path());
+    std::filesystem::remove_all(root);
 }
 
 }  // namespace

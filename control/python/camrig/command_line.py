@@ -1,0 +1,69 @@
+"""What every command of `camrig` that is written in Python shares: how it reaches the rig, and how it fails."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import Callable, NoReturn, Sequence
+
+from .errors import CamrigError
+from .rig import Rig, connect
+
+_EXIT_FAILED, _EXIT_USAGE = 1, 2
+
+
+class Parser(argparse.ArgumentParser):
+    """Wrong usage is one line on stderr and exit code 2, as for the commands in C++."""
+
+    def error(self, message: str) -> NoReturn:
+        print(f"camrig: {message} ({self.prog} --help)", file=sys.stderr)
+        sys.exit(_EXIT_USAGE)
+
+
+def rig_options() -> argparse.ArgumentParser:
+    """A parent parser with the options that all commands take, before or after their own."""
+    parser = argparse.ArgumentParser(add_help=False)
+    # SUPPRESS: a subparser's default must not undo what was given before the subcommand.
+    parser.add_argument("--control", default=argparse.SUPPRESS, help="the rig's control socket: a path, or HOST:PORT")
+    parser.add_argument("--token-file", default=argparse.SUPPRESS, help="file with the token of the rig")
+    parser.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="machine-readable output")
+    return parser
+
+
+def connect_as_told(options: argparse.Namespace) -> Rig:
+    """The rig of --control, else of $CAMRIG_CONTROL, else the default one; with the token of --token-file or $CAMRIG_TOKEN_FILE."""
+    control = getattr(options, "control", None) or os.environ.get("CAMRIG_CONTROL")
+    token_file = getattr(options, "token_file", None) or os.environ.get("CAMRIG_TOKEN_FILE")
+    token = _read_token(token_file) if token_file else None
+    if control and "/" not in control and ":" in control:
+        host, _, port = control.rpartition(":")
+        if not port.isdigit():
+            raise CamrigError("invalid_argument", f"--control: '{control}' is neither a path nor HOST:PORT")
+        return connect(host=host.strip("[]"), port=int(port), token=token)
+    return connect(control, token=token)
+
+
+def run(main: Callable[[Sequence[str]], int]) -> int:
+    """Runs a command on sys.argv; what goes wrong is one line on stderr and exit code 1."""
+    try:
+        return main(sys.argv[1:])
+    except CamrigError as problem:
+        return _fail(problem.message)
+    except OSError as problem:
+        return _fail(str(problem))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _fail(message: str) -> int:
+    print("camrig: " + " ".join(message.split()), file=sys.stderr)
+    return _EXIT_FAILED
+
+
+def _read_token(path: str) -> str:
+    try:
+        return Path(path).read_text().strip()
+    except OSError as problem:
+        raise CamrigError("invalid_argument", f"--token-file {path}: {problem.strerror}") from problem
