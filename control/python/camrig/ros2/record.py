@@ -1,0 +1,299 @@
+"""Records cameras of a rig into a rosbag2 bag, without ROS."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Callable, Iterable
+
+import numpy as np
+
+from ..camera import Camera
+from ..errors import CamrigError, CamrigTimeout
+from ..rig import Rig
+from . import messages
+from .bag import Bag, BagOptions, Topic
+from .camera_state import CameraState, StateHistory
+from .inbox import Inbox
+from .mjpeg import Frame, StreamReader
+
+_FRAME_TIMEOUT_S = 30.0
+_POLL_S = 0.1
+#: Frames are taken and cameras asked for at most so often.
+_BATCH_S = 0.02
+#: World time after the end at which frames that are still missing are taken for dropped.
+_GRACE_NS = 2 * 10**9
+
+
+@dataclass(frozen=True)
+class RecordOptions:
+    out: Path
+    cameras: tuple[str, ...] = ()  # none: all
+    seconds: float | None = None  # of world time; None: until stopped
+    follow: bool = False  # in lockstep: somebody else steps the world
+    clock: str = "world"  # or "wall": of header.stamp and log time
+    raw: bool = False
+    detections: bool = False
+    quality: int = 90
+    world_frame: str = messages.WORLD_FRAME
+    bag: BagOptions = field(default_factory=BagOptions)
+
+
+@dataclass
+class Progress:
+    """What there is to say of a recording, while it runs and in the end."""
+
+    world_ns: int
+    frames: Counter[str] = field(default_factory=Counter)
+    missing: Counter[str] = field(default_factory=Counter)
+    bytes: int = 0
+
+
+class Recorder:
+    """One recording. Not for several threads, but stop() may come from any, and from signal handlers."""
+
+    def __init__(self, rig: Rig, options: RecordOptions, report: Callable[[Progress], None] = lambda progress: None) -> None:
+        self._rig, self._options, self._report = rig, options, report
+        self._stopping = False
+        status = rig.status()
+        self._lockstep = status["mode"] == "lockstep"
+        self._drives = self._lockstep and not options.follow
+        self._check_options()
+        self._choose()
+        self._inbox = Inbox()
+        self._readers: dict[str, StreamReader] = {}
+        self._ended: set[str] = set()
+        self._last: dict[str, tuple[int, int]] = {}  # sequence and world time of the last frame
+        self._wall_offset_ns = _wall_offset_ns()
+        self.progress = Progress(world_ns=status["world_ns"])
+        self._start_ns = status["world_ns"]
+        self._end_ns = None if options.seconds is None else self._start_ns + round(options.seconds * 1e9)
+        self._bag = Bag(options.out, self._topics(), options.bag, self._opening)
+
+    def stop(self) -> None:
+        """Ends the recording after the instant in work."""
+        self._stopping = True
+
+    @property
+    def messages(self) -> int:
+        return self._bag.messages
+
+    def run(self) -> Progress:
+        try:
+            self._open_readers()
+            if self._drives:
+                self._drive()
+            else:
+                self._follow()
+        finally:
+            for reader in self._readers.values():
+                reader.close()
+            self._bag.close()
+            self.progress.bytes = self._bag.bytes
+        return self.progress
+
+    # What to record
+
+    def _check_options(self) -> None:
+        options = self._options
+        if self._drives and options.seconds is None:
+            raise CamrigError(
+                "invalid_argument", "the rig is in lockstep: give --seconds to step it, or --follow to record while somebody else does"
+            )
+        for given, what in ((options.raw, "--raw"), (options.detections, "--detections")):
+            if given and not self._drives:
+                raise CamrigError("unsupported", f"{what} needs a rig in lockstep that the recorder steps (serve --mode lockstep, --seconds)")
+        if options.detections and "truth.get" not in self._rig.info().get("methods", ["truth.get"]):
+            raise CamrigError("unsupported", "--detections: this rig gives no ground truth (truth.get)")
+
+    def _choose(self) -> None:
+        replies = self._rig.call("camera.list")["cameras"]
+        names = [reply["name"] for reply in replies]
+        for name in self._options.cameras:
+            if name not in names:
+                raise CamrigError("not_found", f"no camera '{name}'; the rig has: {', '.join(sorted(names)) or 'none'}")
+        if not names:
+            raise CamrigError("not_found", "the rig has no camera; make one with: camrig camera create NAME")
+        self._cameras = {name: StateHistory() for name in self._options.cameras or names}
+        self._poll(replies)
+
+    def _poll(self, replies: list[dict[str, Any]] | None = None) -> None:
+        """The cameras as they are now; one that is gone may come again."""
+        replies = self._rig.call("camera.list")["cameras"] if replies is None else replies
+        there = {reply["name"]: reply for reply in replies}
+        self._active = [name for name in self._cameras if name in there]
+        for name in self._active:
+            self._cameras[name].add(there[name]["applied_ns"], CameraState.of(there[name]))
+
+    def _topics(self) -> list[Topic]:
+        topics = [Topic("/tf_static", messages.TF, latched=True), Topic("/tf", messages.TF)]
+        for name in self._cameras:
+            topics.append(Topic(f"/{name}/camera_info", messages.CAMERA_INFO))
+            topics.append(Topic(*self._image_topic(name)))
+            if self._options.detections:
+                topics.append(Topic(f"/{name}/detections", messages.DETECTIONS))
+        return topics
+
+    def _image_topic(self, camera: str) -> tuple[str, str]:
+        if self._options.raw:
+            return f"/{camera}/image_raw", messages.IMAGE
+        return f"/{camera}/image_raw/compressed", messages.COMPRESSED_IMAGE
+
+    def _opening(self, log_ns: int) -> list[tuple[str, bytes]]:
+        return [("/tf_static", messages.optical_frames([history.now for history in self._cameras.values()], log_ns))]
+
+    # Where frames come from
+
+    def _open_readers(self) -> None:
+        if self._options.raw:
+            return
+        for name in self._active:
+            if name not in self._readers:
+                url = Camera(self._rig, name).url("mjpeg", quality=self._options.quality)
+                self._readers[name] = StreamReader(name, url, self._start_ns, self._inbox.put, self._inbox.stream_ended)
+
+    def _refresh(self) -> None:
+        """The cameras as they are now, and their streams: one ends when its camera changes its size, is deleted, or the rig is gone."""
+        ended, self._ended = self._ended | self._inbox.take_ended(), set()
+        for name in ended:
+            if reader := self._readers.pop(name, None):
+                reader.close()
+        self._poll()
+        self._open_readers()
+
+    def _drive(self) -> None:
+        """Steps the world from instant to instant: nothing is lost, and every pose is that of its instant."""
+        assert self._end_ns is not None
+        now_ns = self._start_ns
+        while not self._stopping:
+            self._refresh()
+            next_ns = {name: self._cameras[name].now.next_due_ns(now_ns) for name in self._active}
+            due_ns = min(next_ns.values(), default=self._end_ns + 1)
+            if due_ns > self._end_ns:
+                self._step(self._end_ns - now_ns)
+                return
+            self._step(due_ns - now_ns)
+            due = [name for name, ns in next_ns.items() if ns == due_ns]
+            if self._options.raw:
+                self._write_raw(due, due_ns)
+            else:
+                self._write(self._collect(due, due_ns))
+            now_ns = due_ns
+            self._tell(now_ns)
+
+    def _step(self, nanoseconds: int) -> None:
+        if nanoseconds > 0:
+            self._rig.step(nanoseconds=nanoseconds)
+
+    def _collect(self, due: Iterable[str], due_ns: int) -> list[Frame]:
+        waiting, frames = set(due), []
+        deadline = time.monotonic() + _FRAME_TIMEOUT_S
+        while waiting:
+            left_s = deadline - time.monotonic()
+            if left_s <= 0:
+                raise CamrigTimeout("unavailable", f"no frame of world time {due_ns} ns from {', '.join(sorted(waiting))}")
+            for frame in self._inbox.take(left_s):
+                frames.append(frame)
+                if frame.world_ns == due_ns:
+                    waiting.discard(frame.camera)
+            self._ended |= self._inbox.take_ended()
+            waiting -= self._ended
+        return frames
+
+    def _write_raw(self, due: Iterable[str], due_ns: int) -> None:
+        for name in sorted(due):
+            got = Camera(self._rig, name).frame(min_ns=due_ns, format="raw")
+            if got.time_ns != due_ns:
+                raise CamrigError("internal", f"camera {name}: asked for world time {due_ns} ns, got {got.time_ns}")
+            frame = Frame(name, got.sequence, got.time_ns, got.monotonic_ns, b"")
+            self._write_frame(frame, got.image[:, :, ::-1])
+        self._bag.end_of_instant()
+
+    def _follow(self) -> None:
+        """Takes what the streams bring; a frame that was dropped is missing in its sequence numbers."""
+        end_ns = self._end_ns
+        while not self._stopping:
+            time.sleep(_BATCH_S)
+            frames = self._inbox.take(_POLL_S)
+            self._refresh()
+            self._write(frames)
+            world_ns = max((world_ns for _, world_ns in self._last.values()), default=self._start_ns)
+            self._tell(world_ns if end_ns is None else min(world_ns, end_ns))
+            if not self._active or (end_ns is not None and self._is_over(end_ns)):
+                return
+
+    def _is_over(self, end_ns: int) -> bool:
+        late = {name: self._cameras[name].now.due_count(self._seen_ns(name), end_ns) for name in self._active}
+        if any(late.values()) and self._rig.status()["world_ns"] <= end_ns + _GRACE_NS:
+            return False
+        self.progress.missing.update(late)
+        return True
+
+    # What becomes of them
+
+    def _write(self, frames: list[Frame]) -> None:
+        instant: int | None = None
+        for frame in sorted(frames, key=lambda frame: (frame.world_ns, frame.camera)):
+            if not self._is_next(frame):
+                continue
+            if instant is not None and frame.world_ns != instant:
+                self._bag.end_of_instant()
+            instant = frame.world_ns
+            self._write_frame(frame)
+        self._bag.end_of_instant()
+
+    def _is_next(self, frame: Frame) -> bool:
+        """Counts what is missing before it. A camera that is changed while the world stands still shows one instant again."""
+        if self._end_ns is not None and frame.world_ns > self._end_ns:
+            return False
+        history = self._cameras[frame.camera]
+        if frame.camera in self._last:
+            sequence, world_ns = self._last[frame.camera]
+            missing = frame.sequence - sequence - 1
+        else:
+            world_ns = self._start_ns
+            missing = history.at(frame.world_ns).due_count(world_ns, frame.world_ns) - 1
+        self._last[frame.camera] = (frame.sequence, max(frame.world_ns, world_ns))
+        # A camera that was deleted and made again counts from the start.
+        self.progress.missing[frame.camera] += max(0, missing)
+        return frame.world_ns > world_ns
+
+    def _seen_ns(self, camera: str) -> int:
+        return self._last[camera][1] if camera in self._last else self._start_ns
+
+    def _write_frame(self, frame: Frame, rgb: np.ndarray | None = None) -> None:
+        """The picture is the frame's JPEG, else `rgb`."""
+        state, stamp_ns = self._cameras[frame.camera].at(frame.world_ns), self._stamp_ns(frame)
+        picture = messages.compressed_image(state, stamp_ns, frame.jpeg) if rgb is None else messages.image(state, stamp_ns, rgb)
+        write = self._bag.write
+        write("/tf", stamp_ns, messages.camera_pose(state, stamp_ns, self._options.world_frame))
+        write(f"/{state.name}/camera_info", stamp_ns, messages.camera_info(state, stamp_ns))
+        write(self._image_topic(state.name)[0], stamp_ns, picture)
+        if self._options.detections:
+            write(f"/{state.name}/detections", stamp_ns, messages.detections(state, stamp_ns, self._truth(frame)))
+        self.progress.frames[state.name] += 1
+
+    def _truth(self, frame: Frame) -> list[dict[str, Any]]:
+        truth = self._rig.call("truth.get", camera=frame.camera, min_ns=frame.world_ns)
+        if truth["time_ns"] != frame.world_ns:
+            raise CamrigError("internal", f"camera {frame.camera}: truth of {truth['time_ns']} ns for a frame of {frame.world_ns} ns")
+        return truth["objects"]
+
+    def _stamp_ns(self, frame: Frame) -> int:
+        return frame.world_ns if self._options.clock == "world" else frame.monotonic_ns + self._wall_offset_ns
+
+    def _tell(self, world_ns: int) -> None:
+        self.progress.world_ns = world_ns
+        self.progress.bytes = self._bag.bytes
+        self._report(self.progress)
+
+
+def _wall_offset_ns() -> int:
+    """CLOCK_REALTIME - CLOCK_MONOTONIC, from the closest of several pairs of readings; what V4L2 drivers do once at the start."""
+    pairs = []
+    for _ in range(9):
+        before, wall, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        pairs.append((after - before, wall - (before + after) // 2))
+    return min(pairs)[1]
