@@ -40,6 +40,8 @@ public:
     /// Appends what may be visible of `items` to `opaque` and `blended`, in the order of the items; null: not wanted.
     void cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::vector<VisibleDraw>* blended);
 
+    const ViewTransform& transform() const { return view_.transform; }
+
     /// Into the bound framebuffer: opaque and masked surfaces, in the given order.
     void draw_opaque(std::span<const VisibleDraw> draws);
     /// Farthest first, without writing depth.

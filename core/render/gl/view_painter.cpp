@@ -1,6 +1,8 @@
 #include "core/render/gl/view_painter.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/render/view_frames.h"
 
@@ -111,9 +113,16 @@ void ViewPainter::clear(const TruthTarget& target) {
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
 }
 
-void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& scene, const Sources& sources) {
+void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources) {
     StaticLayers::Layer* const layer =
         layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number});
+    // Mesa 22.3 llvmpipe copies parts of multisampled pictures wrongly (StaticLayer tests fail); whole ones it can.
+    const bool draws_parts = plan.tiles.size() == 1 && plan.multisampling == 1;
+    if (sources.color != nullptr && layer != nullptr && layer->color && draws_parts &&
+        draw_changes(view, plan, scene, *sources.color, *layer)) {
+        sources.color = nullptr;
+        if (sources.truth == nullptr) return;
+    }
     Sources statics = sources;
     if (sources.color != nullptr) {
         if (layer != nullptr && layer->color) {
@@ -134,46 +143,117 @@ void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& sce
     const bool is_kept = layer != nullptr && (statics.color != nullptr || statics.truth != nullptr);
     if (!is_kept) return draw_tiles(view, plan, scene, statics, sources);
     draw_tiles(view, plan, scene, statics, {});
-    if (statics.color != nullptr) layers_.keep(*layer, *statics.color);
+    if (statics.color != nullptr) {
+        layers_.keep(*layer, *statics.color);
+        if (draws_parts && layer->color) keep_finished(view, plan, scene, *statics.color, *layer);
+    }
     if (statics.truth != nullptr) layers_.keep(*layer, *statics.truth);
     draw_tiles(view, plan, scene, {}, sources);
 }
 
+void ViewPainter::begin_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene) {
+    const CameraSpec& spec = plan.spec;
+    PassView pass{.transform = make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics,
+                                                   spec.near_m, spec.far_m),
+                  .frustum = {},
+                  .quality = view.quality,
+                  .max_detail_error_px = max_detail_error_px_,
+                  .environment = &scene.environment,
+                  .lights = scene.lights,
+                  .light_sets = &scene.light_sets};
+    pass.frustum = make_frustum(pass.transform, spec.far_m);
+    pass_.begin_view(pass, scene.stream);
+    static_opaque_.clear();
+    moving_opaque_.clear();
+    blended_.clear();
+}
+
+void ViewPainter::draw_into(GLuint framebuffer, const SourceTile& tile, int factor) {
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    const ImageSize size = scaled(tile.size, factor);
+    gl_.Viewport(tile.x * factor, tile.y * factor, size.width, size.height);
+    gl_.Scissor(tile.x * factor, tile.y * factor, size.width, size.height);
+}
+
+std::optional<PixelRect> ViewPainter::bounds_of(const SceneItem& item) const {
+    const ViewTransform& transform = pass_.transform();
+    return screen_bounds(transform, transform.optical_from(item.world_from_local), item.bounds.min, item.bounds.max);
+}
+
+bool ViewPainter::draw_changes(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
+                               const StaticLayers::Layer& layer) {
+    // Each rectangle is a round of draws; past a few of them, or past half of the picture, a plain copy is cheaper.
+    constexpr std::size_t max_rects = 8;
+    const SourceTile& tile = plan.tiles.front();
+    begin_tile(view, plan, tile, scene);
+    static_blended_.clear();
+    pass_.cull(scene.movers, &moving_opaque_, &blended_);
+    pass_.cull(scene.statics, nullptr, &static_blended_);
+
+    std::vector<PixelRect> rects;
+    for (const auto* list : {&moving_opaque_, &blended_}) {
+        for (const VisibleDraw& draw : *list)
+            if (const auto rect = bounds_of(*draw.item)) rects.push_back(*rect);
+    }
+    rects = disjoint_cover(std::move(rects), max_rects);
+    std::int64_t area = 0;
+    for (const PixelRect& rect : rects) area += rect.area();
+    if (2 * area > tile.size.pixels()) return false;
+
+    const int factor = plan.supersampling;
+    std::vector<PixelRect> samples = rects;
+    for (PixelRect& rect : samples) rect = {rect.x0 * factor, rect.y0 * factor, rect.x1 * factor, rect.y1 * factor};
+    // All copies before all draws: a copy waits for what is being drawn into the same picture.
+    layers_.restore_around(layer, color, samples, plan.takes_depth_from_color);
+    if (rects.empty()) return true;
+
+    draw_into(color.framebuffer.name(), tile, factor);
+    gl_.Enable(GL_SCISSOR_TEST);
+    std::vector<VisibleDraw> opaque, blended;
+    for (std::size_t i = 0; i < rects.size(); ++i) {
+        const auto touches = [&](const VisibleDraw& draw) {
+            const auto bounds = bounds_of(*draw.item);
+            return bounds && bounds->intersects(rects[i]);
+        };
+        opaque.clear();
+        blended.clear();
+        std::ranges::copy_if(moving_opaque_, std::back_inserter(opaque), touches);
+        std::ranges::copy_if(static_blended_, std::back_inserter(blended), touches);
+        std::ranges::copy_if(blended_, std::back_inserter(blended), touches);
+        gl_.Scissor(samples[i].x0, samples[i].y0, samples[i].width(), samples[i].height());
+        pass_.draw_opaque(opaque);
+        pass_.draw_blended(blended);
+    }
+    gl_.Disable(GL_SCISSOR_TEST);
+    return true;
+}
+
+void ViewPainter::keep_finished(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
+                                StaticLayers::Layer& layer) {
+    const SourceTile& tile = plan.tiles.front();
+    begin_tile(view, plan, tile, scene);
+    pass_.cull(scene.statics, nullptr, &blended_);
+    if (blended_.empty()) return;
+    draw_into(color.framebuffer.name(), tile, plan.supersampling);
+    pass_.draw_blended(blended_);
+    layers_.keep_finished(layer, color);
+}
+
 void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics,
                              const Sources& rest) {
-    const CameraSpec& spec = plan.spec;
     const bool draws_statics = statics.color != nullptr || statics.truth != nullptr;
     const bool draws_rest = rest.color != nullptr || rest.truth != nullptr;
     // Points and lines are wider than the viewport's edge knows.
     const bool is_part = plan.tiles.size() > 1;
     if (is_part) gl_.Enable(GL_SCISSOR_TEST);
     for (const SourceTile& tile : plan.tiles) {
-        PassView pass{.transform = make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics,
-                                                       spec.near_m, spec.far_m),
-                      .frustum = {},
-                      .quality = view.quality,
-                      .max_detail_error_px = max_detail_error_px_,
-                      .environment = &scene.environment,
-                      .lights = scene.lights,
-                      .light_sets = &scene.light_sets};
-        pass.frustum = make_frustum(pass.transform, spec.far_m);
-        pass_.begin_view(pass, scene.stream);
-        static_opaque_.clear();
-        moving_opaque_.clear();
-        blended_.clear();
+        begin_tile(view, plan, tile, scene);
         auto* const blended = rest.color != nullptr ? &blended_ : nullptr;
         pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, blended);
         if (draws_rest) pass_.cull(scene.movers, &moving_opaque_, blended);
 
-        const auto draw_into = [&](GLuint framebuffer, int factor) {
-            gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-            const int x = tile.x * factor, y = tile.y * factor;
-            const ImageSize size = scaled(tile.size, factor);
-            gl_.Viewport(x, y, size.width, size.height);
-            if (is_part) gl_.Scissor(x, y, size.width, size.height);
-        };
         if (const ColorTarget* color = statics.color != nullptr ? statics.color : rest.color) {
-            draw_into(color->framebuffer.name(), plan.supersampling);
+            draw_into(color->framebuffer.name(), tile, plan.supersampling);
             if (statics.color != nullptr) pass_.draw_opaque(static_opaque_);
             if (rest.color != nullptr) {
                 pass_.draw_opaque(moving_opaque_);
@@ -181,7 +261,7 @@ void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& sce
             }
         }
         if (const TruthTarget* truth = statics.truth != nullptr ? statics.truth : rest.truth) {
-            draw_into(truth->framebuffer.name(), 1);
+            draw_into(truth->framebuffer.name(), tile, 1);
             if (statics.truth != nullptr) pass_.draw_truth(static_opaque_);
             if (rest.truth != nullptr) pass_.draw_truth(moving_opaque_);
         }

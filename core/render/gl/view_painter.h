@@ -10,6 +10,7 @@
 #include "core/render/gl/readback.h"
 #include "core/render/gl/scratch_targets.h"
 #include "core/render/gl/static_layers.h"
+#include "core/render/pixel_rect.h"
 #include "core/render/renderer.h"
 
 namespace camrig {
@@ -93,7 +94,17 @@ private:
     Result<const ColorTarget*> color_source(const Plan& plan, ViewTargets& targets);
     Result<const TruthTarget*> truth_source(const Plan& plan, ViewTargets& targets);
     /// Static opaque geometry first, then movers, then all that is blended: the order that static layers live on.
-    void draw_scene(const View& view, const Plan& plan, PaintScene& scene, const Sources& sources);
+    void draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources);
+    /// The colours of a view of one tile whose layer is kept, drawn only where movers may be. False, and nothing is
+    /// done, if that is not worth while.
+    bool draw_changes(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
+                      const StaticLayers::Layer& layer);
+    /// What the layer needs besides its opaque part, where anything static is blended; leaves `color` as it was.
+    void keep_finished(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
+                       StaticLayers::Layer& layer);
+    void begin_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene);
+    void draw_into(GLuint framebuffer, const SourceTile& tile, int factor);
+    std::optional<PixelRect> bounds_of(const SceneItem& item) const;
     /// One after the other into every tile: `statics` are opaque static geometry, `rest` movers and what is blended.
     void draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics, const Sources& rest);
     Result<void> finish_color(const Plan& plan, const ColorTarget& source, const ViewTargets& targets);
@@ -112,6 +123,7 @@ private:
     std::vector<VisibleDraw> static_opaque_;
     std::vector<VisibleDraw> moving_opaque_;
     std::vector<VisibleDraw> blended_;
+    std::vector<VisibleDraw> static_blended_;
 };
 
 }  // namespace camrig
