@@ -31,10 +31,8 @@ public:
         subscriber->sink = std::move(sink);
         subscriber->on_end = std::move(on_end);
         subscribers_.push_back(subscriber);
-        return Subscription([subscriber] {
-            subscriber->is_there = false;
-            subscriber->sink.reset();
-        });
+        // The sink stays alive for a while, as in a bus whose worker still has a picture for it.
+        return Subscription([subscriber] { subscriber->is_there = false; });
     }
     std::vector<CameraStream> cameras() const override { return {}; }
     Result<CameraStream> find(std::string_view) const override { return error(ErrorKind::not_found, "none"); }
