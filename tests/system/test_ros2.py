@@ -239,6 +239,25 @@ def test_raw_pictures_are_exact(rig, tmp_path):
 
 
 @pytest.mark.camrig(**MINIMAL)
+def test_detections_are_the_truth_of_the_frame_where_the_rig_has_truth(rig, tmp_path):
+    camera = rig.create_camera("cam", size=(64, 48), fps=10, place="main")
+    arguments = (tmp_path / "bag", "--cameras", "cam", "--seconds", 0.3, "--detections")
+    if "truth.get" not in rig.info()["methods"]:
+        assert "truth.get" in record(rig, *arguments, code=1)
+        assert not (tmp_path / "bag").exists()
+        return
+    record(rig, *arguments)
+    found = messages(tmp_path / "bag")["/cam/detections"]
+    assert [stamp_ns(m.header) for m in found] == [100_000_000, 200_000_000, 300_000_000]
+    boxes = {str(item["id"]): item["box"] for item in camera.truth()["objects"] if item["box"]}
+    assert boxes and {d.id for d in found[-1].detections} == set(boxes)
+    for detection in found[-1].detections:
+        x, y, width, height = boxes[detection.id]
+        centre = detection.bbox.center.position
+        assert (centre.x, centre.y, detection.bbox.size_x, detection.bbox.size_y) == (x + (width - 1) / 2, y + (height - 1) / 2, width, height)
+
+
+@pytest.mark.camrig(**MINIMAL)
 def test_jpeg_bytes_are_those_of_the_rig(rig, tmp_path):
     camera = rig.create_camera("cam", size=(64, 48), fps=10, place="main")
     record(rig, tmp_path / "bag", "--cameras", "cam", "--seconds", 0.3, "--quality", 50)
@@ -357,6 +376,7 @@ def ros_reads(calibration):
 def test_files_of_a_real_rig_are_read_by_the_parser_of_ros(rig, tmp_path):
     rig.create_camera(
         "cam", size=(64, 48), intrinsics={"fx": 500 / 3, "fy": 167.25, "cx": 31.5, "cy": 23.1}, position=(-5, 0, 2), look_at=(0, 0, 0),
+        lens={"model": "equidistant", "coefficients": [-0.01, 0.002, 1e-05, 0.0]},
         outputs=[{"kind": "device", "number": 20}],
     )  # fmt: skip
     environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
@@ -366,4 +386,8 @@ def test_files_of_a_real_rig_are_read_by_the_parser_of_ros(rig, tmp_path):
     info, is_set = ros_reads(tmp_path / "ros" / "camera_info" / "cam.yaml"), rig.camera("cam").get()["intrinsics"]
     fx, fy, cx, cy = (is_set[key] for key in ("fx", "fy", "cx", "cy"))
     assert (info["image_width"], info["image_height"], info["camera_name"]) == (64, 48, "cam")
+    assert (info["distortion_model"], info["distortion_coefficients"]["data"]) == ("equidistant", [-0.01, 0.002, 1e-05, 0])
     assert info["camera_matrix"]["data"] == [fx, 0, cx, 0, fy, cy, 0, 0, 1] and fx == 500 / 3
+    # The same as what `camrig camera calibration` gives.
+    printed = subprocess.run(command(rig, "camera", "calibration", "cam"), check=True, capture_output=True, text=True).stdout
+    assert yaml.safe_load(printed) == yaml.safe_load((tmp_path / "ros" / "camera_info" / "cam.yaml").read_text())
