@@ -184,8 +184,8 @@ void DeviceServer::remove_device(int number) {
     tasks_->post([loop = loop_.get(), number] { loop->host().remove_device(number); });
 }
 
-void DeviceServer::controls_changed(const std::string& camera) {
-    tasks_->post([loop = loop_.get(), camera] { loop->host().controls_changed(camera); });
+void DeviceServer::controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids) {
+    tasks_->post([loop = loop_.get(), camera, ids] { loop->host().controls_changed(camera, ids); });
 }
 
 std::vector<ReaderReport> DeviceServer::report() const {

@@ -39,8 +39,8 @@ public:
     /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
     Result<void> add_device(int number, const std::string& camera, DevicePolicy policy = DevicePolicy::share);
     void remove_device(int number);
-    /// Somebody other than a device's program changed the camera: sends control events to those who subscribed.
-    void controls_changed(const std::string& camera);
+    /// Somebody other than a device's program changed these controls: sends events to those who subscribed.
+    void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
 
     const std::string& socket_path() const { return socket_path_; }
     /// One report per open device.

@@ -1,5 +1,7 @@
 #include "v4l2_sink/preload/device_session.h"
 
+#include <algorithm>
+#include <cerrno>
 #include <cstring>
 
 #include <sys/socket.h>
@@ -8,6 +10,27 @@ namespace camrig {
 
 namespace {
 constexpr std::size_t max_fds = 2;
+}
+
+void copy_text(std::span<char> to, std::string_view text) {
+    const std::size_t length = std::min(text.size(), to.size() - 1);
+    std::memcpy(to.data(), text.data(), length);
+    to[length] = 0;
+}
+
+int errno_of(const Error& error) {
+    switch (error.kind) {
+        case ErrorKind::invalid_argument:
+            return ERANGE;
+        case ErrorKind::not_found:
+            return EINVAL;
+        case ErrorKind::resource_exhausted:
+            return ENOMEM;
+        case ErrorKind::unavailable:
+            return EBUSY;
+        default:
+            return EIO;
+    }
 }
 
 DeviceSession::DeviceSession(UniqueFd control) : control_(std::move(control)) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/unique_fd.h"
@@ -36,6 +37,13 @@ struct DeviceState {
     DevicePolicy policy = DevicePolicy::share;
     std::optional<camrig_format> format;  ///< as last set by anybody; new openers start with it
 };
+
+/// What handling a request gives when the reply was sent or will be; else 0 or an errno value.
+inline constexpr int answered = -1;
+
+/// With a zero at the end, cut to fit.
+void copy_text(std::span<char> to, std::string_view text);
+int errno_of(const Error& error);
 
 /// One open() of a device by a program: the rig's end of its two sockets. Device server's thread.
 class DeviceSession {

@@ -1,0 +1,80 @@
+#include "v4l2_sink/preload/ring_shelf.h"
+
+#include <cstring>
+
+namespace camrig {
+namespace {
+
+constexpr TimeNs idle_repeat_ns = ns_per_s;
+
+bool same_rate(const camrig_rate& a, const camrig_rate& b) {
+    return std::uint64_t{a.num} * b.den == std::uint64_t{b.num} * a.den;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, const camrig_format& format) {
+    const auto stream = bus_.find(camera);
+    if (!stream) return std::unexpected(stream.error());
+    camrig_format key = format;
+    const camrig_rate own{static_cast<std::uint32_t>(stream->rate.num()),
+                          static_cast<std::uint32_t>(stream->rate.den())};
+    if (same_rate(format.rate, own)) key.rate = {0, 0};
+
+    std::erase_if(rings_, [](const auto& ring) { return ring.expired(); });
+    for (const auto& known : rings_)
+        if (auto ring = known.lock();
+            ring && ring->camera == camera && std::memcmp(&ring->format, &key, sizeof key) == 0)
+            return ring;
+
+    std::optional<Rate> rate;
+    if (key.rate.num != 0) {
+        const auto lower = Rate::create(key.rate.num, key.rate.den);
+        if (!lower) return std::unexpected(lower.error());
+        rate = *lower;
+    }
+    const auto media = media_format_of(format);
+    if (!media) return error(ErrorKind::invalid_argument, "a pixel format that devices do not have");
+    auto memory = DeviceRing::create(media->size, picture_bytes(format), rate);
+    if (!memory) return std::unexpected(memory.error());
+    auto ring = std::make_shared<FedRing>();
+    ring->camera = camera;
+    ring->format = key;
+    ring->ring = std::move(*memory);
+    if (auto fed = feed(ring); !fed) return std::unexpected(fed.error());
+    rings_.push_back(ring);
+    return ring;
+}
+
+Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
+    SubscribeOptions options;
+    options.kind = "device";
+    options.peer = "ring " + std::to_string(ring->format.width) + "x" + std::to_string(ring->format.height);
+    if (ring->format.rate.num != 0) {
+        const auto rate = Rate::create(ring->format.rate.num, ring->format.rate.den);
+        if (!rate) return std::unexpected(rate.error());
+        options.rate = *rate;
+    }
+    auto subscription = bus_.subscribe(ring->camera, *media_format_of(ring->format), std::move(options), ring->ring,
+                                       [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error&) {
+                                           tasks->post([this, weak] {
+                                               if (auto held = weak.lock()) ended(held);
+                                           });
+                                       });
+    if (!subscription) return std::unexpected(subscription.error());
+    ring->subscription = std::move(*subscription);
+    return {};
+}
+
+void RingShelf::ended(const std::shared_ptr<FedRing>& ring) {
+    // A camera that changed its size goes on in the reader's size.
+    ring->subscription.reset();
+    if (!feed(ring)) lost_(ring);
+}
+
+void RingShelf::tick(TimeNs monotonic_ns) {
+    for (const auto& known : rings_)
+        if (auto ring = known.lock()) ring->ring->repeat_if_idle(monotonic_ns, idle_repeat_ns);
+}
+
+}  // namespace camrig
