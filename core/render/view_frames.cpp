@@ -1,6 +1,7 @@
 #include "core/render/view_frames.h"
 
 #include "core/frame/code_strip.h"
+#include "core/frame/tone.h"
 
 namespace camrig {
 
@@ -33,6 +34,7 @@ std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKin
 }
 
 void finish_color(const View& view, Frame& frame) {
+    apply_tone(frame.mutable_bytes(), view.spec->controls);
     if (!view.spec->code_strip) return;
     draw_code_strip(frame.mutable_bytes(), frame.info().size,
                     {.camera = static_cast<std::uint8_t>(view.camera_number),

@@ -19,7 +19,7 @@ PixelFormat format_of(FrameKind kind);
 std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
                                      TimeNs monotonic_ns);
 
-/// Draws the code strip into a finished colour frame if the camera wants one.
+/// What comes after drawing: the camera's image controls, then the code strip if it wants one.
 void finish_color(const View& view, Frame& frame);
 
 }  // namespace camrig

@@ -125,6 +125,25 @@ void read_lens(JsonReader& reader, CameraPatch& patch) {
     patch.lens_sampling = sampling;
 }
 
+void read_controls(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("controls");
+    if (!value) return;
+    JsonReader nested(*value, reader.path_of("controls"));
+    ImageControlsPatch& controls = patch.controls;
+    nested.optional("auto_exposure", controls.auto_exposure);
+    nested.optional("exposure_ev", controls.exposure_ev);
+    nested.optional("gain_db", controls.gain_db);
+    nested.optional("auto_white_balance", controls.auto_white_balance);
+    nested.optional("white_balance_k", controls.white_balance_k);
+    nested.optional("brightness", controls.brightness);
+    nested.optional("contrast", controls.contrast);
+    nested.optional("saturation", controls.saturation);
+    // Who gives a value wants to see it.
+    if (controls.exposure_ev && !controls.auto_exposure) controls.auto_exposure = false;
+    if (controls.white_balance_k && !controls.auto_white_balance) controls.auto_white_balance = false;
+    if (auto done = nested.finish(); !done) return reader.fail(done.error());
+}
+
 OutputSpec read_output(const json& value, const std::string& path, JsonReader& parent) {
     JsonReader reader(value, path);
     OutputSpec output;
@@ -148,6 +167,17 @@ void read_outputs(JsonReader& reader, CameraPatch& patch) {
     for (std::size_t i = 0; i < items.size(); ++i)
         outputs.push_back(read_output(items[i], reader.path_of("outputs") + "[" + std::to_string(i) + "]", reader));
     patch.outputs = std::move(outputs);
+}
+
+json controls_to_json(const ImageControls& controls) {
+    return {{"auto_exposure", controls.auto_exposure},
+            {"exposure_ev", controls.exposure_ev},
+            {"gain_db", controls.gain_db},
+            {"auto_white_balance", controls.auto_white_balance},
+            {"white_balance_k", controls.white_balance_k},
+            {"brightness", controls.brightness},
+            {"contrast", controls.contrast},
+            {"saturation", controls.saturation}};
 }
 
 json array_of(const glm::dvec3& v) {
@@ -180,6 +210,7 @@ CameraPatch read_camera_patch(JsonReader& reader) {
     read_size(reader, patch);
     read_rate(reader, patch);
     read_optics(reader, patch);
+    reader.optional("zoom", patch.zoom);
     if (const json* pose = reader.find("pose")) {
         if (auto read = read_pose(*pose, reader.path_of("pose")))
             patch.pose = *read;
@@ -191,6 +222,7 @@ CameraPatch read_camera_patch(JsonReader& reader) {
     reader.optional("far", patch.far_m);
     read_quality(reader, patch);
     read_named(reader, "antialias", parse_antialias, patch.antialias);
+    read_controls(reader, patch);
     reader.optional("code_strip", patch.code_strip);
     read_outputs(reader, patch);
     for (const char* state : camera_state_keys) {
@@ -259,6 +291,7 @@ json camera_to_json(const CameraSpec& spec) {
         {"vfov_deg", glm::degrees(vfov_rad(spec.size, k))},
         {"hfov_deg", glm::degrees(hfov_rad(spec.size, k))},
         {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
+        {"zoom", spec.zoom},
         {"pose", pose_to_json(spec.pose)},
         {"lens",
          {{"model", to_string(spec.lens.model)},
@@ -271,6 +304,7 @@ json camera_to_json(const CameraSpec& spec) {
         {"near", spec.near_m},
         {"far", spec.far_m},
         {"quality", spec.quality ? json(to_string(*spec.quality)) : json(nullptr)},
+        {"controls", controls_to_json(spec.controls)},
         {"code_strip", spec.code_strip},
         {"outputs", std::move(outputs)},
     };

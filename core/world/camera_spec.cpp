@@ -57,6 +57,52 @@ Result<void> check_pose(const Pose& pose) {
     return {};
 }
 
+Result<void> check_zoom(double zoom) {
+    if (zoom >= 1.0 && zoom <= 10.0) return {};
+    return std::unexpected(invalid("zoom: must be 1 to 10"));
+}
+
+Result<void> check_controls(const ImageControls& controls) {
+    struct Limit {
+        const char* name;
+        double value, low, high;
+        const char* words;
+    };
+    for (const Limit& limit : {Limit{"exposure_ev", controls.exposure_ev, -6, 6, "-6 to 6"},
+                               Limit{"gain_db", controls.gain_db, 0, 24, "0 to 24"},
+                               Limit{"white_balance_k", controls.white_balance_k, 2800, 10000, "2800 to 10000"},
+                               Limit{"brightness", controls.brightness, -1, 1, "-1 to 1"},
+                               Limit{"contrast", controls.contrast, 0, 2, "0 to 2"},
+                               Limit{"saturation", controls.saturation, 0, 2, "0 to 2"}}) {
+        if (!(limit.value >= limit.low && limit.value <= limit.high))
+            return std::unexpected(invalid(std::string("controls.") + limit.name + ": must be " + limit.words));
+    }
+    return {};
+}
+
+void apply_controls(const ImageControlsPatch& patch, ImageControls& controls) {
+    const auto apply = [](const auto& from, auto& to) {
+        if (from) to = *from;
+    };
+    apply(patch.auto_exposure, controls.auto_exposure);
+    apply(patch.exposure_ev, controls.exposure_ev);
+    apply(patch.gain_db, controls.gain_db);
+    apply(patch.auto_white_balance, controls.auto_white_balance);
+    apply(patch.white_balance_k, controls.white_balance_k);
+    apply(patch.brightness, controls.brightness);
+    apply(patch.contrast, controls.contrast);
+    apply(patch.saturation, controls.saturation);
+}
+
+/// The pose with its head turned.
+Result<Pose> turned(const Pose& pose, std::optional<double> pan_rad, std::optional<double> tilt_rad) {
+    if (!pan_rad && !tilt_rad) return pose;
+    PanTiltRoll angles = angles_of(pose.orientation);
+    angles.pan = pan_rad.value_or(angles.pan);
+    angles.tilt = tilt_rad.value_or(angles.tilt);
+    return pose_from_angles(pose.position, angles);
+}
+
 Result<void> check_lens(const CameraSpec& spec) {
     if (spec.lens_sampling.oversample < 1 || spec.lens_sampling.oversample > max_lens_oversampling)
         return std::unexpected(invalid("lens.oversample: must be 1 to " + std::to_string(max_lens_oversampling)));
@@ -176,21 +222,29 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     apply(patch.size, spec.size);
     apply(patch.rate, spec.rate);
     apply(patch.optics, spec.optics);
+    apply(patch.zoom, spec.zoom);
+    if (patch.optics) spec.zoom = spec.optics_zoom = patch.zoom.value_or(1.0);
     apply(patch.pose, spec.pose);
+    const auto pose = turned(spec.pose, patch.pan_rad, patch.tilt_rad);
+    if (!pose) return std::unexpected(pose.error());
+    spec.pose = *pose;
     apply(patch.lens, spec.lens);
     apply(patch.lens_sampling, spec.lens_sampling);
     apply(patch.antialias, spec.antialias);
     apply(patch.near_m, spec.near_m);
     apply(patch.far_m, spec.far_m);
     apply(patch.quality, spec.quality);
+    apply_controls(patch.controls, spec.controls);
     apply(patch.code_strip, spec.code_strip);
     apply(patch.outputs, spec.outputs);
 
-    for (const auto& good :
-         {check_size(spec), check_range(spec), check_pose(spec.pose), check_outputs(spec.outputs, spec.size)})
+    for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_zoom(spec.zoom),
+                             check_controls(spec.controls), check_outputs(spec.outputs, spec.size)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());
+    intrinsics->fx *= spec.zoom / spec.optics_zoom;
+    intrinsics->fy *= spec.zoom / spec.optics_zoom;
     if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
     spec.intrinsics = *intrinsics;
     // Surveying a lens takes a millisecond, and a camera that only turns need not wait for it.

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/image_controls.h"
 #include "core/base/image_size.h"
 #include "core/base/output_spec.h"
 #include "core/base/rate.h"
@@ -39,14 +40,17 @@ struct CameraSpec {
     ImageSize size{640, 480};
     Rate rate;  // 25
     Optics optics = VerticalFov{};
-    Intrinsics intrinsics;  ///< derived from size and optics
-    Pose pose;              ///< world_from_link
+    double zoom = 1.0;         ///< 1..10; focal length against that of the unzoomed camera
+    double optics_zoom = 1.0;  ///< the zoom that the optics were given at
+    Intrinsics intrinsics;     ///< derived from size, optics and zoom
+    Pose pose;                 ///< world_from_link
     Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::none;
     double near_m = 0.05;
     double far_m = 0.0;              ///< 0: infinite
     std::optional<Quality> quality;  ///< nullopt: the rig's
+    ImageControls controls;
     bool code_strip = false;
     std::vector<OutputSpec> outputs;
     friend bool operator==(const CameraSpec&, const CameraSpec&) = default;
@@ -58,14 +62,17 @@ inline constexpr int max_outputs_per_camera = 16;
 struct CameraPatch {
     std::optional<ImageSize> size;
     std::optional<Rate> rate;
-    std::optional<Optics> optics;
+    std::optional<Optics> optics;  ///< as they are at the zoom given with them, else at zoom 1
+    std::optional<double> zoom;
     std::optional<Pose> pose;
+    std::optional<double> pan_rad, tilt_rad;  ///< turn the pose as a pan/tilt head does; position and roll stay
     std::optional<Lens> lens;
     std::optional<LensSampling> lens_sampling;
     std::optional<Antialias> antialias;
     std::optional<double> near_m;
     std::optional<double> far_m;
     std::optional<std::optional<Quality>> quality;  ///< nullopt inside: the rig's
+    ImageControlsPatch controls;
     std::optional<bool> code_strip;
     std::optional<std::vector<OutputSpec>> outputs;
 };

@@ -23,6 +23,7 @@ def camera_params(
     vfov_deg: float | None = None,
     hfov_deg: float | None = None,
     intrinsics: Intrinsics | None = None,
+    zoom: float | None = None,
     position: Vector | None = None,
     look_at: Vector | None = None,
     pan_deg: float | None = None,
@@ -34,6 +35,7 @@ def camera_params(
     near: float | None = None,
     far: float | None = None,
     quality: str | None = None,
+    controls: Mapping[str, float | bool] | None = None,
     code_strip: bool | None = None,
     outputs: Iterable[Output] | None = None,
 ) -> dict[str, Any]:
@@ -43,7 +45,7 @@ def camera_params(
         params["size"] = [int(v) for v in _vector("size", size, 2)]
     if fps is not None:
         params["fps"] = f"{fps.numerator}/{fps.denominator}" if isinstance(fps, Fraction) else _plain(fps)
-    for name, value in (("vfov_deg", vfov_deg), ("hfov_deg", hfov_deg), ("near", near), ("far", far)):
+    for name, value in (("vfov_deg", vfov_deg), ("hfov_deg", hfov_deg), ("zoom", zoom), ("near", near), ("far", far)):
         if value is not None:
             params[name] = float(value)
     if intrinsics is not None:
@@ -63,6 +65,8 @@ def camera_params(
         params["antialias"] = antialias
     if quality is not None:
         params["quality"] = quality
+    if controls is not None:
+        params["controls"] = {name: _plain(value) for name, value in controls.items()}
     if code_strip is not None:
         params["code_strip"] = bool(code_strip)
     if outputs is not None:

@@ -84,6 +84,41 @@ TEST(CameraSpec, ADifferentSizeKeepsTheFieldOfView) {
     EXPECT_NEAR(vfov_rad(larger.size, larger.intrinsics), glm::radians(50.0), 1e-12);
 }
 
+TEST(CameraSpec, ZoomMultipliesTheFocalLengthUntilNewOpticsAreGiven) {
+    const CameraSpec wide = create(R"({"vfov_deg": 60})").value();
+    const CameraSpec near = create(R"({"vfov_deg": 60, "zoom": 2})").value();
+    EXPECT_DOUBLE_EQ(near.intrinsics.fy, 2 * wide.intrinsics.fy);
+    EXPECT_DOUBLE_EQ(near.intrinsics.cy, wide.intrinsics.cy);
+    CameraPatch patch;
+    patch.size = ImageSize{1280, 960};
+    EXPECT_DOUBLE_EQ(patch_camera_spec(near, patch)->intrinsics.fy, 4 * wide.intrinsics.fy);
+    patch = {};
+    patch.optics = VerticalFov{1.0};
+    EXPECT_EQ(patch_camera_spec(near, patch)->zoom, 1.0);
+}
+
+TEST(CameraSpec, AHeadTurnsWithoutMovingOrRolling) {
+    const CameraSpec base =
+        create(R"({"pose": {"position": [1, 2, 3], "pan_deg": 30, "tilt_deg": -10, "roll_deg": 5}})").value();
+    CameraPatch patch;
+    patch.pan_rad = glm::radians(-45.0);
+    const CameraSpec turned = patch_camera_spec(base, patch).value();
+    const PanTiltRoll angles = angles_of(turned.pose.orientation);
+    EXPECT_NEAR(angles.pan, glm::radians(-45.0), 1e-12);
+    EXPECT_NEAR(angles.tilt, glm::radians(-10.0), 1e-12);
+    EXPECT_NEAR(angles.roll, glm::radians(5.0), 1e-12);
+    EXPECT_EQ(turned.pose.position, base.pose.position);
+}
+
+TEST(CameraSpec, AGivenExposureOrTemperatureSwitchesItsAutomaticOff) {
+    EXPECT_FALSE(create(R"({"controls": {"exposure_ev": 1}})")->controls.auto_exposure);
+    EXPECT_TRUE(create(R"({"controls": {"exposure_ev": 1, "auto_exposure": true}})")->controls.auto_exposure);
+    EXPECT_FALSE(create(R"({"controls": {"white_balance_k": 4000}})")->controls.auto_white_balance);
+    const CameraSpec spec = create(R"({"controls": {"contrast": 1.5, "gain_db": 3}})").value();
+    EXPECT_TRUE(spec.controls.auto_exposure && spec.controls.auto_white_balance);
+    EXPECT_EQ(camera_to_json(spec)["controls"]["contrast"], 1.5);
+}
+
 TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
     const std::vector<std::pair<const char*, const char*>> cases = {
         {R"({"size": [15, 16]})", "size: 15x16"},
@@ -134,7 +169,13 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"pose": {"position": [1, 2, 3], "orientation": [0, 0, 0, 0]}})", "pose"},
         {R"({"pose": {"position": [1, 2, 3], "orientation": [0, 0, 0, 1], "tilt_deg": 0.001}})", "not the same"},
         {R"({"pose": {"position": [1e11, 2, 3]}})", "pose"},
-        {R"({"zoom": 2})", "zoom: unknown key"},
+        {R"({"zoom": 0.9})", "zoom: must be 1 to 10"},
+        {R"({"controls": {"exposure_ev": 7}})", "controls.exposure_ev: must be -6 to 6"},
+        {R"({"controls": {"gain_db": -1}})", "controls.gain_db: must be 0 to 24"},
+        {R"({"controls": {"white_balance_k": 0}})", "controls.white_balance_k: must be 2800 to 10000"},
+        {R"({"controls": {"sharpness": 1}})", "controls.sharpness: unknown key"},
+        {R"({"controls": 1})", "controls"},
+        {R"({"colour": 2})", "colour: unknown key"},
     };
     for (const auto& [text, expected] : cases) {
         const auto spec = create(text);

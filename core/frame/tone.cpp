@@ -1,0 +1,85 @@
+#include "core/frame/tone.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace camrig {
+namespace {
+
+using ToneCurve = std::array<std::uint8_t, 256>;
+
+double linear_of(double code) {
+    return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
+}
+double code_of(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+/// Linear sRGB of a black body of this temperature, 1667 to 25000 K, at luminance 1 (Kim et al. 2002, US 7024034 B2:
+/// cubic splines of the Planckian locus).
+std::array<double, 3> black_body(double kelvin) {
+    const double t = 1000 / kelvin;
+    const double x = kelvin <= 4000 ? -0.2661239 * t * t * t - 0.2343589 * t * t + 0.8776956 * t + 0.179910
+                                    : -3.0258469 * t * t * t + 2.1070379 * t * t + 0.2226347 * t + 0.240390;
+    const double y = kelvin <= 2222   ? -1.1063814 * x * x * x - 1.34811020 * x * x + 2.18555832 * x - 0.20219683
+                     : kelvin <= 4000 ? -0.9549476 * x * x * x - 1.37418593 * x * x + 2.09137015 * x - 0.16748867
+                                      : 3.0817580 * x * x * x - 5.87338670 * x * x + 3.75112997 * x - 0.37001483;
+    const double big_x = x / y, big_z = (1 - x - y) / y;
+    return {3.2404542 * big_x - 1.5371385 - 0.4985314 * big_z, -0.9692660 * big_x + 1.8760108 + 0.0415560 * big_z,
+            0.0556434 * big_x - 0.2040259 + 1.0572252 * big_z};
+}
+
+/// What each channel's light is multiplied by. Green keeps its value when the white balance changes.
+std::array<double, 3> factors_of(const ImageControls& controls) {
+    const double exposure = controls.auto_exposure ? 1 : std::exp2(controls.exposure_ev);
+    const double light = exposure * std::pow(10, controls.gain_db / 20);
+    std::array<double, 3> factors{light, light, light};
+    if (controls.auto_white_balance) return factors;
+    const auto neutral = black_body(ImageControls{}.white_balance_k), taken = black_body(controls.white_balance_k);
+    for (std::size_t i : {0u, 2u}) factors[i] *= neutral[i] / taken[i] * taken[1] / neutral[1];
+    return factors;
+}
+
+ToneCurve curve_of(double factor, const ImageControls& controls) {
+    ToneCurve curve;
+    for (std::size_t i = 0; i < curve.size(); ++i) {
+        const double code = static_cast<double>(i) / 255;
+        const double lit = factor == 1 ? code : code_of(std::min(1.0, linear_of(code) * factor));
+        const double toned = (lit - 0.5) * controls.contrast + 0.5 + controls.brightness;
+        curve[i] = static_cast<std::uint8_t>(std::lround(std::clamp(toned, 0.0, 1.0) * 255));
+    }
+    return curve;
+}
+
+std::uint8_t saturated(int code, int luma, int factor_256) {
+    return static_cast<std::uint8_t>(std::clamp(luma + (((code - luma) * factor_256 + 128) >> 8), 0, 255));
+}
+
+}  // namespace
+
+bool changes_nothing(const ImageControls& controls) {
+    const ImageControls none;
+    return (controls.auto_exposure || controls.exposure_ev == 0) && controls.gain_db == 0 &&
+           (controls.auto_white_balance || controls.white_balance_k == none.white_balance_k) &&
+           controls.brightness == 0 && controls.contrast == 1 && controls.saturation == 1;
+}
+
+void apply_tone(std::span<std::byte> rgba, const ImageControls& controls) {
+    if (changes_nothing(controls)) return;
+    const auto factors = factors_of(controls);
+    const std::array<ToneCurve, 3> curves{curve_of(factors[0], controls), curve_of(factors[1], controls),
+                                          curve_of(factors[2], controls)};
+    const int saturation_256 = static_cast<int>(std::lround(controls.saturation * 256));
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(rgba.data());
+    for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
+        const int r = curves[0][bytes[i]], g = curves[1][bytes[i + 1]], b = curves[2][bytes[i + 2]];
+        const int luma = (19595 * r + 38470 * g + 7471 * b + 32768) >> 16;
+        bytes[i] = saturated(r, luma, saturation_256);
+        bytes[i + 1] = saturated(g, luma, saturation_256);
+        bytes[i + 2] = saturated(b, luma, saturation_256);
+    }
+}
+
+}  // namespace camrig
