@@ -120,6 +120,7 @@ Result<CameraState> Rig::run(SetCamera& command) {
     }
     if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
         bus_.change_camera(stream_of(entry));
+    bus_.adjust_camera(stream_of(entry));
     if (!clock_.running() && options_.mode == RunMode::realtime && bus_.reader_count(entry.id) > 0) {
         FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, {view_of(entry, entry.latest)});
         if (!set.frames.empty()) entry.latest.color = set.frames.front();

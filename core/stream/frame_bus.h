@@ -37,6 +37,8 @@ public:
     virtual void camera_added(const CameraStream& camera) = 0;
     virtual void camera_changed(const CameraStream& camera) = 0;
     virtual void camera_removed(const CameraStream& camera) = 0;
+    /// Something changed that is no part of CameraStream: where it looks, its optics, its image controls.
+    virtual void camera_adjusted(const CameraStream& camera) { (void)camera; }
 };
 
 /// Keeps one sink attached; detaches (and closes the sink) when it is destroyed. Movable, any thread.

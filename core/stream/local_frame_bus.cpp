@@ -136,6 +136,11 @@ void LocalFrameBus::change_camera(const CameraStream& camera) {
     for (auto* observer : observers_) observer->camera_changed(camera);
 }
 
+void LocalFrameBus::adjust_camera(const CameraStream& camera) {
+    std::lock_guard lock(observers_mutex_);
+    for (auto* observer : observers_) observer->camera_adjusted(camera);
+}
+
 void LocalFrameBus::remove_camera(CameraId id) {
     std::lock_guard observers_lock(observers_mutex_);
     CameraStream gone;

@@ -34,6 +34,8 @@ public:
     void add_camera(const CameraStream& camera);
     /// A new size ends the camera's outputs (their format cannot change); a new rate does not.
     void change_camera(const CameraStream& camera);
+    /// Tells observers.
+    void adjust_camera(const CameraStream& camera);
     void remove_camera(CameraId id);
     /// True if some reader would take a frame of this camera at this world time.
     bool wants(CameraId id, TimeNs world_ns) const;

@@ -6,24 +6,34 @@
 
 namespace camrig {
 
-Result<std::unique_ptr<DeviceOutputs>> DeviceOutputs::create(FrameBus& bus, const std::string& socket_path) {
+Result<std::unique_ptr<DeviceOutputs>> DeviceOutputs::create(FrameBus& bus, CommandPort& commands,
+                                                             const std::string& socket_path) {
+    auto controls = std::make_shared<CameraControls>(commands);
     DeviceServerOptions options;
     options.socket_path = socket_path;
+    options.controls = controls;
     auto server = DeviceServer::create(bus, std::move(options));
     if (!server) return std::unexpected(server.error());
-    std::unique_ptr<DeviceOutputs> outputs(new DeviceOutputs(bus, std::move(*server)));
+    std::unique_ptr<DeviceOutputs> outputs(new DeviceOutputs(bus, std::move(controls), std::move(*server)));
     bus.add_observer(outputs.get());
     return outputs;
 }
 
-DeviceOutputs::DeviceOutputs(FrameBus& bus, std::unique_ptr<DeviceServer> server)
-    : bus_(bus), server_(std::move(server)) {}
+DeviceOutputs::DeviceOutputs(FrameBus& bus, std::shared_ptr<CameraControls> controls,
+                             std::unique_ptr<DeviceServer> server)
+    : bus_(bus), controls_(std::move(controls)), server_(std::move(server)) {
+    controls_->on_change([this](const std::string& camera, const std::vector<std::uint32_t>& ids) {
+        server_->controls_changed(camera, ids);
+    });
+}
 
 DeviceOutputs::~DeviceOutputs() {
     bus_.remove_observer(this);
+    controls_->on_change({});
 }
 
 void DeviceOutputs::camera_added(const CameraStream& camera) {
+    controls_->refresh(camera.name);
     plug(camera, true);
 }
 
@@ -32,7 +42,12 @@ void DeviceOutputs::camera_changed(const CameraStream& camera) {
 }
 
 void DeviceOutputs::camera_removed(const CameraStream& camera) {
+    controls_->forget(camera.name);
     plug(camera, false);
+}
+
+void DeviceOutputs::camera_adjusted(const CameraStream& camera) {
+    controls_->refresh(camera.name);
 }
 
 void DeviceOutputs::plug(const CameraStream& camera, bool is_there) {

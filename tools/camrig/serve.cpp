@@ -111,7 +111,7 @@ int run_serve(const ServeOptions& options) {
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 
-    auto devices = DeviceOutputs::create(bus, device_socket_of(options.control));
+    auto devices = DeviceOutputs::create(bus, **engine, device_socket_of(options.control));
     if (!devices) return fail(devices.error());
     auto loopback = std::make_unique<LoopbackOutputs>(
         bus, **engine, LoopbackHost::Options{.always_subscribed = options.engine.mode == RunMode::lockstep});

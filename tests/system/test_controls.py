@@ -1,0 +1,117 @@
+"""A camera's controls: by the control protocol, and by V4L2 programs that know nothing of camrig."""
+
+import itertools
+import os
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+import camrig
+from conftest import wait_until
+
+CAMRIG = os.environ["CAMRIG_BIN"]
+pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+DEVICE = "/dev/video7"
+
+
+@pytest.fixture
+def camera(rig):
+    return rig.create_camera("eye", size=(320, 240), fps=20, position=(-4, 0, 2), pan_deg=10, tilt_deg=-20,
+                             outputs=[{"kind": "device", "number": 7}])
+
+
+def run_with_devices(rig, *command):
+    control = rig.call("server.info")["control"]
+    done = subprocess.run([CAMRIG, "exec", "--control", control, "--", *command], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def v4l2_ctl(rig, *arguments):
+    return run_with_devices(rig, "v4l2-ctl", "-d", DEVICE, *arguments)
+
+
+def get(rig, name):
+    return int(re.search(rf"^{name}: (-?\d+)", v4l2_ctl(rig, "-C", name), re.MULTILINE)[1])
+
+
+def picture(rig, camera):
+    """One that fell due after now, so that it shows what was set before."""
+    return camera.frame(min_ns=rig.status()["world_ns"] + 1).image
+
+
+def mean(rig, camera):
+    """Mean R, G and B."""
+    return picture(rig, camera).reshape(-1, 3).mean(axis=0)[::-1]
+
+
+def test_all_controls_are_listed_with_their_values(rig, camera):
+    listed = v4l2_ctl(rig, "-L")
+    for name in ("brightness", "contrast", "saturation", "white_balance_temperature_auto", "white_balance_temperature", "gain",
+                 "exposure_auto", "exposure_absolute", "pan_absolute", "tilt_absolute", "zoom_absolute"):
+        assert re.search(rf"^\s*{name} 0x", listed, re.MULTILINE), listed
+    assert get(rig, "pan_absolute") == -10 * 3600  # V4L2 counts to the right
+    assert get(rig, "tilt_absolute") == -20 * 3600
+    assert get(rig, "zoom_absolute") == 100
+
+
+def test_pan_tilt_and_zoom_move_the_camera(rig, camera):
+    before = camera.get()
+    v4l2_ctl(rig, "-c", "pan_absolute=72000,tilt_absolute=18000,zoom_absolute=200")
+    after = camera.get()
+    assert after["pose"]["pan_deg"] == pytest.approx(-20, abs=1e-9)
+    assert after["pose"]["tilt_deg"] == pytest.approx(5, abs=1e-9)
+    assert after["pose"]["position"] == before["pose"]["position"]
+    assert after["intrinsics"]["fx"] == pytest.approx(2 * before["intrinsics"]["fx"])
+    assert (get(rig, "pan_absolute"), get(rig, "tilt_absolute"), get(rig, "zoom_absolute")) == (72000, 18000, 200)
+
+
+def test_image_controls_change_the_pixels_of_every_output(rig, camera):
+    usual = mean(rig, camera)
+    v4l2_ctl(rig, "-c", "exposure_absolute=400")
+    assert camera.get()["controls"]["auto_exposure"]  # waits until the automatic is off
+    v4l2_ctl(rig, "-c", "exposure_auto=1")
+    assert camera.get()["controls"]["exposure_ev"] == pytest.approx(2)
+    assert (mean(rig, camera) > usual + 10).all()
+    v4l2_ctl(rig, "-c", "exposure_auto=3,saturation=0")
+    grey = picture(rig, camera).astype(int)
+    assert np.ptp(grey, axis=2).max() == 0
+    v4l2_ctl(rig, "-c", "saturation=100,brightness=-20")
+    assert (mean(rig, camera) < usual - 20).any() and (mean(rig, camera) <= usual).all()
+    v4l2_ctl(rig, "-c", "brightness=0,white_balance_temperature_auto=0,white_balance_temperature=3000")
+    assert mean(rig, camera)[2] > usual[2] + 5 and mean(rig, camera)[0] < usual[0] - 5
+    v4l2_ctl(rig, "-c", "white_balance_temperature_auto=1")
+    assert camera.get()["controls"] == {"auto_exposure": True, "exposure_ev": 2, "gain_db": 0, "auto_white_balance": True,
+                                        "white_balance_k": 3000, "brightness": 0, "contrast": 1, "saturation": 1}
+    assert mean(rig, camera) == pytest.approx(usual, abs=1)
+
+
+def test_the_code_strip_is_read_whatever_the_controls_do(rig):
+    dark = rig.create_camera("dark", size=(320, 240), code_strip=True, controls={"exposure_ev": -6, "contrast": 0.1, "saturation": 0})
+    assert camrig.read_code(dark.frame().image) is not None
+
+
+def test_programs_hear_of_changes_that_others_make(rig, camera):
+    control = rig.call("server.info")["control"]
+    listener = subprocess.Popen([CAMRIG, "exec", "--control", control, "--", "v4l2-ctl", "-d", DEVICE, "--wait-for-event=ctrl=zoom_absolute"],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    zooms = itertools.cycle((1.5, 2.5))
+
+    def heard():
+        camera.set(zoom=next(zooms))
+        return listener.poll() is not None
+
+    try:
+        wait_until(heard, 30, "a control event")
+        output = listener.stdout.read()
+    finally:
+        listener.kill()
+    assert "zoom_absolute" in output or re.search(r"value: (150|250)", output), output
+
+
+@pytest.mark.slow
+def test_v4l2_compliance_finds_nothing_at_a_running_rig(rig, camera):
+    report = run_with_devices(rig, "v4l2-compliance", "-d", DEVICE, "-s")
+    assert re.search(r"Total for camrig device /dev/video7: \d+, Succeeded: \d+, Failed: 0, Warnings: 0", report), report[-3000:]

@@ -1,0 +1,149 @@
+#include "tools/camrig/camera_controls.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <linux/videodev2.h>
+
+namespace camrig {
+namespace {
+
+constexpr double arcsec_per_rad = 180.0 * 3600.0 / std::numbers::pi;
+constexpr int manual_exposure = V4L2_EXPOSURE_MANUAL, scene_exposure = V4L2_EXPOSURE_APERTURE_PRIORITY;
+/// exposure_absolute (in 0.1 ms) that stands for the scene's own exposure.
+constexpr double usual_exposure = 100;
+
+std::int32_t whole(double value) {
+    return static_cast<std::int32_t>(std::lround(value));
+}
+
+/// One control: how it is listed, and how it is read from and written to a camera.
+struct CameraControl {
+    DeviceControl control;
+    std::int32_t (*read)(const CameraSpec& spec);
+    void (*write)(std::int32_t value, CameraPatch& patch);
+};
+
+// The names are those of the kernel's uvcvideo of old, which usb_cam and many scripts go by.
+const std::vector<CameraControl>& camera_controls() {
+    using enum DeviceControl::Kind;
+    static const std::vector<CameraControl> all{
+        {{V4L2_CID_BRIGHTNESS, integer, "Brightness", -100, 100, 1, 0, 0, {}},
+         [](const CameraSpec& spec) { return whole(spec.controls.brightness * 100); },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.brightness = value / 100.0; }},
+        {{V4L2_CID_CONTRAST, integer, "Contrast", 0, 200, 1, 100, 0, {}},
+         [](const CameraSpec& spec) { return whole(spec.controls.contrast * 100); },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.contrast = value / 100.0; }},
+        {{V4L2_CID_SATURATION, integer, "Saturation", 0, 200, 1, 100, 0, {}},
+         [](const CameraSpec& spec) { return whole(spec.controls.saturation * 100); },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.saturation = value / 100.0; }},
+        {{V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}},
+         [](const CameraSpec& spec) { return std::int32_t{spec.controls.auto_white_balance}; },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.auto_white_balance = value != 0; }},
+        {{V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}},
+         [](const CameraSpec& spec) { return whole(spec.controls.gain_db * 10); },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.gain_db = value / 10.0; }},
+        {{V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}},
+         [](const CameraSpec& spec) { return whole(spec.controls.white_balance_k); },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.white_balance_k = value; }},
+        {{V4L2_CID_EXPOSURE_AUTO,
+          menu,
+          "Exposure, Auto",
+          manual_exposure,
+          scene_exposure,
+          1,
+          scene_exposure,
+          0,
+          {"Manual Mode", "", "Aperture Priority Mode"}},
+         [](const CameraSpec& spec) { return spec.controls.auto_exposure ? scene_exposure : manual_exposure; },
+         [](std::int32_t value, CameraPatch& patch) { patch.controls.auto_exposure = value != manual_exposure; }},
+        {{V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
+         [](const CameraSpec& spec) {
+             return std::clamp(whole(usual_exposure * std::exp2(spec.controls.exposure_ev)), 2, 6400);
+         },
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.controls.exposure_ev = std::log2(value / usual_exposure);
+         }},
+        {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
+         [](const CameraSpec& spec) { return whole(-angles_of(spec.pose.orientation).pan * arcsec_per_rad); },
+         [](std::int32_t value, CameraPatch& patch) { patch.pan_rad = -value / arcsec_per_rad; }},
+        {{V4L2_CID_TILT_ABSOLUTE, integer, "Tilt (Absolute)", -324000, 324000, 1, 0, 0, {}},
+         [](const CameraSpec& spec) { return whole(angles_of(spec.pose.orientation).tilt * arcsec_per_rad); },
+         [](std::int32_t value, CameraPatch& patch) { patch.tilt_rad = value / arcsec_per_rad; }},
+        {{V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
+         [](const CameraSpec& spec) { return whole(spec.zoom * 100); },
+         [](std::int32_t value, CameraPatch& patch) { patch.zoom = value / 100.0; }},
+    };
+    return all;
+}
+
+const CameraControl* find_control(std::uint32_t id) {
+    const auto& all = camera_controls();
+    const auto found = std::ranges::find(all, id, [](const CameraControl& one) { return one.control.id; });
+    return found == all.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+void CameraControls::on_change(Changed changed) {
+    std::lock_guard lock(mutex_);
+    changed_ = std::move(changed);
+}
+
+std::vector<DeviceControl> CameraControls::list(std::string_view) {
+    std::vector<DeviceControl> controls;
+    for (const CameraControl& one : camera_controls()) controls.push_back(one.control);
+    return controls;
+}
+
+Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t id) {
+    const CameraControl* const control = find_control(id);
+    if (!control) return error(ErrorKind::not_found, "no such control");
+    std::lock_guard lock(mutex_);
+    const auto found = known_.find(camera);
+    if (found == known_.end()) return error(ErrorKind::unavailable, "the camera's state has not been told yet");
+    return control->read(found->second);
+}
+
+void CameraControls::set(std::string_view camera, std::span<const DeviceControlValue> values,
+                         std::function<void(Result<void>)> done) {
+    SetCamera command{std::string(camera), {}};
+    for (const auto& [id, value] : values) {
+        const CameraControl* const control = find_control(id);
+        if (!control) return done(error(ErrorKind::not_found, "no such control"));
+        control->write(value, command.patch);
+    }
+    commands_.post(Request<SetCamera>{
+        std::move(command), [self = weak_from_this(), done = std::move(done)](const Result<CameraState>& state) {
+            if (!state) return done(std::unexpected(state.error()));
+            if (const auto alive = self.lock()) alive->told(state->spec, true);
+            done({});
+        }});
+}
+
+void CameraControls::refresh(const std::string& camera) {
+    commands_.post(Request<GetCamera>{{camera}, [self = weak_from_this()](const Result<CameraState>& state) {
+                                          const auto alive = self.lock();
+                                          if (alive && state) alive->told(state->spec, false);
+                                      }});
+}
+
+void CameraControls::forget(const std::string& camera) {
+    std::lock_guard lock(mutex_);
+    known_.erase(camera);
+}
+
+void CameraControls::told(const CameraSpec& spec, bool by_us) {
+    std::lock_guard lock(mutex_);
+    const auto before = known_.find(spec.name);
+    std::vector<std::uint32_t> ids;
+    if (before != known_.end() && !by_us)
+        for (const CameraControl& one : camera_controls())
+            if (one.read(before->second) != one.read(spec)) ids.push_back(one.control.id);
+    known_.insert_or_assign(spec.name, spec);
+    if (!ids.empty() && changed_) changed_(spec.name, ids);
+}
+
+}  // namespace camrig

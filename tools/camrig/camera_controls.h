@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/engine/command.h"
+#include "v4l2_sink/preload/control_port.h"
+
+namespace camrig {
+
+/// The V4L2 controls of the rig's cameras. A change is a camera.set like any other, in the engine's queue; the values
+/// are those of the latest state that was told. Pan and tilt are the camera's in the world (0: along +x, level), pan to
+/// the right and tilt up, in arc seconds; zoom is in percent of the camera's optics; see docs/devices.md for the
+/// others.
+///
+/// list, get, set: the device server's thread. refresh, forget: the engine's thread (bus observers). Answers come on
+/// the engine's thread.
+class CameraControls final : public ControlPort, public std::enable_shared_from_this<CameraControls> {
+public:
+    /// `changed` hears of values that others changed; it must not block.
+    using Changed = std::function<void(const std::string& camera, const std::vector<std::uint32_t>& ids)>;
+
+    /// The port must outlive all answers.
+    explicit CameraControls(CommandPort& commands) : commands_(commands) {}
+
+    void on_change(Changed changed);
+
+    std::vector<DeviceControl> list(std::string_view camera) override;
+    Result<std::int32_t> get(std::string_view camera, std::uint32_t id) override;
+    void set(std::string_view camera, std::span<const DeviceControlValue> values,
+             std::function<void(Result<void>)> done) override;
+
+    /// The camera is new or was changed: asks for its state.
+    void refresh(const std::string& camera);
+    void forget(const std::string& camera);
+
+private:
+    void told(const CameraSpec& spec, bool by_us);
+
+    CommandPort& commands_;
+    std::mutex mutex_;  ///< guards what follows
+    Changed changed_;
+    std::map<std::string, CameraSpec, std::less<>> known_;
+};
+
+}  // namespace camrig
