@@ -84,17 +84,28 @@ TEST(CameraSpec, ADifferentSizeKeepsTheFieldOfView) {
     EXPECT_NEAR(vfov_rad(larger.size, larger.intrinsics), glm::radians(50.0), 1e-12);
 }
 
-TEST(CameraSpec, ZoomMultipliesTheFocalLengthUntilNewOpticsAreGiven) {
+TEST(CameraSpec, ZoomScalesTheFocalLength) {
     const CameraSpec wide = create(R"({"vfov_deg": 60})").value();
-    const CameraSpec near = create(R"({"vfov_deg": 60, "zoom": 2})").value();
+    CameraPatch patch;
+    patch.zoom = 2;
+    const CameraSpec near = patch_camera_spec(wide, patch).value();
     EXPECT_DOUBLE_EQ(near.intrinsics.fy, 2 * wide.intrinsics.fy);
     EXPECT_DOUBLE_EQ(near.intrinsics.cy, wide.intrinsics.cy);
-    CameraPatch patch;
+    patch = {};
     patch.size = ImageSize{1280, 960};
     EXPECT_DOUBLE_EQ(patch_camera_spec(near, patch)->intrinsics.fy, 4 * wide.intrinsics.fy);
     patch = {};
     patch.optics = VerticalFov{1.0};
     EXPECT_EQ(patch_camera_spec(near, patch)->zoom, 1.0);
+}
+
+// What camera.get answers has the zoom in its field of view; given back, it must not zoom twice.
+TEST(CameraSpec, OpticsGivenWithAZoomAreThoseAtThatZoom) {
+    const CameraSpec given = create(R"({"vfov_deg": 30, "zoom": 2})").value();
+    EXPECT_NEAR(vfov_rad(given.size, given.intrinsics), glm::radians(30.0), 1e-12);
+    CameraPatch patch;
+    patch.zoom = 1;
+    EXPECT_DOUBLE_EQ(patch_camera_spec(given, patch)->intrinsics.fy, given.intrinsics.fy / 2);
 }
 
 TEST(CameraSpec, AHeadTurnsWithoutMovingOrRolling) {
