@@ -17,6 +17,8 @@ from guest_kernel import GuestKernel
 
 # What the guest needs before it has this machine's files, and what v4l2loopback needs.
 _KERNEL_MODULES = ["virtio_pci", "9pnet_virtio", "9p", "videodev", "videobuf2_common"]
+# no_timer_check: on a busy machine the emulated timer is late, and the kernel panics for want of it.
+_KERNEL_OPTIONS = "console=ttyS0 quiet loglevel=3 panic=-1 oops=panic mitigations=off random.trust_cpu=on no_timer_check"
 _RESULT = "vm-result:"
 
 _INIT = """#!/bin/busybox sh
@@ -69,7 +71,7 @@ class Machine:
             ["qemu-system-x86_64", "-accel", "tcg,thread=multi", "-cpu", "max", "-m", str(self._memory_mib),
              "-smp", str(self._cpus), "-nographic", "-no-reboot", "-nodefaults", "-serial", "stdio", "-net", "none",
              "-kernel", self._kernel.vmlinuz, "-initrd", image,
-             "-append", "console=ttyS0 quiet loglevel=3 panic=-1 oops=panic mitigations=off random.trust_cpu=on",
+             "-append", _KERNEL_OPTIONS,
              "-device", "virtio-rng-pci",
              "-virtfs", "local,path=/,mount_tag=hostroot,security_model=none,readonly=on,multidevs=remap"],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

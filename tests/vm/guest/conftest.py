@@ -12,6 +12,7 @@ import camrig
 LOOPBACK = os.environ["CAMRIG_LOOPBACK"]
 GENERATION = tuple(map(int, LOOPBACK.split(".")[:2]))
 HAS_CONTROL_NODE = GENERATION >= (0, 13)
+ONE_READER = GENERATION >= (0, 13)
 STAMPS_ARE_INSTANTS = GENERATION >= (0, 14)
 SIZE = (160, 120)  # drawn by llvmpipe on an emulated processor
 FPS = 5

@@ -1,5 +1,6 @@
 """Unmodified programs read two cameras from real devices of the kernel module."""
 
+import errno
 import re
 import subprocess
 import time
@@ -8,7 +9,7 @@ import cv2
 import pytest
 
 import camrig
-from conftest import FPS, LEFT, NAMES, RIGHT, SIZE, STAMPS_ARE_INSTANTS, gray_of, is_camera, needs_control_node, wait_until
+from conftest import FPS, LEFT, NAMES, ONE_READER, RIGHT, SIZE, STAMPS_ARE_INSTANTS, gray_of, is_camera, needs_control_node, wait_until
 from v4l2_reader import V4l2Reader
 
 
@@ -54,6 +55,19 @@ def test_both_cameras_carry_the_same_stamp_for_the_same_instant(rig):
         assert set(skews) == {0}
     else:
         assert max(map(abs, skews)) < 1_000_000  # the module stamps when it is written to
+
+
+def test_a_second_reader_of_a_device(rig):
+    with V4l2Reader(LEFT, "YUYV", SIZE) as first:
+        first.take(2)
+        if ONE_READER:
+            with pytest.raises(OSError) as caught:
+                V4l2Reader(LEFT, "YUYV", SIZE)
+            assert caught.value.errno == errno.EBUSY
+        else:
+            with V4l2Reader(LEFT, "YUYV", SIZE) as second:
+                second.take(3)
+        assert len(first.take(3)) == 3
 
 
 def test_opencv_reads_both(rig):
