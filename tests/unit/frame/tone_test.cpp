@@ -42,8 +42,8 @@ TEST(Tone, AStopOfExposureIsTwiceTheLight) {
 }
 
 TEST(Tone, BrightnessAndContrastActOnCodes) {
-    EXPECT_EQ(toned({100, 0, 250}, {.brightness = 0.1}), (Color{126, 26, 255}));
-    EXPECT_EQ(toned({100, 0, 250}, {.brightness = -0.1}), (Color{75, 0, 225}));
+    EXPECT_EQ(toned({100, 0, 250}, {.brightness = 0.2}), (Color{151, 51, 255}));
+    EXPECT_EQ(toned({100, 0, 250}, {.brightness = -0.2}), (Color{49, 0, 199}));
     EXPECT_EQ(toned({100, 0, 255}, {.contrast = 0.5}), (Color{114, 64, 191}));
     EXPECT_EQ(toned({17, 99, 255}, {.contrast = 0}), (Color{128, 128, 128}));
 }
