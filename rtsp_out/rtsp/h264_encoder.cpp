@@ -58,7 +58,7 @@ H264Encoder openh264(const H264Options& options, ImageSize size, const Rate& rat
 // one was at hand.
 H264Encoder nvidia(const H264Options& options, const Rate& rate, const std::string& common) {
     return {"nvh264enc",
-            with_caps("nvh264enc name=enc zerolatency=true bframes=0 rc-mode=cbr preset=" +
+            with_caps("nvh264enc name=enc zerolatency=true repeat-sequence-header=true bframes=0 rc-mode=cbr preset=" +
                           std::string(is_fast(options) ? "low-latency-hp" : "low-latency-hq") +
                           " gop-size=" + std::to_string(key_interval_frames(options, rate)) + common,
                       options),

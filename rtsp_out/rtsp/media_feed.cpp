@@ -265,7 +265,7 @@ std::optional<MediaFeed::Entry> MediaFeed::take_entry(TimeNs pts) {
 void MediaFeed::request_key_frame() {
     if (!encoder_) return;
     const GObjectHandle<GstPad> pad(gst_element_get_static_pad(encoder_.get(), "src"));
-    gst_pad_send_event(pad.get(), gst_video_event_new_upstream_force_key_unit(GST_CLOCK_TIME_NONE, TRUE, 0));
+    gst_pad_send_event(pad.get(), gst_video_event_new_upstream_force_key_unit(GST_CLOCK_TIME_NONE, FALSE, 0));
 }
 
 void MediaFeed::client_joins() {

@@ -1,8 +1,10 @@
 """What the RTSP tests share: the documented example client, and ways to run stock programs."""
 
 import importlib.util
+import itertools
 import subprocess
 import sys
+import threading
 
 from conftest import REPOSITORY
 
@@ -19,12 +21,20 @@ def run(*command, timeout=90, **options):
 
 def take(reader: "RtspReader", count: int) -> list:
     """The next pictures of a reader; fewer if the stream ends."""
-    pictures = []
-    for picture in reader.pictures():
-        pictures.append(picture)
-        if len(pictures) == count:
-            break
-    return pictures
+    return list(itertools.islice(reader.pictures(), count))
+
+
+def read_aside(url: str, count: int = 10**9) -> tuple:
+    """A thread that takes pictures, the list it fills, and its reader."""
+    reader, pictures = RtspReader(url), []
+
+    def read():
+        for picture in itertools.islice(reader.pictures(), count):
+            pictures.append(picture)
+
+    thread = threading.Thread(target=read, daemon=True)
+    thread.start()
+    return thread, pictures, reader
 
 
 def strictly_rising(values) -> bool:

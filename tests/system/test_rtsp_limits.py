@@ -1,0 +1,232 @@
+"""Many, slow, stopped, vanished and hostile clients: bounded memory, and no time of others."""
+
+import contextlib
+import os
+import pathlib
+import random
+import selectors
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+import pytest
+
+from conftest import REPOSITORY, wait_until
+from rtsp_client import RtspReader, read_aside, run, take, unwrapped
+
+pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+
+
+class Counter:
+    """Counts the pictures of a stream by their marker bits, at next to no cost."""
+
+    def __init__(self, url):
+        reader = RtspReader(url)
+        self.socket, self.data, self.pictures = reader.socket, reader.data, 0
+        self.socket.setblocking(False)
+
+    def read(self):
+        self.data += self.socket.recv(1 << 18)
+        at, end = 0, len(self.data)
+        while at + 6 <= end:
+            size = self.data[at + 2] << 8 | self.data[at + 3]
+            if at + 4 + size > end:
+                break
+            self.pictures += self.data[at + 1] == 0 and self.data[at + 5] >> 7
+            at += 4 + size
+        self.data = self.data[at:]
+
+
+def count_for(counters, seconds):
+    selector = selectors.DefaultSelector()
+    for counter in counters:
+        selector.register(counter.socket, selectors.EVENT_READ, counter)
+    deadline = time.monotonic() + seconds
+    while (left := deadline - time.monotonic()) > 0:
+        for key, _ in selector.select(left):
+            key.data.read()
+    selector.close()
+
+
+def camera_stats(rig, name="lobby"):
+    return next(camera for camera in rig.stats()["cameras"] if camera["name"] == name)
+
+
+def cpu_s(process):
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.slow
+def test_fifty_clients_share_one_encoding_and_get_every_frame(rig, process):
+    cam = rig.create_camera("lobby", size=(640, 480), fps=25)
+    counters = [Counter(cam.url("rtsp")) for _ in range(50)]
+    count_for(counters, 2)
+    before, stats_before, cpu_before = [c.pictures for c in counters], camera_stats(rig), cpu_s(process)
+    count_for(counters, 8)
+    got, stats, cpu = [c.pictures - b for c, b in zip(counters, before)], camera_stats(rig), cpu_s(process) - cpu_before
+    assert len(stats["outputs"]) == 1 and len(stats["outputs"][0]["readers"]) == 1  # one encoding
+    made = stats["rendered"] - stats_before["rendered"]
+    print(f"50 clients, {made} frames made in 8 s, {min(got)} to {max(got)} received, CPU of the rig {cpu / 8:.2f} cores")
+    assert made > 20  # a busy machine may make fewer than 200
+    assert min(got) >= made * 0.99 - 2  # the two may be on their way at either end
+
+
+@pytest.mark.slow
+def test_two_hundred_connections_leave_nothing_behind(rig, process):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    keep = RtspReader(cam.url("rtsp"))  # the stream itself stays
+
+    def visit(count):
+        for i in range(count):
+            reader = RtspReader(cam.url("rtsp" if i % 2 else "rtsp-mjpeg"))
+            take(reader, 1)
+            reader.close()
+        wait_until(lambda: len(camera_stats(rig)["outputs"]) == 1, what="the MJPEG stream to end")
+
+    visit(30)
+    rss, fds, threads = process.rss_kib(), process.fds(), process.threads()
+    visit(200)
+    assert process.rss_kib() - rss < 16 * 1024
+    assert process.fds() <= fds + 4 and process.threads() <= threads + 4
+    keep.close()
+
+
+@pytest.mark.slow
+def test_two_hundred_cameras_come_and_go_and_leave_nothing_behind(rig, process):
+    def live(count):
+        for i in range(count):
+            cam = rig.create_camera("lobby", size=(320, 240))
+            if i % 4 == 0:
+                reader = RtspReader(cam.url("rtsp"))
+                take(reader, 1)
+            cam.delete()
+        wait_until(lambda: process.threads() <= threads + 4, what="threads to end") if count > 50 else time.sleep(0.5)
+
+    threads = process.threads()
+    live(30)
+    rss, fds, threads = process.rss_kib(), process.fds(), process.threads()
+    live(200)
+    wait_until(lambda: process.fds() <= fds + 4, what="descriptors to be closed")
+    assert process.rss_kib() - rss < 16 * 1024
+
+
+STOPPED_S = int(os.environ.get("CAMRIG_TEST_STOPPED_S", "15"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, process, kind):
+    """docs/streams.md states the bound: ten seconds of the stream, once for all stopped clients, then they are closed."""
+    cam = rig.create_camera("lobby", size=(640, 480), fps=25)
+    url = cam.url(kind)
+    stopped = [subprocess.Popen([sys.executable, str(REPOSITORY / "docs/examples/rtsp_times.py"), url], stdout=subprocess.DEVNULL) for _ in range(3)]
+    other = Counter(url)
+    wait_until(lambda: count_for([other], 0.2) or other.pictures > 5, what="the stream")
+    time.sleep(1)
+    rss = process.rss_kib()
+    for client in stopped:
+        client.send_signal(signal.SIGSTOP)
+    try:
+        pictures, stats = other.pictures, camera_stats(rig)
+        highest = 0
+        end = time.monotonic() + STOPPED_S
+        while time.monotonic() < end:
+            count_for([other], 0.5)
+            highest = max(highest, process.rss_kib())
+        made = camera_stats(rig)["rendered"] - stats["rendered"]
+        sent = camera_stats(rig)["outputs"][0]["readers"][0]
+        ten_seconds_kib = 10 * sent["bytes"] / max(1, sent["delivered"]) * 25 / 1024
+        print(f"{kind}: {made} made, {other.pictures - pictures} received beside three stopped clients, RSS +{highest - rss} KiB, "
+              f"10 s of the stream {ten_seconds_kib:.0f} KiB")
+        assert other.pictures - pictures >= made * 0.99 - 2
+        assert highest - rss < ten_seconds_kib * 2 + 16 * 1024
+    finally:
+        for client in stopped:
+            client.kill()
+            client.wait()
+
+
+@pytest.mark.slow
+def test_a_stopped_client_is_closed_and_its_memory_comes_back(rig, process):
+    cam = rig.create_camera("lobby", size=(640, 480), fps=25)
+    reader = RtspReader(cam.url("rtsp-mjpeg"))
+    take(reader, 3)
+    fds = process.fds()
+    wait_until(lambda: process.fds() < fds, 40, "the connection of a client that takes nothing to be closed")
+    wait_until(lambda: camera_stats(rig)["outputs"] == [], what="the stream to end")
+
+
+@pytest.mark.slow
+def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path):
+    cam = rig.create_camera("lobby", size=(640, 480), fps=25)
+    stuck = RtspReader(cam.url("rtsp-mjpeg"))
+    take(stuck, 1)  # the only TCP client, and it takes nothing more
+    pipeline = f"rtspsrc location={cam.url('rtsp-mjpeg')} protocols=udp latency=0 ! rtpjpegdepay ! identity eos-after=150 ! fakesink"
+    started = time.monotonic()
+    done = run("gst-launch-1.0", "-q", *pipeline.split(), timeout=60)
+    assert done.returncode == 0, done.stderr.decode()
+    print(f"150 frames by UDP beside a stuck TCP client in {time.monotonic() - started:.1f} s")
+
+
+GARBAGE = [b"\0" * 1000, b"GET / HTTP/1.1\r\n\r\n", b"DESCRIBE\r\n\r\n", b"$\0\xff\xff" + b"x" * 100, b"A" * 100_000,
+           b"DESCRIBE rtsp://x/main RTSP/9.9\r\nCSeq: 1\r\n\r\n", b"DESCRIBE rtsp://[::1 RTSP/1.0\r\nCSeq: 1\r\n\r\n",
+           b"SETUP rtsp://127.0.0.1/main/stream=0 RTSP/1.0\r\nCSeq: 1\r\nTransport: ;;;;=\r\n\r\n",
+           b"SETUP rtsp://127.0.0.1/main/stream=99 RTSP/1.0\r\nCSeq: 1\r\nTransport: RTP/AVP/TCP;interleaved=999-1000\r\n\r\n",
+           b"PLAY rtsp://127.0.0.1/main RTSP/1.0\r\nCSeq: 1\r\nSession: 12345\r\nRange: npt=x-y\r\n\r\n",
+           b"ANNOUNCE rtsp://127.0.0.1/main RTSP/1.0\r\nCSeq: 1\r\nContent-Type: application/sdp\r\nContent-Length: 99999999\r\n\r\nv=0",
+           b"OPTIONS * RTSP/1.0\r\nCSeq: -1\r\nCSeq: 99999999999999999999\r\n\r\n", b"\r\n" * 5000,
+           b"TEARDOWN rtsp://127.0.0.1/" + b"a/" * 5000 + b" RTSP/1.0\r\nCSeq: 1\r\n\r\n"]
+
+
+def test_malformed_requests_harm_nobody(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    watcher = Counter(cam.url("rtsp"))
+    port = rig.call("server.info")["rtsp"]
+    chance = random.Random(5)
+    good = b"DESCRIBE rtsp://127.0.0.1/lobby RTSP/1.0\r\nCSeq: 1\r\nAccept: application/sdp\r\n\r\n"
+    broken = [bytes(chance.choice([b, chance.randrange(256)]) if chance.random() < 0.1 else b for b in good) for _ in range(100)]
+    for request in GARBAGE + broken:
+        with socket.create_connection(("127.0.0.1", port), 10) as raw, contextlib.suppress(ConnectionError):
+            raw.sendall(request)
+            raw.shutdown(socket.SHUT_WR)
+    before = watcher.pictures
+    count_for([watcher], 2)
+    assert watcher.pictures > before + 5
+    assert len(take(RtspReader(cam.url("rtsp")), 3)) == 3
+
+
+@pytest.mark.slow
+def test_a_thousand_connections_that_say_nothing_harm_nobody(rig, process):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    watcher = Counter(cam.url("rtsp"))
+    port = rig.call("server.info")["rtsp"]
+    import resource
+    resource.setrlimit(resource.RLIMIT_NOFILE, (4096, max(4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1])))
+    crowd = []
+    try:
+        for i in range(1000):
+            crowd.append(socket.create_connection(("127.0.0.1", port), 10))
+            if i % 3 == 0:
+                crowd[-1].sendall(b"DESCRIBE rtsp://127.0.0.1/lobby RTSP/1.0\r\nCS")  # half a request
+        before = watcher.pictures
+        count_for([watcher], 2)
+        assert watcher.pictures > before + 5
+        assert process.fds() < 700  # 512 connections are held, the others were closed
+    finally:
+        for one in crowd:
+            one.close()
+    wait_until(lambda: process.fds() < 100, what="the crowd to be forgotten")
+    assert len(take(RtspReader(cam.url("rtsp")), 3)) == 3
+
+
+def test_vanished_udp_clients_are_forgotten_when_their_connection_goes(rig):
+    cam = rig.create_camera("lobby", size=(320, 240))
+    client = subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", "udp", "-i", cam.url("rtsp"), "-f", "null", "-"])
+    wait_until(lambda: camera_stats(rig)["outputs"] != [], what="a reader")
+    client.kill()
+    client.wait()
+    wait_until(lambda: camera_stats(rig)["outputs"] == [], what="the stream to end")
