@@ -36,8 +36,9 @@ public:
     static Result<Plan> plan(Kind kind, const CameraStream& camera, const RtspOptions& options);
     static std::string path_of(Kind kind, const std::string& camera);
 
-    RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts, GstRTSPAddressPool* multicast,
-              WallOffset* wall);
+    /// `multicast`: the groups it may send to, or null.
+    RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts,
+              GObjectHandle<GstRTSPAddressPool> multicast, WallOffset* wall);
     ~RtspMount();
     RtspMount(const RtspMount&) = delete;
     RtspMount& operator=(const RtspMount&) = delete;

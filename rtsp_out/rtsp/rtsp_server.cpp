@@ -74,6 +74,7 @@ struct RtspServer::Impl final : CameraObserver {
     void mount(const CameraStream& camera, bool is_there);
     void unmount(const std::string& path);
     Result<void> refusal(const std::string& path) const;
+    GObjectHandle<GstRTSPAddressPool> multicast_group();
     void keep_house();
 
     const RtspOptions options;
@@ -82,7 +83,7 @@ struct RtspServer::Impl final : CameraObserver {
     GObjectHandle<GstRTSPServer> server;
     GObjectHandle<GstRTSPMountPoints> mounts;
     GObjectHandle<GstRTSPSessionPool> sessions;
-    GObjectHandle<GstRTSPAddressPool> multicast;
+    unsigned mounts_made = 0;
     WallOffset wall;
     ClientTable clients{options.limits, [this](const std::string& path) { return refusal(path); }};
     std::map<std::string, std::unique_ptr<RtspMount>> mounted;
@@ -120,11 +121,6 @@ Result<void> RtspServer::Impl::listen() {
                                                  "; choose another --rtsp PORT (0: any free one)");
     }
     port = static_cast<std::uint16_t>(gst_rtsp_server_get_bound_port(server.get()));
-
-    // Two rigs on one network should not send to the same groups; 239.255/16 is for use within a site (RFC 2365).
-    multicast.reset(gst_rtsp_address_pool_new());
-    const std::string net = "239.255." + std::to_string(port % 251) + ".";
-    gst_rtsp_address_pool_add_range(multicast.get(), (net + "1").c_str(), (net + "254").c_str(), 18'888, 18'889, 1);
 
     g_signal_connect(server.get(), "client-connected",
                      G_CALLBACK(+[](GstRTSPServer*, GstRTSPClient* client, void* impl) {
@@ -168,8 +164,21 @@ void RtspServer::Impl::mount(const CameraStream& camera, bool is_there) {
         }
         if (const auto old = mounted.find(path); old != mounted.end() && old->second->plan() == *plan) continue;
         unmount(path);
-        mounted[path] = std::make_unique<RtspMount>(std::move(*plan), options, mounts.get(), multicast.get(), &wall);
+        mounted[path] = std::make_unique<RtspMount>(std::move(*plan), options, mounts.get(), multicast_group(), &wall);
     }
+}
+
+/// A group and a pair of ports for one mount. None on loopback: multicast would leave it, and gst-rtsp-server's sockets
+/// give no multicast to readers on the same machine.
+GObjectHandle<GstRTSPAddressPool> RtspServer::Impl::multicast_group() {
+    if (is_loopback_address(options.host)) return nullptr;
+    // 239.255/16 is for use within a site (RFC 2365); two rigs on one network should not send to the same groups.
+    const unsigned number = mounts_made++;
+    const std::string group = "239.255." + std::to_string(port % 251) + "." + std::to_string(1 + number % 254);
+    const auto first_port = static_cast<guint16>(18'888 + 2 * (number % 1000));
+    GObjectHandle<GstRTSPAddressPool> pool(gst_rtsp_address_pool_new());
+    gst_rtsp_address_pool_add_range(pool.get(), group.c_str(), group.c_str(), first_port, first_port + 1, 1);
+    return pool;
 }
 
 void RtspServer::Impl::unmount(const std::string& path) {
