@@ -21,6 +21,11 @@ GstRTSPStatusCode status_of(ErrorKind kind) {
     }
 }
 
+bool reads_by_tcp(GstRTSPSessionMedia* media) {
+    GstRTSPStreamTransport* transport = gst_rtsp_session_media_get_transport(media, 0);
+    return transport && gst_rtsp_stream_transport_get_transport(transport)->lower_transport == GST_RTSP_LOWER_TRANS_TCP;
+}
+
 /// A status line holds printable ASCII.
 std::string one_line(std::string text) {
     for (char& c : text)
@@ -116,6 +121,8 @@ GstRTSPStatusCode ClientTable::on_pre_play(GstRTSPClient*, GstRTSPContext* conte
 void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void*) {
     if (const auto feed = RtspMount::feed_of(context->media)) {
         feed->client_plays();
+        if (reads_by_tcp(context->sessmedia))
+            feed->add_tcp_reader(gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client)));
         const char* peer = gst_rtsp_connection_get_ip(gst_rtsp_client_get_connection(client));
         spdlog::info("rtsp: {} plays {}", peer ? peer : "somebody", feed->path());
     }

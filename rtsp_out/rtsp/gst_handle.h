@@ -18,6 +18,22 @@ struct GstCapsUnref {
 };
 using GstCapsHandle = std::unique_ptr<GstCaps, GstCapsUnref>;
 
+/// Finds a GObject as long as others keep it alive. Any thread.
+class GObjectWeak {
+public:
+    explicit GObjectWeak(void* object) { g_weak_ref_init(&reference_, object); }
+    ~GObjectWeak() { g_weak_ref_clear(&reference_); }
+    GObjectWeak(const GObjectWeak&) = delete;
+    GObjectWeak& operator=(const GObjectWeak&) = delete;
+    template <typename T>
+    GObjectHandle<T> lock() {
+        return GObjectHandle<T>(static_cast<T*>(g_weak_ref_get(&reference_)));
+    }
+
+private:
+    GWeakRef reference_;
+};
+
 /// A child of a bin by its name, or null. The handle holds a reference.
 inline GObjectHandle<GstElement> child_of(GstElement* bin, const char* name) {
     return GObjectHandle<GstElement>(gst_bin_get_by_name(GST_BIN(bin), name));

@@ -164,6 +164,7 @@ Result<void> MediaFeed::write(const MediaUnit& unit) {
     auto passage = std::make_shared<Passage>();
     passage->info = unit.info;
     passage->stats = stats_;
+    lockstep_ = unit.latch != nullptr;
     if (playing_) passage->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
     push(unit, unit.info.monotonic_ns, std::move(passage));
     return {};
@@ -278,6 +279,30 @@ void MediaFeed::client_joins() {
 void MediaFeed::client_plays() {
     std::lock_guard lock(mutex_);
     playing_ = true;
+}
+
+void MediaFeed::add_tcp_reader(GSocket* socket) {
+    std::lock_guard lock(tcp_mutex_);
+    tcp_readers_.emplace_back(socket);
+}
+
+bool MediaFeed::tcp_readers_take() {
+    {
+        std::lock_guard lock(mutex_);
+        if (lockstep_) return true;
+    }
+    std::lock_guard lock(tcp_mutex_);
+    bool takes = false;
+    for (auto reader = tcp_readers_.begin(); reader != tcp_readers_.end() && !takes;) {
+        const auto socket = reader->lock<GSocket>();
+        takes = socket && g_socket_condition_check(socket.get(), G_IO_OUT) != 0;
+        reader = socket ? std::next(reader) : tcp_readers_.erase(reader);
+    }
+    takes = takes || tcp_readers_.empty();
+    // Pictures are missing now: the next one that goes on should need none of them.
+    if (takes && std::exchange(tcp_missed_, !takes)) request_key_frame();
+    tcp_missed_ = !takes;
+    return takes;
 }
 
 void MediaFeed::repeat_if_idle(TimeNs now_ns) {

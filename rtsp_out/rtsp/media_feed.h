@@ -1,10 +1,14 @@
 #pragma once
 
 #include <deque>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include <gio/gio.h>
 
 #include "core/stream/frame_bus.h"
 #include "rtsp_out/rtsp/frame_times_sei.h"
@@ -47,6 +51,11 @@ public:
     void client_joins();
     /// Somebody plays now; from here on pictures hold their latch.
     void client_plays();
+    /// The connection of a client that plays by TCP.
+    void add_tcp_reader(GSocket* socket);
+    /// May packets go on to the TCP readers? No while every one of them is stuck: they would hold the pipeline, and UDP
+    /// readers with it. In lockstep always: there the step waits. Streaming thread.
+    bool tcp_readers_take();
     /// To be called some times a second.
     void repeat_if_idle(TimeNs now_ns);
     /// No more pictures: the stream ends for its clients (end of stream, RTCP BYE).
@@ -90,11 +99,17 @@ private:
     bool started_ = false;
     bool stopped_ = false;
     bool playing_ = false;
+    bool lockstep_ = false;
     std::shared_ptr<ReaderStats> stats_;
     std::optional<MediaUnit> last_;  ///< without its latch
     TimeNs last_stamp_ns_ = 0;
     TimeNs last_push_ns_ = 0;
     std::deque<Entry> on_way_;  ///< in the order of their stamps
+
+    std::mutex tcp_mutex_;
+    /// Weak: gst-rtsp-server closes a connection by letting go of it.
+    std::list<GObjectWeak> tcp_readers_;
+    bool tcp_missed_ = false;  ///< packets were left out since the last that went on
 
     std::mutex subscription_mutex_;
     std::optional<Subscription> subscription_;

@@ -1,19 +1,38 @@
 #include "rtsp_out/rtsp/media_pipeline.h"
 
+#include <memory>
 #include <string_view>
 
 #include <gst/rtp/gstrtcpbuffer.h>
 
 #include "core/base/clock.h"
+#include "rtsp_out/rtsp/gst_handle.h"
 
 namespace camrig {
 namespace {
 
 /// Reports come every 0.1 to 0.3 s (RFC 3550 randomises around this, and the first one comes after half of it).
 constexpr guint64 report_interval_ns = 250 * ns_per_ms;
-/// When all TCP clients of a stream are stuck while others read by UDP, so much waits for them before they are given
-/// up (ClientTable closes them after ten seconds).
-constexpr guint max_waiting_bytes = 64U << 20;
+/// What an element that gst-rtsp-server adds may need.
+struct Setup {
+    RtpTimeline timeline;
+    std::function<bool()> tcp_readers_take;
+};
+using SetupRef = std::shared_ptr<const Setup>;
+
+/// User data of a signal or probe, freed with it.
+SetupRef* kept(const SetupRef& setup) {
+    return new SetupRef(setup);
+}
+void free_kept(void* setup) {
+    delete static_cast<SetupRef*>(setup);
+}
+void free_with_closure(void* setup, GClosure*) {
+    free_kept(setup);
+}
+const Setup& setup_of(void* kept_setup) {
+    return **static_cast<SetupRef*>(kept_setup);
+}
 
 bool is_made_by(GstElement* element, std::string_view factory_name) {
     GstElementFactory* factory = gst_element_get_factory(element);
@@ -24,7 +43,7 @@ bool is_made_by(GstElement* element, std::string_view factory_name) {
 ///
 /// rtpsession's own are from two clocks read one after the other, and from the time of the last packet; on a busy
 /// machine two streams disagree by what lies between.
-GstPadProbeReturn rewrite_report(GstPad*, GstPadProbeInfo* info, void* timeline) {
+GstPadProbeReturn rewrite_report(GstPad*, GstPadProbeInfo* info, void* setup) {
     GstBuffer* buffer = gst_buffer_make_writable(GST_PAD_PROBE_INFO_BUFFER(info));
     GST_PAD_PROBE_INFO_DATA(info) = buffer;
     GstRTCPBuffer rtcp = GST_RTCP_BUFFER_INIT;
@@ -36,48 +55,59 @@ GstPadProbeReturn rewrite_report(GstPad*, GstPadProbeInfo* info, void* timeline)
         guint32 ssrc = 0, rtp = 0, packets = 0, octets = 0;
         guint64 ntp = 0;
         gst_rtcp_packet_sr_get_sender_info(&packet, &ssrc, &ntp, &rtp, &packets, &octets);
-        const auto time = static_cast<const RtpTimeline*>(timeline)->sender_time(monotonic_now_ns());
+        const auto time = setup_of(setup).timeline.sender_time(monotonic_now_ns());
         gst_rtcp_packet_sr_set_sender_info(&packet, ssrc, time.ntp, time.rtp, packets, octets);
     }
     gst_rtcp_buffer_unmap(&rtcp);
     return GST_PAD_PROBE_OK;
 }
 
-void on_rtpbin_pad(GstElement*, GstPad* pad, void* timeline) {
+void on_rtpbin_pad(GstElement*, GstPad* pad, void* setup) {
     if (!std::string_view(GST_PAD_NAME(pad)).starts_with("send_rtcp_src_")) return;
-    gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, rewrite_report,
-                      new RtpTimeline(*static_cast<const RtpTimeline*>(timeline)),
-                      [](void* copy) { delete static_cast<RtpTimeline*>(copy); });
+    gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, rewrite_report, kept(*static_cast<SetupRef*>(setup)), free_kept);
 }
 
-void on_element_added(GstBin* pipeline, GstBin* parent, GstElement* element, void* timeline) {
+/// Reports are single packets of type 192 to 223; RTP comes in lists or singly.
+bool is_report(GstPadProbeInfo* info) {
+    if (!(GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER)) return false;
+    guint8 head[2] = {};
+    return gst_buffer_extract(GST_PAD_PROBE_INFO_BUFFER(info), 0, head, sizeof head) == sizeof head && head[1] >= 192 &&
+           head[1] <= 223;
+}
+
+GstPadProbeReturn leave_out_if_stuck(GstPad*, GstPadProbeInfo* info, void* setup) {
+    return is_report(info) || setup_of(setup).tcp_readers_take() ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
+}
+
+void on_element_added(GstBin*, GstBin*, GstElement* element, void* setup) {
+    SetupRef& own = *static_cast<SetupRef*>(setup);
     if (is_made_by(element, "rtpbin")) {
-        g_signal_connect_data(
-            element, "pad-added", G_CALLBACK(on_rtpbin_pad),
-            new RtpTimeline(*static_cast<const RtpTimeline*>(timeline)),
-            [](void* copy, GClosure*) { delete static_cast<RtpTimeline*>(copy); }, GConnectFlags{});
+        g_signal_connect_data(element, "pad-added", G_CALLBACK(on_rtpbin_pad), kept(own), free_with_closure,
+                              GConnectFlags{});
     } else if (is_made_by(element, "rtpsession")) {
         g_object_set(element, "rtcp-min-interval", report_interval_ns, nullptr);
     } else if (is_made_by(element, "appsink") || is_made_by(element, "multiudpsink")) {
         // A kept last packet would keep its picture, and with it the latch of a step. Pictures go when they come.
         g_object_set(element, "sync", FALSE, "enable-last-sample", FALSE, nullptr);
-    } else if (is_made_by(element, "queue") && parent == pipeline) {
-        g_object_set(element, "max-size-buffers", 0U, "max-size-bytes", max_waiting_bytes, "max-size-time", guint64{0},
-                     nullptr);
+        if (!is_made_by(element, "appsink")) return;
+        // The way to the TCP readers. It blocks while all of them are stuck, and everybody's pictures with it.
+        const GObjectHandle<GstPad> pad(gst_element_get_static_pad(element, "sink"));
+        constexpr int packets = GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST;
+        gst_pad_add_probe(pad.get(), static_cast<GstPadProbeType>(packets), leave_out_if_stuck, kept(own), free_kept);
     }
 }
 
 }  // namespace
 
-void set_up_media_pipeline(GstPipeline* pipeline, const RtpTimeline& timeline) {
+void set_up_media_pipeline(GstPipeline* pipeline, const RtpTimeline& timeline, std::function<bool()> tcp_readers_take) {
     GstClock* clock = gst_system_clock_obtain();  // CLOCK_MONOTONIC, as the stamps of frames
     gst_pipeline_use_clock(pipeline, clock);
     gst_object_unref(clock);
     gst_element_set_start_time(GST_ELEMENT(pipeline), GST_CLOCK_TIME_NONE);  // the base time stays as it is
     gst_element_set_base_time(GST_ELEMENT(pipeline), static_cast<GstClockTime>(timeline.base_ns()));
-    g_signal_connect_data(
-        pipeline, "deep-element-added", G_CALLBACK(on_element_added), new RtpTimeline(timeline),
-        [](void* copy, GClosure*) { delete static_cast<RtpTimeline*>(copy); }, GConnectFlags{});
+    const auto setup = std::make_shared<const Setup>(Setup{timeline, std::move(tcp_readers_take)});
+    g_signal_connect_data(pipeline, "deep-element-added", G_CALLBACK(on_element_added), kept(setup), free_with_closure,
+                          GConnectFlags{});
 }
 
 }  // namespace camrig

@@ -93,11 +93,15 @@ void RtspMount::on_media(GstRTSPMediaFactory*, GstRTSPMedia* media, void* mount)
     const GObjectHandle<GstObject> pipeline(gst_object_get_parent(GST_OBJECT(bin.get())));
     CHECK(pipeline != nullptr);
     const RtpTimeline timeline(monotonic_now_ns(), g_random_int(), self->wall_->current());
-    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline);
     auto feed = MediaFeed::create({self->options_.bus, self->options_.fetcher, self->plan_.camera, self->plan_.format,
                                    self->plan_.path, timeline},
                                   bin.get());
-    std::erase_if(self->feeds_, [](const auto& weak) { return weak.expired(); });
+    const std::weak_ptr<MediaFeed> weak = feed;
+    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline, [weak] {
+        const auto alive = weak.lock();
+        return !alive || alive->tcp_readers_take();
+    });
+    std::erase_if(self->feeds_, [](const auto& old) { return old.expired(); });
     self->feeds_.push_back(feed);
 
     using Owner = std::shared_ptr<MediaFeed>;
