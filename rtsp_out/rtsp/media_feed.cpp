@@ -287,10 +287,7 @@ void MediaFeed::add_tcp_reader(GSocket* socket) {
 }
 
 bool MediaFeed::tcp_readers_take() {
-    {
-        std::lock_guard lock(mutex_);
-        if (lockstep_) return true;
-    }
+    if (is_lockstep()) return true;
     std::lock_guard lock(tcp_mutex_);
     bool takes = false;
     for (auto reader = tcp_readers_.begin(); reader != tcp_readers_.end() && !takes;) {
@@ -303,6 +300,11 @@ bool MediaFeed::tcp_readers_take() {
     if (takes && std::exchange(tcp_missed_, !takes)) request_key_frame();
     tcp_missed_ = !takes;
     return takes;
+}
+
+bool MediaFeed::is_lockstep() {
+    std::lock_guard lock(mutex_);
+    return lockstep_;
 }
 
 void MediaFeed::repeat_if_idle(TimeNs now_ns) {

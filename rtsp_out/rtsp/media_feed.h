@@ -56,6 +56,8 @@ public:
     /// May packets go on to the TCP readers? No while every one of them is stuck: they would hold the pipeline, and UDP
     /// readers with it. In lockstep always: there the step waits. Streaming thread.
     bool tcp_readers_take();
+    /// Pictures come with latches. Any thread.
+    bool is_lockstep();
     /// To be called some times a second.
     void repeat_if_idle(TimeNs now_ns);
     /// No more pictures: the stream ends for its clients (end of stream, RTCP BYE).

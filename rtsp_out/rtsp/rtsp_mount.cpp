@@ -97,10 +97,13 @@ void RtspMount::on_media(GstRTSPMediaFactory*, GstRTSPMedia* media, void* mount)
                                    self->plan_.path, timeline},
                                   bin.get());
     const std::weak_ptr<MediaFeed> weak = feed;
-    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline, [weak] {
+    const auto ask = [weak](bool (MediaFeed::*question)(), bool without_feed) {
         const auto alive = weak.lock();
-        return !alive || alive->tcp_readers_take();
-    });
+        return alive ? (alive.get()->*question)() : without_feed;
+    };
+    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline,
+                          {[ask] { return ask(&MediaFeed::tcp_readers_take, true); },
+                           [ask] { return ask(&MediaFeed::is_lockstep, false); }});
     std::erase_if(self->feeds_, [](const auto& old) { return old.expired(); });
     self->feeds_.push_back(feed);
 
