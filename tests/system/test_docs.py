@@ -59,6 +59,7 @@ def test_the_readme_shell_commands_run(hall, environment, tmp_path):
     assert len(shell) >= 2
     for block in shell:
         block = block.replace("http://127.0.0.1:8080/", hall.http_url.rstrip("/") + "/")
+        block = block.replace("rtsp://127.0.0.1:8554", hall.rtsp_url)
         run(["bash", "-euo", "pipefail", "-c", block], env=environment, cwd=tmp_path)
     assert (tmp_path / "desk.jpg").stat().st_size > 10_000
     assert (tmp_path / "lobby.png").stat().st_size > 10_000
