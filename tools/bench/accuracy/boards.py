@@ -129,9 +129,9 @@ def see(camera, view):
 
 BORDER_PX = 7  # room for cornerSubPix's window
 LEAST_CORNERS = 40
-LEAST_SQUARE_PX = 14
+LEAST_SQUARE_PX = 18
 WINDOW_PX = 6  # half of it, less one
-BLUR_PX = 1.5
+BLUR_PX = 1.6
 
 
 def find_corners(light, known):
@@ -139,7 +139,7 @@ def find_corners(light, known):
 
     Which corner is which is given, as a ChArUco board gives it, so that boards may go over the border of the picture.
     cornerSubPix wants the picture a lens makes: linear light (the sRGB curve moves every edge towards black) and no
-    steps (it is off by 0.1 px rms on edges one pixel wide), so it gets linear light under a Gaussian of 1.5 px.
+    steps (it is off by 0.1 px rms on edges one pixel wide), so it gets linear light under a Gaussian of 1.6 px.
     """
     light = cv2.GaussianBlur(light.astype(np.float32), (0, 0), BLUR_PX)
     start = known + np.random.default_rng(1).uniform(-1, 1, known.shape)

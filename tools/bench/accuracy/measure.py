@@ -136,7 +136,7 @@ def stereo(rig, camera, baseline_m=0.12, count=20, **options):
         flags=cv2.CALIB_USE_INTRINSIC_GUESS | (cv2.CALIB_FIX_K3 if camera.model == "pinhole" else 0), criteria=criteria,
     )
     off = np.degrees(np.linalg.norm(cv2.Rodrigues(rotation @ turn.T)[0]))
-    return {"rms": rms, "baseline": float(np.linalg.norm(translation)), "true_baseline": baseline_m, "rotation_off_deg": float(off), "pairs": len(pairs)}
+    return {"matrix": matrix_l, "rms": rms, "baseline": float(np.linalg.norm(translation)), "true_baseline": baseline_m, "rotation_off_deg": float(off), "pairs": len(pairs)}
 
 
 def light_of(cam, camera, n):

@@ -15,21 +15,26 @@ ANTIALIAS = ("none", "msaa4", "ssaa2", "ssaa3", "ssaa4")
 EXPECTED_COVERAGE_RMS = {"none": 0.25, "msaa4": 0.105, "ssaa2": 0.125, "ssaa3": 0.066, "ssaa4": 0.044}
 
 
-class Timer:
-    """Times pictures of one camera; what is not drawing (call, copy, base64) is measured at 16 x 16 and left in."""
+def picture_ms(cam, pose, frames=15):
+    """Median time of one picture asked for and sent raw, call and copy included; the camera stands back as it was."""
+    cam.frame()
+    times = []
+    for i in range(frames):
+        cam.set(**moved(pose, i + 1))
+        start = time.perf_counter()
+        cam.frame()
+        times.append((time.perf_counter() - start) * 1e3)
+    cam.set(**pose)
+    return float(np.median(times))
 
-    def __init__(self, cam, place):
-        self.cam, self.place = cam, place
 
-    def __call__(self, frames=15):
-        self.cam.frame()
-        times = []
-        for i in range(frames):
-            self.cam.set(position=(self.place[0], self.place[1], self.place[2] + (i % 2) * 2.0**-20))
-            start = time.perf_counter()
-            self.cam.frame()
-            times.append((time.perf_counter() - start) * 1e3)
-        return float(np.median(times))
+def moved(pose, i):
+    """The pose a micrometre up every other time: nothing to see, but a new picture to the rig."""
+    x, y, z = pose["position"]
+    return dict(pose, position=(x, y, z + (i % 2) * 2.0**-20))
+
+
+LOBBY = {"position": (2, 3, 2.8), "look_at": (12, 9, 1)}
 
 
 def edges_scene(folder):
@@ -66,8 +71,7 @@ def coverage(rig, modes=ANTIALIAS, reference_n=16, timed=True):
     for mode in modes:
         cam.set(antialias=mode)
         error = estimator.LINEAR[cam.frame().image[:, :, 1]] - reference
-        cost = Timer(cam, (0, 0, 0))() if timed else float("nan")
-        cam.set(position=(0, 0, 0))
+        cost = picture_ms(cam, {"position": (0, 0, 0)}) if timed else float("nan")
         results[mode] = (float(np.sqrt((error[edge] ** 2).mean())), float(np.abs(error).max()), cost)
     return results
 
@@ -78,14 +82,13 @@ def antialias(section, quick):
         hall = {}
         rig.load(HALL)
         camera = Camera("hall", fx=480, fy=480)
-        pose = dict(position=(2, 3, 2.8), look_at=(12, 9, 1))
-        cam = measure.new_camera(rig, **camera.options(), **pose)
+        cam = measure.new_camera(rig, **camera.options(), **LOBBY)
         light = measure.light_of(cam, camera, 8 if quick else 16)
         reference = np.round(255 * estimator.encode(light)).astype(np.uint8)
         for mode in ANTIALIAS:
-            cam.set(antialias=mode, position=pose["position"])
+            cam.set(antialias=mode)
             picture = cam.frame().image
-            hall[mode] = (quality.psnr(picture, reference), quality.ssim(picture, reference), Timer(cam, pose["position"])())
+            hall[mode] = (quality.psnr(picture, reference), quality.ssim(picture, reference), picture_ms(cam, LOBBY))
     base = hall["none"][2]
     section.say(
         f"Coverage: the error of linear light in the pixels of random edges (white on black) against {8 if quick else 16} x {8 if quick else 16} samples a pixel, which are as "
@@ -127,8 +130,7 @@ def lens_methods(section, quick):
                 except Exception as refused:  # a warp cannot hold a fisheye: the rig says so
                     errors[method, filter_, oversample] = str(refused)
             rig.load(HALL)
-            pose = dict(position=(2, 3, 2.8), look_at=(12, 9, 1))
-            cam = measure.new_camera(rig, **camera.options(), **pose)
+            cam = measure.new_camera(rig, **camera.options(), **LOBBY)
             cam.set(antialias="ssaa4", lens=lens_of(camera, "auto", "bicubic", 4 if not quick else 2))
             reference = cam.frame().image
             cam.set(antialias="none")
@@ -136,9 +138,9 @@ def lens_methods(section, quick):
                 if isinstance(errors[choice], str):
                     rows.append((camera.name, *choice, "refused", "", "", ""))
                     continue
-                cam.set(lens=lens_of(camera, *choice), position=pose["position"])
+                cam.set(lens=lens_of(camera, *choice))
                 picture = cam.frame().image
-                cost = Timer(cam, pose["position"])()
+                cost = picture_ms(cam, LOBBY)
                 most, rms, _ = estimator.summary(errors[choice])
                 rows.append((camera.name, *choice, most, rms, quality.psnr(picture, reference), cost))
                 points.append((camera.name, choice, cost, most, quality.psnr(picture, reference)))
@@ -179,16 +181,15 @@ def textures(section, quick):
     """Mesa's approximations of texture filtering, the only switch there is."""
     settings = [("exact (default)", {}), ("brilinear", {"GALLIVM_PERF": "brilinear"}), ("brilinear, rho_approx", {"GALLIVM_PERF": "brilinear,rho_approx"}), ("no mipmaps", {"LP_PERF": "no_mipmap"})]
     camera = Camera("hall", fx=480, fy=480)
-    pose = dict(position=(2, 3, 2.8), look_at=(12, 9, 1))
     rows, reference = [], None
     for name, environment in settings:
         with measure.rig_of(HALL, env=environment) as rig:
-            cam = measure.new_camera(rig, **camera.options(), **pose)
+            cam = measure.new_camera(rig, **camera.options(), **LOBBY)
             if reference is None:
                 light = measure.light_of(cam, camera, 4 if quick else 8)
                 reference = np.round(255 * estimator.encode(light)).astype(np.uint8)
             picture = cam.frame().image
-            rows.append((name, quality.psnr(picture, reference), quality.ssim(picture, reference), Timer(cam, pose["position"])(9 if quick else 31)))
+            rows.append((name, quality.psnr(picture, reference), quality.ssim(picture, reference), picture_ms(cam, LOBBY, 9 if quick else 31)))
     section.say(
         "camrig itself has one way to filter textures (trilinear, in linear light). Mesa's software rasteriser can be told to approximate it by environment "
         "variables; against the many-sample picture of the default, hall, 640x480, no anti-aliasing:"
