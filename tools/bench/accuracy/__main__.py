@@ -20,6 +20,7 @@ from accuracy.section import Section  # noqa: E402
 PARTS = {
     "reprojection": part_points.reprojection,
     "calibration": part_calibration.calibration,
+    "stereo": part_calibration.stereo,
     "offset": part_points.offset,
     "depth": part_points.depth,
     "inverse": part_calibration.inverse,

@@ -128,21 +128,22 @@ def see(camera, view):
 
 
 BORDER_PX = 7  # room for cornerSubPix's window
-LEAST_CORNERS = 40
+LEAST_CORNERS = 60
 LEAST_SQUARE_PX = 18
-WINDOW_PX = 6  # half of it, less one
-BLUR_PX = 1.6
+# cornerSubPix's half window and the Gaussian under it. A lens bends edges, which a wide window takes for a shift.
+WINDOW_PX, BLUR_PX = {"straight": 6, "bent": 4}, {"straight": 1.6, "bent": 1.0}
 
 
-def find_corners(light, known):
+def find_corners(light, known, edges):
     """Pixels of corners that are about at `known`, refined by cv2.cornerSubPix from a start up to 1 px beside it.
 
     Which corner is which is given, as a ChArUco board gives it, so that boards may go over the border of the picture.
     cornerSubPix wants the picture a lens makes: linear light (the sRGB curve moves every edge towards black) and no
-    steps (it is off by 0.1 px rms on edges one pixel wide), so it gets linear light under a Gaussian of 1.6 px.
+    steps (it is off by 0.1 px rms on edges one pixel wide), so it gets linear light under a Gaussian. `edges`: straight
+    or bent.
     """
-    light = cv2.GaussianBlur(light.astype(np.float32), (0, 0), BLUR_PX)
+    light = cv2.GaussianBlur(light.astype(np.float32), (0, 0), BLUR_PX[edges])
     start = known + np.random.default_rng(1).uniform(-1, 1, known.shape)
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-5)
     corners = start.astype(np.float32).reshape(-1, 1, 2)
-    return cv2.cornerSubPix(light, corners, (WINDOW_PX, WINDOW_PX), (-1, -1), criteria).reshape(-1, 2)
+    return cv2.cornerSubPix(light, corners, (WINDOW_PX[edges],) * 2, (-1, -1), criteria).reshape(-1, 2)

@@ -133,6 +133,6 @@ LENSES = (
     Camera("fisheye 180 deg", "equidistant", (0.0, 0.0, 0.0, 0.0), 200, 200),
     Camera("fisheye 200 deg, circular", "equidistant", (0.01, -0.004, 0.0, 0.0), 132, 132),
     Camera("fisheye 220 deg, circular", "equidistant", (0.0, 0.0, 0.0, 0.0), 122, 122),
-    Camera("fisheye that folds at 75 deg", "equidistant", (-0.10, -0.02, 0.0, 0.0), 210, 210),
+    Camera("fisheye that folds at 81 deg", "equidistant", (-0.10, -0.02, 0.0, 0.0), 210, 210),
     Camera("fisheye, off-centre", "equidistant", (0.03, -0.012, 0.002, 0.0), 180, 186, 280.5, 265.5),
 )

@@ -85,6 +85,8 @@ def place_discs(camera, radius_px=9.0, spacing_px=42.0, position=(0.3, -0.2, 1.1
     whole = ((outlines > 1) & (outlines < np.array([width, height]) - 2)).all(axis=(1, 2))
     size = np.linalg.norm(outlines - outlines.mean(axis=1, keepdims=True), axis=2).max(axis=1)
     whole &= size < 2.0 * radius_px  # next to a fold a disc is drawn out
+    x, y, z = np.moveaxis(marks.optical(marks.polygons.reshape(-1, 3)).reshape(*marks.polygons.shape), 2, 0)
+    whole &= (np.arctan2(np.hypot(x, y), z) < 0.998 * camera.fold_angle()).all(axis=1)
     marks.polygons = marks.polygons[whole]
     return marks
 

@@ -59,7 +59,8 @@ def corners_of_board(cam, camera, chosen):
         for i, seen in enumerate(chosen):
             cam.set(**seen.view.options())
             light[i] = light[i] + estimator.linear_light(cam.frame().image) / len(FINE_SHIFTS)
-    return [boards.find_corners(picture, seen.pixels) for picture, seen in zip(light, chosen)]
+    edges = "straight" if camera.model == "pinhole" else "bent"
+    return [boards.find_corners(picture, seen.pixels, edges) for picture, seen in zip(light, chosen)]
 
 
 def calibrate(rig, camera, count=20, seed=5, **options):
@@ -111,7 +112,7 @@ def curve_error(camera, matrix, k):
     return float(np.linalg.norm(estimate.reshape(-1, 2) - camera.project(directions), axis=1).max())
 
 
-def stereo(rig, camera, baseline_m=0.12, count=20, **options):
+def stereo(rig, camera, baseline_m=0.12, count=32, **options):
     """Baseline (m) and rotation (deg) between two rendered cameras by cv2.stereoCalibrate, and what they should be."""
     right_of_left = np.array([baseline_m, 0.0, 0.0])  # the right camera's place in the left optical frame
     turn = cv2.Rodrigues(np.radians([0.3, -1.2, 0.5]))[0]  # right_from_left, optical frames
@@ -121,7 +122,7 @@ def stereo(rig, camera, baseline_m=0.12, count=20, **options):
         body = world_from_left @ turn.T @ marks.LINK_FROM_OPTICAL.T
         right = boards.see(camera, boards.View(left.view.position + world_from_left @ right_of_left, boards.quaternion_of(body)))
         both = np.intersect1d(left.corners, right.corners) if right else []
-        if len(both) >= boards.LEAST_CORNERS:
+        if len(both) >= 40:
             pairs.append([boards.Seen(s.view, both, s.pixels[np.isin(s.corners, both)]) for s in (left, right)])
     pairs = pairs[:count]
     cam = new_camera(rig, **camera.options(), **options)

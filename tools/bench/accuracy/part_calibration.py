@@ -31,16 +31,20 @@ def calibration(section, quick):
             rows.append((camera.name, focal, principal, rms, curve, float(np.sqrt((errors**2).sum(axis=1).mean()))))
             for key, value in zip(worst, (focal, principal, rms, curve)):
                 worst[key] = max(worst[key], value)
-        pair = measure.stereo(rig, PINHOLES[0], antialias="ssaa4")
     section.say(
         "Twenty views of the chequerboard of `scenes/calibration.json` (11 x 8 inner corners; the board may go over the border), each the mean of four ssaa4 pictures a sixteenth of a pixel apart (8 x 8 samples a pixel), corners by `cv2.cornerSubPix` on linear light under a "
-        "Gaussian of 1.6 px, then `cv2.calibrateCamera` without a guess, or `cv2.fisheye.calibrate` from a focal length off by several per cent. Curve: the largest distance, all over the picture (to 90 % of the fold and 80 degrees), between where the camera and its calibration see one direction."
+        "Gaussian of 1.6 (pinholes) or 1 px, then `cv2.calibrateCamera` without a guess, or `cv2.fisheye.calibrate` from a focal length off by several per cent. Curve: the largest distance, all over the picture (to 90 % of the fold and 80 degrees), between where the camera and its calibration see one direction."
     )
     section.table(("camera", "fx, fy off, %", "cx, cy off, px", "rms, px", "curve, px", "corners off, px rms"), rows)
     section.gate("fx, fy recovered", worst["focal"], 0.05, "%")
     section.gate("cx, cy recovered", worst["principal"], 0.1, "px")
     section.gate("calibration's rms", worst["rms"], 0.05, "px")
     section.gate("distortion curve recovered", worst["curve"], 0.05, "px")
+
+
+def stereo(section, quick):
+    with measure.rig_of(SCENE) as rig:
+        pair = measure.stereo(rig, PINHOLES[0], antialias="ssaa4")
     off = abs(pair["baseline"] / pair["true_baseline"] - 1) * 100
     section.say(
         f"Stereo, {pair['pairs']} pairs, baseline {pair['true_baseline']} m, turned by 1.3 deg: `cv2.stereoCalibrate` is off by {off:.4f} % of the baseline and "
