@@ -89,7 +89,7 @@ def offset(section, quick):
         axes.set(xlabel="distance of the world's objects from the origin, m", ylabel="pose error, px")
         axes.legend(fontsize=8)
 
-    section.plot("offset", draw, "Pose error against the distance of camera and objects from the world's origin")
+    section.plot("offset", draw, "Pose error against the distance of camera and objects from the world's origin (0 is drawn at 1e-7)")
 
 
 def depth(section, quick):
@@ -124,7 +124,7 @@ def depth(section, quick):
         axes.set(xlabel="distance, m", ylabel="relative error of depth", ylim=(floor / 2, 10))
         axes.legend(fontsize=8)
 
-    section.plot("depth", draw, "Relative error of the depth picture against distance")
+    section.plot("depth", draw, "Relative error of the depth picture against distance (0 is drawn at 1e-9)")
 
 
 def step_deg(distances):

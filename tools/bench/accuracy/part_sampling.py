@@ -156,25 +156,26 @@ def lens_methods(section, quick):
                 cost = picture_ms(cam, LOBBY)
                 most, rms, _ = estimator.summary(errors[choice])
                 rows.append((camera.name, *choice, most, rms, quality.psnr(picture, reference), cost))
-                points.append((camera.name, choice, cost, most, quality.psnr(picture, reference)))
+                points.append((camera.name, choice, cost, rms))
     section.say(
         "Reprojection error of discs in the mean of four pictures without anti-aliasing (so mostly what samples of the source cost), likeness to the same picture drawn with "
-        "ssaa3 from a source of twice the density (hall), and time of a picture through `frame.get`. The first row is what a camera does unless told otherwise."
+        "ssaa3 from a source of twice the density (hall), and time of a picture through `frame.get`. The first row is what a camera does unless told otherwise. A denser source puts edges better but "
+        "does not make a picture more alike by itself: texels are picked from it, not averaged; `antialias` averages."
     )
     section.table(("lens", "method", "filter", "oversample", "max px", "rms px", "hall PSNR, dB", "ms"), rows)
 
     def draw(_, axes):
         for (name, marker) in zip([c.name for c in cases], "os"):
-            for _, choice, cost, most, likeness in [p for p in points if p[0] == name]:
+            for _, choice, cost, rms in [p for p in points if p[0] == name]:
                 color = {"auto": "tab:blue", "warp": "tab:orange", "cube": "tab:green"}[choice[0]]
-                axes.plot(cost, likeness, marker, color=color, fillstyle="full" if choice[1] == "bicubic" else "none", markersize=5 + 2 * choice[2])
+                axes.plot(cost, rms, marker, color=color, fillstyle="full" if choice[1] == "bicubic" else "none", markersize=5 + 2 * choice[2])
             axes.plot([], [], marker, color="gray", label=name)
         for method, color in (("auto", "tab:blue"), ("warp", "tab:orange"), ("cube", "tab:green")):
             axes.plot([], [], ".", color=color, label=method)
-        axes.set(xlabel="time of one picture, ms", ylabel="likeness to the reference, dB PSNR")
+        axes.set(xlabel="time of one 640x480 or 752x480 picture, ms", ylabel="reprojection error, rms px")
         axes.legend(fontsize=8)
 
-    section.plot("lens-methods", draw, "Speed against likeness of lens methods; larger marks: more oversampling; filled: bicubic")
+    section.plot("lens-methods", draw, "Speed against reprojection error of lens methods; larger marks: more oversampling; filled: bicubic")
 
 
 def lens_of(camera, method, filter_, oversample):
