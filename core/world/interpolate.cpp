@@ -7,13 +7,13 @@
 namespace camrig {
 namespace {
 
-struct Place {
+struct KeyPlace {
     std::size_t key = 0;  ///< the one at or before
     double u = 0.0;       ///< 0 at it, towards 1 at the next; 0 outside the keys
     double span_s = 0.0;
 };
 
-Place find_keys(const Channel& channel, TimeNs t) {
+KeyPlace find_keys(const Channel& channel, TimeNs t) {
     const auto& times = channel.times_ns;
     const auto after = std::upper_bound(times.begin(), times.end(), t);
     if (after == times.begin()) return {};
@@ -24,7 +24,7 @@ Place find_keys(const Channel& channel, TimeNs t) {
 }
 
 /// Component `c` by the rule of the channel; for rotations this is right for step and cubic splines only.
-double component(const Channel& channel, const Place& at, std::size_t c) {
+double component(const Channel& channel, const KeyPlace& at, std::size_t c) {
     const auto width = static_cast<std::size_t>(channel.width);
     const auto& values = channel.values;
     if (channel.interpolation != Interpolation::cubic_spline) {
@@ -64,12 +64,12 @@ glm::dquat slerp_shortest(const glm::dquat& a, const glm::dquat& to, double t) {
 }
 
 glm::dvec3 sample_vector(const Channel& channel, TimeNs phase_ns) {
-    const Place at = find_keys(channel, phase_ns);
+    const KeyPlace at = find_keys(channel, phase_ns);
     return {component(channel, at, 0), component(channel, at, 1), component(channel, at, 2)};
 }
 
 glm::dquat sample_rotation(const Channel& channel, TimeNs phase_ns) {
-    const Place at = find_keys(channel, phase_ns);
+    const KeyPlace at = find_keys(channel, phase_ns);
     if (channel.interpolation == Interpolation::cubic_spline) {
         const glm::dquat q(component(channel, at, 3), component(channel, at, 0), component(channel, at, 1),
                            component(channel, at, 2));
@@ -84,7 +84,7 @@ glm::dquat sample_rotation(const Channel& channel, TimeNs phase_ns) {
 }
 
 void sample_weights(const Channel& channel, TimeNs phase_ns, std::vector<float>& out) {
-    const Place at = find_keys(channel, phase_ns);
+    const KeyPlace at = find_keys(channel, phase_ns);
     out.resize(static_cast<std::size_t>(channel.width));
     for (std::size_t c = 0; c < out.size(); ++c) out[c] = static_cast<float>(component(channel, at, c));
 }

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/world/actor_spec.h"
 #include "core/world/camera_spec.h"
+#include "core/world/event/event_spec.h"
 #include "core/world/snapshot.h"
 
 namespace camrig {
@@ -19,31 +21,12 @@ struct Route {
     bool closed = false;
 };
 
-/// Walks along a route at constant speed with smooth turns; the clip's speed follows the ground speed.
-struct RouteBehaviour {
-    enum class Mode : std::uint8_t { loop, ping_pong, once };
-    std::string route;
-    double speed_m_s = 1.3;
-    double start_m = 0.0;
-    Mode mode = Mode::loop;
-    std::string clip;  ///< empty: no animation
-};
-
-/// Stays where it is and plays a clip in a loop.
-struct StandBehaviour {
-    std::string clip;
-};
-
-using BehaviourSpec = std::variant<StandBehaviour, RouteBehaviour>;
-
-struct ActorSpec {
-    std::string name;
-    std::string object_class = "object";
-    std::string model;
-    glm::dvec3 position{0.0};
-    glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
-    double scale = 1.0;
-    BehaviourSpec behaviour;
+/// A piece of floor with borders: people wander in it, events watch it. Corners in the plane, in either order; the
+/// border does not cross itself.
+struct Area {
+    std::vector<glm::dvec2> points;
+    std::vector<std::vector<glm::dvec2>> obstacles;  ///< nobody walks through them
+    double z = 0.0;                                  ///< height of the floor
 };
 
 struct ObjectSpec {
@@ -54,6 +37,7 @@ struct ObjectSpec {
     glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
     double scale = 1.0;
     std::string clip;  ///< not empty: a node animation played in a loop, which makes the object a mover
+    std::optional<Attachment> attach;
 };
 
 /// A named viewpoint that camera.create can refer to.
@@ -82,8 +66,10 @@ struct Scene {
     std::vector<ActorSpec> actors;
     std::vector<Light> lights;
     std::map<std::string, Route> routes;
+    std::map<std::string, Area> areas;
     std::map<std::string, Place> places;
     std::vector<CameraSpec> cameras;  ///< created when the scene is loaded
+    std::vector<EventSpec> events;
 };
 
 using SceneRef = std::shared_ptr<const Scene>;

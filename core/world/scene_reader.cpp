@@ -1,14 +1,17 @@
 #include "core/world/scene_reader.h"
 
-#include <array>
-#include <cmath>
 #include <set>
 
 #include "core/base/json_reader.h"
 #include "core/base/names.h"
 #include "core/world/camera_json.h"
 #include "core/world/model_lights.h"
-#include "core/world/route_path.h"
+#include "core/world/read/actor_json.h"
+#include "core/world/read/check_names.h"
+#include "core/world/read/event_json.h"
+#include "core/world/read/ground_json.h"
+#include "core/world/read/json_parts.h"
+#include "core/world/read/light_json.h"
 #include "core/world/scene_names.h"
 
 namespace camrig {
@@ -16,185 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double max_speed_m_s = 1000.0;
-constexpr double max_scale = 1e6;
-
-std::string item(std::string_view list, std::size_t index) {
-    return std::string(list) + "[" + std::to_string(index) + "]";
-}
-
-/// Names of scene things are free text that stays readable in messages and truth files.
-bool good_name(std::string_view name) {
-    bool good = !name.empty() && name.size() <= max_scene_name_bytes;
-    for (const char c : name) good = good && static_cast<unsigned char>(c) >= 0x20 && c != 0x7f;
-    return good;
-}
-
-void required_name(JsonReader& reader, std::string_view key, std::string& out) {
-    reader.required(key, out);
-    if (reader.ok() && !good_name(out)) reader.fail(key, "expected 1 to 64 printable characters");
-}
-
-void optional_in_range(JsonReader& reader, std::string_view key, double& out, double low, double high) {
-    reader.optional(key, out);
-    if (reader.ok() && !(out >= low && out <= high)) {
-        reader.fail(key, "expected a number from " + json(low).dump() + " to " + json(high).dump());
-    }
-}
-
-void optional_color(JsonReader& reader, std::string_view key, glm::vec3& out) {
-    if (!reader.has(key)) return;
-    std::array<double, 3> rgb{};
-    reader.required(key, std::span<double>(rgb));
-    for (const double part : rgb)
-        if (reader.ok() && (part < 0.0 || part > 1e4)) reader.fail(key, "expected linear [r, g, b] from 0");
-    out = {rgb[0], rgb[1], rgb[2]};
-}
-
-bool read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
-    if (!reader.has(key)) return false;
-    std::array<double, 3> v{};
-    reader.required(key, std::span<double>(v));
-    for (const double part : v) {
-        if (reader.ok() && std::abs(part) > max_coordinate_m)
-            reader.fail(key, "expected coordinates within 1e10 m of the origin");
-    }
-    out = {v[0], v[1], v[2]};
-    return true;
-}
-
-/// "yaw_deg" (about z, counter-clockwise) or "orientation": [x, y, z, w].
-bool read_orientation(JsonReader& reader, glm::dquat& out) {
-    const bool quaternion = reader.has("orientation"), yaw = reader.has("yaw_deg");
-    if (quaternion && yaw) reader.fail("yaw_deg", "give only one of yaw_deg and orientation");
-    double yaw_deg = 0.0;
-    reader.optional("yaw_deg", yaw_deg);
-    if (yaw) out = glm::angleAxis(glm::radians(yaw_deg), glm::dvec3(0.0, 0.0, 1.0));
-    reader.find("orientation");
-    if (quaternion) {
-        std::array<double, 4> q{};
-        reader.required("orientation", std::span<double>(q));
-        auto pose = pose_from_quaternion(glm::dvec3(0.0), glm::dquat(q[3], q[0], q[1], q[2]));
-        if (pose)
-            out = pose->orientation;
-        else
-            reader.fail("orientation", pose.error().message, pose.error().kind);
-    }
-    return quaternion || yaw;
-}
-
-Environment read_environment(const json& value, JsonReader& parent) {
-    Environment environment;
-    JsonReader reader(value, "environment");
-    optional_color(reader, "background", environment.background);
-    reader.find("background");
-    if (const json* ambient = reader.find("ambient")) {
-        JsonReader nested(*ambient, "environment.ambient");
-        for (const char* key : {"sky", "ground"}) nested.find(key);
-        optional_color(nested, "sky", environment.ambient_sky);
-        optional_color(nested, "ground", environment.ambient_ground);
-        if (auto done = nested.finish(); !done) reader.fail(done.error());
-    }
-    double exposure = 1.0;
-    optional_in_range(reader, "exposure", exposure, 1e-6, 1e6);
-    environment.exposure = static_cast<float>(exposure);
-    if (auto done = reader.finish(); !done) parent.fail(done.error());
-    return environment;
-}
-
-void read_direction(JsonReader& reader, glm::dvec3& out) {
-    if (!read_vector(reader, "direction", out)) return reader.fail("direction", "is missing");
-    const double length = glm::length(out);
-    if (!(length > 1e-9)) return reader.fail("direction", "has no length");
-    out /= length;
-}
-
-Result<Light> read_light(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
-    for (const char* key : {"color", "position", "direction"}) reader.find(key);
-    Light light;
-    std::string type;
-    required_name(reader, "name", light.name);
-    reader.required("type", type);
-    optional_color(reader, "color", light.color);
-    double intensity = 1.0, range = 0.0, inner_deg = 0.0, outer_deg = 45.0;
-    optional_in_range(reader, "intensity", intensity, 0.0, 1e9);
-    const bool placed = type == "point" || type == "spot";
-    if (type == "directional")
-        light.type = LightType::directional;
-    else if (type == "spot")
-        light.type = LightType::spot;
-    else if (type == "point")
-        light.type = LightType::point;
-    else if (reader.ok())
-        reader.fail("type", "'" + type.substr(0, 40) + "' is none of directional, point, spot");
-    if (placed) {
-        if (!read_vector(reader, "position", light.position)) reader.fail("position", "is missing");
-        optional_in_range(reader, "range", range, 0.0, 1e9);
-    }
-    if (light.type == LightType::spot) {
-        optional_in_range(reader, "inner_cone_deg", inner_deg, 0.0, 90.0);
-        optional_in_range(reader, "outer_cone_deg", outer_deg, 0.0, 90.0);
-        if (reader.ok() && inner_deg >= outer_deg) reader.fail("outer_cone_deg", "must be over inner_cone_deg");
-    }
-    if (light.type != LightType::point) {
-        read_direction(reader, light.direction);
-    } else if (reader.has("direction")) {
-        reader.fail("direction", "a point light has none");
-    }
-    if (light.type == LightType::directional && reader.has("position"))
-        reader.fail("position", "a directional light has none");
-    light.intensity = static_cast<float>(intensity);
-    light.range = static_cast<float>(range);
-    light.inner_cone_rad = static_cast<float>(glm::radians(inner_deg));
-    light.outer_cone_rad = static_cast<float>(glm::radians(outer_deg));
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return light;
-}
-
-Result<Route> read_route(const json& value, const std::string& path) {
-    JsonReader reader(value, path);
-    Route route;
-    if (!reader.has("points")) reader.fail("points", "is missing");
-    const auto points = reader.array("points", max_route_points);
-    for (std::size_t i = 0; i < points.size() && reader.ok(); ++i) {
-        const json& point = points[i];
-        glm::dvec3 p(0.0);
-        bool good = point.is_array() && (point.size() == 2 || point.size() == 3);
-        for (std::size_t c = 0; good && c < point.size(); ++c) {
-            good = point[c].is_number() && std::abs(point[c].get<double>()) <= max_coordinate_m;
-            if (good) p[static_cast<glm::length_t>(c)] = point[c].get<double>();
-        }
-        if (!good) reader.fail(item("points", i), "expected [x, y] or [x, y, z] within 1e10 m");
-        route.points.push_back(p);
-    }
-    reader.optional("closed", route.closed);
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    if (auto walked = RoutePath::create(route); !walked) {
-        walked.error().message.insert(0, path + ".");
-        return std::unexpected(walked.error());
-    }
-    return route;
-}
-
-Result<Place> read_place(const json& value, const std::string& path) {
-    JsonReader reader(value, path);
-    Place place;
-    reader.optional("description", place.description);
-    if (const json* pose = reader.find("pose")) {
-        if (auto read = read_pose(*pose, path + ".pose"))
-            place.pose = *read;
-        else
-            reader.fail(read.error());
-    } else if (reader.ok()) {
-        reader.fail("pose", "is missing");
-    }
-    double vfov_deg = 60.0;
-    optional_in_range(reader, "vfov_deg", vfov_deg, 0.01, 179.9);
-    place.vfov_rad = glm::radians(vfov_deg);
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return place;
-}
+constexpr double max_object_scale = 1e6;
 
 /// Turns the z-up model so that what is its front in glTF's frame looks along +x.
 std::optional<glm::dquat> heading_from_front(std::string_view front) {
@@ -219,12 +44,11 @@ private:
     void read_objects();
     void read_actors();
     void read_cameras();
+    void read_events();
+    void check_references();
     template <typename Value, typename Read>
     void read_map(std::string_view key, std::size_t limit, std::map<std::string, Value>& out, Read&& read);
     const SceneModel* read_model_name(JsonReader& reader, std::string& out) const;
-    void check_clip(JsonReader& reader, const SceneModel* model, const std::string& clip) const;
-    BehaviourSpec read_behaviour(const json& value, const std::string& path, const SceneModel* model,
-                                 JsonReader& parent) const;
     void claim_name(JsonReader& reader, const std::string& name);
 
     JsonReader reader_;
@@ -246,7 +70,13 @@ void SceneReader::read_head() {
     reader_.optional("step_ns", scene_.step_ns);
     if (reader_.ok() && (scene_.step_ns < min_step_ns || scene_.step_ns > max_step_ns))
         reader_.fail("step_ns", "expected 1000000 to 100000000 ns");
-    if (const json* value = reader_.find("environment")) scene_.environment = read_environment(*value, reader_);
+    if (const json* value = reader_.find("environment")) {
+        auto environment = read_environment(*value, "environment");
+        if (environment)
+            scene_.environment = *environment;
+        else
+            reader_.fail(environment.error());
+    }
 }
 
 template <typename Value, typename Read>
@@ -257,7 +87,7 @@ void SceneReader::read_map(std::string_view key, std::size_t limit, std::map<std
     if (entries->size() > limit)
         return reader_.fail(key, "more than " + std::to_string(limit) + " entries", ErrorKind::resource_exhausted);
     for (const auto& [name, value] : entries->items()) {
-        if (!good_name(name)) return reader_.fail(key, "names are 1 to 64 printable characters");
+        if (!is_scene_name(name)) return reader_.fail(key, "names are 1 to 64 printable characters");
         auto entry = read(value, std::string(key) + "." + name);
         if (!entry) return reader_.fail(entry.error());
         out.emplace(name, std::move(*entry));
@@ -305,93 +135,86 @@ const SceneModel* SceneReader::read_model_name(JsonReader& reader, std::string& 
     return nullptr;
 }
 
-void SceneReader::check_clip(JsonReader& reader, const SceneModel* model, const std::string& clip) const {
-    if (!reader.ok() || clip.empty() || model->model->find_animation(clip) >= 0) return;
-    reader.fail("clip", "the model has no clip '" + clip.substr(0, 80) + "'; it has: " + known_clips(*model->model),
-                ErrorKind::not_found);
-}
-
 void SceneReader::read_objects() {
     const auto items = reader_.array("objects", max_scene_objects);
     for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
-        JsonReader reader(items[i], item("objects", i));
+        JsonReader reader(items[i], item_path("objects", i));
         for (const char* key : {"position", "orientation"}) reader.find(key);
         ObjectSpec object;
         required_name(reader, "name", object.name);
         claim_name(reader, object.name);
         const SceneModel* model = read_model_name(reader, object.model);
-        if (reader.has("class")) required_name(reader, "class", object.object_class);
+        optional_name(reader, "class", object.object_class);
         read_vector(reader, "position", object.position);
         read_orientation(reader, object.orientation);
-        optional_in_range(reader, "scale", object.scale, 1e-6, max_scale);
+        optional_in_range(reader, "scale", object.scale, 1e-6, max_object_scale);
         reader.optional("clip", object.clip);
-        check_clip(reader, model, object.clip);
+        read_attachment(reader, "attach", object.attach);
+        if (reader.ok() && model)
+            if (auto good = check_clip(*model->model, object.clip, reader.path_of("clip")); !good)
+                reader.fail(good.error());
         if (auto done = reader.finish(); !done) return reader_.fail(done.error());
         scene_.objects.push_back(std::move(object));
     }
 }
 
-BehaviourSpec SceneReader::read_behaviour(const json& value, const std::string& path, const SceneModel* model,
-                                          JsonReader& parent) const {
-    JsonReader reader(value, path);
-    std::string type, clip;
-    reader.required("type", type);
-    reader.optional("clip", clip);
-    check_clip(reader, model, clip);
-    BehaviourSpec spec = StandBehaviour{clip};
-    if (type == "route") {
-        RouteBehaviour route;
-        route.clip = clip;
-        std::string mode;
-        reader.required("route", route.route);
-        const auto found = scene_.routes.find(route.route);
-        if (reader.ok() && found == scene_.routes.end())
-            reader.fail("route", "no route '" + route.route.substr(0, 80) + "'; known: " + known_names(scene_.routes),
-                        ErrorKind::not_found);
-        const bool closed = reader.ok() && found->second.closed;
-        optional_in_range(reader, "speed", route.speed_m_s, 1e-3, max_speed_m_s);
-        optional_in_range(reader, "start_m", route.start_m, 0.0, 1e9);
-        mode = closed ? "loop" : "ping_pong";
-        reader.optional("mode", mode);
-        using Mode = RouteBehaviour::Mode;
-        if (mode == "loop")
-            route.mode = Mode::loop;
-        else if (mode == "ping_pong")
-            route.mode = Mode::ping_pong;
-        else if (mode == "once")
-            route.mode = Mode::once;
-        else
-            reader.fail("mode", "'" + mode.substr(0, 40) + "' is none of loop, ping_pong, once");
-        if (reader.ok() && (route.mode == Mode::loop) != closed && route.mode != Mode::once)
-            reader.fail("mode", closed ? "a closed route is walked in mode loop or once"
-                                       : "an open route is walked in mode ping_pong or once");
-        spec = std::move(route);
-    } else if (type != "stand" && reader.ok()) {
-        reader.fail("type", "'" + type.substr(0, 40) + "' is none of route, stand");
-    }
-    if (auto done = reader.finish(); !done) parent.fail(done.error());
-    return spec;
-}
-
 void SceneReader::read_actors() {
     const auto items = reader_.array("actors", max_scene_actors);
     for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
-        JsonReader reader(items[i], item("actors", i));
-        for (const char* key : {"position", "orientation"}) reader.find(key);
-        ActorSpec actor;
-        required_name(reader, "name", actor.name);
-        claim_name(reader, actor.name);
-        const SceneModel* model = read_model_name(reader, actor.model);
-        if (reader.has("class")) required_name(reader, "class", actor.object_class);
-        bool placed = read_vector(reader, "position", actor.position);
-        placed = read_orientation(reader, actor.orientation) || placed;
-        optional_in_range(reader, "scale", actor.scale, 1e-6, max_scale);
-        if (const json* behaviour = reader.find("behaviour"))
-            actor.behaviour = read_behaviour(*behaviour, reader.path_of("behaviour"), model, reader);
-        if (placed && std::holds_alternative<RouteBehaviour>(actor.behaviour))
-            reader.fail("position", "its route places this actor; leave position and orientation out");
+        JsonReader reader(items[i], item_path("actors", i));
+        auto actor = read_actor(reader);
+        if (actor) claim_name(reader, actor->name);
+        if (!actor) return reader_.fail(actor.error());
         if (auto done = reader.finish(); !done) return reader_.fail(done.error());
-        scene_.actors.push_back(std::move(actor));
+        scene_.actors.push_back(std::move(*actor));
+    }
+}
+
+void SceneReader::read_events() {
+    const auto items = reader_.array("events", max_scene_events);
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
+        JsonReader reader(items[i], item_path("events", i));
+        auto event = read_event(reader);
+        if (!event) return reader_.fail(event.error());
+        if (!names.insert(event->name).second)
+            return reader_.fail(Error{ErrorKind::already_exists,
+                                      reader.path_of("name") + ": '" + event->name + "' is taken by another event"});
+        scene_.events.push_back(std::move(*event));
+    }
+}
+
+/// What one part says of others, when all are read.
+void SceneReader::check_references() {
+    if (!reader_.ok()) return;
+    const auto check = [this](Result<void> good) {
+        if (!good) reader_.fail(good.error());
+    };
+    const KnownNames names = names_of(scene_);
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+        const ObjectSpec& object = scene_.objects[i];
+        if (object.attach) check(check_attachment(*object.attach, names, item_path("objects", i) + ".attach"));
+    }
+    FollowGraph follows;
+    for (const ActorSpec& actor : scene_.actors) add_follows(actor.name, actor.behaviour, follows);
+    std::set<std::string> carried, carriers;
+    for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
+        const ActorSpec& actor = scene_.actors[i];
+        const std::string path = item_path("actors", i);
+        check(check_actor(actor, names, path));
+        check(check_follows(actor.name, follows, path));
+        if (!actor.attach) continue;
+        carried.insert(actor.name);
+        carriers.insert(actor.attach->actor);
+    }
+    for (const ObjectSpec& object : scene_.objects)
+        if (object.attach) carriers.insert(object.attach->actor);
+    for (const std::string& name : carriers)
+        if (carried.contains(name))
+            reader_.fail("actors", "'" + name + "' carries something and hangs on another; only one of both");
+    for (std::size_t i = 0; i < scene_.events.size(); ++i) {
+        check(check_event(scene_.events[i], names, item_path("events", i)));
+        check(check_event_loop(scene_.events[i], scene_.events, item_path("events", i)));
     }
 }
 
@@ -399,7 +222,7 @@ void SceneReader::read_cameras() {
     const auto items = reader_.array("cameras", max_scene_cameras);
     std::set<std::string> names;
     for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
-        JsonReader reader(items[i], item("cameras", i));
+        JsonReader reader(items[i], item_path("cameras", i));
         CameraSpec spec;
         reader.required("name", spec.name);
         if (reader.ok())
@@ -422,7 +245,7 @@ void SceneReader::read_cameras() {
         if (auto done = reader.finish(); !done) return reader_.fail(done.error());
         auto camera = patch_camera_spec(spec, patch);
         if (!camera) {
-            camera.error().message.insert(0, item("cameras", i) + ".");
+            camera.error().message.insert(0, item_path("cameras", i) + ".");
             return reader_.fail(camera.error());
         }
         scene_.cameras.push_back(std::move(*camera));
@@ -433,17 +256,20 @@ Result<Scene> SceneReader::read() {
     read_head();
     read_models();
     read_map("routes", max_scene_routes, scene_.routes, read_route);
+    read_map("areas", max_scene_areas, scene_.areas, read_area);
     read_map("places", max_scene_places, scene_.places, read_place);
     read_objects();
     const auto lights = reader_.array("lights", max_scene_lights);
     for (std::size_t i = 0; i < lights.size() && reader_.ok(); ++i) {
-        if (auto light = read_light(lights[i], item("lights", i)))
+        if (auto light = read_light(lights[i], item_path("lights", i)))
             scene_.lights.push_back(std::move(*light));
         else
             reader_.fail(light.error());
     }
     read_actors();
     read_cameras();
+    read_events();
+    check_references();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
     for (const ObjectSpec& object : scene_.objects)
         append_model_lights(*scene_.models.at(object.model).model, object, scene_.lights);

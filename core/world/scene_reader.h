@@ -16,10 +16,10 @@ inline constexpr std::size_t max_scene_objects = 20000;
 inline constexpr std::size_t max_scene_actors = 5000;
 inline constexpr std::size_t max_scene_lights = 256;
 inline constexpr std::size_t max_scene_routes = 1000;
-inline constexpr std::size_t max_route_points = 2000;
+inline constexpr std::size_t max_scene_areas = 1000;
 inline constexpr std::size_t max_scene_places = 1000;
 inline constexpr std::size_t max_scene_cameras = 256;
-inline constexpr std::size_t max_scene_name_bytes = 64;
+inline constexpr std::size_t max_scene_events = 1000;
 inline constexpr TimeNs min_step_ns = ns_per_ms;
 inline constexpr TimeNs max_step_ns = 100 * ns_per_ms;
 

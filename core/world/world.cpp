@@ -1,82 +1,63 @@
 #include "core/world/world.h"
 
+#include <algorithm>
 #include <atomic>
-#include <map>
+#include <bit>
+#include <numbers>
 
-#include "core/base/thread_check.h"
-#include "core/world/behaviour/route_behaviour.h"
 #include "core/world/behaviour/stand_behaviour.h"
-#include "core/world/interpolate.h"
+#include "core/world/scene_world.h"
 
 namespace camrig {
 namespace {
 
-/// The key of the renderer's caches must differ between two worlds of one process; pictures never depend on it.
-std::uint64_t next_revision() {
-    static std::atomic<std::uint64_t> last{0};
-    return ++last;
+/// What actors take of the floor, unless they say so themselves.
+double default_radius_m(const ActorSpec& spec) {
+    return spec.object_class == "person" ? person_radius_m * spec.scale : 0.0;
 }
 
-/// Corners are taken wider at speed; steps of half a metre, so that actors of one route share its path.
-double corner_radius_m(double speed_m_s) {
-    return std::max(0.5, 0.5 * std::ceil(speed_m_s / 3.0));
-}
-
-/// Something that moves: an actor, or an object that plays a clip.
-struct Mover {
-    std::shared_ptr<const ObjectInfo> info;
-    std::unique_ptr<Behaviour> behaviour;
-    glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
-    double scale = 1.0;
-    ActorState before, now;
-};
-
-class SceneWorld final : public World {
+/// FNV-1a, 64 bits, over the bits of numbers.
+class Fnv {
 public:
-    SceneWorld(SceneRef scene, std::uint64_t seed) : scene_(std::move(scene)), seed_(seed) {}
-    Result<void> populate();
-
-    const Scene& scene() const override { return *scene_; }
-    void advance_to(TimeNs world_ns) override;
-    SnapshotRef snapshot(TimeNs world_ns) const override;
+    void add(std::uint64_t bits) {
+        for (int i = 0; i < 8; ++i) {
+            value_ ^= (bits >> (8 * i)) & 0xff;
+            value_ *= 0x100000001b3u;
+        }
+    }
+    void add(TimeNs ns) { add(static_cast<std::uint64_t>(ns)); }
+    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+    void add(const glm::dvec3& v) {
+        for (int i = 0; i < 3; ++i) add(v[i]);
+    }
+    void add(const glm::dquat& q) {
+        for (const double part : {q.x, q.y, q.z, q.w}) add(part);
+    }
+    std::uint64_t value() const { return value_; }
 
 private:
-    using PathKey = std::pair<std::string, double>;
-    std::shared_ptr<const ObjectInfo> new_info(const std::string& name, const std::string& object_class,
-                                               const ModelRef& model);
-    Result<void> add_object(const ObjectSpec& spec, StaticSet& statics);
-    Result<void> add_actor(const ActorSpec& spec, std::map<PathKey, std::shared_ptr<const RoutePath>>& paths);
-    Result<const SceneModel*> model_of(const std::string& owner, const std::string& name) const;
-    void add_mover(Mover mover);
-
-    SceneRef scene_;
-    std::uint64_t seed_;
-    std::shared_ptr<const StaticSet> statics_;
-    std::vector<Mover> movers_;
-    std::uint32_t last_id_ = 0;
-    TimeNs now_ns_ = 0;  ///< of the last step
-    mutable ThreadCheck thread_;
+    std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-Result<int> clip_of(const std::string& owner, const Model& model, const std::string& clip) {
-    if (clip.empty()) return -1;
-    const int index = model.find_animation(clip);
-    if (index < 0) return error(ErrorKind::not_found, owner + ": its model has no clip '" + clip + "'");
-    return index;
-}
+}  // namespace
 
-Result<void> SceneWorld::populate() {
+SceneWorld::SceneWorld(SceneRef scene, std::uint64_t seed)
+    : scene_(std::move(scene)), seed_(seed), factory_(scene_), events_(scene_) {}
+
+void SceneWorld::populate() {
     auto statics = std::make_shared<StaticSet>();
-    statics->revision = next_revision();
     statics->lights = scene_->lights;
     statics->environment = scene_->environment;
+    statics->revision = next_static_revision();
+    for (const ObjectSpec& object : scene_->objects) add_object(object, *statics);
+    statics_ = statics_before_ = std::move(statics);
+    for (const ActorSpec& actor : scene_->actors) add_actor(actor);
     for (const ObjectSpec& object : scene_->objects)
-        if (auto done = add_object(object, *statics); !done) return done;
-    statics_ = std::move(statics);
-    std::map<PathKey, std::shared_ptr<const RoutePath>> paths;
+        if (object.attach) attach(*as_mover(object.name), *object.attach);
     for (const ActorSpec& actor : scene_->actors)
-        if (auto done = add_actor(actor, paths); !done) return done;
-    return {};
+        if (actor.attach) attach(*find(actor.name), *actor.attach);
+    for (const EventSpec& event : scene_->events) events_.add(event, 0, {});
+    run_events();
 }
 
 std::shared_ptr<const ObjectInfo> SceneWorld::new_info(const std::string& name, const std::string& object_class,
@@ -89,26 +70,19 @@ std::shared_ptr<const ObjectInfo> SceneWorld::new_info(const std::string& name, 
     return info;
 }
 
-Result<const SceneModel*> SceneWorld::model_of(const std::string& owner, const std::string& name) const {
-    const auto found = scene_->models.find(name);
-    if (found == scene_->models.end()) return error(ErrorKind::not_found, owner + ": no model '" + name + "'");
-    return &found->second;
-}
-
-Result<void> SceneWorld::add_object(const ObjectSpec& spec, StaticSet& statics) {
-    const auto model = model_of(spec.name, spec.model);
-    if (!model) return std::unexpected(model.error());
-    const ModelRef& ref = (*model)->model;
-    const auto clip = clip_of(spec.name, *ref, spec.clip);
-    if (!clip) return std::unexpected(clip.error());
-    auto info = new_info(spec.name, spec.object_class, ref);
-    if (*clip >= 0) {
-        Mover mover;
-        mover.info = std::move(info);
-        mover.scale = spec.scale;
-        mover.behaviour = std::make_unique<Standing>(ref, *clip, spec.position, spec.orientation);
+void SceneWorld::add_object(const ObjectSpec& spec, StaticSet& statics) {
+    const ModelRef& model = scene_->models.at(spec.model).model;
+    auto info = new_info(spec.name, spec.object_class, model);
+    if (!spec.clip.empty()) {
+        auto mover = std::make_unique<Mover>();
+        mover->info = std::move(info);
+        mover->model = spec.model;
+        mover->scale = spec.scale;
+        mover->behaviour = std::make_unique<Standing>(model, model->find_animation(spec.clip));
+        mover->now.position = spec.position;
+        mover->now.orientation = spec.orientation;
         add_mover(std::move(mover));
-        return {};
+        return;
     }
     Instance instance;
     instance.info = std::move(info);
@@ -116,74 +90,109 @@ Result<void> SceneWorld::add_object(const ObjectSpec& spec, StaticSet& statics) 
     instance.orientation = spec.orientation;
     instance.scale = spec.scale;
     statics.objects.push_back(std::move(instance));
-    return {};
 }
 
-Result<void> SceneWorld::add_actor(const ActorSpec& spec, std::map<PathKey, std::shared_ptr<const RoutePath>>& paths) {
-    const auto model = model_of(spec.name, spec.model);
-    if (!model) return std::unexpected(model.error());
-    const ModelRef& ref = (*model)->model;
-    Mover mover;
-    mover.heading_from_model = (*model)->heading_from_model;
-    mover.scale = spec.scale;
-    if (const auto* stand = std::get_if<StandBehaviour>(&spec.behaviour)) {
-        const auto clip = clip_of(spec.name, *ref, stand->clip);
-        if (!clip) return std::unexpected(clip.error());
-        mover.behaviour = std::make_unique<Standing>(ref, *clip, spec.position, spec.orientation);
-    } else {
-        const auto& walk = std::get<RouteBehaviour>(spec.behaviour);
-        const auto clip = clip_of(spec.name, *ref, walk.clip);
-        if (!clip) return std::unexpected(clip.error());
-        const auto route = scene_->routes.find(walk.route);
-        if (route == scene_->routes.end())
-            return error(ErrorKind::not_found, spec.name + ": no route '" + walk.route + "'");
-        const double radius = corner_radius_m(walk.speed_m_s);
-        auto& path = paths[{walk.route, radius}];
-        if (!path) {
-            auto created = RoutePath::create(route->second, radius);
-            if (!created) return at(spec.name, created.error());
-            path = std::make_shared<RoutePath>(std::move(*created));
-        }
-        mover.behaviour = std::make_unique<RouteWalk>(RouteWalk::Options{.path = path,
-                                                                         .mode = walk.mode,
-                                                                         .speed_m_s = walk.speed_m_s,
-                                                                         .start_m = walk.start_m,
-                                                                         .model = ref,
-                                                                         .animation = *clip,
-                                                                         .scale = spec.scale});
-    }
-    mover.info = new_info(spec.name, spec.object_class, ref);
-    add_mover(std::move(mover));
-    return {};
+Mover& SceneWorld::add_actor(const ActorSpec& spec) {
+    const SceneModel& model = scene_->models.at(spec.model);
+    auto mover = std::make_unique<Mover>();
+    mover->info = new_info(spec.name, spec.object_class, model.model);
+    mover->model = spec.model;
+    mover->is_actor = true;
+    mover->spec = spec.behaviour;
+    mover->heading_from_model = model.heading_from_model;
+    mover->scale = spec.scale;
+    mover->radius_m = spec.radius_m.value_or(default_radius_m(spec));
+    mover->now.position = spec.position;
+    mover->now.orientation = spec.orientation;
+    mover->behaviour =
+        factory_.make(spec.behaviour, {.model = model.model, .scale = spec.scale, .radius_m = mover->radius_m}, false);
+    return add_mover(std::move(mover));
 }
 
-void SceneWorld::add_mover(Mover mover) {
-    mover.behaviour->step({.now_ns = now_ns_, .step_ns = scene_->step_ns, .seed = seed_}, mover.now);
-    mover.before = mover.now;
+Mover& SceneWorld::add_mover(std::unique_ptr<Mover> mover) {
+    mover->born_ns = now_ns_;
+    StepContext own = context();
+    own.id = mover->id();
+    own.radius_m = mover->radius_m;
+    mover->start(own);
+    mover->before = mover->now;
+    mover->was_arrived = mover->behaviour->arrived();
+    by_name_[mover->info->name] = mover.get();
     movers_.push_back(std::move(mover));
+    return *movers_.back();
+}
+
+StepContext SceneWorld::context() const {
+    return {.now_ns = now_ns_, .step_ns = scene_->step_ns, .world_ns = now_ns_, .seed = seed_, .world = this};
+}
+
+void SceneWorld::see_crowd() {
+    std::vector<Body> bodies;
+    bodies.reserve(movers_.size());
+    groups_.clear();
+    for (const auto& mover : movers_) {
+        if (auto body = mover->body(scene_->step_ns)) bodies.push_back(*body);
+        if (const auto* group = std::get_if<GroupBehaviour>(&mover->spec)) groups_[group->group].push_back(mover->id());
+    }
+    crowd_.assign(std::move(bodies));
+}
+
+void SceneWorld::step() {
+    std::erase_if(movers_, [](const auto& mover) { return mover->gone_ns.has_value(); });
+    see_crowd();
+    now_ns_ += scene_->step_ns;
+    const StepContext now = context();
+    for (const auto& mover : movers_) {
+        mover->before = mover->now;
+        mover->left.reset();
+    }
+    for (const auto& mover : movers_) mover->step(now);
+    run_events();
 }
 
 void SceneWorld::advance_to(TimeNs world_ns) {
     thread_.check();
     CHECK(world_ns <= max_time_ns);
-    while (now_ns_ < world_ns) {
-        now_ns_ += scene_->step_ns;
-        const StepContext context{.now_ns = now_ns_, .step_ns = scene_->step_ns, .seed = seed_};
-        for (Mover& mover : movers_) {
-            mover.before = mover.now;
-            mover.behaviour->step(context, mover.now);
-        }
-    }
+    while (now_ns_ < world_ns) step();
 }
 
-/// `remaining_ns` of the step are still to come at the moment asked for.
-ClipState clip_before(const ClipPlay& play, TimeNs remaining_ns, TimeNs step_ns) {
-    ClipState clip{.animation = play.animation, .phase_ns = play.phase_ns, .weight = play.weight};
-    if (play.duration_ns <= 0) return clip;
-    const WideInt back = static_cast<WideInt>(play.advance_ns) * remaining_ns / step_ns;
-    const WideInt phase = (play.phase_ns - back) % play.duration_ns;
-    clip.phase_ns = static_cast<TimeNs>(phase < 0 ? phase + play.duration_ns : phase);
-    return clip;
+const ActorState* SceneWorld::find_actor(const std::string& name) const {
+    const Mover* mover = find(name);
+    return mover && mover->is_actor ? &mover->before : nullptr;
+}
+
+WorldView::Slot SceneWorld::group_slot(const std::string& group, std::uint32_t id) const {
+    const auto found = groups_.find(group);
+    if (found == groups_.end()) return {};
+    const auto at = std::ranges::find(found->second, id);
+    if (at == found->second.end()) return {0, found->second.size() + 1};
+    return {static_cast<std::size_t>(at - found->second.begin()), found->second.size()};
+}
+
+bool SceneWorld::is_there(const Mover& mover, TimeNs world_ns) const {
+    return mover.born_ns <= world_ns && (!mover.gone_ns || world_ns < *mover.gone_ns);
+}
+
+Instance SceneWorld::held_instance(const Mover& mover, const Instance& carrier) const {
+    // At the origin the frame is the actor's; at a node it is the node's with z for its y, as the world is to glTF.
+    glm::dquat frame = glm::inverse(mover.held->heading_from_model);
+    glm::dvec3 place = frame * mover.held->position;
+    if (mover.held->node >= 0) {
+        static thread_local PosedModel pose;
+        pose_model(*carrier.info->model, carrier.clips, pose);
+        const glm::dmat4& node = pose.model_from_node[static_cast<std::size_t>(mover.held->node)];
+        const glm::dvec3& z_up = mover.held->position;
+        place = glm::dvec3(node * glm::dvec4(z_up.x, z_up.z, -z_up.y, 1.0));
+        glm::dmat3 axes(node);
+        for (int i = 0; i < 3; ++i) axes[i] = glm::normalize(axes[i]);
+        frame = glm::quat_cast(axes) * glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
+    }
+    Instance instance = mover.instance_at(0, scene_->step_ns);
+    instance.position = carrier.position + carrier.orientation * (carrier.scale * place);
+    instance.orientation =
+        glm::normalize(carrier.orientation * frame * mover.held->orientation * mover.heading_from_model);
+    instance.velocity = carrier.velocity;
+    return instance;
 }
 
 SnapshotRef SceneWorld::snapshot(TimeNs world_ns) const {
@@ -193,32 +202,61 @@ SnapshotRef SceneWorld::snapshot(TimeNs world_ns) const {
     CHECK(remaining_ns >= 0 && remaining_ns <= step_ns);
     auto snapshot = std::make_shared<Snapshot>();
     snapshot->world_ns = world_ns;
-    snapshot->statics = statics_;
+    snapshot->statics = world_ns < statics_since_ns_ ? statics_before_ : statics_;
     snapshot->movers.reserve(movers_.size());
-    const double share = static_cast<double>(step_ns - remaining_ns) / static_cast<double>(step_ns);
-    for (const Mover& mover : movers_) {
-        Instance instance;
-        instance.info = mover.info;
-        instance.scale = mover.scale;
-        const bool on_step = remaining_ns == 0;
-        const glm::dvec3 moved = mover.now.position - mover.before.position;
-        instance.position = on_step ? mover.now.position : mover.before.position + moved * share;
-        const glm::dquat turned =
-            on_step ? mover.now.orientation : slerp_shortest(mover.before.orientation, mover.now.orientation, share);
-        instance.orientation = glm::normalize(turned * mover.heading_from_model);
-        instance.velocity = moved / (static_cast<double>(step_ns) * 1e-9);
-        for (const ClipPlay& play : mover.now.clips) instance.clips.push_back(clip_before(play, remaining_ns, step_ns));
-        snapshot->movers.push_back(std::move(instance));
+    std::map<std::uint32_t, std::size_t> place;  // in the snapshot, of carriers
+    bool any_held = false;
+    for (const auto& mover : movers_) any_held = any_held || mover->held;
+    for (const auto& mover : movers_) {
+        if (!is_there(*mover, world_ns)) continue;
+        if (any_held) place[mover->id()] = snapshot->movers.size();
+        snapshot->movers.push_back(mover->instance_at(remaining_ns, step_ns));
+    }
+    for (const auto& mover : movers_) {
+        if (!mover->held || !is_there(*mover, world_ns)) continue;
+        const auto carrier = place.find(mover->held->carrier);
+        if (carrier == place.end()) continue;
+        snapshot->movers[place.at(mover->id())] = held_instance(*mover, snapshot->movers[carrier->second]);
     }
     return snapshot;
 }
 
-}  // namespace
+StateHash SceneWorld::state_hash() const {
+    Fnv hash;
+    for (const auto& mover : movers_) {
+        if (mover->gone_ns) continue;
+        hash.add(std::uint64_t{mover->id()});
+        hash.add(std::uint64_t{mover->held ? mover->held->carrier : 0});
+        hash.add(mover->now.position);
+        hash.add(mover->now.orientation);
+        for (const ClipPlay& clip : mover->now.clips) {
+            hash.add(TimeNs{clip.animation});
+            hash.add(clip.phase_ns);
+            hash.add(clip.weight);
+        }
+    }
+    for (const Light& light : statics_->lights) hash.add(double{light.intensity});
+    return {now_ns_, hash.value()};
+}
+
+std::uint64_t next_static_revision() {
+    static std::atomic<std::uint64_t> last{0};
+    return ++last;
+}
 
 Result<std::unique_ptr<World>> World::create(SceneRef scene, std::uint64_t seed) {
     CHECK(scene != nullptr);
+    const KnownNames names = names_of(*scene);
+    for (const ActorSpec& actor : scene->actors)
+        if (auto good = check_actor(actor, names, actor.name); !good) return std::unexpected(good.error());
+    for (const ObjectSpec& object : scene->objects) {
+        if (!scene->models.contains(object.model))
+            return error(ErrorKind::not_found, object.name + ": no model '" + object.model + "'");
+        const Model& model = *scene->models.at(object.model).model;
+        if (auto good = check_clip(model, object.clip, object.name); !good) return std::unexpected(good.error());
+    }
     auto world = std::make_unique<SceneWorld>(std::move(scene), seed);
-    if (auto done = world->populate(); !done) return std::unexpected(done.error());
+    world->populate();
     return world;
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/world/scene.h"
@@ -8,10 +11,29 @@
 
 namespace camrig {
 
-/// The world: objects, actors and their behaviours, advanced in fixed steps of its own.
+inline constexpr std::size_t max_world_actors = 5000;
+inline constexpr std::size_t max_world_events = 1000;
+
+/// A camera that an event moves; the world has no cameras itself.
+struct CameraMove {
+    TimeNs world_ns = 0;  ///< from when on
+    std::string camera;
+    Pose pose;
+};
+
+/// What tells two states of the actors and lights apart, at the world's last step.
+struct StateHash {
+    TimeNs world_ns = 0;
+    std::uint64_t value = 0;
+};
+
+/// The world: objects, actors and their behaviours, events, advanced in fixed steps of its own.
 ///
 /// Thread: the engine's. Cameras sample it between steps by interpolation, so they never change what happens in it.
 /// Deterministic: the state after step k is a pure function of scene, seed and the commands applied before it.
+///
+/// Commands act at the last step, last_step_ns(): snapshots from there on show them. A command that fails changes
+/// nothing.
 class World {
 public:
     static Result<std::unique_ptr<World>> create(SceneRef scene, std::uint64_t seed);
@@ -20,8 +42,28 @@ public:
     virtual const Scene& scene() const = 0;
     /// Runs steps until the last one is at or after `world_ns`. Never goes back.
     virtual void advance_to(TimeNs world_ns) = 0;
+    virtual TimeNs last_step_ns() const = 0;
     /// The world at `world_ns`, which must lie between the last two steps (advance_to(world_ns) makes it so).
     virtual SnapshotRef snapshot(TimeNs world_ns) const = 0;
+
+    virtual std::vector<ActorReport> actors() const = 0;
+    virtual Result<ActorReport> spawn_actor(const ActorSpec& spec) = 0;
+    virtual Result<void> remove_actor(const std::string& name) = 0;
+    virtual Result<ActorReport> change_actor(const ActorPatch& patch) = 0;
+    /// All of them or none.
+    virtual Result<void> steer_actors(std::span<const SteerSpec> steers) = 0;
+
+    virtual std::vector<EventReport> events() const = 0;
+    virtual Result<EventReport> add_event(const EventSpec& spec) = 0;
+    virtual Result<void> remove_event(const std::string& name) = 0;
+
+    /// The events that have fired since the last call; when there are very many, the newest of them.
+    virtual std::vector<EventRecord> take_records() = 0;
+    virtual std::vector<CameraMove> take_camera_moves() = 0;
+
+    virtual std::size_t object_count() const = 0;
+    virtual std::size_t actor_count() const = 0;
+    virtual StateHash state_hash() const = 0;
 };
 
 }  // namespace camrig

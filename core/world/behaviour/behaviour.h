@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -7,6 +9,7 @@
 
 #include "core/base/time.h"
 #include "core/world/model.h"
+#include "core/world/walk/crowd.h"
 
 namespace camrig {
 
@@ -30,11 +33,40 @@ struct ActorState {
     std::vector<ClipPlay> clips;
 };
 
-/// What a behaviour may know of the step it computes. Grows with what behaviours need (neighbours, regions, events).
+/// What behaviours may see of the rest of the world: how it was at the step before, so that nobody's turn comes first.
+class WorldView {
+public:
+    virtual ~WorldView() = default;
+    virtual const Crowd& crowd() const = 0;
+    /// nullptr: there is no such actor (any more).
+    virtual const ActorState* find_actor(const std::string& name) const = 0;
+    /// The place of an actor among those of its group, by id.
+    struct Slot {
+        std::size_t index = 0;
+        std::size_t count = 1;
+    };
+    virtual Slot group_slot(const std::string& group, std::uint32_t id) const = 0;
+    /// World time; before 0 when it has not fired.
+    virtual TimeNs last_fired(const std::string& event) const = 0;
+};
+
+/// The step to compute, and for whom.
 struct StepContext {
-    TimeNs now_ns = 0;   ///< world time of the state to compute; 0 for the first
-    TimeNs step_ns = 0;  ///< length of the step that leads to it
+    TimeNs now_ns = 0;    ///< of the state to compute, by the actor's own clock: stops while the actor is held
+    TimeNs step_ns = 0;   ///< length of the step that leads to it
+    TimeNs world_ns = 0;  ///< of the state to compute
     std::uint64_t seed = 0;
+    std::uint32_t id = 0;   ///< of the actor; its stream of random numbers
+    double radius_m = 0.0;  ///< of its body
+    const WorldView* world = nullptr;
+
+    double step_s() const { return static_cast<double>(step_ns) * 1e-9; }
+};
+
+/// What a behaviour says of the room its actor takes.
+struct Footprint {
+    double length_m = 0.0;
+    double width_m = 0.0;
 };
 
 /// Moves one actor.
@@ -44,8 +76,16 @@ struct StepContext {
 class Behaviour {
 public:
     virtual ~Behaviour() = default;
-    /// Turns the state of the step before into the state at context.now_ns.
+    /// Before the first step: takes over the state that the actor has at context.now_ns.
+    virtual void start(const StepContext& context, ActorState& state) { step(context, state); }
+    /// Turns the state of the step before into the state at context.now_ns. At most one clip, of weight 1.
     virtual void step(const StepContext& context, ActorState& state) = 0;
+    /// Has done what it was to do. What never ends never arrives.
+    virtual bool arrived() const { return false; }
+    /// Avoids others, so that they need to do but half of it.
+    virtual bool gives_way() const { return false; }
+    /// Nothing: a disc of the actor's radius.
+    virtual std::optional<Footprint> footprint() const { return std::nullopt; }
 };
 
 /// The clip at a clip time that may be anything: wrapped into the clip's duration, in integers.

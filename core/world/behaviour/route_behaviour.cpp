@@ -38,13 +38,18 @@ RouteWalk::RouteWalk(Options options)
 }
 
 WideInt RouteWalk::distance_nm(TimeNs now_ns) const {
-    const WideInt walked = start_nm_ + static_cast<WideInt>(now_ns) * speed_nm_s_ / ns_per_s;
+    const WideInt walked = start_nm_ + static_cast<WideInt>(now_ns - origin_ns_) * speed_nm_s_ / ns_per_s;
     if (options_.mode != RouteBehaviour::Mode::once) return walked;
     return std::min<WideInt>(walked, std::max(length_nm_, start_nm_));
 }
 
 WideInt RouteWalk::clip_ns(TimeNs now_ns) const {
     return ground_nm_s_ > 0 ? distance_nm(now_ns) * ns_per_s / ground_nm_s_ : WideInt{now_ns};
+}
+
+void RouteWalk::start(const StepContext& context, ActorState& state) {
+    origin_ns_ = context.now_ns;
+    step(context, state);
 }
 
 void RouteWalk::step(const StepContext& context, ActorState& state) {
@@ -57,6 +62,7 @@ void RouteWalk::step(const StepContext& context, ActorState& state) {
             break;
         case RouteBehaviour::Mode::once:
             at_nm = static_cast<std::int64_t>(std::min<WideInt>(walked, length_nm_));
+            arrived_ = walked >= length_nm_;
             break;
         case RouteBehaviour::Mode::ping_pong: {
             const auto there_and_back = static_cast<std::int64_t>(walked % (2 * length_nm_));

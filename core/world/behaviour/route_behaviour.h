@@ -22,7 +22,9 @@ public:
         double scale = 1.0;  ///< of the actor: a larger one takes longer steps
     };
     explicit RouteWalk(Options options);
+    void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
+    bool arrived() const override { return arrived_; }
 
 private:
     /// Whole nanometres walked since the start of the route.
@@ -34,6 +36,8 @@ private:
     std::int64_t speed_nm_s_;
     std::int64_t start_nm_;
     std::int64_t ground_nm_s_ = 0;  ///< of the clip at this scale; 0: real time
+    TimeNs origin_ns_ = 0;          ///< when it was at its start
+    bool arrived_ = false;          ///< mode once: stands at the end
 };
 
 }  // namespace camrig

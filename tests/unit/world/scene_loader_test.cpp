@@ -58,7 +58,10 @@ TEST(SceneReader, ReadsEveryPartOfTheFormat) {
     ASSERT_TRUE(scene) << scene.error().message;
     EXPECT_EQ(scene->step_ns, 20 * ns_per_ms);
     EXPECT_EQ(scene->environment.exposure, 2.0f);
-    EXPECT_EQ(scene->objects.size(), 2u);
+    EXPECT_EQ(scene->objects.size(), 3u);
+    EXPECT_EQ(scene->areas.at("floor").obstacles[0].size(), 3u);
+    EXPECT_EQ(scene->events.size(), 7u);
+    EXPECT_EQ(std::get<SequenceBehaviour>(scene->actors[2].behaviour).steps.size(), 6u);
     EXPECT_EQ(scene->objects[0].object_class, "crate");
     EXPECT_EQ(scene->lights[0].direction, glm::dvec3(0, 0, -1));
     EXPECT_EQ(scene->lights[2].type, LightType::spot);

@@ -1,0 +1,30 @@
+#include "core/world/behaviour/sequence.h"
+
+namespace camrig {
+
+void Sequence::begin(const StepContext& context, ActorState& state) {
+    now_ = factory_.make(spec_.steps[index_].behaviour, actor_, true);
+    began_ns_ = context.now_ns;
+    began_world_ns_ = context.world_ns;
+    now_->start(context, state);
+}
+
+bool Sequence::ends(const StepContext& context) const {
+    const SequenceStep& step = spec_.steps[index_];
+    if (step.duration_ns && context.now_ns - began_ns_ >= *step.duration_ns) return true;
+    if (!step.event.empty() && context.world && context.world->last_fired(step.event) >= began_world_ns_) return true;
+    return !step.duration_ns && step.event.empty() && now_->arrived();
+}
+
+void Sequence::step(const StepContext& context, ActorState& state) {
+    now_->step(context, state);
+    if (done_ || !ends(context)) return;
+    if (index_ + 1 == spec_.steps.size() && !spec_.repeat) {
+        done_ = true;
+        return;
+    }
+    index_ = (index_ + 1) % spec_.steps.size();
+    begin(context, state);
+}
+
+}  // namespace camrig

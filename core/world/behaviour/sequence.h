@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+
+#include "core/world/behaviour/behaviour_factory.h"
+
+namespace camrig {
+
+/// One behaviour after the other; the last one goes on. At most one change a step.
+class Sequence final : public Behaviour {
+public:
+    Sequence(SequenceBehaviour spec, BehaviourFactory& factory, BehaviourFactory::ForActor actor)
+        : spec_(std::move(spec)), factory_(factory), actor_(std::move(actor)) {}
+    void start(const StepContext& context, ActorState& state) override { begin(context, state); }
+    void step(const StepContext& context, ActorState& state) override;
+    bool arrived() const override { return done_; }
+    bool gives_way() const override { return now_->gives_way(); }
+    std::optional<Footprint> footprint() const override { return now_->footprint(); }
+
+private:
+    void begin(const StepContext& context, ActorState& state);
+    bool ends(const StepContext& context) const;
+
+    SequenceBehaviour spec_;
+    BehaviourFactory& factory_;
+    BehaviourFactory::ForActor actor_;
+    std::size_t index_ = 0;
+    std::unique_ptr<Behaviour> now_;
+    TimeNs began_ns_ = 0;  ///< by the actor's clock
+    TimeNs began_world_ns_ = 0;
+    bool done_ = false;
+};
+
+/// Walks to where its route begins, then along it.
+class JoinRoute final : public Behaviour {
+public:
+    JoinRoute(std::unique_ptr<Behaviour> approach, std::unique_ptr<Behaviour> walk)
+        : now_(std::move(approach)), walk_(std::move(walk)) {}
+    void start(const StepContext& context, ActorState& state) override { now_->start(context, state); }
+    void step(const StepContext& context, ActorState& state) override {
+        now_->step(context, state);
+        if (!walk_ || !now_->arrived()) return;
+        now_ = std::move(walk_);
+        now_->start(context, state);
+    }
+    bool arrived() const override { return !walk_ && now_->arrived(); }
+    bool gives_way() const override { return now_->gives_way(); }
+
+private:
+    std::unique_ptr<Behaviour> now_, walk_;
+};
+
+}  // namespace camrig

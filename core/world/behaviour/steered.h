@@ -1,0 +1,29 @@
+#pragma once
+
+#include "core/world/actor_spec.h"
+#include "core/world/behaviour/walker.h"
+
+namespace camrig {
+
+/// Moves as it was told last, by a program outside (actor.steer).
+class Steered final : public Behaviour {
+public:
+    explicit Steered(Gait::Options gait) : model_(gait.model), scale_(gait.scale), gait_(std::move(gait)) {}
+    void start(const StepContext& context, ActorState& state) override { gait_.start(context, state); }
+    void step(const StepContext& context, ActorState& state) override;
+    bool arrived() const override { return !to_ && velocity_ == glm::dvec3(0.0); }
+
+    /// From the state that the actor has now. The clip must be one of its model's.
+    void steer(const SteerSpec& spec, const StepContext& context, ActorState& state);
+
+private:
+    ModelRef model_;
+    double scale_;
+    Gait gait_;
+    glm::dvec3 velocity_{0.0};
+    std::optional<glm::dvec3> to_;  ///< with when it is to be there
+    TimeNs to_ns_ = 0;
+    std::optional<double> yaw_rad_;
+};
+
+}  // namespace camrig

@@ -1,0 +1,124 @@
+#include "core/world/mover.h"
+
+#include <algorithm>
+
+#include "core/world/interpolate.h"
+
+namespace camrig {
+namespace {
+
+constexpr TimeNs cross_fade_ns = 250 * ns_per_ms;
+
+ClipState clip_before(const ClipPlay& play, TimeNs remaining_ns, TimeNs step_ns) {
+    ClipState clip{.animation = play.animation, .phase_ns = play.phase_ns, .weight = play.weight};
+    if (play.duration_ns <= 0) return clip;
+    const WideInt back = static_cast<WideInt>(play.advance_ns) * remaining_ns / step_ns;
+    const WideInt phase = (play.phase_ns - back) % play.duration_ns;
+    clip.phase_ns = static_cast<TimeNs>(phase < 0 ? phase + play.duration_ns : phase);
+    return clip;
+}
+
+}  // namespace
+
+void Mover::start(const StepContext& context) {
+    behaviour->start(context, now);
+    choose_clips(context);
+}
+
+void Mover::step(const StepContext& context) {
+    StepContext own = context;
+    own.id = id();
+    own.radius_m = radius_m;
+    if (held_at_ns)
+        behind_ns += context.step_ns;
+    else if (!held) {
+        own.now_ns = context.world_ns - behind_ns;
+        behaviour->step(own, now);
+    }
+    choose_clips(own);
+}
+
+void Mover::choose_clips(const StepContext& context) {
+    std::optional<ClipPlay> wanted;
+    if (!now.clips.empty()) wanted = now.clips.front();
+    if (played && played->until_ns && context.world_ns >= *played->until_ns) played.reset();
+    if (played) {
+        wanted.reset();
+        const auto at = [&](TimeNs ns) {
+            return static_cast<WideInt>(ns - played->began_ns) * played->speed_ppm / 1'000'000;
+        };
+        if (played->animation >= 0)
+            wanted =
+                clip_at(*info->model, played->animation, at(context.world_ns), at(context.world_ns - context.step_ns));
+    } else if (held_at_ns && has_clip_) {
+        wanted = main_;  // held: the clip stands still too
+        wanted->advance_ns = 0;
+        wanted->weight = 1.0;
+    }
+    // A change of clip is a cross-fade; the old one goes on as fast as it last did. There is no fade from or to the
+    // rest pose.
+    if (has_clip_ && wanted && wanted->animation != main_.animation) {
+        if (!fading_ || main_.weight >= 0.5) fading_ = main_;
+        fade_ns_ = 0;
+    }
+    if (!wanted) fading_.reset();
+    has_clip_ = wanted.has_value();
+    now.clips.clear();
+    if (!wanted) return;
+    if (fading_) {
+        fade_ns_ += context.step_ns;
+        const double share = static_cast<double>(fade_ns_) / static_cast<double>(cross_fade_ns);
+        if (share >= 1.0 || fading_->animation == wanted->animation) {
+            fading_.reset();
+        } else {
+            wanted->weight = share;
+            fading_->weight = 1.0 - share;
+            if (fading_->duration_ns > 0) {
+                const WideInt phase = (static_cast<WideInt>(fading_->phase_ns) + fading_->advance_ns);
+                const auto wrapped = static_cast<TimeNs>(phase % fading_->duration_ns);
+                fading_->phase_ns = wrapped < 0 ? wrapped + fading_->duration_ns : wrapped;
+            }
+        }
+    }
+    main_ = *wanted;
+    now.clips.push_back(main_);
+    if (fading_) now.clips.push_back(*fading_);
+}
+
+Instance Mover::instance_at(TimeNs remaining_ns, TimeNs step_ns) const {
+    const bool earlier = remaining_ns > 0 && left;
+    const ActorState& begin = earlier ? left->before : before;
+    const ActorState& end = earlier ? left->now : now;
+    const double share = static_cast<double>(step_ns - remaining_ns) / static_cast<double>(step_ns);
+    const bool on_step = remaining_ns == 0;
+    Instance instance;
+    instance.info = info;
+    instance.scale = scale;
+    const glm::dvec3 moved = end.position - begin.position;
+    instance.position = on_step ? end.position : begin.position + moved * share;
+    const glm::dquat turned = on_step ? end.orientation : slerp_shortest(begin.orientation, end.orientation, share);
+    instance.orientation = glm::normalize(turned * heading_from_model);
+    instance.velocity = moved / (static_cast<double>(step_ns) * 1e-9);
+    for (const ClipPlay& play : end.clips) instance.clips.push_back(clip_before(play, remaining_ns, step_ns));
+    return instance;
+}
+
+std::optional<Body> Mover::body(TimeNs step_ns) const {
+    if (held || !is_actor) return std::nullopt;
+    Body body;
+    body.id = id();
+    body.position = glm::dvec2(now.position);
+    body.velocity = glm::dvec2(velocity(step_ns));
+    body.z = now.position.z;
+    body.radius = radius_m;
+    body.gives_way = behaviour->gives_way() && !held_at_ns;
+    if (const auto footprint = behaviour->footprint()) {
+        const glm::dvec3 front = now.orientation * glm::dvec3(1.0, 0.0, 0.0);
+        body.radius = footprint->width_m / 2.0;
+        body.axis = glm::dvec2(front) * std::max(0.0, (footprint->length_m - footprint->width_m) / 2.0);
+    }
+    if (!(body.radius > 0.0)) return std::nullopt;
+    return body;
+}
+
+}  // namespace camrig

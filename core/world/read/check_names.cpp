@@ -1,0 +1,288 @@
+#include "core/world/read/check_names.h"
+
+#include <functional>
+
+#include "core/world/scene_names.h"
+
+namespace camrig {
+namespace {
+
+std::string key_of(const std::string& path, std::string_view key) {
+    return path.empty() ? std::string(key) : path + "." + std::string(key);
+}
+
+std::unexpected<Error> unknown(const std::string& path, std::string_view what, const std::string& name,
+                               const std::string& known) {
+    return error(ErrorKind::not_found,
+                 path + ": no " + std::string(what) + " '" + name.substr(0, 80) + "'; known: " + known);
+}
+
+template <typename Value>
+std::string known_of(const std::map<std::string, Value>& entries) {
+    return known_names(entries);
+}
+std::string known_of(const std::set<std::string>& entries) {
+    std::map<std::string, int> names;
+    for (const auto& name : entries) names.emplace(name, 0);
+    return known_names(names);
+}
+
+/// `name` is one of `entries`.
+template <typename Entries>
+Result<void> check_in(const Entries& entries, const std::string& name, std::string_view what, const std::string& path) {
+    if (entries.contains(name)) return {};
+    return unknown(path, what, name, known_of(entries));
+}
+
+Result<void> check_light(const Scene& scene, const std::string& name, const std::string& path) {
+    std::map<std::string, int> lights;
+    for (const Light& light : scene.lights) lights.emplace(light.name, 0);
+    return check_in(lights, name, "light", path);
+}
+
+Result<void> check_node(const Model& model, const std::string& node, const std::string& path) {
+    if (node.empty()) return {};
+    std::map<std::string, int> nodes;
+    for (const Node& n : model.nodes) nodes.emplace(n.name, 0);
+    if (nodes.contains(node)) return {};
+    return error(ErrorKind::not_found,
+                 path + ": the model has no node '" + node.substr(0, 80) + "'; it has: " + known_names(nodes));
+}
+
+/// The model of an actor that is known.
+const Model& model_of(const KnownNames& names, const std::string& actor) {
+    return *names.scene.models.at(names.actors.at(actor)).model;
+}
+
+/// The kinds of behaviour, each with the names it uses.
+struct BehaviourCheck {
+    const Model& model;
+    const KnownNames& names;
+    const std::string& path;
+
+    Result<void> clip(std::string_view key, const std::string& name) const {
+        return check_clip(model, name, key_of(path, key));
+    }
+    Result<void> walk(const WalkManner& manner) const {
+        if (!manner.area.empty())
+            if (auto done = check_in(names.scene.areas, manner.area, "area", key_of(path, "area")); !done) return done;
+        if (auto done = clip("clip", manner.clip); !done) return done;
+        return clip("idle_clip", manner.idle_clip);
+    }
+    Result<void> actor(const std::string& name) const {
+        return check_in(names.actors, name, "actor", key_of(path, "actor"));
+    }
+    Result<void> route(const std::string& name) const {
+        return check_in(names.scene.routes, name, "route", key_of(path, "route"));
+    }
+
+    Result<void> operator()(const StandBehaviour& stand) const { return clip("clip", stand.clip); }
+    Result<void> operator()(const SteeredBehaviour& steered) const { return clip("clip", steered.clip); }
+    Result<void> operator()(const GoToBehaviour& go) const { return walk(go.walk); }
+    Result<void> operator()(const WanderBehaviour& wander) const { return walk(wander.walk); }
+    Result<void> operator()(const GroupBehaviour& group) const { return walk(group.walk); }
+    Result<void> operator()(const LookAtBehaviour& look) const {
+        if (!look.actor.empty())
+            if (auto done = actor(look.actor); !done) return done;
+        return clip("clip", look.clip);
+    }
+    Result<void> operator()(const FollowBehaviour& follow) const {
+        if (auto done = actor(follow.actor); !done) return done;
+        return walk(follow.walk);
+    }
+    Result<void> operator()(const VehicleBehaviour& vehicle) const {
+        if (auto done = route(vehicle.route); !done) return done;
+        return clip("clip", vehicle.clip);
+    }
+    Result<void> operator()(const RouteBehaviour& route_walk) const {
+        using Mode = RouteBehaviour::Mode;
+        if (auto done = clip("clip", route_walk.clip); !done) return done;
+        if (auto done = route(route_walk.route); !done) return done;
+        const bool closed = names.scene.routes.at(route_walk.route).closed;
+        if (!route_walk.mode || *route_walk.mode == Mode::once || (*route_walk.mode == Mode::loop) == closed) return {};
+        return error(ErrorKind::invalid_argument,
+                     key_of(path, "mode") + (closed ? ": a closed route is walked in mode loop or once"
+                                                    : ": an open route is walked in mode ping_pong or once"));
+    }
+    Result<void> operator()(const SequenceBehaviour& sequence) const {
+        for (std::size_t i = 0; i < sequence.steps.size(); ++i) {
+            const SequenceStep& step = sequence.steps[i];
+            const std::string place = key_of(path, "steps[" + std::to_string(i) + "]");
+            if (auto done = check_behaviour(step.behaviour, model, names, place); !done) return done;
+            if (step.event.empty()) continue;
+            if (auto done = check_in(names.events, step.event, "event", place + ".until.event"); !done) return done;
+        }
+        return {};
+    }
+};
+
+struct TriggerCheck {
+    const KnownNames& names;
+    const std::string path;
+
+    Result<void> actor(const std::string& name, std::string_view key) const {
+        if (name.empty()) return {};
+        return check_in(names.actors, name, "actor", key_of(path, key));
+    }
+    Result<void> operator()(const AtTime&) const { return {}; }
+    Result<void> operator()(const EveryTime&) const { return {}; }
+    Result<void> operator()(const AtBorder& border) const {
+        const char* key = border.enters ? "enter" : "leave";
+        if (auto done = check_in(names.scene.areas, border.area, "area", key_of(path, key)); !done) return done;
+        return actor(border.actor, "actor");
+    }
+    Result<void> operator()(const AtMeeting& meeting) const {
+        if (auto done = actor(meeting.actors[0], "meet[0]"); !done) return done;
+        return actor(meeting.actors[1], "meet[1]");
+    }
+    Result<void> operator()(const AfterEvent& after) const {
+        return check_in(names.events, after.event, "event", key_of(path, "event"));
+    }
+    Result<void> operator()(const AtArrival& arrival) const { return actor(arrival.actor, "arrived"); }
+};
+
+struct ActionCheck {
+    const KnownNames& names;
+    const std::string path;
+
+    Result<void> actor(const std::string& name) const {
+        return check_in(names.actors, name, "actor", key_of(path, "actor"));
+    }
+    Result<void> object(const std::string& name) const {
+        if (names.actors.contains(name)) return {};
+        return check_in(names.objects, name, "object", key_of(path, "object"));
+    }
+    Result<void> operator()(const BehaveAction& action) const {
+        if (auto done = actor(action.actor); !done) return done;
+        return check_behaviour(action.behaviour, model_of(names, action.actor), names, key_of(path, "behaviour"));
+    }
+    Result<void> operator()(const StopAction& action) const {
+        if (auto done = actor(action.actor); !done) return done;
+        return check_clip(model_of(names, action.actor), action.clip, key_of(path, "clip"));
+    }
+    Result<void> operator()(const StartAction& action) const { return actor(action.actor); }
+    Result<void> operator()(const PlayAction& action) const {
+        if (auto done = actor(action.actor); !done) return done;
+        return check_clip(model_of(names, action.actor), action.clip, key_of(path, "clip"));
+    }
+    Result<void> operator()(const SpawnAction& action) const {
+        return check_actor(action.actor, names, key_of(path, "actor"));
+    }
+    Result<void> operator()(const RemoveAction& action) const { return actor(action.actor); }
+    Result<void> operator()(const PickUpAction& action) const {
+        if (auto done = object(action.object); !done) return done;
+        return check_attachment(action.to, names, path);
+    }
+    Result<void> operator()(const PutDownAction& action) const { return object(action.object); }
+    Result<void> operator()(const LightAction& action) const {
+        return check_light(names.scene, action.light, key_of(path, "light"));
+    }
+    Result<void> operator()(const EnvironmentAction&) const { return {}; }
+    Result<void> operator()(const CameraAction&) const { return {}; }
+    Result<void> operator()(const UserAction&) const { return {}; }
+};
+
+}  // namespace
+
+KnownNames names_of(const Scene& scene) {
+    KnownNames names{.scene = scene, .actors = {}, .objects = {}, .events = {}};
+    for (const ActorSpec& actor : scene.actors) names.actors.emplace(actor.name, actor.model);
+    for (const ObjectSpec& object : scene.objects) names.objects.insert(object.name);
+    for (const EventSpec& event : scene.events) {
+        names.events.insert(event.name);
+        for (const Action& action : event.actions)
+            if (const auto* spawn = std::get_if<SpawnAction>(&action))
+                if (scene.models.contains(spawn->actor.model))
+                    names.actors.emplace(spawn->actor.name, spawn->actor.model);
+    }
+    return names;
+}
+
+Result<void> check_clip(const Model& model, const std::string& clip, const std::string& path) {
+    if (clip.empty() || model.find_animation(clip) >= 0) return {};
+    return error(ErrorKind::not_found,
+                 path + ": the model has no clip '" + clip.substr(0, 80) + "'; it has: " + known_clips(model));
+}
+
+Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model, const KnownNames& names,
+                             const std::string& path) {
+    return std::visit(BehaviourCheck{model, names, path}, behaviour);
+}
+
+Result<void> check_attachment(const Attachment& attachment, const KnownNames& names, const std::string& path) {
+    if (auto done = check_in(names.actors, attachment.actor, "actor", key_of(path, "actor")); !done) return done;
+    return check_node(model_of(names, attachment.actor), attachment.node, key_of(path, "node"));
+}
+
+Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path) {
+    const auto model = names.scene.models.find(actor.model);
+    if (model == names.scene.models.end())
+        return unknown(key_of(path, "model"), "model", actor.model, known_names(names.scene.models));
+    if (actor.attach) {
+        if (auto done = check_attachment(*actor.attach, names, key_of(path, "attach")); !done) return done;
+        if (actor.attach->actor == actor.name)
+            return error(ErrorKind::invalid_argument, key_of(path, "attach.actor") + ": an actor hangs on another");
+    }
+    return check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"));
+}
+
+Result<void> check_event(const EventSpec& event, const KnownNames& names, const std::string& path) {
+    if (auto done = std::visit(TriggerCheck{names, key_of(path, "when")}, event.when); !done) return done;
+    for (std::size_t i = 0; i < event.actions.size(); ++i) {
+        const ActionCheck check{names, key_of(path, "do[" + std::to_string(i) + "]")};
+        if (auto done = std::visit(check, event.actions[i]); !done) return done;
+    }
+    return {};
+}
+
+void add_follows(const std::string& actor, const BehaviourSpec& behaviour, FollowGraph& graph) {
+    if (const auto* follow = std::get_if<FollowBehaviour>(&behaviour)) graph.emplace(actor, follow->actor);
+    if (const auto* sequence = std::get_if<SequenceBehaviour>(&behaviour))
+        for (const SequenceStep& step : sequence->steps) add_follows(actor, step.behaviour, graph);
+}
+
+Result<void> check_follows(const std::string& actor, const FollowGraph& graph, const std::string& path) {
+    std::set<std::string> seen;
+    std::string trail = "'" + actor + "'";
+    // Depth first; `trail` tells the circle when it is found.
+    const std::function<bool(const std::string&, std::string)> leads_back = [&](const std::string& from,
+                                                                                std::string so_far) {
+        const auto [begin, end] = graph.equal_range(from);
+        for (auto edge = begin; edge != end; ++edge) {
+            const std::string next = so_far + " follows '" + edge->second + "'";
+            if (edge->second == actor) {
+                trail = next;
+                return true;
+            }
+            if (seen.insert(edge->second).second && leads_back(edge->second, next)) return true;
+        }
+        return false;
+    };
+    if (!leads_back(actor, trail)) return {};
+    return error(ErrorKind::invalid_argument, key_of(path, "behaviour") + ": " + trail + ": somebody must lead");
+}
+
+Result<void> check_event_loop(const EventSpec& event, std::span<const EventSpec> all, const std::string& path) {
+    // Backwards along "fires at once after": every event has one trigger, so the way is a line or a circle.
+    std::map<std::string, const AfterEvent*> at_once;
+    const auto add = [&](const EventSpec& one) {
+        const auto* after = std::get_if<AfterEvent>(&one.when);
+        if (after && after->delay_ns == 0) at_once[one.name] = after;
+    };
+    for (const EventSpec& one : all) add(one);
+    add(event);
+    std::string trail = "'" + event.name + "'", name = event.name;
+    for (std::size_t i = 0; i <= at_once.size(); ++i) {
+        const auto found = at_once.find(name);
+        if (found == at_once.end()) return {};
+        name = found->second->event;
+        trail = "'" + name + "' -> " + trail;
+        if (name == event.name)
+            return error(ErrorKind::invalid_argument, key_of(path, "when.event") +
+                                                          ": the event fires itself at one instant: " + trail +
+                                                          "; give after_s somewhere");
+    }
+    return {};
+}
+
+}  // namespace camrig

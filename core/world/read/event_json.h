@@ -1,0 +1,18 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/json_reader.h"
+#include "core/base/result.h"
+#include "core/world/event/event_spec.h"
+
+namespace camrig {
+
+inline constexpr std::size_t max_event_actions = 64;
+inline constexpr std::size_t max_user_data_bytes = 4096;
+
+/// The keys of an event, in scene files and in event.add; errors carry the JSON path. Names are not looked up here:
+/// check_event() does that. `reader` is finished.
+Result<EventSpec> read_event(JsonReader& reader);
+
+}  // namespace camrig

@@ -1,0 +1,85 @@
+#include "core/world/read/json_parts.h"
+
+#include <array>
+#include <cmath>
+
+#include "core/camera/pose.h"
+
+namespace camrig {
+
+std::string item_path(std::string_view list, std::size_t index) {
+    return std::string(list) + "[" + std::to_string(index) + "]";
+}
+
+bool is_scene_name(std::string_view name) {
+    bool good = !name.empty() && name.size() <= max_scene_name_bytes;
+    for (const char c : name) good = good && static_cast<unsigned char>(c) >= 0x20 && c != 0x7f;
+    return good;
+}
+
+void required_name(JsonReader& reader, std::string_view key, std::string& out) {
+    reader.required(key, out);
+    if (reader.ok() && !is_scene_name(out)) reader.fail(key, "expected 1 to 64 printable characters");
+}
+
+void optional_name(JsonReader& reader, std::string_view key, std::string& out) {
+    if (reader.find(key)) required_name(reader, key, out);
+}
+
+void optional_in_range(JsonReader& reader, std::string_view key, double& out, double low, double high) {
+    reader.optional(key, out);
+    if (reader.ok() && !(out >= low && out <= high)) {
+        reader.fail(key, "expected a number from " + nlohmann::json(low).dump() + " to " + nlohmann::json(high).dump());
+    }
+}
+
+void optional_color(JsonReader& reader, std::string_view key, glm::vec3& out) {
+    if (!reader.has(key)) return;
+    std::array<double, 3> rgb{};
+    reader.required(key, std::span<double>(rgb));
+    for (const double part : rgb)
+        if (reader.ok() && (part < 0.0 || part > 1e4)) reader.fail(key, "expected linear [r, g, b] from 0");
+    out = {rgb[0], rgb[1], rgb[2]};
+}
+
+bool read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
+    if (!reader.has(key)) return false;
+    std::array<double, 3> v{};
+    reader.required(key, std::span<double>(v));
+    for (const double part : v) {
+        if (reader.ok() && std::abs(part) > max_coordinate_m)
+            reader.fail(key, "expected coordinates within 1e10 m of the origin");
+    }
+    out = {v[0], v[1], v[2]};
+    return true;
+}
+
+bool read_point(const nlohmann::json& value, glm::dvec3& out) {
+    bool good = value.is_array() && (value.size() == 2 || value.size() == 3);
+    for (std::size_t c = 0; good && c < value.size(); ++c) {
+        good = value[c].is_number() && std::abs(value[c].get<double>()) <= max_coordinate_m;
+        if (good) out[static_cast<glm::length_t>(c)] = value[c].get<double>();
+    }
+    return good;
+}
+
+bool read_orientation(JsonReader& reader, glm::dquat& out) {
+    const bool quaternion = reader.has("orientation"), yaw = reader.has("yaw_deg");
+    if (quaternion && yaw) reader.fail("yaw_deg", "give only one of yaw_deg and orientation");
+    double yaw_deg = 0.0;
+    reader.optional("yaw_deg", yaw_deg);
+    if (yaw) out = glm::angleAxis(glm::radians(yaw_deg), glm::dvec3(0.0, 0.0, 1.0));
+    reader.find("orientation");
+    if (quaternion) {
+        std::array<double, 4> q{};
+        reader.required("orientation", std::span<double>(q));
+        auto pose = pose_from_quaternion(glm::dvec3(0.0), glm::dquat(q[3], q[0], q[1], q[2]));
+        if (pose)
+            out = pose->orientation;
+        else
+            reader.fail("orientation", pose.error().message, pose.error().kind);
+    }
+    return quaternion || yaw;
+}
+
+}  // namespace camrig

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/thread_check.h"
+#include "core/world/behaviour/behaviour_factory.h"
+#include "core/world/event/event_table.h"
+#include "core/world/mover.h"
+#include "core/world/read/check_names.h"
+#include "core/world/world.h"
+
+namespace camrig {
+
+/// The key of the caches of renderers: it differs between two worlds of one process; pictures never depend on it.
+std::uint64_t next_static_revision();
+
+/// The World of a scene. Steps and snapshots are in world.cpp, what commands do in world_actors.cpp, events in
+/// world_events.cpp.
+class SceneWorld final : public World, private WorldView {
+public:
+    SceneWorld(SceneRef scene, std::uint64_t seed);
+    void populate();
+
+    const Scene& scene() const override { return *scene_; }
+    void advance_to(TimeNs world_ns) override;
+    TimeNs last_step_ns() const override { return now_ns_; }
+    SnapshotRef snapshot(TimeNs world_ns) const override;
+
+    std::vector<ActorReport> actors() const override;
+    Result<ActorReport> spawn_actor(const ActorSpec& spec) override;
+    Result<void> remove_actor(const std::string& name) override;
+    Result<ActorReport> change_actor(const ActorPatch& patch) override;
+    Result<void> steer_actors(std::span<const SteerSpec> steers) override;
+
+    std::vector<EventReport> events() const override { return events_.reports(); }
+    Result<EventReport> add_event(const EventSpec& spec) override;
+    Result<void> remove_event(const std::string& name) override;
+    std::vector<EventRecord> take_records() override { return std::exchange(records_, {}); }
+    std::vector<CameraMove> take_camera_moves() override { return std::exchange(camera_moves_, {}); }
+
+    std::size_t object_count() const override { return scene_->objects.size(); }
+    std::size_t actor_count() const override {
+        return static_cast<std::size_t>(
+            std::ranges::count_if(movers_, [](const auto& mover) { return mover->is_actor && !mover->gone_ns; }));
+    }
+    StateHash state_hash() const override;
+
+private:
+    friend struct ActionRun;
+
+    // WorldView: the world at the step before.
+    const Crowd& crowd() const override { return crowd_; }
+    const ActorState* find_actor(const std::string& name) const override;
+    Slot group_slot(const std::string& group, std::uint32_t id) const override;
+    TimeNs last_fired(const std::string& event) const override { return events_.last_fired(event); }
+
+    // world.cpp
+    std::shared_ptr<const ObjectInfo> new_info(const std::string& name, const std::string& object_class,
+                                               const ModelRef& model);
+    void add_object(const ObjectSpec& spec, StaticSet& statics);
+    Mover& add_actor(const ActorSpec& spec);
+    Mover& add_mover(std::unique_ptr<Mover> mover);
+    void step();
+    void see_crowd();
+    StepContext context() const;
+    Instance held_instance(const Mover& mover, const Instance& carrier) const;
+    bool is_there(const Mover& mover, TimeNs world_ns) const;
+
+    // world_actors.cpp
+    Mover* find(const std::string& name) const;
+    Result<Mover*> need_actor(const std::string& name) const;
+    KnownNames known_names() const;
+    FollowGraph follows(const std::string& without) const;
+    ActorReport report(const Mover& mover) const;
+    void behave(Mover& mover, const BehaviourSpec& spec);
+    Result<void> check_behave(const Mover& mover, const BehaviourSpec& spec, const std::string& path) const;
+    Result<void> check_carrier(const std::string& name, const Attachment& to, const std::string& path) const;
+    void attach(Mover& mover, const Attachment& to);
+    void put_down(Mover& mover, const std::optional<glm::dvec3>& position);
+    void remove(Mover& mover);
+    /// The mover of this name, made of a static object when there is none yet.
+    Mover* as_mover(const std::string& object);
+
+    // world_events.cpp
+    void run_events();
+    std::vector<Witness> witnesses();
+    /// The static set to change in this step; snapshots from now_ns_ on show it.
+    StaticSet& edit_statics();
+    void run_flickers();
+
+    SceneRef scene_;
+    std::uint64_t seed_;
+    BehaviourFactory factory_;
+    TimeNs now_ns_ = 0;  ///< of the last step
+
+    std::shared_ptr<const StaticSet> statics_, statics_before_;
+    TimeNs statics_since_ns_ = 0;
+    std::vector<std::unique_ptr<Mover>> movers_;  ///< in the order they came, by id
+    std::map<std::string, Mover*> by_name_;       ///< those that are there
+    std::uint32_t last_id_ = 0;
+    Crowd crowd_;
+    std::map<std::string, std::vector<std::uint32_t>> groups_;  ///< ids of each, rising
+
+    EventTable events_;
+    std::vector<EventRecord> records_;  ///< not taken yet
+    std::uint64_t record_count_ = 0;
+    std::vector<CameraMove> camera_moves_;
+    struct Flicker {
+        std::string light;
+        float intensity = 0.0f;
+        TimeNs period_ns = 0, began_ns = 0;
+        std::optional<TimeNs> until_ns;
+        bool is_on = true;
+    };
+    std::vector<Flicker> flickers_;
+
+    mutable ThreadCheck thread_;
+};
+
+}  // namespace camrig

@@ -1,0 +1,253 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/world/world.h"
+#include "tests/unit/world/world_fixture.h"
+
+namespace camrig {
+namespace {
+
+using namespace world_test;
+using testing::HasSubstr;
+
+constexpr const char* walker_at_origin = R"({"name": "anna", "model": "man", "class": "person", "position": [2, 2, 0],
+    "behaviour": {"type": "go_to", "position": [12, 2, 0], "area": "square", "clip": "walk", "idle_clip": "wait"}})";
+
+TEST(Actors, SpawnedActorsShowFromTheStepAtWhichTheyCame) {
+    auto world = World::create(empty_scene(), 1).value();
+    world->advance_to(90 * ns_per_ms);  // the last step is at 100 ms
+    ASSERT_TRUE(world->spawn_actor(actor(walker_at_origin)));
+    EXPECT_EQ(world->last_step_ns(), 100 * ns_per_ms);
+    EXPECT_TRUE(world->snapshot(95 * ns_per_ms)->movers.empty());
+    EXPECT_EQ(world->snapshot(100 * ns_per_ms)->movers.size(), 1u);
+    ASSERT_TRUE(world->remove_actor("anna"));
+    EXPECT_TRUE(world->snapshot(100 * ns_per_ms)->movers.empty());
+}
+
+TEST(Actors, RemovedActorsShowUntilTheStepAtWhichTheyWent) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin)};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(100 * ns_per_ms);
+    ASSERT_TRUE(world->remove_actor("anna"));
+    EXPECT_EQ(world->snapshot(90 * ns_per_ms)->movers.size(), 1u);
+    EXPECT_TRUE(world->snapshot(100 * ns_per_ms)->movers.empty());
+    EXPECT_EQ(world->remove_actor("anna").error().kind, ErrorKind::not_found);
+}
+
+TEST(Actors, WhoeverGoesSomewhereArrivesThereAndItsFeetDoNotSlide) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin)};
+    auto world = World::create(scene, 1).value();
+    double moved = 0.0, clip_s = 0.0;
+    for (TimeNs t = 0; t < 15 * ns_per_s; t += scene->step_ns) {
+        const auto before = world->snapshot(t)->movers[0];
+        world->advance_to(t + scene->step_ns);
+        const auto after = world->snapshot(t + scene->step_ns)->movers[0];
+        if (after.clips.size() != 1 || before.clips.size() != 1 || after.clips[0].animation != 0 ||
+            before.clips[0].animation != 0)
+            continue;
+        moved += glm::distance(before.position, after.position);
+        TimeNs advance = after.clips[0].phase_ns - before.clips[0].phase_ns;
+        if (advance < 0) advance += 1'040'000'001;
+        clip_s += static_cast<double>(advance) * 1e-9;
+    }
+    EXPECT_GT(moved, 8.0);
+    EXPECT_NEAR(clip_s * walk_ground_m_s, moved, 1e-5);
+    const ActorReport anna = find(*world, "anna");
+    EXPECT_TRUE(anna.arrived);
+    EXPECT_LT(glm::distance(anna.position, glm::dvec3(12, 2, 0)), 0.1);
+    EXPECT_EQ(anna.clip, "wait");
+}
+
+TEST(Actors, ClipsFadeIntoEachOther) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin)};
+    auto world = World::create(scene, 1).value();
+    bool faded = false;
+    for (TimeNs t = scene->step_ns; t < 3 * ns_per_s; t += scene->step_ns) {
+        world->advance_to(t);
+        const auto clips = world->snapshot(t)->movers[0].clips;
+        double weight = 0.0;
+        for (const ClipState& clip : clips) weight += clip.weight;
+        EXPECT_NEAR(weight, 1.0, 1e-12);
+        faded = faded || clips.size() == 2;
+    }
+    EXPECT_TRUE(faded);
+}
+
+TEST(Actors, ACommandThatIsWrongChangesNothing) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin)};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(ns_per_s);
+    const StateHash before = world->state_hash();
+    ActorPatch patch{.name = "anna", .position = glm::dvec3(9, 9, 0)};
+    patch.behaviour = behaviour(R"({"type": "go_to", "position": [1, 1, 0], "area": "moon"})");
+    EXPECT_THAT(world->change_actor(patch).error().message, HasSubstr("behaviour.area: no area 'moon'; known: corner"));
+    patch.behaviour = behaviour(R"({"type": "stand", "clip": "dance"})");
+    EXPECT_THAT(world->change_actor(patch).error().message, HasSubstr("no clip 'dance'; it has: wait, walk"));
+    patch.behaviour = behaviour(R"({"type": "follow", "actor": "nobody"})");
+    EXPECT_EQ(world->change_actor(patch).error().kind, ErrorKind::not_found);
+    patch.behaviour = behaviour(R"({"type": "follow", "actor": "anna"})");
+    EXPECT_THAT(world->change_actor(patch).error().message, HasSubstr("'anna' follows 'anna'"));
+    EXPECT_EQ(world->spawn_actor(actor(walker_at_origin)).error().kind, ErrorKind::already_exists);
+    const SteerSpec steers[] = {{.name = "anna", .velocity = glm::dvec3(1, 0, 0)}, {.name = "nobody"}};
+    EXPECT_THAT(world->steer_actors(steers).error().message, HasSubstr("actors[1].name"));
+    EXPECT_EQ(world->state_hash().value, before.value);
+    world->advance_to(2 * ns_per_s);
+    EXPECT_EQ(find(*world, "anna").behaviour, "go_to");
+}
+
+TEST(Actors, FollowersDoNotFollowEachOther) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin),
+                     actor(R"({"name": "ben", "model": "man", "behaviour": {"type": "follow", "actor": "anna"}})")};
+    auto world = World::create(scene, 1).value();
+    ActorPatch patch{.name = "anna"};
+    patch.behaviour = behaviour(R"({"type": "sequence", "steps": [{"type": "follow", "actor": "ben"}]})");
+    EXPECT_THAT(world->change_actor(patch).error().message, HasSubstr("'anna' follows 'ben' follows 'anna'"));
+}
+
+TEST(Actors, FollowersKeepTheirDistance) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin), actor(R"({"name": "ben", "model": "man", "class": "person", "position":
+        [0.5, 4, 0], "behaviour": {"type": "follow", "actor": "anna", "distance_m": 1.5, "clip": "walk"}})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(20 * ns_per_s);
+    const double distance = glm::distance(find(*world, "anna").position, find(*world, "ben").position);
+    EXPECT_GT(distance, 1.0);
+    EXPECT_LT(distance, 2.0);
+}
+
+TEST(Actors, AGroupStandsInACircleAndFacesItsMiddle) {
+    auto scene = empty_scene();
+    for (int i = 0; i < 4; ++i) {
+        ActorSpec member = actor(R"({"name": "m", "model": "man", "class": "person", "behaviour": {"type": "group",
+            "group": "talkers", "position": [10, 10, 0], "radius_m": 0.9, "clip": "walk", "idle_clip": "wait"}})");
+        member.name += std::to_string(i);
+        member.position = {4.0 + 3.0 * i, 3.0 + i, 0.0};
+        scene->actors.push_back(member);
+    }
+    auto world = World::create(scene, 1).value();
+    world->advance_to(30 * ns_per_s);
+    for (const ActorReport& member : world->actors()) {
+        const glm::dvec3 to_middle = glm::dvec3(10, 10, 0) - member.position;
+        EXPECT_NEAR(glm::length(to_middle), 0.9, 0.1) << member.name;
+        EXPECT_GT(glm::dot(glm::normalize(to_middle), member.orientation * glm::dvec3(1, 0, 0)), 0.99) << member.name;
+    }
+}
+
+TEST(Actors, SteeredActorsMoveAsTheyAreTold) {
+    auto scene = empty_scene();
+    scene->actors = {actor(walker_at_origin)};
+    auto world = World::create(scene, 1).value();
+    const SteerSpec walk[] = {{.name = "anna", .velocity = glm::dvec3(0, 1, 0), .clip = "walk"}};
+    ASSERT_TRUE(world->steer_actors(walk));
+    world->advance_to(2 * ns_per_s);
+    EXPECT_LT(glm::distance(find(*world, "anna").position, glm::dvec3(2, 4, 0)), 1e-9);
+    EXPECT_NEAR((find(*world, "anna").orientation * glm::dvec3(1, 0, 0)).y, 1.0, 1e-9);
+    const SteerSpec glide[] = {{.name = "anna", .position = glm::dvec3(5, 4, 0), .over_ns = ns_per_s, .yaw_rad = 0.0}};
+    ASSERT_TRUE(world->steer_actors(glide));
+    world->advance_to(2 * ns_per_s + ns_per_s / 2);
+    EXPECT_LT(glm::distance(find(*world, "anna").position, glm::dvec3(3.5, 4, 0)), 1e-9);
+    world->advance_to(4 * ns_per_s);
+    EXPECT_LT(glm::distance(find(*world, "anna").position, glm::dvec3(5, 4, 0)), 1e-9);
+}
+
+TEST(Actors, ASequenceGoesOnWhenAStepHasArrivedOrItsTimeIsOver) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [1, 1, 0], "behaviour":
+        {"type": "sequence", "steps": [
+            {"type": "stand", "clip": "wait", "until": {"seconds": 1}},
+            {"type": "go_to", "position": [4, 1, 0], "clip": "walk"},
+            {"type": "look_at", "position": [4, 9, 0]}]}})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(ns_per_s);
+    EXPECT_EQ(find(*world, "anna").position, glm::dvec3(1, 1, 0));
+    EXPECT_FALSE(find(*world, "anna").arrived);
+    world->advance_to(10 * ns_per_s);
+    EXPECT_LT(glm::distance(find(*world, "anna").position, glm::dvec3(4, 1, 0)), 0.1);
+    EXPECT_NEAR((find(*world, "anna").orientation * glm::dvec3(1, 0, 0)).y, 1.0, 1e-3);
+    EXPECT_TRUE(find(*world, "anna").arrived);
+}
+
+TEST(Actors, WhoIsSentToARouteWalksThere) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [1, 5, 0]})")};
+    auto world = World::create(scene, 1).value();
+    ActorPatch patch{.name = "anna"};
+    patch.behaviour = behaviour(R"({"type": "route", "route": "line", "clip": "walk"})");
+    ASSERT_TRUE(world->change_actor(patch));
+    glm::dvec3 at = find(*world, "anna").position;
+    for (TimeNs t = scene->step_ns; t < 15 * ns_per_s; t += scene->step_ns) {
+        world->advance_to(t);
+        const glm::dvec3 next = find(*world, "anna").position;
+        ASSERT_LT(glm::distance(at, next), 0.06) << t;
+        at = next;
+    }
+    EXPECT_NEAR(at.y, 10.0, 1e-6);
+}
+
+TEST(Actors, AVehicleStopsBehindSomebodyOnItsLaneAndGoesOn) {
+    auto scene = empty_scene();
+    scene->routes["lane"] = {.points = {{0, 0, 0}, {400, 0, 0}}};
+    scene->actors = {actor(R"({"name": "car", "model": "man", "class": "vehicle",
+                               "behaviour": {"type": "vehicle", "route": "lane", "speed": 12}})"),
+                     actor(R"({"name": "anna", "model": "man", "class": "person", "position": [100, 0.5, 0]})")};
+    auto world = World::create(scene, 1).value();
+    double speed = 12.0, hardest = 0.0;
+    for (TimeNs t = scene->step_ns; t <= 40 * ns_per_s; t += scene->step_ns) {
+        world->advance_to(t);
+        const double now = glm::length(find(*world, "car").velocity);
+        hardest = std::max(hardest, (speed - now) / 0.02);
+        speed = now;
+    }
+    const double bumper = find(*world, "car").position.x + 4.5 / 2;
+    EXPECT_LT(bumper, 100.0 - person_radius_m - 0.5);
+    EXPECT_GT(bumper, 100.0 - 4.0);
+    EXPECT_LT(speed, 0.1);
+    EXPECT_LT(hardest, 5.0);  // it saw her early
+    ASSERT_TRUE(world->remove_actor("anna"));
+    world->advance_to(60 * ns_per_s);
+    EXPECT_GT(find(*world, "car").position.x, 150.0);
+}
+
+TEST(Actors, VehiclesOfOneLaneQueueUp) {
+    auto scene = empty_scene();
+    scene->routes["lane"] = {.points = {{0, 0, 0}, {300, 0, 0}}};
+    scene->actors = {actor(R"({"name": "first", "model": "man",
+                               "behaviour": {"type": "vehicle", "route": "lane", "speed": 5, "start_m": 30}})"),
+                     actor(R"({"name": "second", "model": "man",
+                               "behaviour": {"type": "vehicle", "route": "lane", "speed": 15}})")};
+    auto world = World::create(scene, 1).value();
+    double least = 1e9;
+    for (TimeNs t = scene->step_ns; t <= 90 * ns_per_s; t += scene->step_ns) {
+        world->advance_to(t);
+        least = std::min(least, find(*world, "first").position.x - find(*world, "second").position.x - 4.5);
+    }
+    EXPECT_GT(least, 1.0);
+    EXPECT_NEAR(find(*world, "first").position.x, 300.0, 0.5);  // it stops at the end of the lane
+}
+
+TEST(Actors, AnObjectInAHandGoesWithIt) {
+    auto scene = empty_scene();
+    ObjectSpec bag;
+    bag.name = "bag";
+    bag.model = "man";
+    bag.attach = Attachment{.actor = "anna", .node = "hand", .position = {0, 0, 0}, .orientation = {1, 0, 0, 0}};
+    scene->objects = {bag};
+    scene->actors = {actor(walker_at_origin)};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(4 * ns_per_s);
+    const auto snapshot = world->snapshot(4 * ns_per_s - 7 * ns_per_ms);
+    ASSERT_EQ(snapshot->movers.size(), 2u);
+    const Instance &anna = snapshot->movers[0], &held = snapshot->movers[1];
+    EXPECT_EQ(held.info->name, "bag");
+    EXPECT_EQ(held.info->id, ObjectId{1});
+    EXPECT_LT(glm::distance(held.position, anna.position + glm::dvec3(0, 0, 1)), 1e-9);
+    EXPECT_EQ(held.velocity, anna.velocity);
+}
+
+}  // namespace
+}  // namespace camrig

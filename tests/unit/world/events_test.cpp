@@ -1,0 +1,175 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/world/world.h"
+#include "tests/unit/world/world_fixture.h"
+
+namespace camrig {
+namespace {
+
+using namespace world_test;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// "name@seconds" of all that has fired.
+std::vector<std::string> fired(World& world) {
+    std::vector<std::string> all;
+    for (const EventRecord& record : world.take_records()) {
+        all.push_back(record.event + "@" + std::to_string(record.world_ns / ns_per_ms) +
+                      (record.actor.empty() ? "" : " " + record.actor));
+        EXPECT_THAT(record.errors, ElementsAre());
+    }
+    return all;
+}
+
+TEST(Events, FireAtTimesAndAfterEachOther) {
+    auto scene = empty_scene();
+    scene->events = {event(R"({"name": "begin", "when": {"at_s": 0}})"),
+                     event(R"({"name": "tick", "when": {"every_s": 0.5}, "limit": 3})"),
+                     event(R"({"name": "echo", "when": {"event": "tick", "after_s": 0.25}})"),
+                     event(R"({"name": "once", "when": {"event": "begin"}})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(3 * ns_per_s);
+    EXPECT_THAT(fired(*world), ElementsAre("begin@0", "once@0", "tick@500", "echo@760", "tick@1000", "echo@1260",
+                                           "tick@1500", "echo@1760"));
+}
+
+TEST(Events, BordersAndMeetingsNameWhoCame) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [8, 2, 0], "behaviour":
+                               {"type": "go_to", "position": [2, 2, 0]}})"),
+                     actor(R"({"name": "ben", "model": "man", "class": "person", "position": [2, 4, 0]})")};
+    scene->events = {event(R"({"name": "in", "when": {"enter": "corner"}})"),
+                     event(R"({"name": "out", "when": {"leave": "corner", "class": "person"}})"),
+                     event(R"({"name": "met", "when": {"meet": ["anna", "ben"], "distance_m": 3}})"),
+                     event(R"({"name": "there", "when": {"arrived": "anna"}, "do": [{"action": "behave", "actor": "ben",
+                               "behaviour": {"type": "go_to", "position": [9, 4, 0]}}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(20 * ns_per_s);
+    std::vector<std::string> names;
+    for (const std::string& text : fired(*world))
+        names.push_back(text.substr(0, text.find('@')) + text.substr(text.find(' ')));
+    EXPECT_THAT(names, ElementsAre("in ben", "in anna", "met anna", "there anna", "out ben"));
+}
+
+TEST(Events, ActionsAreDoneInTheirOrderAtTheInstantOfTheEvent) {
+    auto scene = empty_scene();
+    ObjectSpec bag;
+    bag.name = "bag";
+    bag.model = "man";
+    bag.position = {3, 2, 0};
+    scene->objects = {bag};
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "position": [2, 2, 0]})")};
+    scene->events = {event(R"({"name": "take", "when": {"at_s": 1}, "do": [
+            {"action": "pick_up", "object": "bag", "actor": "anna", "node": "hand"},
+            {"action": "behave", "actor": "anna", "behaviour": {"type": "go_to", "position": [6, 2, 0]}},
+            {"action": "user", "data": {"level": 2}}]})"),
+                     event(R"({"name": "leave", "when": {"arrived": "anna"}, "limit": 1, "do": [
+            {"action": "put_down", "object": "bag"}, {"action": "remove", "actor": "anna"},
+            {"action": "spawn", "actor": {"name": "guard", "model": "man", "position": [1, 1, 0]}}]})"),
+                     event(R"({"name": "night", "when": {"event": "leave"}, "do": [
+            {"action": "light", "light": "lamp", "intensity": 0.25},
+            {"action": "environment", "sky": [0.1, 0.1, 0.1]},
+            {"action": "camera", "camera": "c", "pose": {"position": [1, 2, 3], "look_at": [0, 0, 0]}}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(990 * ns_per_ms);
+    const auto early = world->snapshot(990 * ns_per_ms);
+    EXPECT_EQ(early->statics->objects.size(), 1u);  // the last step is at 1 s, but the picture is from before
+    EXPECT_EQ(early->movers.size(), 1u);
+    world->advance_to(ns_per_s);
+    EXPECT_EQ(world->snapshot(ns_per_s)->statics->objects.size(), 0u);
+    EXPECT_EQ(world->snapshot(ns_per_s)->movers.size(), 2u);
+    world->advance_to(10 * ns_per_s);
+    const auto records = world->take_records();
+    ASSERT_EQ(records.size(), 3u);
+    EXPECT_THAT(records[0].data, ElementsAre(R"({"level":2})"));
+    for (const EventRecord& record : records) EXPECT_THAT(record.errors, ElementsAre()) << record.event;
+    EXPECT_EQ(records[1].world_ns, records[2].world_ns);
+    const auto end = world->snapshot(10 * ns_per_s);
+    ASSERT_EQ(end->movers.size(), 2u);
+    EXPECT_EQ(end->movers[0].info->name, "bag");
+    EXPECT_EQ(end->movers[0].info->id, ObjectId{1});
+    EXPECT_NEAR(end->movers[0].position.x, 6.0, 0.1);
+    EXPECT_EQ(end->movers[0].position.z, 0.0);
+    EXPECT_EQ(end->movers[1].info->name, "guard");
+    EXPECT_EQ(end->statics->lights[0].intensity, 0.25f);
+    EXPECT_EQ(end->statics->environment.ambient_sky, glm::vec3(0.1f));
+    const auto moves = world->take_camera_moves();
+    ASSERT_EQ(moves.size(), 1u);
+    EXPECT_EQ(moves[0].world_ns, records[2].world_ns);
+}
+
+TEST(Events, AFlickerEndsWithTheLightAsItWas) {
+    auto scene = empty_scene();
+    scene->events = {event(R"({"name": "fail", "when": {"at_s": 1}, "do": [
+        {"action": "light", "light": "lamp", "flicker_hz": 10, "seconds": 3}]})")};
+    auto world = World::create(scene, 1).value();
+    std::set<float> seen;
+    std::uint64_t revision = 0;
+    int changes = 0;
+    for (TimeNs t = 0; t < 6 * ns_per_s; t += 20 * ns_per_ms) {
+        world->advance_to(t);
+        const auto statics = world->snapshot(t)->statics;
+        seen.insert(statics->lights[0].intensity);
+        if (statics->revision != revision) ++changes;
+        revision = statics->revision;
+        if (t > 4 * ns_per_s) {
+            EXPECT_EQ(statics->lights[0].intensity, 1.0f);
+        }
+    }
+    EXPECT_THAT(seen, ElementsAre(0.0f, 1.0f));
+    EXPECT_GT(changes, 5);
+    EXPECT_LT(changes, 35);
+}
+
+TEST(Events, HeldActorsGoOnWhereTheyStopped) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man",
+                               "behaviour": {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})")};
+    scene->events = {
+        event(R"({"name": "stop", "when": {"at_s": 2}, "do": [{"action": "stop", "actor": "anna", "clip": "wait"}]})"),
+        event(R"({"name": "go", "when": {"at_s": 5}, "do": [{"action": "start", "actor": "anna"}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(4 * ns_per_s);
+    EXPECT_NEAR(find(*world, "anna").position.x, 2.0, 1e-9);
+    EXPECT_EQ(find(*world, "anna").clip, "wait");
+    world->advance_to(8 * ns_per_s);
+    EXPECT_NEAR(find(*world, "anna").position.x, 5.0, 1e-9);
+    EXPECT_EQ(find(*world, "anna").clip, "walk");
+}
+
+TEST(Events, ThatAreWrongAreRefusedAndChangeNothing) {
+    auto world = World::create(empty_scene(), 1).value();
+    world->advance_to(2 * ns_per_s);
+    const auto refuse = [&](const char* text) { return world->add_event(event(text)).error().message; };
+    EXPECT_THAT(refuse(R"({"name": "a", "when": {"at_s": 1}})"), HasSubstr("when.at_s: is past"));
+    EXPECT_THAT(refuse(R"({"name": "a", "when": {"enter": "moon"}})"), HasSubstr("when.enter: no area 'moon'"));
+    EXPECT_THAT(refuse(R"({"name": "a", "when": {"event": "b"}})"), HasSubstr("when.event: no event 'b'"));
+    EXPECT_THAT(refuse(R"({"name": "a", "when": {"event": "a"}})"),
+                HasSubstr("fires itself at one instant: 'a' -> 'a'"));
+    EXPECT_THAT(refuse(R"({"name": "a", "when": {"at_s": 9}, "do": [{"action": "remove", "actor": "x"}]})"),
+                HasSubstr("do[0].actor: no actor 'x'"));
+    EXPECT_TRUE(world->events().empty());
+    ASSERT_TRUE(world->add_event(event(R"({"name": "a", "when": {"every_s": 5}})")));
+    EXPECT_THAT(refuse(R"({"name": "a", "when": {"every_s": 5}})"), HasSubstr("there is an event 'a'"));
+    EXPECT_EQ(world->events().size(), 1u);
+    ASSERT_TRUE(world->remove_event("a"));
+    EXPECT_FALSE(world->remove_event("a"));
+}
+
+TEST(Events, AnActionThatCannotBeDoneAnyMoreIsToldAndTheOthersAreDone) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man"})")};
+    scene->events = {event(R"({"name": "twice", "when": {"every_s": 1}, "limit": 2, "do": [
+        {"action": "remove", "actor": "anna"}, {"action": "user", "data": 1}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(3 * ns_per_s);
+    const auto records = world->take_records();
+    ASSERT_EQ(records.size(), 2u);
+    EXPECT_THAT(records[0].errors, ElementsAre());
+    EXPECT_THAT(records[1].errors, ElementsAre(HasSubstr("do[0]: name: there is no actor 'anna'")));
+    EXPECT_THAT(records[1].data, ElementsAre("1"));
+}
+
+}  // namespace
+}  // namespace camrig
