@@ -42,6 +42,14 @@ class Scene:
     def route(self, name, points, closed):
         self.data.setdefault("routes", {})[name] = {"points": points, "closed": closed}
 
+    def area(self, name, points, obstacles=()):
+        """`obstacles`: rectangles (x0, y0, x1, y1)."""
+        corners = [[(x0, y0), (x1, y0), (x1, y1), (x0, y1)] for x0, y0, x1, y1 in obstacles]
+        self.data.setdefault("areas", {})[name] = {"points": points, "obstacles": corners}
+
+    def event(self, name, when, do):
+        self.data.setdefault("events", []).append({"name": name, "when": when, "do": do})
+
     def actor(self, name, model, kind, behaviour, position=None, yaw_deg=None):
         self.data.setdefault("actors", []).append(
             {

@@ -254,11 +254,23 @@ OBSTACLES = {
     "machines": (19.7, 0.0, 22.0, 0.8),
     "bin_1": (6.8, 9.0, 7.2, 9.4),
     "bin_2": (18.75, 4.9, 19.15, 5.3),
+    "bin_3": (29.0, 11.3, 29.6, 11.9),
     "suitcase_1": (9.1, 9.3, 9.6, 9.7),
     "suitcase_2": (15.3, 5.1, 15.9, 5.6),
     "suitcase_3": (13.7, 0.7, 14.2, 1.2),
     **{f"column_{i + 1}": (x - 0.3, y - 0.3, x + 0.3, y + 0.3) for i, (x, y) in enumerate(structure.COLUMNS)},
 }
+
+# Where people find their way themselves: from the doors to the stairs and the cafe, off all routes.
+AREAS = {
+    "entrance_hall": (
+        [(20.1, 6.1), (25.7, 6.1), (25.7, 3.0), (29.4, 3.0), (29.4, 7.6), (30.0, 7.6)]
+        + [(30.0, 8.9), (29.4, 8.9), (29.4, 13.6), (23.4, 13.6), (23.4, 8.5), (20.1, 8.5)],
+        ["column_7", "column_8", "totem_east", "bin_3"],
+    ),
+    "door": ([(28.9, 7.6), (30.0, 7.6), (30.0, 8.9), (28.9, 8.9)], []),
+}
+DOOR = (29.6, 8.25, 0)
 
 # name: (what it shows, position, look at, vertical field of view)
 PLACES = {

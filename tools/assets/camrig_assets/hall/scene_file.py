@@ -3,7 +3,7 @@
 import json
 
 from ..scene import Scene
-from . import plan, routes, structure
+from . import plan, routes, story, structure
 from .bake import AMBIENT_GROUND, AMBIENT_SKY, KEY
 
 
@@ -18,6 +18,7 @@ def scene():
     people = sorted({model for _, model, *_ in plan.WALKERS + plan.STANDERS}, key=lambda name: int(name.split("_")[1]))
     for model in people:
         scene.model(model, f"hall/{model}.glb", front="+z")
+    scene.model("bag", "hall/bag.glb", front="+z")
     scene.object("hall", "hall", "building")
     scene.light("daylight", "directional", **KEY)
     for name, points in plan.ROUTES.items():
@@ -32,6 +33,9 @@ def scene():
         )
     for name, model, position, yaw, clip in plan.STANDERS:
         scene.actor(name, model, "person", {"type": "stand", "clip": clip}, position=position, yaw_deg=yaw)
+    for name, (points, obstacles) in plan.AREAS.items():
+        scene.area(name, points, [plan.OBSTACLES[obstacle] for obstacle in obstacles])
+    story.add_to(scene)
     for name, (description, position, look_at, vfov) in plan.PLACES.items():
         scene.place(name, description, position, look_at, vfov)
     for name, size, fps in plan.CAMERAS:
