@@ -17,6 +17,7 @@ sys.path.insert(0, str(REPOSITORY / "tools" / "bench"))
 from accuracy import boards, measure  # noqa: E402
 from accuracy.lenses import LENSES, PINHOLES, Camera  # noqa: E402
 
+ROUND_TRIP = ("EuRoC cam0", "rational, mild", "fisheye 160 deg")
 SCENE = REPOSITORY / "scenes" / "calibration.json"
 
 
@@ -70,7 +71,7 @@ def of_yaml(text):
 
 
 @pytest.mark.parametrize("suffix", ["yml", "yaml", "json"])
-@pytest.mark.parametrize("camera", [PINHOLES[1]], ids=lambda c: c.name)
+@pytest.mark.parametrize("camera", [PINHOLES[1], *(c for c in LENSES if c.name in ROUND_TRIP)], ids=lambda c: c.name)
 def test_a_calibration_saved_by_opencv_comes_out_as_ros_reads_it_and_goes_back(command, tmp_path, camera, suffix):
     opencv_file(tmp_path / f"real.{suffix}", camera)
     command("camera", "create", "real", "--calibration", tmp_path / f"real.{suffix}")
@@ -86,6 +87,7 @@ def test_a_calibration_saved_by_opencv_comes_out_as_ros_reads_it_and_goes_back(c
     again, real = (json.loads(command("camera", "get", name, "--json")) for name in ("again", "real"))
     for key in ("size", "intrinsics", "lens"):
         assert again[key] == real[key]
+    assert real["lens"]["model"] == camera.model and tuple(real["lens"]["coefficients"]) == camera.coefficients
 
 
 def test_it_is_written_where_a_ros_driver_looks(command, tmp_path):
