@@ -14,11 +14,14 @@ namespace camrig {
 std::vector<Method> camera_methods(RpcContext& context);
 std::vector<Method> world_methods(RpcContext& context);
 std::vector<Method> frame_methods(RpcContext& context);
+std::vector<Method> actor_methods(RpcContext& context);
+std::vector<Method> event_methods(RpcContext& context);
 std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
 
 nlohmann::json to_json(const CameraState& state);
 nlohmann::json to_json(const WorldState& state);
 nlohmann::json to_json(const RigReport& report);
+std::string hex_text(std::uint64_t bits);
 
 /// Posts a command and turns its reply into JSON, on the thread for replies: the engine's has no time for text.
 template <typename C, typename ToJson>

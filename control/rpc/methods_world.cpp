@@ -21,8 +21,10 @@ std::vector<Field> world_fields() {
             {"world_ns", "integer", "world time", false, "ns"},
             {"step_ns", "integer", "the world's own step", false, "ns"},
             {"seed", "integer", "seed of all chance in the world"},
-            {"objects", "integer", "static objects of the scene"},
-            {"actors", "integer", "actors of the scene"},
+            {"state_ns", "integer", "world time of the last step", false, "ns"},
+            {"state_hash", "string", "of the actors and lights at state_ns: equal states have equal hashes"},
+            {"objects", "integer", "objects of the scene"},
+            {"actors", "integer", "actors that are there now"},
             {"cameras", "integer", "cameras of the rig"},
             {"places", "array of strings", "named camera places of the scene"},
             {"applied_ns", "integer", "world time from which this state holds", false, "ns"}};

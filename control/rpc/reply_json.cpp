@@ -7,6 +7,13 @@ namespace camrig {
 
 using nlohmann::json;
 
+/// 64 bits are more than a JSON number holds for certain.
+std::string hex_text(std::uint64_t bits) {
+    std::string text(16, '0');
+    for (std::size_t i = 16; i-- > 0; bits >>= 4) text[i] = "0123456789abcdef"[bits & 0xf];
+    return text;
+}
+
 json to_json(const CameraState& state) {
     json value = camera_to_json(state.spec);
     value["id"] = static_cast<std::uint32_t>(state.id);
@@ -26,6 +33,8 @@ json to_json(const WorldState& state) {
             {"world_ns", state.world_ns},
             {"step_ns", state.step_ns},
             {"seed", state.seed},
+            {"state_ns", state.state.world_ns},
+            {"state_hash", hex_text(state.state.value)},
             {"objects", state.objects},
             {"actors", state.actors},
             {"cameras", state.cameras},

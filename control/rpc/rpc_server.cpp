@@ -143,6 +143,8 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     const auto add = [&](std::vector<Method> some) { std::ranges::move(some, std::back_inserter(all)); };
     add(camera_methods(context));
     add(world_methods(context));
+    add(actor_methods(context));
+    add(event_methods(context));
     add(frame_methods(context));
     auto rig = rig_methods(context, std::move(call_counts));
     // server.info lists all methods, its own family too.

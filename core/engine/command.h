@@ -12,6 +12,7 @@
 #include "core/stream/statistics.h"
 #include "core/world/camera_spec.h"
 #include "core/world/scene.h"
+#include "core/world/world.h"
 
 /// Commands as data: what clients can ask of the engine, each with the type of its reply. The control side makes them
 /// from JSON, the engine applies them between instants, in the order they came.
@@ -42,6 +43,7 @@ struct WorldState {
     std::size_t objects = 0;
     std::size_t actors = 0;
     std::size_t cameras = 0;
+    StateHash state;  ///< of actors and lights, at the world's last step
     std::vector<std::string> places;
     TimeNs applied_ns = 0;
 };
@@ -93,6 +95,61 @@ struct StepWorld {
     TimeNs duration_ns = 0;
     TimeNs timeout_ns = 10 * ns_per_s;
 };
+
+struct ActorList {
+    std::vector<ActorReport> actors;  ///< in the order they came
+    StateHash state;
+};
+struct ActorChange {
+    ActorReport actor;
+    TimeNs applied_ns = 0;
+};
+struct EventChange {
+    EventReport event;
+    TimeNs applied_ns = 0;
+};
+struct EventLog {
+    std::vector<EventRecord> events;
+    std::uint64_t last = 0;    ///< sequence of the newest event of all
+    std::uint64_t missed = 0;  ///< of those asked for, so many are not kept any more
+};
+
+struct ListActors {
+    using Reply = ActorList;
+};
+struct SpawnActor {
+    using Reply = ActorChange;
+    ActorSpec actor;
+};
+struct RemoveActor {
+    using Reply = Applied;
+    std::string name;
+};
+struct SetActor {
+    using Reply = ActorChange;
+    ActorPatch patch;
+};
+struct SteerActors {
+    using Reply = Applied;
+    std::vector<SteerSpec> actors;
+};
+struct ListEvents {
+    using Reply = std::vector<EventReport>;
+};
+struct AddEvent {
+    using Reply = EventChange;
+    EventSpec event;
+};
+struct RemoveEvent {
+    using Reply = Applied;
+    std::string name;
+};
+/// Answers when an event has fired after number `since`, or when the time is over.
+struct WaitEvents {
+    using Reply = EventLog;
+    std::uint64_t since = 0;
+    TimeNs timeout_ns = 0;
+};
 struct GetStats {
     using Reply = RigReport;
 };
@@ -106,7 +163,9 @@ struct Request {
 
 using Command = std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
                              Request<ListCameras>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>,
-                             Request<ResumeWorld>, Request<StepWorld>, Request<GetStats>>;
+                             Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>, Request<SpawnActor>,
+                             Request<RemoveActor>, Request<SetActor>, Request<SteerActors>, Request<ListEvents>,
+                             Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetStats>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

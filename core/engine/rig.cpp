@@ -41,6 +41,7 @@ Rig::~Rig() {
     const Error why{ErrorKind::unavailable, "the rig shuts down"};
     for (auto& step : steps_) step.done(std::unexpected(why));
     for (auto& fetch : pending_) fetch.done(std::unexpected(why));
+    for (auto& wait : waits_) wait.done(std::unexpected(why));
 }
 
 TimeNs Rig::wake_time_ns() const {
@@ -52,10 +53,13 @@ TimeNs Rig::wake_time_ns() const {
         wake = steps_.front().deadline_ns;
     }
     for (const auto& fetch : pending_) wake = std::min(wake, fetch.deadline_ns);
+    for (const auto& wait : waits_) wake = std::min(wake, wait.deadline_ns);
     return wake;
 }
 
 TimeNs Rig::world_now_ns(TimeNs monotonic_ns) const {
+    // A step may have drawn its next instant already, while the one before is on its way: the world is there.
+    if (!steps_.empty() && steps_.front().ready) return steps_.front().ready->world_ns;
     return std::min(clock_.world_at(monotonic_ns), schedule_.next_due_ns());
 }
 
@@ -67,6 +71,7 @@ void Rig::tick(TimeNs monotonic_ns) {
         advance_step(monotonic_ns);
     }
     answer_pending(monotonic_ns);
+    answer_waits(monotonic_ns);
 }
 
 void Rig::run_realtime(TimeNs monotonic_ns) {
@@ -74,6 +79,8 @@ void Rig::run_realtime(TimeNs monotonic_ns) {
     const TimeNs now_ns = clock_.world_at(monotonic_ns);
     if (next_ns > now_ns) {
         world_->advance_to(now_ns);
+        collect_world();
+        move_cameras(now_ns);
         return;
     }
     wakeup_.record(now_ns - next_ns);
@@ -141,6 +148,8 @@ void Rig::advance_step(TimeNs monotonic_ns) {
         return wake_();
     }
     world_->advance_to(job.target_ns);
+    collect_world();
+    move_cameras(job.target_ns);
     clock_.hold(job.target_ns);
     auto done = std::move(job.done);
     steps_.pop_front();
@@ -165,6 +174,8 @@ FrameSet Rig::draw_instant(TimeNs world_ns, TimeNs monotonic_ns) {
     ++instants_;
     const TimeNs start_ns = monotonic_now_ns();
     world_->advance_to(world_ns);
+    collect_world();
+    move_cameras(world_ns);
     const SnapshotRef snapshot = world_->snapshot(world_ns);
     world_time_.record(monotonic_now_ns() - start_ns);
 

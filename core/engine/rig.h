@@ -81,6 +81,24 @@ private:
     Result<WorldState> run(PauseWorld& command);
     Result<WorldState> run(ResumeWorld& command);
     Result<RigReport> run(GetStats& command);
+    // Actors and events (rig_world.cpp).
+    Result<ActorList> run(ListActors& command);
+    Result<ActorChange> run(SpawnActor& command);
+    Result<Applied> run(RemoveActor& command);
+    Result<ActorChange> run(SetActor& command);
+    Result<Applied> run(SteerActors& command);
+    Result<std::vector<EventReport>> run(ListEvents& command);
+    Result<EventChange> run(AddEvent& command);
+    Result<Applied> run(RemoveEvent& command);
+    void wait_events(Request<WaitEvents>& request);
+    EventLog events_since(std::uint64_t since) const;
+    void answer_waits(TimeNs monotonic_ns);
+    /// The world as of now; commands act on it.
+    World& world_of_now();
+    /// Takes what has happened in the world since the last call.
+    void collect_world();
+    /// Events may move cameras: those moved until `world_ns` are there.
+    void move_cameras(TimeNs world_ns);
     void start_step(Request<StepWorld>& request);
     Result<void> load(SceneRef scene);
     Result<CameraEntry*> add_camera(CameraSpec spec);
@@ -104,6 +122,16 @@ private:
     WorldClock clock_;
     std::deque<StepJob> steps_;
     std::list<PendingFetch> pending_;
+    struct PendingWait {
+        std::uint64_t since = 0;
+        TimeNs deadline_ns = 0;
+        std::function<void(Result<EventLog>)> done;
+    };
+    std::list<PendingWait> waits_;
+    std::deque<EventRecord> event_log_;  ///< the newest, in order
+    std::uint64_t last_event_ = 0;
+    std::uint64_t event_base_ = 0;          ///< events of the worlds before this one
+    std::vector<CameraMove> camera_moves_;  ///< still to come
 
     std::uint64_t instants_ = 0;
     std::uint64_t dropped_instants_ = 0;

@@ -22,6 +22,8 @@ void Rig::apply(Command& command) {
         [this](auto& request) {
             if constexpr (std::is_same_v<std::decay_t<decltype(request)>, Request<StepWorld>>) {
                 start_step(request);
+            } else if constexpr (std::is_same_v<std::decay_t<decltype(request)>, Request<WaitEvents>>) {
+                wait_events(request);
             } else {
                 request.done(run(request.command));
             }
@@ -177,6 +179,9 @@ Result<void> Rig::load(SceneRef scene) {
     auto world = World::create(scene, seed);
     if (!world) return std::unexpected(world.error());
     world_ = std::move(*world);
+    camera_moves_.clear();
+    event_base_ = last_event_;
+    collect_world();
     scene_ = std::move(scene);
     seed_ = seed;
     // World time starts again at 0; cameras stay, and their sequence numbers go on.
@@ -249,8 +254,9 @@ WorldState Rig::world_state() const {
     state.world_ns = world_now_ns(monotonic_now_ns());
     state.step_ns = scene_->step_ns;
     state.seed = seed_;
-    state.objects = scene_->objects.size();
-    state.actors = scene_->actors.size();
+    state.objects = world_->object_count();
+    state.actors = world_->actor_count();
+    state.state = world_->state_hash();
     state.cameras = cameras_.size();
     for (const auto& [name, place] : scene_->places) state.places.push_back(name);
     state.applied_ns = state.world_ns;

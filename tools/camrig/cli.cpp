@@ -42,6 +42,8 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_serve_command(app, context, hooks);
     add_camera_commands(app, context);
     add_world_commands(app, context);
+    add_actor_commands(app, context);
+    add_event_commands(app, context);
     add_snapshot_command(app, context);
     add_stats_command(app, context);
     add_exec_command(app, context, hooks);

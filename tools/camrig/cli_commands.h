@@ -13,6 +13,8 @@ namespace camrig {
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_camera_commands(CLI::App& app, CliContext& context);
 void add_world_commands(CLI::App& app, CliContext& context);
+void add_actor_commands(CLI::App& app, CliContext& context);
+void add_event_commands(CLI::App& app, CliContext& context);
 void add_snapshot_command(CLI::App& app, CliContext& context);
 void add_stats_command(CLI::App& app, CliContext& context);
 void add_protocol_commands(CLI::App& app, CliContext& context);

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any, Mapping, Protocol, Sequence
 
 from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
@@ -85,6 +85,44 @@ class Rig:
     def load(self, scene: str | os.PathLike[str], timeout: float = 120.0) -> dict[str, Any]:
         """Another world; the path is the rig's, so a relative one is made absolute here."""
         return self.client.call("world.load", {"scene": os.path.abspath(scene)}, timeout_s=timeout)
+
+    # Actors and events
+
+    def actors(self) -> list[dict[str, Any]]:
+        """All actors, in the order they came: name, position, velocity, yaw_deg, behaviour, ..."""
+        return self.call("actor.list")["actors"]
+
+    def spawn_actor(self, name: str, model: str, **keys: Any) -> dict[str, Any]:
+        """Puts an actor into the world; keys as in a scene file (``object_class`` for ``class``)."""
+        if "object_class" in keys:
+            keys["class"] = keys.pop("object_class")
+        return self.call("actor.spawn", name=name, model=model, **keys)
+
+    def set_actor(self, name: str, **keys: Any) -> dict[str, Any]:
+        """Changes an actor: behaviour, position, yaw_deg, play, attach, detach."""
+        return self.call("actor.set", name=name, **keys)
+
+    def steer(self, actors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+        """Moves actors by your own program: {name: {"velocity": [x, y, z]} or {"position": ..., "seconds": ...}}."""
+        return self.call("actor.steer", actors=[{"name": name, **how} for name, how in actors.items()])
+
+    def remove_actor(self, name: str) -> dict[str, Any]:
+        return self.call("actor.remove", name=name)
+
+    def events(self) -> list[dict[str, Any]]:
+        """The events that are there, and how often each has fired."""
+        return self.call("event.list")["events"]
+
+    def add_event(self, name: str, when: Mapping[str, Any], do: Sequence[Mapping[str, Any]] = (), limit: int = 0) -> dict[str, Any]:
+        """Adds an event; `when` and `do` as in a scene file."""
+        return self.call("event.add", name=name, when=dict(when), do=[dict(action) for action in do], limit=limit)
+
+    def remove_event(self, name: str) -> dict[str, Any]:
+        return self.call("event.remove", name=name)
+
+    def wait_events(self, since: int = 0, timeout: float = 10.0) -> dict[str, Any]:
+        """The events that have fired after number `since`; waits up to `timeout` seconds for one. Go on with ["last"]."""
+        return self.client.call("event.wait", {"since": since, "timeout_s": timeout}, timeout_s=timeout + 20.0)
 
     # The rig
 

@@ -132,6 +132,56 @@ Result<WorldState> FakeRig::run(StepWorld& command) {
     return world_;
 }
 
+Result<ActorList> FakeRig::run(ListActors&) {
+    ActorReport anna;
+    anna.name = "anna";
+    return ActorList{{anna}, {10, 0xab}};
+}
+
+Result<ActorChange> FakeRig::run(SpawnActor& command) {
+    if (command.actor.name == "anna") return error(ErrorKind::already_exists, "name: 'anna' is taken");
+    ActorReport report;
+    report.name = command.actor.name;
+    report.position = command.actor.position;
+    report.behaviour = type_name(command.actor.behaviour);
+    return ActorChange{report, 10};
+}
+
+Result<Applied> FakeRig::run(RemoveActor& command) {
+    if (command.name != "anna") return error(ErrorKind::not_found, "name: there is no actor '" + command.name + "'");
+    return Applied{10};
+}
+
+Result<ActorChange> FakeRig::run(SetActor& command) {
+    ActorReport report;
+    report.name = command.patch.name;
+    return ActorChange{report, 10};
+}
+
+Result<Applied> FakeRig::run(SteerActors&) {
+    return Applied{10};
+}
+
+Result<std::vector<EventReport>> FakeRig::run(ListEvents&) {
+    return std::vector<EventReport>{{"alarm", "every_s", 2, 0}};
+}
+
+Result<EventChange> FakeRig::run(AddEvent& command) {
+    return EventChange{{command.event.name, std::string(type_name(command.event.when)), 0, command.event.limit}, 10};
+}
+
+Result<Applied> FakeRig::run(RemoveEvent&) {
+    return Applied{10};
+}
+
+Result<EventLog> FakeRig::run(WaitEvents& command) {
+    EventRecord record;
+    record.sequence = command.since + 1;
+    record.event = "alarm";
+    record.data = {"{\"level\":2}"};
+    return EventLog{{record}, command.since + 1, 0};
+}
+
 Result<RigReport> FakeRig::run(GetStats&) {
     RigReport report;
     report.instants = 7;

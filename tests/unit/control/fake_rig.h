@@ -12,8 +12,8 @@
 
 namespace camrig {
 
-/// A rig in memory: cameras with checked specs, a world that is a number, pictures that are bytes. Answers at once on
-/// the caller's thread, but for steps while they are held. Any thread.
+/// A rig in memory: cameras with checked specs, a world that is a number with one actor and one event, pictures that
+/// are bytes. Answers at once on the caller's thread, but for steps while they are held. Any thread.
 class FakeRig final : public CommandPort, public FrameFetcher {
 public:
     void post(Command command) override;
@@ -41,6 +41,15 @@ private:
     Result<WorldState> run(PauseWorld&);
     Result<WorldState> run(ResumeWorld&);
     Result<WorldState> run(StepWorld& command);
+    Result<ActorList> run(ListActors&);
+    Result<ActorChange> run(SpawnActor& command);
+    Result<Applied> run(RemoveActor& command);
+    Result<ActorChange> run(SetActor& command);
+    Result<Applied> run(SteerActors& command);
+    Result<std::vector<EventReport>> run(ListEvents&);
+    Result<EventChange> run(AddEvent& command);
+    Result<Applied> run(RemoveEvent& command);
+    Result<EventLog> run(WaitEvents& command);
     Result<RigReport> run(GetStats&);
     Result<CameraState> find(const std::string& name) const;
 

@@ -1,0 +1,112 @@
+#include <future>
+
+#include <gtest/gtest.h>
+
+#include "core/engine/engine.h"
+
+namespace camrig {
+namespace {
+
+/// A world of one model without vertices, and the null renderer.
+class WorldCommandsTest : public testing::Test {
+protected:
+    void SetUp() override {
+        auto scene = std::make_shared<Scene>();
+        scene->name = "one";
+        scene->models["man"].model = std::make_shared<Model>();
+        EngineOptions options;
+        options.mode = RunMode::lockstep;
+        options.renderer.device = "null";
+        options.renderer.pool = pool;
+        engine = Engine::start(scene, options, bus).value();
+    }
+    template <typename C>
+    std::future<Result<typename C::Reply>> post(C command) {
+        auto promise = std::make_shared<std::promise<Result<typename C::Reply>>>();
+        auto reply = promise->get_future();
+        engine->post(Request<C>{std::move(command), [promise](auto result) { promise->set_value(std::move(result)); }});
+        return reply;
+    }
+    template <typename C>
+    Result<typename C::Reply> call(C command) {
+        return post(std::move(command)).get();
+    }
+    SpawnActor spawn(const std::string& name) {
+        SpawnActor command;
+        command.actor.name = name;
+        command.actor.model = "man";
+        return command;
+    }
+
+    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    LocalFrameBus bus{{2, pool}};
+    std::unique_ptr<Engine> engine;
+};
+
+TEST_F(WorldCommandsTest, ActAtTheWorldsLastStep) {
+    ASSERT_TRUE(call(StepWorld{15 * ns_per_ms}));
+    const auto spawned = call(spawn("anna"));
+    ASSERT_TRUE(spawned) << spawned.error().message;
+    EXPECT_EQ(spawned->applied_ns, 20 * ns_per_ms);
+    const auto list = call(ListActors{});
+    ASSERT_EQ(list->actors.size(), 1u);
+    EXPECT_EQ(list->state.world_ns, 20 * ns_per_ms);
+    const auto world = call(GetWorld{});
+    EXPECT_EQ(world->actors, 1u);
+    EXPECT_EQ(world->state.value, list->state.value);
+    EXPECT_EQ(call(spawn("anna")).error().kind, ErrorKind::already_exists);
+    ASSERT_TRUE(call(RemoveActor{"anna"}));
+    EXPECT_NE(call(GetWorld{})->state.value, list->state.value);
+}
+
+TEST_F(WorldCommandsTest, AWaitingClientIsAnsweredWhenAnEventFires) {
+    AddEvent add;
+    add.event.name = "soon";
+    add.event.when = AtTime{500 * ns_per_ms};
+    add.event.actions = {UserAction{"7"}};
+    ASSERT_TRUE(call(add));
+    auto waiting = post(WaitEvents{0, 60 * ns_per_s});
+    EXPECT_TRUE(call(WaitEvents{0, 0})->events.empty());
+    ASSERT_TRUE(call(StepWorld{ns_per_s}));
+    const auto log = waiting.get();
+    ASSERT_TRUE(log);
+    ASSERT_EQ(log->events.size(), 1u);
+    EXPECT_EQ(log->events[0].sequence, 1u);
+    EXPECT_EQ(log->events[0].world_ns, 500 * ns_per_ms);
+    EXPECT_EQ(log->events[0].data, std::vector<std::string>{"7"});
+    EXPECT_TRUE(call(WaitEvents{log->last, 10 * ns_per_ms})->events.empty());
+}
+
+TEST_F(WorldCommandsTest, TheLogIsBoundedAndTellsWhatIsMissed) {
+    AddEvent add;
+    add.event.name = "often";
+    add.event.when = EveryTime{.period_ns = 10 * ns_per_ms, .first_ns = 10 * ns_per_ms};
+    ASSERT_TRUE(call(add));
+    ASSERT_TRUE(call(StepWorld{20 * ns_per_s}));
+    const auto log = call(WaitEvents{100, 0});
+    EXPECT_EQ(log->last, 2000u);
+    EXPECT_EQ(log->events.size(), 1024u);
+    EXPECT_EQ(log->missed, 2000u - 100u - 1024u);
+    EXPECT_EQ(log->events.back().sequence, 2000u);
+}
+
+TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
+    CreateCamera create;
+    create.name = "c";
+    create.patch.size = ImageSize{64, 48};
+    ASSERT_TRUE(call(create));
+    AddEvent add;
+    add.event.name = "look";
+    add.event.when = AtTime{95 * ns_per_ms};  // the step at 100 ms
+    CameraAction action{.camera = "c", .pose = {}};
+    action.pose.position = {1, 2, 3};
+    add.event.actions = {action};
+    ASSERT_TRUE(call(add));
+    ASSERT_TRUE(call(StepWorld{80 * ns_per_ms}));
+    EXPECT_EQ(call(GetCamera{"c"})->spec.pose.position, glm::dvec3(0));
+    ASSERT_TRUE(call(StepWorld{40 * ns_per_ms}));
+    EXPECT_EQ(call(GetCamera{"c"})->spec.pose.position, glm::dvec3(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace camrig

@@ -1,0 +1,201 @@
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "core/base/json_reader.h"
+#include "tools/camrig/cli_commands.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t max_option_bytes = std::size_t{1} << 20;
+
+/// An option that takes JSON: a behaviour, a trigger, actions.
+struct JsonOption {
+    const char* key;
+    std::string text = {};
+
+    Result<void> put(json& params) const {
+        if (text.empty()) return {};
+        auto value = parse_json(text, max_option_bytes);
+        if (!value) return at(std::string("--") + key, value.error());
+        params[key] = std::move(*value);
+        return {};
+    }
+};
+
+std::string vector_words(const json& numbers) {
+    std::string text;
+    for (const json& number : numbers) text += (text.empty() ? "" : ",") + plain_text(number);
+    return text;
+}
+
+std::string actor_words(const json& actor) {
+    return plain_text(actor["name"]) + ": " + plain_text(actor["behaviour"]) + " at " +
+           vector_words(actor["position"]) + ", shown from world time " + seconds_text(actor["applied_ns"]);
+}
+
+int list_actors(const CliContext& context) {
+    auto answer = context.call("actor.list");
+    if (!answer) return context.fail(answer.error());
+    std::vector<std::vector<std::string>> rows{{"NAME", "CLASS", "BEHAVIOUR", "CLIP", "POSITION", "YAW"}};
+    for (const json& actor : (*answer)["actors"])
+        rows.push_back({plain_text(actor["name"]), plain_text(actor["class"]), plain_text(actor["behaviour"]),
+                        plain_text(actor["clip"]), vector_words(actor["position"]), plain_text(actor["yaw_deg"])});
+    return context.print(*answer, table(rows, 4));
+}
+
+int list_events(const CliContext& context) {
+    auto answer = context.call("event.list");
+    if (!answer) return context.fail(answer.error());
+    std::vector<std::vector<std::string>> rows{{"NAME", "WHEN", "FIRED", "LIMIT"}};
+    for (const json& event : (*answer)["events"])
+        rows.push_back({plain_text(event["name"]), plain_text(event["when"]), plain_text(event["fired"]),
+                        event["limit"] == 0 ? "" : plain_text(event["limit"])});
+    return context.print(*answer, table(rows, 2));
+}
+
+/// `spawn` and `set`: what both take.
+struct ActorOptions {
+    std::string name, model, object_class, position, play;
+    std::optional<double> yaw_deg, scale;
+    JsonOption behaviour{"behaviour"}, attach{"attach"};
+
+    void add_to(CLI::App& command) {
+        command.add_option("NAME", name, "the actor")->required();
+        command.add_option("--position", position, "X,Y,Z in metres");
+        command.add_option("--yaw-deg", yaw_deg, "where it looks, counter-clockwise from +x");
+        command.add_option("--behaviour", behaviour.text, "JSON, as in a scene file");
+        command.add_option("--attach", attach.text, "JSON: {\"actor\": NAME, \"node\": NODE}");
+    }
+    Result<json> params() const {
+        json params{{"name", name}};
+        if (!model.empty()) params["model"] = model;
+        if (!object_class.empty()) params["class"] = object_class;
+        if (!position.empty()) {
+            auto numbers = parse_numbers("--position", position, 3);
+            if (!numbers) return numbers;
+            params["position"] = std::move(*numbers);
+        }
+        if (yaw_deg) params["yaw_deg"] = *yaw_deg;
+        if (scale) params["scale"] = *scale;
+        if (!play.empty()) params["play"] = play == "none" ? "" : play;
+        for (const JsonOption* option : {&behaviour, &attach})
+            if (auto good = option->put(params); !good) return std::unexpected(good.error());
+        return params;
+    }
+};
+
+void add_actor_change(CLI::App& group, CliContext& context, bool spawns) {
+    auto options = std::make_shared<ActorOptions>();
+    CLI::App* command = spawns ? group.add_subcommand("spawn", "puts an actor into the world")
+                               : group.add_subcommand("set", "changes an actor; what is not given stays");
+    options->add_to(*command);
+    if (spawns) {
+        command->add_option("--model", options->model, "a model of the scene")->required();
+        command->add_option("--class", options->object_class, "what ground truth calls it");
+        command->add_option("--scale", options->scale, "of the model");
+    } else {
+        command->add_option("--play", options->play, "a clip over that of its behaviour; none: no longer");
+    }
+    command->callback([options, spawns, &context] {
+        context.action = [options, spawns, &context] {
+            auto params = options->params();
+            if (!params) return context.usage(params.error().message);
+            auto actor = context.call(spawns ? "actor.spawn" : "actor.set", *params);
+            return actor ? context.print(*actor, actor_words(*actor)) : context.fail(actor.error());
+        };
+    });
+}
+
+void add_remove(CLI::App& group, CliContext& context, const std::string& what) {
+    auto name = std::make_shared<std::string>();
+    CLI::App* remove = group.add_subcommand("remove", "removes it");
+    remove->add_option("NAME", *name, "the " + what)->required();
+    remove->callback([name, what, &context] {
+        context.action = [name, what, &context] {
+            auto gone = context.call(what + ".remove", {{"name", *name}});
+            return gone ? context.print(*gone, *name + ": removed") : context.fail(gone.error());
+        };
+    });
+}
+
+void add_event_add(CLI::App& group, CliContext& context) {
+    struct Options {
+        std::string name;
+        JsonOption when{"when"}, actions{"do"};
+        std::optional<int> limit;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* add = group.add_subcommand("add", "adds an event");
+    add->add_option("NAME", options->name, "its name")->required();
+    add->add_option("--when", options->when.text, "JSON: what makes it fire, e.g. {\"at_s\": 30}")->required();
+    add->add_option("--do", options->actions.text, "JSON: a list of what happens then");
+    add->add_option("--limit", options->limit, "how often it fires at most");
+    add->callback([options, &context] {
+        context.action = [options, &context] {
+            json params{{"name", options->name}};
+            for (const JsonOption* option : {&options->when, &options->actions})
+                if (auto good = option->put(params); !good) return context.usage(good.error().message);
+            if (options->limit) params["limit"] = *options->limit;
+            auto event = context.call("event.add", params);
+            return event ? context.print(*event, options->name + ": waits from world time " +
+                                                     seconds_text((*event)["applied_ns"]))
+                         : context.fail(event.error());
+        };
+    });
+}
+
+void add_event_wait(CLI::App& group, CliContext& context) {
+    struct Options {
+        std::uint64_t since = 0;
+        double timeout_s = 10.0;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* wait = group.add_subcommand("wait", "shows the events that have fired; waits for one");
+    wait->add_option("--since", options->since, "number of the last event that is known")->capture_default_str();
+    wait->add_option("--timeout", options->timeout_s, "longest wait, in seconds")
+        ->check(CLI::Range(0.0, 300.0))
+        ->capture_default_str();
+    wait->callback([options, &context] {
+        context.action = [options, &context] {
+            const auto patience = std::chrono::seconds(static_cast<int>(options->timeout_s) + 20);
+            auto log =
+                context.call("event.wait", {{"since", options->since}, {"timeout_s", options->timeout_s}}, patience);
+            if (!log) return context.fail(log.error());
+            std::vector<std::vector<std::string>> rows{{"NUMBER", "EVENT", "ACTOR", "DATA", "TIME"}};
+            for (const json& event : (*log)["events"])
+                rows.push_back({plain_text(event["sequence"]), plain_text(event["event"]), plain_text(event["actor"]),
+                                event["data"].empty() ? "" : event["data"].dump(), seconds_text(event["world_ns"])});
+            return context.print(*log, table(rows, 4));
+        };
+    });
+}
+
+}  // namespace
+
+void add_actor_commands(CLI::App& app, CliContext& context) {
+    CLI::App* group = app.add_subcommand("actor", "shows, puts in, changes and removes actors");
+    group->require_subcommand(1);
+    group->add_subcommand("list", "all actors")->callback([&context] {
+        context.action = [&context] { return list_actors(context); };
+    });
+    add_actor_change(*group, context, true);
+    add_actor_change(*group, context, false);
+    add_remove(*group, context, "actor");
+}
+
+void add_event_commands(CLI::App& app, CliContext& context) {
+    CLI::App* group = app.add_subcommand("event", "shows, adds, removes and waits for events");
+    group->require_subcommand(1);
+    group->add_subcommand("list", "all events")->callback([&context] {
+        context.action = [&context] { return list_events(context); };
+    });
+    add_event_add(*group, context);
+    add_remove(*group, context, "event");
+    add_event_wait(*group, context);
+}
+
+}  // namespace camrig
