@@ -25,6 +25,9 @@ struct View {
     std::int64_t sequence = 0;
     std::uint32_t camera_number = 0;                                    ///< what the code strip carries
     bool kinds[frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
+    /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object
+    /// would show if nothing stood in front of it.
+    std::vector<ObjectId> only_objects;
 };
 
 /// What a renderer keeps between instants, and how often it paid.

@@ -1,5 +1,7 @@
 #include "core/render/view_frames.h"
 
+#include <unordered_map>
+
 #include "core/frame/code_strip.h"
 #include "core/frame/tone.h"
 
@@ -31,6 +33,26 @@ std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKin
                          .size = view.spec->size,
                          .kind = kind,
                          .format = format_of(kind)});
+}
+
+void ids_to_classes(const Snapshot& snapshot, Frame& frame) {
+    std::unordered_map<std::uint32_t, std::uint32_t> class_of{{0, 0}};
+    for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
+        for (const Instance& instance : *instances)
+            class_of[static_cast<std::uint32_t>(instance.info->id)] = instance.info->class_number;
+    }
+    auto* const pixels = reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data());
+    // Neighbours mostly show the same object.
+    std::uint32_t id = 0, number = 0;
+    for (std::int64_t i = 0; i < frame.info().size.pixels(); ++i) {
+        if (pixels[i] != id) {
+            id = pixels[i];
+            const auto found = class_of.find(id);
+            CHECK(found != class_of.end());
+            number = found->second;
+        }
+        pixels[i] = number;
+    }
 }
 
 void finish_color(const View& view, Frame& frame) {

@@ -19,6 +19,9 @@ PixelFormat format_of(FrameKind kind);
 std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
                                      TimeNs monotonic_ns);
 
+/// Turns the object numbers of an instance picture into the numbers of their classes: a semantic picture.
+void ids_to_classes(const Snapshot& snapshot, Frame& frame);
+
 /// What comes after drawing: the camera's image controls, then the code strip if it wants one.
 void finish_color(const View& view, Frame& frame);
 

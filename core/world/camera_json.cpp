@@ -279,11 +279,20 @@ json pose_to_json(const Pose& pose) {
             {"roll_deg", glm::degrees(angles.roll)}};
 }
 
+json lens_to_json(const Lens& lens) {
+    const auto count = static_cast<std::ptrdiff_t>(coefficient_count(lens.model));
+    return {{"model", to_string(lens.model)},
+            {"coefficients", std::vector<double>(lens.coefficients.begin(), lens.coefficients.begin() + count)}};
+}
+
 json camera_to_json(const CameraSpec& spec) {
     const Intrinsics& k = spec.intrinsics;
-    const auto coefficients = static_cast<std::ptrdiff_t>(coefficient_count(spec.lens.model));
     json outputs = json::array();
     for (const OutputSpec& output : spec.outputs) outputs.push_back(output_to_json(output));
+    json lens = lens_to_json(spec.lens);
+    lens["method"] = to_string(spec.lens_sampling.method);
+    lens["filter"] = to_string(spec.lens_sampling.filter);
+    lens["oversample"] = spec.lens_sampling.oversample;
     return {
         {"name", spec.name},
         {"size", {spec.size.width, spec.size.height}},
@@ -293,13 +302,7 @@ json camera_to_json(const CameraSpec& spec) {
         {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
         {"zoom", spec.zoom},
         {"pose", pose_to_json(spec.pose)},
-        {"lens",
-         {{"model", to_string(spec.lens.model)},
-          {"coefficients",
-           json(std::vector<double>(spec.lens.coefficients.begin(), spec.lens.coefficients.begin() + coefficients))},
-          {"method", to_string(spec.lens_sampling.method)},
-          {"filter", to_string(spec.lens_sampling.filter)},
-          {"oversample", spec.lens_sampling.oversample}}},
+        {"lens", std::move(lens)},
         {"antialias", to_string(spec.antialias)},
         {"near", spec.near_m},
         {"far", spec.far_m},

@@ -25,5 +25,7 @@ nlohmann::json camera_to_json(const CameraSpec& spec);
 /// together only when they are the same direction.
 Result<Pose> read_pose(const nlohmann::json& value, std::string path);
 nlohmann::json pose_to_json(const Pose& pose);
+/// {"model": .., "coefficients": [..]}, as many as the model has.
+nlohmann::json lens_to_json(const Lens& lens);
 
 }  // namespace camrig

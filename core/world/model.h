@@ -125,6 +125,7 @@ struct Node {
     int camera = -1;
     int light = -1;
     std::vector<float> weights;  ///< overrides the mesh's when not empty
+    std::string keypoint;        ///< extras.keypoint: the body point that the node's origin is ("left_elbow")
 };
 
 struct Skin {

@@ -60,7 +60,7 @@ private:
 
     // world.cpp
     std::shared_ptr<const ObjectInfo> new_info(const std::string& name, const std::string& object_class,
-                                               const ModelRef& model);
+                                               const SceneModel& model, bool turns);
     void add_object(const ObjectSpec& spec, StaticSet& statics);
     Mover& add_actor(const ActorSpec& spec);
     Mover& add_mover(std::unique_ptr<Mover> mover);
@@ -102,6 +102,7 @@ private:
     std::vector<std::unique_ptr<Mover>> movers_;  ///< in the order they came, by id
     std::map<std::string, Mover*> by_name_;       ///< those that are there
     std::uint32_t last_id_ = 0;
+    std::map<std::string, std::uint32_t> class_numbers_;
     Crowd crowd_;
     std::map<std::string, std::vector<std::uint32_t>> groups_;  ///< ids of each, rising
 

@@ -18,8 +18,11 @@ namespace camrig {
 struct ObjectInfo {
     ObjectId id{};
     std::string name;
-    std::string object_class;  ///< "person", "vehicle", "furniture", ...; free text of the scene
+    std::string object_class;        ///< "person", "vehicle", "furniture", ...; free text of the scene
+    std::uint32_t class_number = 0;  ///< of the class, from 1 in the order in which this world first met them
     ModelRef model;
+    /// What Instance::orientation holds beside the object's heading: the turn that makes the model face +x.
+    glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
 };
 
 /// One object at one instant. World placement in double: world_from_model = T(position) * R(orientation) * scale.

@@ -140,6 +140,7 @@ FrameRef GlRenderer::finish(const Instant& instant, const Pending& pending) {
         read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
     if (pending.kind == FrameKind::color) finish_color(view, *frame);
+    if (pending.kind == FrameKind::semantic) ids_to_classes(*instant.snapshot, *frame);
     if (pending.kind == FrameKind::depth) {
         const std::span depth(reinterpret_cast<float*>(bytes.data()), bytes.size() / sizeof(float));
         for (float& value : depth) value = metres_of_depth(pending.transform, value);

@@ -20,7 +20,8 @@ void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, Im
         format = source.depth_is_color ? Format{GL_RED, GL_FLOAT, GL_COLOR_ATTACHMENT2}
                                        : Format{GL_DEPTH_COMPONENT, GL_FLOAT, GL_COLOR_ATTACHMENT0};
     }
-    if (kind == FrameKind::instance) format = {GL_RED_INTEGER, GL_UNSIGNED_INT, GL_COLOR_ATTACHMENT0};
+    if (kind == FrameKind::instance || kind == FrameKind::semantic)
+        format = {GL_RED_INTEGER, GL_UNSIGNED_INT, GL_COLOR_ATTACHMENT0};
     if (kind == FrameKind::normal) format = {GL_RGB, GL_FLOAT, GL_COLOR_ATTACHMENT1};
     gl.NamedFramebufferReadBuffer(source.framebuffer, format.attachment);
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, source.framebuffer);

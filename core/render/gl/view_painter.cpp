@@ -36,9 +36,6 @@ Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& who
         return error(ErrorKind::unsupported, spec.size.to_string() + " is larger than the device draws; at most " +
                                                  std::to_string(max_side_) + " pixels a side");
     }
-    if (wants(view, FrameKind::semantic)) {
-        return error(ErrorKind::unsupported, "semantic pictures are not drawn yet");
-    }
     Plan plan{.spec = spec,
               .source = spec.size,
               .supersampling = supersampling_of(spec.antialias),
@@ -47,7 +44,8 @@ Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& who
               .wants_color = wants(view, FrameKind::color)};
     const bool samples_once = plan.supersampling * plan.multisampling == 1;
     plan.takes_depth_from_color = plan.wants_color && samples_once && wants(view, FrameKind::depth);
-    plan.wants_truth = wants(view, FrameKind::instance) || wants(view, FrameKind::normal) ||
+    plan.wants_truth = wants(view, FrameKind::instance) || wants(view, FrameKind::semantic) ||
+                       wants(view, FrameKind::normal) ||
                        (wants(view, FrameKind::depth) && !plan.takes_depth_from_color);
 
     auto lens = lenses_.lens_of(view.camera, spec);
@@ -114,8 +112,11 @@ void ViewPainter::clear(const TruthTarget& target) {
 }
 
 void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources) {
+    // Chosen objects are another picture than the one that is kept.
     StaticLayers::Layer* const layer =
-        layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number});
+        view.only_objects.empty()
+            ? layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number})
+            : nullptr;
     // Mesa 22.3 llvmpipe copies parts of multisampled pictures wrongly (StaticLayer tests fail); whole ones it can.
     const bool draws_parts = plan.tiles.size() == 1 && plan.multisampling == 1;
     if (sources.color != nullptr && layer != nullptr && layer->color && draws_parts &&
@@ -239,6 +240,15 @@ void ViewPainter::keep_finished(const View& view, const Plan& plan, PaintScene& 
     layers_.keep_finished(layer, color);
 }
 
+void ViewPainter::keep_only(std::span<const ObjectId> objects) {
+    if (objects.empty()) return;
+    const auto is_other = [&](const VisibleDraw& draw) {
+        return std::ranges::find(objects, draw.item->object) == objects.end();
+    };
+    std::erase_if(static_opaque_, is_other);
+    std::erase_if(moving_opaque_, is_other);
+}
+
 void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics,
                              const Sources& rest) {
     const bool draws_statics = statics.color != nullptr || statics.truth != nullptr;
@@ -251,6 +261,7 @@ void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& sce
         auto* const blended = rest.color != nullptr ? &blended_ : nullptr;
         pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, blended);
         if (draws_rest) pass_.cull(scene.movers, &moving_opaque_, blended);
+        keep_only(view.only_objects);
 
         if (const ColorTarget* color = statics.color != nullptr ? statics.color : rest.color) {
             draw_into(color->framebuffer.name(), tile, plan.supersampling);

@@ -107,6 +107,8 @@ private:
     std::optional<PixelRect> bounds_of(const SceneItem& item) const;
     /// One after the other into every tile: `statics` are opaque static geometry, `rest` movers and what is blended.
     void draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics, const Sources& rest);
+    /// Of what is about to be drawn, these objects only; all of it when there are none.
+    void keep_only(std::span<const ObjectId> objects);
     Result<void> finish_color(const Plan& plan, const ColorTarget& source, const ViewTargets& targets);
     void clear(const ColorTarget& target, const Environment& environment);
     void clear(const TruthTarget& target);
