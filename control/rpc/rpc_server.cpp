@@ -146,6 +146,7 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     add(actor_methods(context));
     add(event_methods(context));
     add(frame_methods(context));
+    add(truth_methods(context));
     auto rig = rig_methods(context, std::move(call_counts));
     // server.info lists all methods, its own family too.
     json names = json::array();

@@ -10,6 +10,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/stream/statistics.h"
+#include "core/truth/truth.h"
 #include "core/world/camera_spec.h"
 #include "core/world/scene.h"
 #include "core/world/world.h"
@@ -153,6 +154,12 @@ struct WaitEvents {
 struct GetStats {
     using Reply = RigReport;
 };
+/// The truth of the camera's latest due frame; waits for one that shows min_ns or later.
+struct GetTruth {
+    using Reply = TruthRef;
+    std::string camera;
+    TimeNs min_ns = 0;
+};
 
 /// A command with the one who waits for it. `done` is called exactly once, on the engine's thread, and must not block.
 template <typename C>
@@ -165,7 +172,8 @@ using Command = std::variant<Request<CreateCamera>, Request<SetCamera>, Request<
                              Request<ListCameras>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>,
                              Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>, Request<SpawnActor>,
                              Request<RemoveActor>, Request<SetActor>, Request<SteerActors>, Request<ListEvents>,
-                             Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetStats>>;
+                             Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetStats>,
+                             Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

@@ -40,7 +40,7 @@ Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& op
 Rig::~Rig() {
     const Error why{ErrorKind::unavailable, "the rig shuts down"};
     for (auto& step : steps_) step.done(std::unexpected(why));
-    for (auto& fetch : pending_) fetch.done(std::unexpected(why));
+    for (auto& waiter : waiting_) waiter.done(std::unexpected(why));
     for (auto& wait : waits_) wait.done(std::unexpected(why));
 }
 
@@ -52,7 +52,7 @@ TimeNs Rig::wake_time_ns() const {
     } else if (!steps_.empty()) {
         wake = steps_.front().deadline_ns;
     }
-    for (const auto& fetch : pending_) wake = std::min(wake, fetch.deadline_ns);
+    for (const auto& waiter : waiting_) wake = std::min(wake, waiter.deadline_ns);
     for (const auto& wait : waits_) wake = std::min(wake, wait.deadline_ns);
     return wake;
 }
@@ -70,7 +70,7 @@ void Rig::tick(TimeNs monotonic_ns) {
     } else {
         advance_step(monotonic_ns);
     }
-    answer_pending(monotonic_ns);
+    answer_waiting(monotonic_ns);
     answer_waits(monotonic_ns);
 }
 
@@ -186,7 +186,7 @@ FrameSet Rig::draw_instant(TimeNs world_ns, TimeNs monotonic_ns) {
         entry.latest = {entry.spec, entry.spec_revision, due.sequence, world_ns, monotonic_ns, snapshot, nullptr};
         const bool is_wanted = bus_.wants(entry.id, world_ns);
         ++(is_wanted ? entry.due : entry.idle);
-        if (!is_wanted && !has_pending_fetch(entry, world_ns)) continue;
+        if (!is_wanted && !is_color_awaited(entry, world_ns)) continue;
         views.push_back(view_of(entry, entry.latest));
         wanted.push_back(is_wanted);
     }

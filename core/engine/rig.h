@@ -37,9 +37,12 @@ public:
     TimeNs wake_time_ns() const;
 
 private:
-    struct PendingFetch {
-        FetchRequest request;
-        std::function<void(Result<MediaUnit>)> done;
+    /// Somebody who waits for a camera's frame of min_ns or later: for its picture or its truth.
+    struct Waiter {
+        std::string camera;
+        TimeNs min_ns = 0;
+        bool wants_color = false;
+        std::function<void(Result<CameraEntry*>)> done;
         TimeNs deadline_ns = 0;
     };
     struct StepJob {
@@ -65,10 +68,13 @@ private:
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
     void note_failure(const CameraEntry& entry, const Error& why);
 
-    // Pictures on request (rig_fetch.cpp).
-    void answer(CameraEntry& entry, FetchRequest request, std::function<void(Result<MediaUnit>)> done);
-    void answer_pending(TimeNs monotonic_ns);
-    bool has_pending_fetch(const CameraEntry& entry, TimeNs world_ns) const;
+    // Pictures and truth on request (rig_fetch.cpp).
+    void wait_for_frame(Waiter waiter);
+    void answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done);
+    void get_truth(Request<GetTruth>& request);
+    Result<TruthRef> truth_of(CameraEntry& entry);
+    void answer_waiting(TimeNs monotonic_ns);
+    bool is_color_awaited(const CameraEntry& entry, TimeNs world_ns) const;
 
     // Commands (rig_commands.cpp).
     Result<CameraState> run(CreateCamera& command);
@@ -121,7 +127,7 @@ private:
     Schedule schedule_;
     WorldClock clock_;
     std::deque<StepJob> steps_;
-    std::list<PendingFetch> pending_;
+    std::list<Waiter> waiting_;
     struct PendingWait {
         std::uint64_t since = 0;
         TimeNs deadline_ns = 0;
@@ -135,7 +141,7 @@ private:
 
     std::uint64_t instants_ = 0;
     std::uint64_t dropped_instants_ = 0;
-    StageTimer wakeup_, world_time_, submit_, collect_;
+    StageTimer wakeup_, world_time_, submit_, collect_, truth_;
     TimeNs last_failure_log_ns_ = 0;
 };
 

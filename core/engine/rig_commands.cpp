@@ -24,6 +24,8 @@ void Rig::apply(Command& command) {
                 start_step(request);
             } else if constexpr (std::is_same_v<std::decay_t<decltype(request)>, Request<WaitEvents>>) {
                 wait_events(request);
+            } else if constexpr (std::is_same_v<std::decay_t<decltype(request)>, Request<GetTruth>>) {
+                get_truth(request);
             } else {
                 request.done(run(request.command));
             }
@@ -274,7 +276,8 @@ Result<RigReport> Rig::run(GetStats&) {
     report.stages = {{"wakeup", wakeup_.summary()},
                      {"world", world_time_.summary()},
                      {"submit", submit_.summary()},
-                     {"collect", collect_.summary()}};
+                     {"collect", collect_.summary()},
+                     {"truth", truth_.summary()}};
     bus_.fill_report(report);
     return report;
 }

@@ -2,28 +2,74 @@
 
 #include "core/base/clock.h"
 #include "core/engine/rig.h"
+#include "core/truth/make_truth.h"
 
-// Pictures on request: a camera's latest due picture, drawn now if nobody was watching, from the snapshot of its
-// instant.
+// Pictures and truth on request: of a camera's latest due frame, drawn now if nobody was watching, from the snapshot of
+// its instant.
 namespace camrig {
 namespace {
 
-constexpr std::size_t max_pending_fetches = 256;
-constexpr TimeNs fetch_timeout_ns = 10 * ns_per_s;
+constexpr std::size_t max_waiting = 256;
+constexpr TimeNs frame_timeout_ns = 10 * ns_per_s;
+
+Error not_drawn(const CameraEntry& entry) {
+    return {ErrorKind::unavailable,
+            "camera " + *entry.name + ": this picture could not be drawn; the log of the rig says why"};
+}
 
 }  // namespace
 
-void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
-    thread_.check();
-    auto found = cameras_.find(request.camera);
-    if (!found) return done(std::unexpected(found.error()));
-    if ((*found)->latest.world_ns >= request.min_ns) return answer(**found, std::move(request), std::move(done));
-    if (pending_.size() >= max_pending_fetches)
-        return done(error(ErrorKind::resource_exhausted, "too many requests wait for a later frame; ask again"));
-    pending_.push_back({std::move(request), std::move(done), monotonic_now_ns() + fetch_timeout_ns});
+void Rig::wait_for_frame(Waiter waiter) {
+    auto found = cameras_.find(waiter.camera);
+    if (!found || (*found)->latest.world_ns >= waiter.min_ns) return waiter.done(std::move(found));
+    if (waiting_.size() >= max_waiting)
+        return waiter.done(error(ErrorKind::resource_exhausted, "too many requests wait for a later frame; ask again"));
+    waiter.deadline_ns = monotonic_now_ns() + frame_timeout_ns;
+    waiting_.push_back(std::move(waiter));
 }
 
-void Rig::answer(CameraEntry& entry, FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+bool Rig::is_color_awaited(const CameraEntry& entry, TimeNs world_ns) const {
+    return std::ranges::any_of(waiting_, [&](const Waiter& waiter) {
+        return waiter.wants_color && waiter.min_ns <= world_ns && waiter.camera == *entry.name;
+    });
+}
+
+void Rig::answer_waiting(TimeNs monotonic_ns) {
+    for (auto it = waiting_.begin(); it != waiting_.end();) {
+        auto found = cameras_.find(it->camera);
+        const bool is_there = found && (*found)->latest.world_ns >= it->min_ns;
+        if (found && !is_there && monotonic_ns < it->deadline_ns) {
+            ++it;
+            continue;
+        }
+        const Waiter waiter = std::move(*it);
+        it = waiting_.erase(it);
+        if (is_there || !found) {
+            waiter.done(std::move(found));
+        } else {
+            waiter.done(error(ErrorKind::unavailable,
+                              "camera " + waiter.camera + " has no frame at or after min_ns " +
+                                  std::to_string(waiter.min_ns) + " yet; its latest shows world time " +
+                                  std::to_string((*found)->latest.world_ns) +
+                                  (clock_.running() ? " ns" : " ns and the world stands still: step or resume it")));
+        }
+    }
+}
+
+void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+    thread_.check();
+    Waiter waiter{.camera = request.camera,
+                  .min_ns = request.min_ns,
+                  .wants_color = request.kind == FrameKind::color,
+                  .done = {}};
+    waiter.done = [this, request = std::move(request), done = std::move(done)](Result<CameraEntry*> entry) {
+        if (!entry) return done(std::unexpected(entry.error()));
+        answer(**entry, request, done);
+    };
+    wait_for_frame(std::move(waiter));
+}
+
+void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done) {
     LatestDue& latest = entry.latest;
     FrameRef frame;
     if (request.kind == FrameKind::color && latest.color) {
@@ -33,46 +79,51 @@ void Rig::answer(CameraEntry& entry, FetchRequest request, std::function<void(Re
         std::ranges::fill(view.kinds, false);
         view.kinds[static_cast<std::size_t>(request.kind)] = true;
         const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {view});
-        if (set.frames.empty()) {
-            return done(
-                error(ErrorKind::unavailable,
-                      "camera " + *entry.name + ": this picture could not be drawn; the log of the rig says why"));
-        }
+        if (set.frames.empty()) return done(std::unexpected(not_drawn(entry)));
         frame = set.frames.front();
         if (request.kind == FrameKind::color) latest.color = frame;
     }
     bus_.transcode_once(std::move(frame), request.format, std::move(done));
 }
 
-bool Rig::has_pending_fetch(const CameraEntry& entry, TimeNs world_ns) const {
-    return std::ranges::any_of(pending_, [&](const PendingFetch& fetch) {
-        return fetch.request.kind == FrameKind::color && fetch.request.min_ns <= world_ns &&
-               fetch.request.camera == *entry.name;
-    });
+void Rig::get_truth(Request<GetTruth>& request) {
+    wait_for_frame({.camera = request.command.camera,
+                    .min_ns = request.command.min_ns,
+                    .done = [this, done = std::move(request.done)](Result<CameraEntry*> entry) {
+                        if (!entry) return done(std::unexpected(entry.error()));
+                        const TimeNs start_ns = monotonic_now_ns();
+                        auto truth = truth_of(**entry);
+                        truth_.record(monotonic_now_ns() - start_ns);
+                        done(std::move(truth));
+                    }});
 }
 
-void Rig::answer_pending(TimeNs monotonic_ns) {
-    for (auto it = pending_.begin(); it != pending_.end();) {
-        auto found = cameras_.find(it->request.camera);
-        const bool is_there = found && (*found)->latest.world_ns >= it->request.min_ns;
-        if (found && !is_there && monotonic_ns < it->deadline_ns) {
-            ++it;
-            continue;
-        }
-        PendingFetch fetch = std::move(*it);
-        it = pending_.erase(it);
-        if (is_there) {
-            answer(**found, std::move(fetch.request), std::move(fetch.done));
-        } else if (!found) {
-            fetch.done(std::unexpected(found.error()));
-        } else {
-            fetch.done(error(ErrorKind::unavailable,
-                             "camera " + fetch.request.camera + " has no frame at or after min_ns " +
-                                 std::to_string(fetch.request.min_ns) + " yet; its latest shows world time " +
-                                 std::to_string((*found)->latest.world_ns) +
-                                 (clock_.running() ? " ns" : " ns and the world stands still: step or resume it")));
-        }
-    }
+Result<TruthRef> Rig::truth_of(CameraEntry& entry) {
+    const LatestDue& latest = entry.latest;
+    View view = view_of(entry, latest);
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<std::size_t>(FrameKind::instance)] = true;
+    const auto draw_alone = [&](std::span<const ObjectId> objects) -> Result<FrameRef> {
+        view.only_objects.assign(objects.begin(), objects.end());
+        const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {view});
+        if (set.frames.empty()) return std::unexpected(not_drawn(entry));
+        return set.frames.front();
+    };
+    View scene = view;
+    scene.kinds[static_cast<std::size_t>(FrameKind::depth)] = true;
+    const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {scene});
+    TruthPictures pictures;
+    for (const FrameRef& frame : set.frames)
+        (frame->info().kind == FrameKind::depth ? pictures.depth : pictures.instance) = frame;
+    if (!pictures.depth || !pictures.instance) return std::unexpected(not_drawn(entry));
+    auto truth = make_truth({.name = view.name,
+                             .spec = view.spec,
+                             .pose = view.pose,
+                             .sequence = view.sequence,
+                             .monotonic_ns = latest.monotonic_ns},
+                            *latest.snapshot, pictures, draw_alone);
+    if (!truth) return at("camera " + *entry.name, truth.error());
+    return std::make_shared<const TruthOfFrame>(std::move(*truth));
 }
 
 }  // namespace camrig

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -79,6 +80,34 @@ TEST(Truth, InstanceFramesCarryObjectNumbersAndZeroForNothing) {
     EXPECT_EQ(ids[24 * 65 + 32], 4711u);
     EXPECT_EQ(ids[24 * 65 + 50], 0x80000001u);
     EXPECT_EQ(ids[2 * 65 + 2], 0u);
+}
+
+TEST(Truth, SemanticFramesCarryClassNumbers) {
+    TestWorld world;
+    world.objects = {instance_of(model_of(box(glm::vec3(0.5f)), colored({1, 1, 1})), {5, 0, 0}, 4711)};
+    auto info = std::make_shared<ObjectInfo>(*world.objects[0].info);
+    info->class_number = 3;
+    world.objects[0].info = info;
+    const FrameRef frame = draw_kind(world, {.size = {65, 49}}, FrameKind::semantic);
+    std::vector<std::uint32_t> classes(65 * 49);
+    std::memcpy(classes.data(), frame->bytes().data(), frame->bytes().size());
+    EXPECT_EQ(classes[24 * 65 + 32], 3u);
+    EXPECT_EQ(classes[2 * 65 + 2], 0u);
+}
+
+TEST(Truth, AnObjectAloneShowsWhatOthersHide) {
+    TestWorld world;
+    world.objects = {wall_at(4.0, {1, 0, 0}, 1), wall_at(8.0, {0, 1, 0}, 2)};
+    View view = TestCamera{}.view();
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<int>(FrameKind::instance)] = true;
+    for (const std::uint32_t id : {1u, 2u}) {
+        view.only_objects = {ObjectId{id}};
+        const FrameRef frame = draw_views(world.snapshot(), {&view, 1}).at(0);
+        std::vector<std::uint32_t> ids(64 * 48);
+        std::memcpy(ids.data(), frame->bytes().data(), frame->bytes().size());
+        EXPECT_EQ(std::ranges::count(ids, id), 64 * 48);
+    }
 }
 
 TEST(Truth, NormalFramesAreUnitVectorsOfTheOpticalFrame) {

@@ -10,9 +10,11 @@
 #include <unistd.h>
 
 #include "control/rpc/rpc_server.h"
+#include "control/rpc/work_thread.h"
 #include "control/server/control_server.h"
 #include "core/base/clock.h"
 #include "core/stream/local_frame_bus.h"
+#include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
 #include "tools/camrig/device_outputs.h"
@@ -24,6 +26,7 @@ namespace camrig {
 namespace {
 
 constexpr std::size_t max_token_bytes = 4096;
+constexpr std::size_t max_truths_waiting = 64;
 
 int fail(const Error& why) {
     std::fprintf(stderr, "camrig: %s\n", why.message.c_str());
@@ -103,6 +106,8 @@ int run_serve(const ServeOptions& options) {
     auto scene = load_scene(options.scene);
     if (!scene) return fail(scene.error());
 
+    // The engine's thread has no time for text, and the HTTP server's must not wait for it.
+    WorkThread truth_text(max_truths_waiting);
     auto pool = std::make_shared<FramePool>();
     LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     EngineOptions engine_options = options.engine;
@@ -138,6 +143,17 @@ int run_serve(const ServeOptions& options) {
         engine.post(Request<GetStats>{{}, [reply = std::move(reply)](Result<RigReport> report) {
                                           reply(report ? std::move(*report) : RigReport{});
                                       }});
+    };
+    http_options.hooks.truth = [&engine = **engine, &truth_text](std::string camera, TimeNs min_ns,
+                                                                 std::function<void(Result<std::string>)> reply) {
+        engine.post(Request<GetTruth>{
+            {std::move(camera), min_ns}, [&truth_text, reply = std::move(reply)](Result<TruthRef> truth) {
+                if (!truth) return reply(std::unexpected(truth.error()));
+                std::function<void()> job = [reply, truth = std::move(*truth)] {
+                    reply(truth_to_json(*truth).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+                };
+                if (!truth_text.post(job)) job();
+            }});
     };
     auto http = HttpServer::create(std::move(http_options));
     if (!http) return fail(http.error());
@@ -183,6 +199,7 @@ int run_serve(const ServeOptions& options) {
     (*rtsp)->stop();
     (*http)->stop();
     rpc.stop();
+    truth_text.stop();
     loopback.reset();
     devices->reset();
     engine->reset();

@@ -30,7 +30,7 @@ ALLOWED: dict[str, list[str]] = {
     "v4l2_sink": ["core/base", "core/frame", "core/codec", "core/stream"],
     "rtsp_out": ["core/base", "core/frame", "core/codec", "core/stream"],
     "control/rpc": ["core/base", "core/camera", "core/world", "core/frame", "core/codec", "core/stream",
-                    "core/engine/command.h"],
+                    "core/truth", "core/engine/command.h"],
     "control/server": ["core/base", "control/rpc"],
     "control/client": ["core/base"],
     "tools": ["core", "v4l2_sink", "rtsp_out", "control"],

@@ -191,6 +191,27 @@ Result<RigReport> FakeRig::run(GetStats&) {
     return report;
 }
 
+Result<TruthRef> FakeRig::run(GetTruth& command) {
+    std::lock_guard lock(mutex_);
+    const auto camera = find(command.camera);
+    if (!camera) return std::unexpected(camera.error());
+    auto truth = std::make_shared<TruthOfFrame>();
+    truth->camera = command.camera;
+    truth->sequence = 4;
+    truth->world_ns = std::max<TimeNs>(command.min_ns, 160'000'000);
+    truth->size = camera->spec.size;
+    truth->intrinsics = camera->spec.intrinsics;
+    ObjectTruth person;
+    person.id = ObjectId{3};
+    person.object_class = "person";
+    person.pixels = 30;
+    person.pixels_alone = 40;
+    person.box = PixelBox{1, 2, 3, 10};
+    person.occluded_by = ObjectId{2};
+    truth->objects.push_back(person);
+    return truth;
+}
+
 void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
     Result<CameraState> camera = [&] {
         std::lock_guard lock(mutex_);

@@ -51,6 +51,7 @@ private:
     Result<Applied> run(RemoveEvent& command);
     Result<EventLog> run(WaitEvents& command);
     Result<RigReport> run(GetStats&);
+    Result<TruthRef> run(GetTruth& command);
     Result<CameraState> find(const std::string& name) const;
 
     mutable std::mutex mutex_;

@@ -1,0 +1,247 @@
+#include "core/truth/make_truth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/camera/camera_model.h"
+#include "core/truth/id_census.h"
+#include "core/truth/posed_object.h"
+#include "core/truth/projected_box.h"
+
+namespace camrig {
+namespace {
+
+/// Rasterisers round to their sub-pixel grid: an object may show this far outside of its exact box.
+constexpr int box_margin_px = 2;
+
+std::span<const std::uint32_t> ids_of(const Frame& frame) {
+    return {reinterpret_cast<const std::uint32_t*>(frame.bytes().data()), frame.bytes().size() / sizeof(std::uint32_t)};
+}
+std::span<const float> depths_of(const Frame& frame) {
+    return {reinterpret_cast<const float*>(frame.bytes().data()), frame.bytes().size() / sizeof(float)};
+}
+
+/// An object on its way into the truth.
+struct Candidate {
+    ObjectTruth truth;
+    PixelBox reach;  ///< the pixels that may show it
+};
+
+class TruthMaker {
+public:
+    TruthMaker(const TruthView& view, const CameraModel& camera, const TruthPictures& pictures)
+        : view_(view),
+          camera_(camera),
+          pictures_(pictures),
+          projector_(camera, view.spec->near_m, view.spec->far_m),
+          optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
+          counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
+
+    void measure(const Instance& instance);
+    Result<std::vector<ObjectTruth>> finish(const DrawAlone& draw_alone);
+
+private:
+    /// Relative to the eye in double before anything else: exact however far out the world is.
+    glm::dvec3 optical(const glm::dvec3& world) const { return optical_from_world_ * (world - view_.pose.position); }
+    std::optional<PixelBox> reach_of(const ProjectedBox& box) const;
+    double truncation_of(const ProjectedBox& box) const;
+    std::vector<Keypoint> keypoints_of(const Instance& instance);
+    KeypointVisibility visibility_of(const Keypoint& point, double depth_m, double tolerance_m, ObjectId id) const;
+    void account(Candidate& candidate, const Frame& alone, const IdCount& count) const;
+
+    const TruthView& view_;
+    const CameraModel& camera_;
+    const TruthPictures& pictures_;
+    BoxProjector projector_;
+    glm::dmat3 optical_from_world_;
+    std::unordered_map<std::uint32_t, IdCount> counts_;
+    PosedObject object_;
+    std::vector<glm::dvec3> points_;
+    std::vector<Candidate> candidates_;
+};
+
+void TruthMaker::measure(const Instance& instance) {
+    object_.pose(instance);
+    if (object_.is_empty()) return;
+    ProjectedBox box;
+    const glm::dmat3 optical_from_object = optical_from_world_ * glm::mat3_cast(object_.orientation());
+    const glm::dvec3 origin = optical(object_.position());
+    for (const PosedObject::Part& part : object_.parts()) {
+        points_.clear();
+        for (const glm::dvec3& p : part.points) points_.push_back(optical_from_object * p + origin);
+        projector_.add(points_, *part.primitive, box);
+    }
+    const auto reach = reach_of(box);
+    if (!reach) return;
+
+    Candidate candidate{.truth = {}, .reach = *reach};
+    ObjectTruth& truth = candidate.truth;
+    truth.id = instance.info->id;
+    truth.name = instance.info->name;
+    truth.object_class = instance.info->object_class;
+    truth.class_number = instance.info->class_number;
+    truth.box_full_min = box.min;
+    truth.box_full_max = box.max;
+    truth.is_clipped = box.is_clipped;
+    truth.truncated = truncation_of(box);
+    truth.position = instance.position;
+    truth.orientation = object_.orientation();
+    truth.velocity = instance.velocity;
+    truth.dimensions = object_.max() - object_.min();
+    truth.center = object_.position() + object_.orientation() * (0.5 * (object_.min() + object_.max()));
+    truth.keypoints = keypoints_of(instance);
+    candidates_.push_back(std::move(candidate));
+}
+
+/// Pixels of the picture within box_margin_px of the box; none if there are none. What is clipped has no exact box.
+std::optional<PixelBox> TruthMaker::reach_of(const ProjectedBox& box) const {
+    const ImageSize size = camera_.size();
+    if (box.is_empty()) return std::nullopt;
+    if (box.is_clipped) return PixelBox{0, 0, size.width, size.height};
+    const auto low = [](double edge, int end) {
+        return static_cast<int>(std::clamp(std::floor(edge) - box_margin_px, 0.0, static_cast<double>(end)));
+    };
+    const auto high = [](double edge, int end) {
+        return static_cast<int>(std::clamp(std::ceil(edge) + box_margin_px + 1, 0.0, static_cast<double>(end)));
+    };
+    const int left = low(box.min.x, size.width), right = high(box.max.x, size.width);
+    const int top = low(box.min.y, size.height), bottom = high(box.max.y, size.height);
+    if (left >= right || top >= bottom) return std::nullopt;
+    return PixelBox{left, top, right - left, bottom - top};
+}
+
+double TruthMaker::truncation_of(const ProjectedBox& box) const {
+    const glm::dvec2 low(-0.5), high(camera_.size().width - 0.5, camera_.size().height - 0.5);
+    const glm::dvec2 whole = box.max - box.min;
+    const glm::dvec2 inside = glm::max(glm::dvec2(0.0), glm::min(box.max, high) - glm::max(box.min, low));
+    const double area = whole.x * whole.y;
+    return area > 0.0 ? std::clamp(1.0 - inside.x * inside.y / area, 0.0, 1.0) : 0.0;
+}
+
+std::vector<Keypoint> TruthMaker::keypoints_of(const Instance& instance) {
+    const Model& model = *instance.info->model;
+    std::vector<Keypoint> points;
+    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+        if (model.nodes[i].keypoint.empty()) continue;
+        const auto named = std::ranges::find(coco_keypoints, model.nodes[i].keypoint);
+        if (named == coco_keypoints.end()) continue;
+        points.resize(coco_keypoints.size());
+        const auto index = static_cast<std::size_t>(named - coco_keypoints.begin());
+        Keypoint& point = points[index];
+        point.is_known = true;
+        point.world = object_.position() + object_.orientation() * object_.place_of_node(i);
+        const glm::dvec3 seen = optical(point.world);
+        const auto pixel = camera_.project(seen);
+        point.has_pixel = pixel.has_value();
+        if (!pixel) continue;
+        point.pixel = *pixel;
+        point.visibility =
+            visibility_of(point, seen.z, keypoint_tolerance_m(index) * instance.scale, instance.info->id);
+    }
+    return points;
+}
+
+KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth_m, double tolerance_m,
+                                             ObjectId id) const {
+    if (!camera_.in_image(point.pixel)) return KeypointVisibility::outside;
+    const ImageSize size = camera_.size();
+    const int x = std::min(static_cast<int>(std::lround(point.pixel.x)), size.width - 1);
+    const int y = std::min(static_cast<int>(std::lround(point.pixel.y)), size.height - 1);
+    const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x);
+    const bool is_own = ids_of(*pictures_.instance)[i] == static_cast<std::uint32_t>(id);
+    const double hides_m = depth_m - (is_own ? tolerance_m : 0.0);
+    return depths_of(*pictures_.depth)[i] >= hides_m ? KeypointVisibility::visible : KeypointVisibility::occluded;
+}
+
+void TruthMaker::account(Candidate& candidate, const Frame& alone, const IdCount& count) const {
+    ObjectTruth& truth = candidate.truth;
+    const auto id = static_cast<std::uint32_t>(truth.id);
+    truth.pixels_alone = count.pixels;
+    if (const auto seen = counts_.find(id); seen != counts_.end()) {
+        truth.pixels = seen->second.pixels;
+        truth.box = seen->second.box;
+    }
+    if (truth.pixels == truth.pixels_alone) return;
+    const auto occluder = main_occluder(ids_of(*pictures_.instance), ids_of(alone), id, count.box, view_.spec->size);
+    if (occluder != 0) truth.occluded_by = ObjectId{occluder};
+}
+
+Result<std::vector<ObjectTruth>> TruthMaker::finish(const DrawAlone& draw_alone) {
+    std::vector<PixelBox> reaches;
+    for (const Candidate& candidate : candidates_) reaches.push_back(candidate.reach);
+    const std::vector<std::size_t> group_of = group_apart(reaches);
+    const std::size_t groups = group_of.empty() ? 0 : *std::ranges::max_element(group_of) + 1;
+    std::vector<ObjectId> ids;
+    for (std::size_t group = 0; group < groups; ++group) {
+        ids.clear();
+        for (std::size_t i = 0; i < candidates_.size(); ++i)
+            if (group_of[i] == group) ids.push_back(candidates_[i].truth.id);
+        auto alone = draw_alone(ids);
+        if (!alone) return std::unexpected(alone.error());
+        const auto counts = count_ids(ids_of(**alone), view_.spec->size);
+        for (std::size_t i = 0; i < candidates_.size(); ++i) {
+            if (group_of[i] != group) continue;
+            const auto found = counts.find(static_cast<std::uint32_t>(candidates_[i].truth.id));
+            if (found != counts.end()) account(candidates_[i], **alone, found->second);
+        }
+    }
+    std::vector<ObjectTruth> objects;
+    for (Candidate& candidate : candidates_)
+        if (candidate.truth.pixels_alone > 0) objects.push_back(std::move(candidate.truth));
+    std::ranges::sort(objects, {}, &ObjectTruth::id);
+    return objects;
+}
+
+}  // namespace
+
+std::vector<std::size_t> group_apart(std::span<const PixelBox> boxes) {
+    std::vector<std::size_t> order(boxes.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, std::ranges::greater(),
+                             [&](std::size_t i) { return std::int64_t{boxes[i].width} * boxes[i].height; });
+    const auto touch = [](const PixelBox& a, const PixelBox& b) {
+        return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+    };
+    std::vector<std::size_t> group_of(boxes.size());
+    std::vector<std::vector<std::size_t>> groups;
+    for (const std::size_t i : order) {
+        auto fits = std::ranges::find_if(groups, [&](const auto& members) {
+            return std::ranges::none_of(members, [&](std::size_t other) { return touch(boxes[i], boxes[other]); });
+        });
+        if (fits == groups.end()) fits = groups.insert(groups.end(), std::vector<std::size_t>{});
+        fits->push_back(i);
+        group_of[i] = static_cast<std::size_t>(fits - groups.begin());
+    }
+    return group_of;
+}
+
+Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot, const TruthPictures& pictures,
+                                const DrawAlone& draw_alone) {
+    const CameraSpec& spec = *view.spec;
+    const auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens);
+    if (!camera) return std::unexpected(camera.error());
+    TruthOfFrame truth;
+    truth.camera = *view.name;
+    truth.sequence = view.sequence;
+    truth.world_ns = snapshot.world_ns;
+    truth.monotonic_ns = view.monotonic_ns;
+    truth.size = spec.size;
+    truth.intrinsics = spec.intrinsics;
+    truth.lens = spec.lens;
+    truth.pose = view.pose;
+
+    TruthMaker maker(view, *camera, pictures);
+    for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
+        for (const Instance& instance : *instances) {
+            truth.classes[instance.info->class_number] = instance.info->object_class;
+            maker.measure(instance);
+        }
+    }
+    auto objects = maker.finish(draw_alone);
+    if (!objects) return std::unexpected(objects.error());
+    truth.objects = std::move(*objects);
+    return truth;
+}
+
+}  // namespace camrig

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "core/base/ids.h"
+#include "core/base/time.h"
+#include "core/camera/pose.h"
+#include "core/truth/keypoints.h"
+#include "core/world/camera_spec.h"
+
+namespace camrig {
+
+/// A rectangle of pixels as array slices and cv2.boundingRect have it: columns [x, x + width), rows [y, y + height).
+struct PixelBox {
+    int x = 0;
+    int y = 0;
+    int width = 0;
+    int height = 0;
+    friend bool operator==(const PixelBox&, const PixelBox&) = default;
+};
+
+/// What is true of one object in one frame. Surfaces with glTF's alpha mode BLEND (glass, soft shadows) do not count,
+/// here and in the instance, semantic, depth and normal pictures.
+struct ObjectTruth {
+    ObjectId id{};
+    std::string name;
+    std::string object_class;
+    std::uint32_t class_number = 0;
+
+    std::int64_t pixels = 0;        ///< that show it
+    std::int64_t pixels_alone = 0;  ///< that would show it if nothing else were there; never 0
+    std::optional<PixelBox> box;    ///< around `pixels`; none when all of it is hidden
+    /// Around the picture of the whole object, hidden and outside parts included, in OpenCV's continuous coordinates
+    /// (pixel centres at integers): what cv2.projectPoints gives of its surface.
+    glm::dvec2 box_full_min{0.0};
+    glm::dvec2 box_full_max{0.0};
+    /// Part of it has no place in the picture plane: nearer than the near plane or behind the camera, beyond the far
+    /// plane, or outside of the lens's field. box_full is that of the rest.
+    bool is_clipped = false;
+    double truncated = 0.0;               ///< share of box_full's area outside of the picture, 0 to 1
+    std::optional<ObjectId> occluded_by;  ///< shows on most of the pixels that are hidden; none when none is
+
+    glm::dvec3 position{0.0};                    ///< of its origin, world, m
+    glm::dquat orientation{1.0, 0.0, 0.0, 0.0};  ///< world_from_object; an actor's +x is ahead
+    glm::dvec3 velocity{0.0};                    ///< m/s, world
+    glm::dvec3 center{0.0};                      ///< of its 3D box, world, m
+    glm::dvec3 dimensions{0.0};                  ///< of its 3D box along its own x, y, z, m
+    std::vector<Keypoint> keypoints;             ///< the 17 of COCO in their order; empty without them
+};
+
+/// The truth of one frame of one camera.
+struct TruthOfFrame {
+    std::string camera;
+    std::int64_t sequence = 0;
+    TimeNs world_ns = 0;
+    TimeNs monotonic_ns = 0;
+    ImageSize size;
+    Intrinsics intrinsics;
+    Lens lens;
+    Pose pose;                                     ///< world_from_link at that instant
+    std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
+    std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
+};
+
+using TruthRef = std::shared_ptr<const TruthOfFrame>;
+
+}  // namespace camrig
