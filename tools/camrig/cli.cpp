@@ -46,6 +46,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_event_commands(app, context);
     add_snapshot_command(app, context);
     add_truth_command(app, context);
+    add_record_command(app, context);
     add_stats_command(app, context);
     add_exec_command(app, context, hooks);
     add_probe_command(app, context);

@@ -9,6 +9,7 @@ from typing import Any, Mapping, Protocol, Sequence
 from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
+from .recording import record
 from .spec import camera_params, nanoseconds_of
 from .transport import http_connector, tcp_connector, unix_connector
 
@@ -125,6 +126,15 @@ class Rig:
         return self.client.call("event.wait", {"since": since, "timeout_s": timeout}, timeout_s=timeout + 20.0)
 
     # The rig
+
+    def record(self, folder: str | os.PathLike[str], cameras: Sequence[Camera | str] = (), *, seconds: float | None = None,
+               frames: int | None = None, format: str = "png", timeout: float | None = None) -> dict[str, Any]:
+        """Writes a data set with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
+
+        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures.
+        """
+        names = [camera if isinstance(camera, str) else camera.name for camera in cameras]
+        return record(self.info()["control"], folder, names, seconds, frames, format, timeout)
 
     def stats(self) -> dict[str, Any]:
         return self.call("stats.get")

@@ -1,0 +1,181 @@
+"""`camrig record`: every due frame with labels that agree with the truth, also when the recording is killed in its middle."""
+
+import configparser
+import json
+import os
+import signal
+import subprocess
+
+import cv2
+import numpy as np
+import pytest
+
+import camrig
+import posed_gltf
+from conftest import REPOSITORY, wait_until
+
+
+def journal(folder):
+    lines = (folder / "truth.jsonl").read_bytes().split(b"\n")
+    return [json.loads(line) for line in lines[:-1]]  # the last is empty, or cut off
+
+
+def mot_rows(folder):
+    text = (folder / "gt" / "gt.txt").read_text()
+    return [[float(number) for number in line.split(",")] for line in text.splitlines()]
+
+
+def kitti_rows(folder, frame):
+    return [line.split() for line in (folder / "label_2" / f"{frame:06}.txt").read_text().splitlines()]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Two cameras of different rates, three quarters of a second of the hall."""
+    folder = tmp_path_factory.mktemp("recorded") / "set"
+    with camrig.start(REPOSITORY / "scenes" / "hall.json", mode="lockstep") as rig:
+        for cam in rig.cameras():
+            cam.delete()
+        fast = rig.create_camera("fast", place="lobby", size=(320, 240), fps=10)
+        rig.create_camera("slow", place="gallery", size=(256, 192), fps=4)
+        done = rig.record(folder, seconds=0.75)
+        picture, truth = fast.frame(), fast.truth()
+    return folder, done, picture, truth
+
+
+def test_every_due_frame_of_every_camera_is_there(recorded):
+    folder, done, picture, truth = recorded
+    assert done["frames"] == 7 + 3 and sorted(done["cameras"]) == ["fast", "slow"]
+    assert [t["time_ns"] for t in journal(folder / "fast")] == [n * 100_000_000 for n in range(1, 8)]
+    assert [t["time_ns"] for t in journal(folder / "slow")] == [n * 250_000_000 for n in range(1, 4)]
+    assert journal(folder / "fast")[-1] == truth
+    last = cv2.imread(str(folder / "fast" / "image_2" / "000007.png"))
+    np.testing.assert_array_equal(last, picture.image)
+    assert not list(folder.rglob("*.XXXXXX")) and not list(folder.rglob("*.part"))
+
+
+def test_coco_labels_are_the_truth(recorded):
+    folder = recorded[0]
+    coco = json.loads((folder / "coco.json").read_text())
+    images = {image["id"]: image for image in coco["images"]}
+    assert len(images) == 10 and len({a["id"] for a in coco["annotations"]}) == len(coco["annotations"])
+    categories = {c["id"]: c for c in coco["categories"]}
+    assert categories[1]["name"] == "person" and len(categories[1]["keypoints"]) == 17
+    for image in images.values():
+        assert cv2.imread(str(folder / image["file_name"])).shape[:2] == (image["height"], image["width"])
+        truth = journal(folder / image["camera"])[image["frame"] - 1]
+        seen = {item["id"]: item for item in truth["objects"] if item["pixels"]}
+        mine = [a for a in coco["annotations"] if a["image_id"] == image["id"]]
+        assert {a["track_id"] for a in mine} == set(seen)
+        for annotation in mine:
+            item = seen[annotation["track_id"]]
+            assert annotation["bbox"] == item["box"] and annotation["area"] == item["pixels"]
+            assert categories[annotation["category_id"]]["name"] == item["class"]
+            if "keypoints" in item:
+                triples = np.reshape(annotation["keypoints"], (17, 3))
+                assert annotation["num_keypoints"] == (triples[:, 2] > 0).sum()
+                for (x, y, v), told in zip(triples, item["keypoints"]):
+                    assert (x, y, v) == (tuple(told) if told[2] else (0, 0, 0))
+
+
+def test_mot_labels_are_the_truth(recorded):
+    folder = recorded[0] / "fast"
+    rows = mot_rows(folder)
+    truths = journal(folder)
+    people = [(frame, item) for frame, truth in enumerate(truths, 1) for item in truth["objects"] if item["class"] == "person"]
+    assert len(rows) == len(people) > 20
+    for row, (frame, item) in zip(rows, people):
+        x, y, w, h = item["box_full"]
+        np.testing.assert_allclose(row, [frame, item["id"], x + 1.5, y + 1.5, w, h, 1, 1, item["visible_fraction"]], atol=0.006)
+    info = configparser.ConfigParser()
+    info.read(folder / "seqinfo.ini")
+    assert info["Sequence"]["seqlength"] == "7" and info["Sequence"]["imdir"] == "image_2" and info["Sequence"]["framerate"] == "10"
+
+
+def test_kitti_boxes_in_space_fall_onto_the_people_in_the_picture(recorded):
+    folder = recorded[0] / "fast"
+    checked = 0
+    for frame, truth in enumerate(journal(folder), 1):
+        p2 = next(line for line in (folder / "calib" / f"{frame:06}.txt").read_text().splitlines() if line.startswith("P2:"))
+        matrix = np.array(p2.split()[1:], float).reshape(3, 4)
+        people = [item for item in truth["objects"] if item["class"] == "person" and item["pixels"]]
+        rows = kitti_rows(folder, frame)
+        assert len(rows) == len(people)
+        for row, item in zip(rows, people):
+            assert row[0] == "Pedestrian" and int(row[2]) in (0, 1, 2)
+            height, width, length, x, y, z, turn = map(float, row[8:15])
+            np.testing.assert_allclose([length, width, height], item["dimensions"], atol=6e-4)
+            # The middle of the box, by KITTI's own reading of the line, against the truth's 3D box.
+            foot = matrix @ [x, y, z, 1]
+            up = np.array(item["center"]) - [0, 0, item["dimensions"][2] / 2]
+            np.testing.assert_allclose(foot[:2] / foot[2], posed_gltf.project(truth, up[None])[0], atol=0.2)
+            link = posed_gltf.rotation(truth["pose"]["orientation"])
+            ahead = np.stack([-link[:, 1], -link[:, 2], link[:, 0]]) @ posed_gltf.rotation(item["orientation"])[:, 0]
+            assert abs(np.angle(np.exp(1j * (turn - np.arctan2(-ahead[2], ahead[0]))))) < 1e-3
+            checked += 1
+    assert checked > 20
+
+
+def test_calibration_is_read_by_opencv(recorded):
+    folder = recorded[0] / "fast"
+    truth = journal(folder)[0]
+    file = cv2.FileStorage(str(folder / "opencv.yml"), cv2.FILE_STORAGE_READ)
+    matrix, k = file.getNode("camera_matrix").mat(), truth["intrinsics"]
+    np.testing.assert_array_equal(matrix, [[k["fx"], 0, k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
+    assert file.getNode("distortion_coefficients").mat().shape == (1, 5) and file.getNode("image_width").real() == 320
+    assert "distortion_model: plumb_bob" in (folder / "camera_info.yaml").read_text()
+
+
+def test_a_killed_recording_is_readable_up_to_its_last_frame(tmp_path):
+    folder = tmp_path / "set"
+    with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="lockstep") as rig:
+        for cam in rig.cameras():
+            cam.delete()
+        rig.create_camera("a", size=(64, 48), fps=100)
+        recorder = subprocess.Popen([camrig.find_binary(), "record", str(folder), "--seconds", "1000000", "--control", rig.info()["control"]])
+        try:
+            path = folder / "a" / "truth.jsonl"
+            wait_until(lambda: recorder.poll() is not None or (path.exists() and path.read_bytes().count(b"\n") >= 30), 120, "30 frames")
+        finally:
+            recorder.send_signal(signal.SIGKILL)
+            recorder.wait()
+    truths = journal(folder / "a")
+    count = len(truths)
+    assert count >= 30 and not (folder / "coco.json").exists()
+    assert [t["time_ns"] for t in truths] == [(n + 1) * 10_000_000 for n in range(count)]
+    for frame in range(1, count + 1):
+        assert cv2.imread(str(folder / "a" / "image_2" / f"{frame:06}.png")).shape == (48, 64, 3)
+        kitti_rows(folder / "a", frame)
+    (folder / "a" / "truth.jsonl").open("ab").write(b'{"camera": "a", "seq')  # killed in the middle of a line
+    repaired = subprocess.run([camrig.find_binary(), "record", str(folder), "--repair", "--json"], capture_output=True, text=True, check=True)
+    assert json.loads(repaired.stdout)["frames"] == count
+    coco = json.loads((folder / "coco.json").read_text())
+    assert len(coco["images"]) == count
+    assert all(os.path.exists(folder / image["file_name"]) for image in coco["images"])
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_running_world_stands_while_it_is_recorded_and_runs_on(rig, tmp_path):
+    rig.create_camera("a", size=(64, 48), fps=30)
+    done = rig.record(tmp_path / "set", ["a"], frames=5, format="jpeg")
+    assert done["frames"] == 5
+    times = [t["time_ns"] for t in journal(tmp_path / "set" / "a")]
+    assert np.diff(times).max() <= 33_333_334
+    assert cv2.imread(str(tmp_path / "set" / "a" / "image_2" / "000005.jpg")).shape == (48, 64, 3)
+    assert rig.status()["paused"] is False
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_recording_says_what_is_wrong(rig, tmp_path):
+    cam = rig.create_camera("a", size=(64, 48), fps=30)
+    with pytest.raises(camrig.CamrigError, match="no camera 'nobody'"):
+        rig.record(tmp_path / "one", ["nobody"], frames=1)
+    assert not (tmp_path / "one").exists()
+    rig.record(tmp_path / "two", [cam], frames=1)
+    with pytest.raises(camrig.CamrigError, match="holds a data set"):
+        rig.record(tmp_path / "two", [cam], frames=1)
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.record(tmp_path / "three", [cam], frames=0)
+    assert caught.value.kind == "invalid_argument"
+    empty = subprocess.run([camrig.find_binary(), "record", str(tmp_path), "--repair"], capture_output=True, text=True)
+    assert empty.returncode == 1 and "no data set" in empty.stderr

@@ -1,0 +1,229 @@
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <ostream>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
+
+#include "control/rpc/base64.h"
+#include "core/base/rate.h"
+#include "tools/camrig/cli_commands.h"
+#include "tools/camrig/dataset/dataset.h"
+
+// `camrig record`: a client like any other. It steps the world from one due instant to the next and takes picture and
+// truth of every camera that is due there, so that nothing is dropped however long a frame takes.
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+
+constexpr double default_seconds = 10.0;
+
+struct RecordOptions {
+    std::filesystem::path folder;
+    std::vector<std::string> cameras;
+    std::optional<double> seconds;
+    std::optional<std::int64_t> frames;
+    std::string format = "png";
+    bool repairs = false;
+};
+
+volatile std::sig_atomic_t stop_asked = 0;
+
+struct RecordedCamera {
+    std::string name;
+    Rate rate;
+};
+
+/// What was done so far, on one line of the terminal; silent elsewhere.
+class Progress {
+public:
+    Progress(std::ostream& err, bool is_wanted) : err_(err), is_shown_(is_wanted && ::isatty(STDERR_FILENO) == 1) {}
+    ~Progress() {
+        if (is_shown_) err_ << std::endl;
+    }
+    void show(double share, std::int64_t frames) {
+        if (!is_shown_) return;
+        constexpr int width = 40;
+        const int full = static_cast<int>(width * std::clamp(share, 0.0, 1.0));
+        char text[128];
+        std::snprintf(text, sizeof text, "\r[%s%s] %3.0f %%  %lld frames", std::string(full, '#').c_str(),
+                      std::string(width - full, '.').c_str(), 100.0 * share, static_cast<long long>(frames));
+        err_ << text << std::flush;
+    }
+
+private:
+    std::ostream& err_;
+    bool is_shown_;
+};
+
+class Recorder {
+public:
+    Recorder(RpcClient client, const RecordOptions& options) : client_(std::move(client)), options_(options) {}
+
+    Result<json> run(Progress& progress);
+
+private:
+    Result<void> choose_cameras();
+    Result<void> hold_world();
+    Result<std::int64_t> record(Progress& progress);
+    Result<void> take(const RecordedCamera& camera, TimeNs instant_ns);
+
+    RpcClient client_;
+    const RecordOptions& options_;
+    std::vector<RecordedCamera> cameras_;
+    std::optional<DatasetWriter> writer_;
+    json world_;
+    bool resumes_ = false;
+};
+
+Result<void> Recorder::choose_cameras() {
+    const auto list = client_.call("camera.list");
+    if (!list) return std::unexpected(list.error());
+    for (const json& camera : (*list)["cameras"]) {
+        const std::string name = camera["name"];
+        if (!options_.cameras.empty() && std::ranges::find(options_.cameras, name) == options_.cameras.end()) continue;
+        const json& fps = camera["fps"];
+        const auto rate = fps.is_string() ? Rate::parse(fps.get<std::string>()) : Rate::from_number(fps.get<double>());
+        if (!rate) return std::unexpected(rate.error());
+        cameras_.push_back({name, *rate});
+    }
+    for (const std::string& name : options_.cameras)
+        if (std::ranges::find(cameras_, name, &RecordedCamera::name) == cameras_.end())
+            return error(ErrorKind::not_found, "there is no camera '" + name + "'");
+    if (cameras_.empty()) return error(ErrorKind::not_found, "the rig has no camera to record");
+    return {};
+}
+
+/// A world that runs is stopped for the recording and runs on after it.
+Result<void> Recorder::hold_world() {
+    auto status = client_.call("world.status");
+    if (!status) return std::unexpected(status.error());
+    if ((*status)["mode"] == "realtime" && !(*status)["paused"].get<bool>()) {
+        if (auto paused = client_.call("world.pause"); !paused) return std::unexpected(paused.error());
+        resumes_ = true;
+        status = client_.call("world.status");
+        if (!status) return std::unexpected(status.error());
+    }
+    world_ = std::move(*status);
+    return {};
+}
+
+Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
+    const json what{{"camera", camera.name}, {"min_ns", instant_ns}};
+    json of_frame = what;
+    of_frame["format"] = options_.format;
+    const auto frame = client_.call("frame.get", of_frame);
+    if (!frame) return std::unexpected(frame.error());
+    const auto truth = client_.call("truth.get", what);
+    if (!truth) return std::unexpected(truth.error());
+    if ((*frame)["time_ns"] != instant_ns || (*truth)["time_ns"] != instant_ns ||
+        (*frame)["sequence"] != (*truth)["sequence"])
+        return error(ErrorKind::unavailable, "camera " + camera.name +
+                                                 ": somebody else moves the world or changes the camera; a recording "
+                                                 "needs both for itself");
+    const auto picture = base64_decode(frame->value("data", ""));
+    if (!picture) return std::unexpected(picture.error());
+    return writer_->add(*truth, *picture, camera.rate.to_string());
+}
+
+Result<std::int64_t> Recorder::record(Progress& progress) {
+    const TimeNs start_ns = world_["world_ns"].get<TimeNs>();
+    const double seconds = options_.seconds.value_or(options_.frames ? 1e9 : default_seconds);
+    const TimeNs end_ns = start_ns + static_cast<TimeNs>(seconds * 1e9);
+    std::int64_t frames = 0, instants = 0;
+    for (TimeNs now_ns = start_ns; stop_asked == 0;) {
+        TimeNs next_ns = max_time_ns;
+        const auto due_ns = [&](const RecordedCamera& camera) {
+            return camera.rate.time_of_frame(camera.rate.first_frame_at_or_after(now_ns + 1));
+        };
+        for (const RecordedCamera& camera : cameras_) next_ns = std::min(next_ns, due_ns(camera));
+        if (next_ns > end_ns || (options_.frames && instants >= *options_.frames)) break;
+        const auto stepped = client_.call("world.step", {{"nanoseconds", next_ns - now_ns}});
+        if (!stepped) return std::unexpected(stepped.error());
+        for (const RecordedCamera& camera : cameras_) {
+            if (due_ns(camera) != next_ns) continue;
+            if (auto taken = take(camera, next_ns); !taken) return std::unexpected(taken.error());
+            ++frames;
+        }
+        now_ns = next_ns;
+        ++instants;
+        const double share = options_.frames ? static_cast<double>(instants) / static_cast<double>(*options_.frames)
+                                             : static_cast<double>(now_ns - start_ns) / (seconds * 1e9);
+        progress.show(share, frames);
+    }
+    return frames;
+}
+
+Result<json> Recorder::run(Progress& progress) {
+    if (auto chosen = choose_cameras(); !chosen) return std::unexpected(chosen.error());
+    if (auto held = hold_world(); !held) return std::unexpected(held.error());
+    json names = json::array();
+    for (const RecordedCamera& camera : cameras_) names.push_back(camera.name);
+    auto writer = DatasetWriter::create(options_.folder,
+                                        {{"scene", world_["scene"]}, {"seed", world_["seed"]}, {"cameras", names}},
+                                        options_.format == "png" ? ".png" : ".jpg");
+    Result<std::int64_t> frames = 0;
+    if (writer) {
+        writer_ = std::move(*writer);
+        frames = record(progress);
+    } else {
+        frames = std::unexpected(writer.error());
+    }
+    if (resumes_) {
+        if (auto resumed = client_.call("world.resume"); !resumed && frames) return std::unexpected(resumed.error());
+    }
+    // What came before an error is a data set too.
+    if (writer_)
+        if (auto finished = finish_dataset(options_.folder); !finished && frames) frames = finished;
+    if (!frames) return std::unexpected(frames.error());
+    return json{{"folder", options_.folder.string()}, {"cameras", names}, {"frames", *frames}};
+}
+
+int record_or_repair(const CliContext& context, const RecordOptions& options) {
+    if (options.repairs) {
+        const auto frames = finish_dataset(options.folder);
+        if (!frames) return context.fail(frames.error());
+        return context.print({{"folder", options.folder.string()}, {"frames", *frames}},
+                             options.folder.string() + ": " + std::to_string(*frames) + " frames");
+    }
+    auto client = context.connect();
+    if (!client) return context.fail(client.error());
+    stop_asked = 0;
+    const auto before = std::signal(SIGINT, [](int) { stop_asked = 1; });
+    Result<json> done = [&] {
+        Progress progress(context.err, !context.json);
+        return Recorder(std::move(*client), options).run(progress);
+    }();
+    std::signal(SIGINT, before);
+    if (!done) return context.fail(done.error());
+    return context.print(*done, options.folder.string() + ": " + plain_text((*done)["frames"]) + " frames of " +
+                                    std::to_string((*done)["cameras"].size()) +
+                                    " cameras, with labels for COCO, "
+                                    "MOTChallenge and KITTI");
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& app, CliContext& context) {
+    auto options = std::make_shared<RecordOptions>();
+    CLI::App* record = app.add_subcommand(
+        "record", "writes a data set: every due frame with labels; steps the world, a running one stands meanwhile");
+    record->add_option("DIR", options->folder, "folder of the data set")->required();
+    record->add_option("--cameras", options->cameras, "NAME,NAME,...; default: all")->delimiter(',');
+    auto* seconds =
+        record->add_option("--seconds", options->seconds, "of world time; default 10")->check(CLI::Range(0.0, 1e9));
+    record->add_option("--frames", options->frames, "instants instead of seconds")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}))
+        ->excludes(seconds);
+    record->add_option("--format", options->format, "of pictures: png or jpeg")->check(CLI::IsMember({"png", "jpeg"}));
+    record->add_flag("--repair", options->repairs, "completes a data set whose recording was killed, without a rig");
+    record->callback(
+        [options, &context] { context.action = [options, &context] { return record_or_repair(context, *options); }; });
+}
+
+}  // namespace camrig

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+/// The labels of one frame as the common formats have them, from its truth as truth.get gives it (docs/truth.md says
+/// what each number means). Pure; a truth that lacks a member throws nlohmann's exceptions.
+namespace camrig {
+
+/// Lines of MOTChallenge's gt.txt: frame from 1, id, left, top, width, height (full box, the first pixel is 1), 1,
+/// class, visibility. Only classes that MOTChallenge has.
+std::string mot_lines(const nlohmann::json& truth, std::int64_t frame);
+
+/// Lines of a KITTI object label file, for what is seen at all and has a KITTI type.
+std::string kitti_lines(const nlohmann::json& truth);
+/// KITTI's calib file: the four projection matrices are the camera's own, everything else is the identity.
+std::string kitti_calibration(const nlohmann::json& truth);
+
+/// COCO's number of a class: its own where COCO knows the name, else 1000 and the rig's number of the class.
+int coco_category(const std::string& class_name, int class_number);
+/// The categories of a rig's classes ({"person": 2, ...}); people with their 17 keypoints and the skeleton.
+nlohmann::json coco_categories(const nlohmann::json& classes);
+/// One annotation for each object that is seen; `next_id` counts on.
+nlohmann::json coco_annotations(const nlohmann::json& truth, std::int64_t image_id, std::int64_t& next_id);
+
+/// OpenCV FileStorage YAML: image_width, image_height, camera_matrix, distortion_coefficients, fisheye_model.
+std::string opencv_calibration(const nlohmann::json& truth);
+
+}  // namespace camrig
