@@ -60,7 +60,7 @@ protected:
 
 TEST_F(Cli, CameraCreateTakesEveryOption) {
     const json camera = json_of({"camera",     "create",       "lobby",
-                                 "--size",     "321x243",      "--fps",
+                                 "--size",     "322x244",      "--fps",
                                  "30000/1001", "--intrinsics", "300,310,150.5,120",
                                  "--position", "-1,2,3.5",     "--look-at",
                                  "4,5,1",      "--near",       "0.1",
@@ -68,7 +68,7 @@ TEST_F(Cli, CameraCreateTakesEveryOption) {
                                  "fast",       "--code-strip", "--v4l2",
                                  "3",          "--device",     "5",
                                  "--rtsp",     "h264",         "--mjpeg"});
-    EXPECT_EQ(camera["size"], json({321, 243}));
+    EXPECT_EQ(camera["size"], json({322, 244}));
     EXPECT_EQ(camera["fps"], "30000/1001");
     EXPECT_EQ(camera["intrinsics"]["fy"], 310);
     EXPECT_EQ(camera["pose"]["position"], json({-1, 2, 3.5}));
