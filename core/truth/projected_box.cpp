@@ -104,7 +104,10 @@ void BoxProjector::add_segment(glm::dvec3 a, glm::dvec3 b, ProjectedBox& box) co
         a = ends.front();
         b = *std::ranges::max_element(ends, {}, [&](const glm::dvec3& p) { return glm::length(p - a); });
     }
-    walk(a, camera_.project(a), b, camera_.project(b), 0, box);
+    const Pixel at_a = camera_.project(a), at_b = camera_.project(b);
+    if (at_a) box.grow(*at_a);
+    if (at_b) box.grow(*at_b);
+    walk(a, at_a, b, at_b, 0, box);
 }
 
 void BoxProjector::add_triangle(const glm::dvec3 (&corners)[3], bool is_whole, ProjectedBox& box) const {

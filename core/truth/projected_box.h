@@ -29,8 +29,9 @@ struct ProjectedBox {
 ///
 /// Exact for a pinhole: the picture of a triangle ends where its edges do. Through other lenses straight edges are
 /// bent, so they are followed in pieces of at most max_chord_px, whose ends are exact; between them a curve of radius r
-/// bulges by max_chord_px^2 / (8 r), which for r = 100 px, a very strong lens, is 0.08 px. Plane models see what lies
-/// between the near and far planes; a fisheye (equidistant) sees what is inside of its field, at any distance.
+/// bulges by max_chord_px^2 / (8 r), which for r = 25 px, near the fold of a very strong lens, is 0.08 px. Plane models
+/// see what lies between the near and far planes; a fisheye (equidistant) sees what is inside of its field, at any
+/// distance.
 class BoxProjector {
 public:
     /// far_m 0: no far plane.
@@ -39,7 +40,7 @@ public:
     /// Grows `box` by a primitive whose vertices are at `points` in the optical frame.
     void add(std::span<const glm::dvec3> points, const Primitive& primitive, ProjectedBox& box) const;
 
-    static constexpr double max_chord_px = 8.0;
+    static constexpr double max_chord_px = 4.0;
 
 private:
     using Pixel = std::optional<glm::dvec2>;
