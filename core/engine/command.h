@@ -168,12 +168,12 @@ struct Request {
     std::function<void(Result<typename C::Reply>)> done;
 };
 
-using Command = std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
-                             Request<ListCameras>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>,
-                             Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>, Request<SpawnActor>,
-                             Request<RemoveActor>, Request<SetActor>, Request<SteerActors>, Request<ListEvents>,
-                             Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetStats>,
-                             Request<GetTruth>>;
+using Command =
+    std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
+                 Request<ListCameras>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>,
+                 Request<StepWorld>, Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
+                 Request<SteerActors>, Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>,
+                 Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {
