@@ -4,6 +4,7 @@
 #include "control/rpc/methods.h"
 #include "core/base/json_reader.h"
 #include "core/base/names.h"
+#include "core/frame/kind_format.h"
 
 namespace camrig {
 namespace {
@@ -17,22 +18,6 @@ std::optional<FrameKind> parse_kind(std::string_view name) {
     if (name == "semantic") return FrameKind::semantic;
     if (name == "normal") return FrameKind::normal;
     return std::nullopt;
-}
-
-/// How raw pictures of a kind come.
-PixelFormat raw_pixels(FrameKind kind) {
-    switch (kind) {
-        case FrameKind::color:
-            return PixelFormat::rgba8;
-        case FrameKind::depth:
-            return PixelFormat::depth32f;
-        case FrameKind::instance:
-        case FrameKind::semantic:
-            return PixelFormat::id32;
-        case FrameKind::normal:
-            return PixelFormat::normal32f;
-    }
-    return PixelFormat::rgba8;
 }
 
 Result<RpcResult> frame_result(const MediaUnit& unit, const std::string& kind, const std::string& format) {
@@ -79,7 +64,7 @@ void get(RpcContext& context, const json& params, RpcReply done) {
     if (format == "jpeg")
         request.format = {Codec::jpeg, PixelFormat::rgba8, quality.value_or(default_jpeg_quality), {}};
     if (format == "png") request.format = {Codec::png, PixelFormat::rgba8, 0, {}};
-    if (format == "raw") request.format = {Codec::raw, raw_pixels(request.kind), 0, {}};
+    if (format == "raw") request.format = {Codec::raw, format_of(request.kind), 0, {}};
     // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
     // there.
     context.frames.fetch(std::move(request), [kind, format, done = std::move(done)](Result<MediaUnit> unit) {

@@ -7,22 +7,6 @@
 
 namespace camrig {
 
-PixelFormat format_of(FrameKind kind) {
-    switch (kind) {
-        case FrameKind::color:
-            return PixelFormat::rgba8;
-        case FrameKind::depth:
-            return PixelFormat::depth32f;
-        case FrameKind::instance:
-        case FrameKind::semantic:
-            return PixelFormat::id32;
-        case FrameKind::normal:
-            return PixelFormat::normal32f;
-    }
-    CHECK(false);
-    return PixelFormat::rgba8;
-}
-
 std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
                                      TimeNs monotonic_ns) {
     return pool.acquire({.camera_id = view.camera,

@@ -4,6 +4,7 @@
 
 #include "core/base/result.h"
 #include "core/frame/frame_pool.h"
+#include "core/frame/kind_format.h"
 #include "core/render/renderer.h"
 
 namespace camrig {
@@ -11,9 +12,6 @@ namespace camrig {
 inline bool wants(const View& view, FrameKind kind) {
     return view.kinds[static_cast<int>(kind)];
 }
-
-/// The one pixel format of each kind (see FrameKind).
-PixelFormat format_of(FrameKind kind);
 
 /// An empty frame of the view's size that carries everything about the instant.
 std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,

@@ -15,7 +15,7 @@ namespace camrig {
 struct RtspLimits {
     std::size_t connections = 512;
     int send_buffer_bytes = 256 * 1024;  ///< the kernel's, per connection
-    int stalled_after_ms = 10'000;       ///< a TCP client that takes no byte for so long is closed
+    int stalled_after_ms = 6'000;        ///< a TCP client that takes no byte for so long is closed
     int session_timeout_s = 60;          ///< a UDP client that says nothing (RTSP or RTCP) for so long is gone
 };
 

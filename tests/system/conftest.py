@@ -4,6 +4,7 @@ import os
 import pathlib
 import socket
 import time
+import urllib.parse
 
 import pytest
 
@@ -52,4 +53,15 @@ def control_socket(rig) -> socket.socket:
     raw = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     raw.settimeout(30)
     raw.connect(rig.call("server.info")["control"])
+    return raw
+
+
+def stuck_mjpeg_reader(cam) -> socket.socket:
+    """A client that opens the camera's stream and then takes nothing; its receive buffer is as small as they come."""
+    url = urllib.parse.urlparse(cam.url())
+    raw = socket.socket()
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    raw.connect((url.hostname, url.port))
+    raw.sendall(f"GET {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\n\r\n".encode())
+    raw.recv(100)
     return raw

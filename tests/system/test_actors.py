@@ -8,7 +8,7 @@ import time
 import pytest
 
 import camrig
-from conftest import REPOSITORY, wait_until
+from conftest import REPOSITORY, stuck_mjpeg_reader, wait_until
 
 STEP_NS = 20_000_000
 
@@ -189,17 +189,10 @@ def test_the_hall_has_an_abandoned_bag(scenes):
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
 def test_a_stuck_reader_does_not_keep_others_from_the_world(rig):
     """Commands while a step waits for a reader: the next instant is drawn already."""
-    import socket
     import threading
-    import urllib.parse
 
     cam = rig.create_camera("c", size=(1920, 1080), fps=25)
-    url = urllib.parse.urlparse(cam.url())
-    raw = socket.socket()
-    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    raw.connect((url.hostname, url.port))
-    raw.sendall(f"GET {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\n\r\n".encode())
-    raw.recv(100)
+    raw = stuck_mjpeg_reader(cam)
     failures = []
 
     def step():

@@ -7,6 +7,7 @@ import time
 import pytest
 
 import camrig
+from conftest import stuck_mjpeg_reader
 
 
 def run_once(scenes, threads):
@@ -45,16 +46,9 @@ def test_the_world_stands_still_between_steps(rig):
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
 def test_a_step_that_waits_for_a_stuck_reader_names_it(rig):
     """A reader that takes nothing must not hang the step for ever."""
-    import socket
-    import urllib.parse
 
     cam = rig.create_camera("c", size=(1920, 1080), fps=100)
-    url = urllib.parse.urlparse(cam.url())
-    raw = socket.socket()
-    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    raw.connect((url.hostname, url.port))
-    raw.sendall(f"GET {url.path} HTTP/1.1\r\nHost: {url.netloc}\r\n\r\n".encode())
-    raw.recv(100)
+    raw = stuck_mjpeg_reader(cam)
     with pytest.raises(camrig.CamrigError) as caught:
         rig.call("world.step", seconds=5, timeout_s=1)
     assert caught.value.kind == "unavailable"

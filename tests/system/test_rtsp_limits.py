@@ -129,10 +129,7 @@ def heavy_camera(rig):
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 @pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
 def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, process, kind):
-    """docs/streams.md states the bound: ten seconds of the stream, once for all stopped clients, then they are closed.
-
-    In memory a packet of 1.4 KB has a buffer, its metadata and two list entries around it: 1.6 times its bytes were measured.
-    """
+    """docs/streams.md states the bound: ten seconds of the stream, once for all stopped clients, then they are closed."""
     cam = heavy_camera(rig)
     url = cam.url(kind)
     stopped = [subprocess.Popen([sys.executable, str(REPOSITORY / "docs/examples/rtsp_times.py"), url], stdout=subprocess.DEVNULL) for _ in range(3)]
@@ -156,7 +153,7 @@ def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, proces
         print(f"{kind}: {made} made, {other.pictures - pictures} received beside three stopped clients, RSS +{highest - rss} KiB, "
               f"10 s of the stream {ten_seconds_kib:.0f} KiB")
         assert other.pictures - pictures >= made * 0.99 - 2
-        assert highest - rss < 1.75 * ten_seconds_kib + 16 * 1024
+        assert highest - rss < ten_seconds_kib + 16 * 1024
         wait_until(lambda: count_for([other], 0.5) or process.fds() <= fds - 3, 30, "the stopped clients to be closed")
     finally:
         for client in stopped:

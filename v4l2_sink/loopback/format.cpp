@@ -1,7 +1,6 @@
 #include "v4l2_sink/loopback/format.h"
 
-#include "core/codec/encoder.h"
-#include "core/frame/pixel_format.h"
+#include "v4l2_sink/media_format.h"
 
 namespace camrig {
 
@@ -20,25 +19,9 @@ LoopbackFormat loopback_format_of(const CameraStream& camera, const OutputSpec& 
 }
 
 std::optional<MediaFormat> media_format_of(const LoopbackFormat& format) {
-    MediaFormat media;
-    media.size = format.size;  // its own, even when the camera's changes while the device is being read
-    switch (format.fourcc) {
-        case V4L2_PIX_FMT_YUYV:
-            media.pixels = PixelFormat::yuyv;
-            return media;
-        case V4L2_PIX_FMT_YUV420:
-            media.pixels = PixelFormat::i420;
-            return media;
-        case V4L2_PIX_FMT_BGR24:
-            media.pixels = PixelFormat::bgr24;
-            return media;
-        case V4L2_PIX_FMT_MJPEG:
-            media.codec = Codec::jpeg;
-            media.quality = default_jpeg_quality;
-            return media;
-        default:
-            return std::nullopt;
-    }
+    // NV12 is not offered here: OpenCV up to 4.10 swaps its red and blue.
+    if (format.fourcc == V4L2_PIX_FMT_NV12) return std::nullopt;
+    return media_format_of(format.fourcc, format.size);  // its own, even when the camera's changes while it is read
 }
 
 v4l2_pix_format pix_format_of(const LoopbackFormat& format) {

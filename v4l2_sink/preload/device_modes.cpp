@@ -4,6 +4,8 @@
 
 #include <linux/videodev2.h>
 
+#include "v4l2_sink/media_format.h"
+
 namespace camrig {
 
 namespace {
@@ -39,28 +41,7 @@ DeviceModes modes_of(const CameraStream& camera) {
 }
 
 std::optional<MediaFormat> media_format_of(const camrig_format& format) {
-    MediaFormat media;
-    media.size = {static_cast<int>(format.width), static_cast<int>(format.height)};
-    switch (format.fourcc) {
-        case V4L2_PIX_FMT_YUYV:
-            media.pixels = PixelFormat::yuyv;
-            return media;
-        case V4L2_PIX_FMT_YUV420:
-            media.pixels = PixelFormat::i420;
-            return media;
-        case V4L2_PIX_FMT_NV12:
-            media.pixels = PixelFormat::nv12;
-            return media;
-        case V4L2_PIX_FMT_BGR24:
-            media.pixels = PixelFormat::bgr24;
-            return media;
-        case V4L2_PIX_FMT_MJPEG:
-            media.codec = Codec::jpeg;
-            media.quality = default_jpeg_quality;
-            return media;
-        default:
-            return std::nullopt;
-    }
+    return media_format_of(format.fourcc, {static_cast<int>(format.width), static_cast<int>(format.height)});
 }
 
 std::uint32_t picture_bytes(const camrig_format& format) {

@@ -11,9 +11,10 @@ namespace {
 
 // Of walking people; the sources are in docs/decisions/0050-crowds.md.
 constexpr double turn_rad_s = 4.0;
-constexpr double others_ahead_s = 2.0;  ///< how far ahead others are avoided
-constexpr double walls_ahead_s = 0.5;   ///< walls do not come nearer by themselves
-constexpr double part_within_s = 0.25;  ///< two that touch part so fast
+constexpr double others_ahead_s = 2.0;   ///< how far ahead others are avoided
+constexpr double others_spare_m = 0.10;  ///< in a jam, people give way to each other by this much and more
+constexpr double walls_ahead_s = 0.5;    ///< walls do not come nearer by themselves
+constexpr double part_within_s = 0.25;   ///< two that touch part so fast
 constexpr double sight_m = 5.0;
 constexpr std::size_t max_others = 12;
 constexpr double storey_m = 1.5;  ///< bodies farther up or down are not in the way
@@ -177,7 +178,7 @@ void Walker::move(const StepContext& context, const glm::dvec2& wanted, std::opt
             const Body& body = *others_[i];
             planes_.push_back(avoid({.position = body.nearest(at) - at,
                                      .velocity = body.velocity,
-                                     .radius = context.radius_m + body.radius,
+                                     .radius = context.radius_m + body.radius + others_spare_m,
                                      .share = body.gives_way ? 0.5 : 1.0},
                                     velocity_, others_ahead_s, part_within_s));
         }

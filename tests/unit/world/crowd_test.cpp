@@ -68,9 +68,8 @@ TEST(CrowdOfHundred, WalksInASquareForTenMinutesAndNobodyThroughAnother) {
     const Depths depths = watch(*world, square, 600 * ns_per_s);
     std::cout << "deepest: bodies " << depths.bodies_m << " m (" << depths.worst << "), walls " << depths.walls_m
               << " m; walked " << depths.walked_m << " m\n";
-    // Discs of 0.28 m, arms included. In a jam, where nothing avoids all, they press into each other by some of that;
-    // middles stay 0.41 m apart, which is more than a trunk is deep.
-    EXPECT_LT(depths.bodies_m, 0.15);
+    // Discs of 0.28 m, arms included; in a jam, where nothing avoids all, they may touch by some of that.
+    EXPECT_LT(depths.bodies_m, 0.06);
     EXPECT_LT(depths.walls_m, 0.01);
     EXPECT_GT(depths.walked_m, 100 * 600 * 0.4);
 }

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "core/frame/frame.h"
+
+namespace camrig {
+
+/// In which layout raw pictures of a kind are drawn and given.
+PixelFormat format_of(FrameKind kind);
+
+}  // namespace camrig

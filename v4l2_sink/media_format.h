@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include <linux/videodev2.h>
+
+#include "core/stream/frame_bus.h"
+
+namespace camrig {
+
+/// The bus's name for a V4L2 format of this size, for devices of either kind; nothing for a fourcc that is none of
+/// ours.
+inline std::optional<MediaFormat> media_format_of(std::uint32_t fourcc, ImageSize size) {
+    MediaFormat media;
+    media.size = size;
+    switch (fourcc) {
+        case V4L2_PIX_FMT_YUYV:
+            media.pixels = PixelFormat::yuyv;
+            return media;
+        case V4L2_PIX_FMT_YUV420:
+            media.pixels = PixelFormat::i420;
+            return media;
+        case V4L2_PIX_FMT_NV12:
+            media.pixels = PixelFormat::nv12;
+            return media;
+        case V4L2_PIX_FMT_BGR24:
+            media.pixels = PixelFormat::bgr24;
+            return media;
+        case V4L2_PIX_FMT_MJPEG:
+            media.codec = Codec::jpeg;
+            media.quality = default_jpeg_quality;
+            return media;
+        default:
+            return std::nullopt;
+    }
+}
+
+}  // namespace camrig
