@@ -7,6 +7,7 @@
 
 #include "core/world/walk/walk_area.h"
 #include "core/world/world.h"
+#include "tests/unit/world/crowd_watch.h"
 #include "tests/unit/world/world_fixture.h"
 
 // Nobody walks through a wall or through somebody else.
@@ -14,42 +15,6 @@ namespace camrig {
 namespace {
 
 using namespace world_test;
-
-/// How deep two bodies, taken as discs of a person's radius, were ever inside of each other, and a body in a wall.
-struct Depths {
-    double bodies_m = 0.0;
-    double walls_m = 0.0;
-    double walked_m = 0.0;  ///< by all together
-    std::string worst;
-};
-
-Depths watch(World& world, const Area& area, TimeNs duration_ns) {
-    const WalkArea walls(area, 0.0);
-    Depths depths;
-    const TimeNs every_ns = world.scene().step_ns;
-    for (TimeNs t = every_ns; t <= duration_ns; t += every_ns) {
-        world.advance_to(t);
-        const auto snapshot = world.snapshot(t);
-        std::vector<const Instance*> people;
-        for (const Instance& mover : snapshot->movers)
-            if (mover.info->object_class == "person") people.push_back(&mover);
-        for (std::size_t i = 0; i < people.size(); ++i) {
-            const glm::dvec2 a(people[i]->position);
-            depths.walked_m += glm::length(people[i]->velocity) * static_cast<double>(every_ns) * 1e-9;
-            const double off =
-                walls.contains(a) ? person_radius_m - walls.wall_distance(a) : person_radius_m + walls.wall_distance(a);
-            depths.walls_m = std::max(depths.walls_m, off);
-            for (std::size_t j = i + 1; j < people.size(); ++j) {
-                const double depth = 2.0 * person_radius_m - glm::distance(a, glm::dvec2(people[j]->position));
-                if (depth <= depths.bodies_m) continue;
-                depths.bodies_m = depth;
-                depths.worst = people[i]->info->name + " and " + people[j]->info->name + " at " +
-                               std::to_string(static_cast<double>(t) * 1e-9) + " s";
-            }
-        }
-    }
-    return depths;
-}
 
 TEST(CrowdOfHundred, WalksInASquareForTenMinutesAndNobodyThroughAnother) {
     auto scene = empty_scene(40 * ns_per_ms);
