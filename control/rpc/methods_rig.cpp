@@ -60,7 +60,13 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                     {"dropped_instants", "integer", "those skipped as a whole under overload"},
                     {"cameras", "array of objects",
                      "name, due, rendered, dropped, idle and outputs with their readers"},
-                    {"stages", "array of objects", "name, count, mean_ms, p50_ms, p99_ms and max_ms"}},
+                    {"stages", "array of objects",
+                     "name, count, mean_ms, p50_ms, p99_ms, p999_ms and max_ms since the start. wakeup: how late an "
+                     "instant began; world, submit, collect and publish: per instant; convert and encode: per picture; "
+                     "truth: per answer"},
+                    {"renderer", "object",
+                     "what the renderer keeps and saves: static layers, pictures drawn in parts, skinned meshes made "
+                     "and left out, draw calls"}},
          .errors = {},
          .handler =
              [&context](const json&, RpcReply done) {

@@ -78,11 +78,15 @@ json to_json(const RigReport& report) {
                           {"mean_ms", stage.summary.mean_ms},
                           {"p50_ms", stage.summary.p50_ms},
                           {"p99_ms", stage.summary.p99_ms},
+                          {"p999_ms", stage.summary.p999_ms},
                           {"max_ms", stage.summary.max_ms}});
     }
-    return {{"world_ns", report.world_ns},   {"monotonic_ns", report.monotonic_ns},
-            {"instants", report.instants},   {"dropped_instants", report.dropped_instants},
-            {"cameras", std::move(cameras)}, {"stages", std::move(stages)}};
+    json renderer = json::object();
+    for (const auto& counter : report.renderer) renderer[std::string(counter.name)] = counter.value;
+    return {{"world_ns", report.world_ns},    {"monotonic_ns", report.monotonic_ns},
+            {"instants", report.instants},    {"dropped_instants", report.dropped_instants},
+            {"cameras", std::move(cameras)},  {"stages", std::move(stages)},
+            {"renderer", std::move(renderer)}};
 }
 
 }  // namespace camrig

@@ -92,7 +92,7 @@ void Rig::run_realtime(TimeNs monotonic_ns) {
         clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
     }
     const FrameSet set = draw_instant(instant_ns, clock_.monotonic_at(instant_ns));
-    bus_.publish(set, nullptr);
+    publish(set, nullptr);
 }
 
 void Rig::account_skipped(TimeNs instant_ns) {
@@ -135,7 +135,7 @@ void Rig::advance_step(TimeNs monotonic_ns) {
                        "the step waits for " + laggards.substr(0, 500) + " since " +
                            std::to_string(job.timeout_ns / ns_per_ms) + " ms and was given up at world time " +
                            std::to_string(clock_.world_at(0)) + " ns; close that reader or give a longer timeout_s"));
-        if (job.ready) bus_.publish(*job.ready, nullptr);
+        if (job.ready) publish(*job.ready, nullptr);
         steps_.pop_front();
         return wake_();
     }
@@ -143,7 +143,7 @@ void Rig::advance_step(TimeNs monotonic_ns) {
         clock_.hold(job.ready->world_ns);
         job.latch = DeliveryLatch::create(wake_);
         job.deadline_ns = monotonic_now_ns() + job.timeout_ns;
-        bus_.publish(*job.ready, job.latch);
+        publish(*job.ready, job.latch);
         job.ready.reset();
         return wake_();
     }
@@ -155,6 +155,12 @@ void Rig::advance_step(TimeNs monotonic_ns) {
     steps_.pop_front();
     done(world_state());
     wake_();
+}
+
+void Rig::publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
+    const TimeNs start_ns = monotonic_now_ns();
+    bus_.publish(set, latch);
+    publish_.record(monotonic_now_ns() - start_ns);
 }
 
 View Rig::view_of(const CameraEntry& entry, const LatestDue& latest) const {

@@ -63,6 +63,7 @@ private:
     FrameSet draw_instant(TimeNs world_ns, TimeNs monotonic_ns);
     void account_skipped(TimeNs instant_ns);
     View view_of(const CameraEntry& entry, const LatestDue& latest) const;
+    void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
     FrameSet draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, const std::vector<View>& views);
     /// World time now, but never past an instant that is still to be drawn.
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
@@ -141,7 +142,7 @@ private:
 
     std::uint64_t instants_ = 0;
     std::uint64_t dropped_instants_ = 0;
-    StageTimer wakeup_, world_time_, submit_, collect_, truth_;
+    StageTimer wakeup_, world_time_, submit_, collect_, publish_, truth_;
     TimeNs last_failure_log_ns_ = 0;
 };
 

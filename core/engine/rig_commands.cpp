@@ -14,6 +14,28 @@ CameraStream stream_of(const CameraEntry& entry) {
     return {entry.id, *entry.name, entry.spec->size, entry.spec->rate, entry.spec->outputs};
 }
 
+std::vector<CounterReport> reports_of(const RenderCounters& counters) {
+    const auto now = [](std::string_view name, auto value, std::string_view help) {
+        return CounterReport{name, false, static_cast<std::uint64_t>(value), help};
+    };
+    const auto all = [](std::string_view name, std::uint64_t value, std::string_view help) {
+        return CounterReport{name, true, value, help};
+    };
+    return {
+        now("static_layers", counters.layers, "Pictures kept of what does not move."),
+        now("static_layer_bytes", counters.layer_bytes, "Device memory of the static layers."),
+        all("static_layers_drawn", counters.layers_drawn, "Static layers made."),
+        all("static_layers_reused", counters.layers_reused, "Static layers copied instead of drawing."),
+        all("static_layers_stale", counters.layers_stale, "Static layers thrown away because what they show changed."),
+        all("static_layers_evicted", counters.layers_evicted, "Static layers thrown away to make room."),
+        all("views", counters.views, "Pictures drawn, on demand and for truth too."),
+        all("views_in_parts", counters.views_in_parts, "Pictures drawn only where something may move."),
+        all("meshes_skinned", counters.meshes_skinned, "Skinned meshes made, once per instant for all cameras."),
+        all("meshes_unseen", counters.meshes_unseen, "Skinned meshes that no camera saw and that were not made."),
+        all("draws", counters.draws, "Draw calls."),
+        all("draws_coarse", counters.draws_coarse, "Draw calls with a coarser level of detail.")};
+}
+
 }  // namespace
 
 void Rig::apply(Command& command) {
@@ -128,7 +150,7 @@ Result<CameraState> Rig::run(SetCamera& command) {
     if (!clock_.running() && options_.mode == RunMode::realtime && bus_.reader_count(entry.id) > 0) {
         FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, {view_of(entry, entry.latest)});
         if (!set.frames.empty()) entry.latest.color = set.frames.front();
-        bus_.publish(set, nullptr);
+        publish(set, nullptr);
     }
     CameraState state = state_of(entry);
     state.applied_ns = applied_ns;
@@ -273,11 +295,9 @@ Result<RigReport> Rig::run(GetStats&) {
     report.dropped_instants = dropped_instants_;
     for (const auto& [id, entry] : cameras_.all())
         report.cameras.push_back({*entry.name, entry.due, entry.rendered, entry.dropped, entry.idle, {}});
-    report.stages = {{"wakeup", wakeup_.summary()},
-                     {"world", world_time_.summary()},
-                     {"submit", submit_.summary()},
-                     {"collect", collect_.summary()},
-                     {"truth", truth_.summary()}};
+    report.stages = {{"wakeup", wakeup_.summary()},   {"world", world_time_.summary()}, {"submit", submit_.summary()},
+                     {"collect", collect_.summary()}, {"publish", publish_.summary()},  {"truth", truth_.summary()}};
+    report.renderer = reports_of(renderer_->counters());
     bus_.fill_report(report);
     return report;
 }

@@ -30,12 +30,20 @@ struct View {
     std::vector<ObjectId> only_objects;
 };
 
-/// What a renderer keeps between instants, and how often it paid.
+/// What a renderer keeps between instants, and since the start how often what saves work did so.
 struct RenderCounters {
-    int layers = 0;                   ///< static layers that are kept
-    std::int64_t layer_bytes = 0;     ///< their memory on the device
-    std::uint64_t layers_drawn = 0;   ///< since the start: made
-    std::uint64_t layers_reused = 0;  ///< copied instead of drawing
+    int layers = 0;                    ///< static layers that are kept
+    std::int64_t layer_bytes = 0;      ///< their memory on the device
+    std::uint64_t layers_drawn = 0;    ///< made
+    std::uint64_t layers_reused = 0;   ///< copied instead of drawing
+    std::uint64_t layers_stale = 0;    ///< thrown away because what they show changed
+    std::uint64_t layers_evicted = 0;  ///< thrown away to make room
+    std::uint64_t views = 0;           ///< pictures drawn, of any kind
+    std::uint64_t views_in_parts = 0;  ///< those drawn only where something may move
+    std::uint64_t meshes_skinned = 0;  ///< skinned or morphed meshes of movers, once per instant for all cameras
+    std::uint64_t meshes_unseen = 0;   ///< those that no camera saw, and that were not made
+    std::uint64_t draws = 0;
+    std::uint64_t draws_coarse = 0;  ///< those with a coarser level of detail
 };
 
 /// Draws views of snapshots into frames.

@@ -60,6 +60,7 @@ StageTimer::Summary StageTimer::summary() const {
     summary.mean_ms = static_cast<double>(total_ns_.load(std::memory_order_relaxed)) / 1e6 / static_cast<double>(all);
     summary.p50_ms = quantile(0.5);
     summary.p99_ms = quantile(0.99);
+    summary.p999_ms = quantile(0.999);
     summary.max_ms = max_ms;
     return summary;
 }

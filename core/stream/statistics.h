@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/time.h"
@@ -33,6 +34,7 @@ public:
         double mean_ms = 0;
         double p50_ms = 0;
         double p99_ms = 0;
+        double p999_ms = 0;
         double max_ms = 0;
     };
     Summary summary() const;
@@ -67,6 +69,13 @@ struct StageReport {
     std::string name;  ///< "world", "submit", "collect", "convert", "encode", "wakeup", ...
     StageTimer::Summary summary;
 };
+/// One number that the renderer keeps: "static_layer_bytes". `total`: it only ever rises.
+struct CounterReport {
+    std::string_view name;  ///< of a constant
+    bool total = false;
+    std::uint64_t value = 0;
+    std::string_view help;
+};
 struct RigReport {
     TimeNs world_ns = 0;
     TimeNs monotonic_ns = 0;
@@ -74,6 +83,7 @@ struct RigReport {
     std::uint64_t dropped_instants = 0;  ///< skipped as a whole under overload
     std::vector<CameraReport> cameras;
     std::vector<StageReport> stages;
+    std::vector<CounterReport> renderer;
 };
 
 }  // namespace camrig

@@ -118,11 +118,20 @@ void write_stages(Writer& out, const RigReport& report) {
         const auto& summary = stage.summary;
         out.sample({{"stage", stage.name}, {"quantile", "0.5"}}, summary.p50_ms / 1e3);
         out.sample({{"stage", stage.name}, {"quantile", "0.99"}}, summary.p99_ms / 1e3);
+        out.sample({{"stage", stage.name}, {"quantile", "0.999"}}, summary.p999_ms / 1e3);
         out.sample({{"stage", stage.name}}, summary.mean_ms * static_cast<double>(summary.count) / 1e3, "_sum");
         out.sample({{"stage", stage.name}}, summary.count, "_count");
     }
     out.metric("camrig_stage_duration_max_seconds", "gauge", "Longest time a stage took.");
     for (const auto& stage : report.stages) out.sample({{"stage", stage.name}}, stage.summary.max_ms / 1e3);
+}
+
+void write_renderer(Writer& out, const RigReport& report) {
+    for (const auto& counter : report.renderer) {
+        const std::string name = "camrig_renderer_" + std::string(counter.name) + (counter.total ? "_total" : "");
+        out.metric(name, counter.total ? "counter" : "gauge", counter.help);
+        out.sample({}, counter.value);
+    }
 }
 
 void write_http(Writer& out, const HttpCounts& http) {
@@ -158,6 +167,7 @@ std::string to_prometheus(const RigReport& report, const HttpCounts& http) {
     write_outputs(out, report);
     write_readers(out, report);
     write_stages(out, report);
+    write_renderer(out, report);
     write_http(out, http);
     return std::move(out).take();
 }

@@ -34,14 +34,16 @@ std::string words_of(const json& stats) {
             }
         }
     }
-    Rows stages{{"STAGE", "COUNT", "MEAN MS", "P50", "P99", "MAX"}};
+    Rows stages{{"STAGE", "COUNT", "MEAN MS", "P50", "P99", "P99.9", "MAX"}};
     for (const json& stage : stats["stages"])
-        stages.push_back(cells(stage, {"name", "count", "mean_ms", "p50_ms", "p99_ms", "max_ms"}));
+        stages.push_back(cells(stage, {"name", "count", "mean_ms", "p50_ms", "p99_ms", "p999_ms", "max_ms"}));
     std::string text = "world time " + seconds_text(stats["world_ns"]) + ", " + plain_text(stats["instants"]) +
                        " instants, " + plain_text(stats["dropped_instants"]) + " dropped as a whole\n";
     text += "\n" + table(cameras);
     if (readers.size() > 1) text += "\n" + table(readers, 3);
-    return text + "\n" + table(stages);
+    Rows renderer{{"RENDERER", "COUNT"}};
+    for (const auto& [name, value] : stats["renderer"].items()) renderer.push_back({name, plain_text(value)});
+    return text + "\n" + table(stages) + "\n" + table(renderer);
 }
 
 int watch(const CliContext& context, double interval_s) {

@@ -220,6 +220,8 @@ void DrawPass::draw(const VisibleDraw& draw) {
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, draw.uniforms.buffer, draw.uniforms.offset, sizeof(DrawBlock));
     use_sides(*draw.item);
     gl_.BindVertexArray(vertex_array);
+    ++draws_;
+    coarse_draws_ += draw.range != &primitive.full;
     gl_.DrawElementsBaseVertex(primitive.mode, draw.range->count, primitive.index_type,
                                reinterpret_cast<const void*>(draw.range->offset), 0);
 }

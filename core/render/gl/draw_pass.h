@@ -48,6 +48,9 @@ public:
     void draw_blended(std::vector<VisibleDraw>& draws);
     void draw_truth(std::span<const VisibleDraw> draws);
 
+    std::uint64_t draws() const { return draws_; }
+    std::uint64_t coarse_draws() const { return coarse_draws_; }
+
 private:
     const IndexRange& range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const;
     void use_program(GLuint program);
@@ -67,6 +70,7 @@ private:
     const GpuMaterial* material_ = nullptr;
     int light_set_ = -1;
     int sides_ = -1;
+    std::uint64_t draws_ = 0, coarse_draws_ = 0;
 };
 
 }  // namespace camrig

@@ -92,6 +92,7 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
             instant.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
         }
     }
+    for (const Deformation& job : mover_items_.deformations) ++(job.is_done ? meshes_skinned_ : meshes_unseen_);
     if (readback_mode_ == ReadbackMode::buffered) {
         slot.readback.start_fence();
     } else {
@@ -163,6 +164,13 @@ Result<Renderer::Finished> GlRenderer::collect() {
     finished.failures = std::move(instant.failures);
     for (const Pending& pending : instant.pending) finished.set.frames.push_back(finish(instant, pending));
     return finished;
+}
+
+RenderCounters GlRenderer::counters() const {
+    RenderCounters counters = painter_.counters();
+    counters.meshes_skinned = meshes_skinned_;
+    counters.meshes_unseen = meshes_unseen_;
+    return counters;
 }
 
 void GlRenderer::forget(CameraId camera) {

@@ -25,7 +25,7 @@ public:
     Result<Finished> collect() override;
     int in_flight() const override { return static_cast<int>(submitted_.size()); }
     void forget(CameraId camera) override;
-    RenderCounters counters() const override { return painter_.counters(); }
+    RenderCounters counters() const override;
     std::string description() const override { return context_->description(); }
 
 private:
@@ -75,6 +75,7 @@ private:
     int static_light_sets_ = 0;
     StreamBuffer static_stream_;
     SceneItems mover_items_;
+    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;
 
     std::array<Slot, max_in_flight> slots_;
     std::size_t next_slot_ = 0;

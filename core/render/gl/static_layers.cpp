@@ -45,6 +45,7 @@ StaticLayers::Layer* StaticLayers::layer_of(CameraId camera, const StaticLayerKe
     Entry& entry = at->second;
     entry.used_at = instant_;
     if (is_new || entry.key != key) {
+        stale_ += entry.bytes > 0;
         drop(entry);
         entry.key = key;
         return nullptr;
@@ -67,6 +68,7 @@ bool StaticLayers::make_room(std::int64_t bytes) {
         }
         if (oldest == nullptr) return false;
         drop(*oldest);
+        ++evicted_;
     }
     return true;
 }
@@ -142,7 +144,11 @@ void StaticLayers::forget(CameraId camera) {
 }
 
 RenderCounters StaticLayers::counters() const {
-    RenderCounters counters{.layer_bytes = bytes_, .layers_drawn = kept_, .layers_reused = reused_};
+    RenderCounters counters{.layer_bytes = bytes_,
+                            .layers_drawn = kept_,
+                            .layers_reused = reused_,
+                            .layers_stale = stale_,
+                            .layers_evicted = evicted_};
     for (const auto& [camera, entry] : entries_) counters.layers += entry.bytes > 0;
     return counters;
 }

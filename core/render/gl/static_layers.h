@@ -83,7 +83,7 @@ private:
     std::int64_t max_bytes_;
     std::int64_t bytes_ = 0;
     std::uint64_t instant_ = 0;
-    std::uint64_t kept_ = 0, reused_ = 0;
+    std::uint64_t kept_ = 0, reused_ = 0, stale_ = 0, evicted_ = 0;
     std::map<CameraId, Entry> entries_;
 };
 

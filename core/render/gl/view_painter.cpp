@@ -121,6 +121,7 @@ void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& sce
     const bool draws_parts = plan.tiles.size() == 1 && plan.multisampling == 1;
     if (sources.color != nullptr && layer != nullptr && layer->color && draws_parts &&
         draw_changes(view, plan, scene, *sources.color, *layer)) {
+        ++views_in_parts_;
         sources.color = nullptr;
         if (sources.truth == nullptr) return;
     }
@@ -280,6 +281,15 @@ void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& sce
     if (is_part) gl_.Disable(GL_SCISSOR_TEST);
 }
 
+RenderCounters ViewPainter::counters() const {
+    RenderCounters counters = layers_.counters();
+    counters.views = views_;
+    counters.views_in_parts = views_in_parts_;
+    counters.draws = pass_.draws();
+    counters.draws_coarse = pass_.coarse_draws();
+    return counters;
+}
+
 Result<void> ViewPainter::finish_color(const Plan& plan, const ColorTarget& source, const ViewTargets& targets) {
     const ColorTarget* samples = &source;
     if (plan.lens == nullptr) {
@@ -318,6 +328,7 @@ Result<PaintedView> ViewPainter::paint(const View& view, PaintScene& scene, View
     if (!state_is_ours_) pass_.begin_instant();
     state_is_ours_ = true;
     draw_scene(view, plan, scene, sources);
+    ++views_;
 
     if (plan.is_resampled()) state_is_ours_ = false;
     if (plan.is_resampled() && color != nullptr) {

@@ -68,7 +68,7 @@ public:
         lenses_.forget(camera);
         layers_.forget(camera);
     }
-    RenderCounters counters() const { return layers_.counters(); }
+    RenderCounters counters() const;
 
 private:
     /// How one view is drawn.
@@ -121,6 +121,7 @@ private:
     LensCache lenses_;
     ScratchTargets scratch_;
     StaticLayers layers_;
+    std::uint64_t views_ = 0, views_in_parts_ = 0;
     bool state_is_ours_ = false;  ///< nothing but pass_ has set GL state since its begin_instant()
     std::vector<VisibleDraw> static_opaque_;
     std::vector<VisibleDraw> moving_opaque_;

@@ -23,7 +23,8 @@ RigReport report() {
         camera.outputs.push_back(output);
         rig.cameras.push_back(camera);
     }
-    rig.stages.push_back({"encode", {4, 2.0, 1.0, 5.0, 6.0}});
+    rig.stages.push_back({"encode", {4, 2.0, 1.0, 5.0, 5.5, 6.0}});
+    rig.renderer = {{"static_layers", false, 2, "Kept."}, {"draws", true, 40, "Draw calls."}};
     return rig;
 }
 
@@ -42,6 +43,12 @@ TEST(Metrics, ValuesComeThrough) {
     EXPECT_NE(text.find("\ncamrig_camera_frames_due_total{camera=\"hall\"} 7\n"), std::string::npos);
     EXPECT_NE(text.find("\ncamrig_world_time_seconds 1.5\n"), std::string::npos);
     EXPECT_NE(text.find("\ncamrig_stage_duration_seconds{stage=\"encode\",quantile=\"0.99\"} 0.005\n"),
+              std::string::npos);
+    EXPECT_NE(text.find("\ncamrig_stage_duration_seconds{stage=\"encode\",quantile=\"0.999\"} 0.0055\n"),
+              std::string::npos);
+    EXPECT_NE(text.find("\n# TYPE camrig_renderer_static_layers gauge\ncamrig_renderer_static_layers 2\n"),
+              std::string::npos);
+    EXPECT_NE(text.find("\n# TYPE camrig_renderer_draws_total counter\ncamrig_renderer_draws_total 40\n"),
               std::string::npos);
     EXPECT_NE(text.find("\ncamrig_stage_duration_seconds_sum{stage=\"encode\"} 0.008\n"), std::string::npos);
     EXPECT_NE(text.find("\ncamrig_stage_duration_seconds_count{stage=\"encode\"} 4\n"), std::string::npos);
