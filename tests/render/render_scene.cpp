@@ -4,10 +4,11 @@
 //                [--kind color|depth|instance] [--device cpu] [--bench FRAMES] [--cameras N] [--threads N]
 //                [--lens MODEL:K1,K2,...] [--intrinsics FX,FY,CX,CY] [--method auto|warp|cube]
 //                [--filter auto|bilinear|bicubic] [--oversample N] [--antialias none|msaa4|ssaa2|ssaa3|ssaa4]
-//                [--static-layer on|off]
+//                [--static-layer on|off] [--moving on|off]
 //                [--detail-error PIXELS]
 //
-// VIEW is the name of a camera or place of the scene, or X,Y,Z,TX,TY,TZ (eye and target).
+// VIEW is the name of a camera or place of the scene, or X,Y,Z,TX,TY,TZ (eye and target); several names, joined by +,
+// give the cameras of --bench their places in turn. --moving turns them a little before every picture.
 
 #include <chrono>
 #include <cstdio>
@@ -35,6 +36,7 @@ struct Arguments {
     int cameras = 1;
     int threads = 0;
     bool has_static_layer = true;
+    bool is_moving = false;
     double max_detail_error_px = RendererOptions{}.max_detail_error_px;
     Lens lens{};
     LensSampling sampling{};
@@ -81,6 +83,7 @@ Arguments parse(int argc, char** argv) {
         if (option == "--cameras") a.cameras = std::stoi(value);
         if (option == "--threads") a.threads = std::stoi(value);
         if (option == "--detail-error") a.max_detail_error_px = std::stod(value);
+        if (option == "--moving") a.is_moving = value == "on";
         if (option == "--static-layer") a.has_static_layer = value == "on";
         if (option == "--lens") a.lens = parse_lens(value);
         if (option == "--method") a.sampling.method = must(parse_lens_method(value));
@@ -96,31 +99,31 @@ Arguments parse(int argc, char** argv) {
     return a;
 }
 
-View view_of(const Scene& scene, const Arguments& a) {
+View view_of(const Scene& scene, const Arguments& a, const std::string& name) {
     Pose pose;
     double vfov = 1.0471975511965976;
     double n[6];
-    const auto place = scene.places.find(a.view);
+    const auto place = scene.places.find(name);
     if (place != scene.places.end()) {
         pose = place->second.pose;
         vfov = place->second.vfov_rad;
-    } else if (std::sscanf(a.view.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", n, n + 1, n + 2, n + 3, n + 4, n + 5) == 6) {
+    } else if (std::sscanf(name.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", n, n + 1, n + 2, n + 3, n + 4, n + 5) == 6) {
         auto looking = pose_look_at({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
         if (!looking) fail(looking.error().message);
         pose = *looking;
     } else {
         bool found = false;
         for (const CameraSpec& camera : scene.cameras) {
-            if (camera.name != a.view) continue;
+            if (camera.name != name) continue;
             pose = camera.pose;
             vfov = vfov_rad(camera.size, camera.intrinsics);
             found = true;
         }
         if (!found) {
             std::string names;
-            for (const auto& [name, unused] : scene.places) names += " " + name;
+            for (const auto& [known, unused] : scene.places) names += " " + known;
             for (const CameraSpec& camera : scene.cameras) names += " " + camera.name;
-            fail("no view '" + a.view + "' in this scene; it has" + names);
+            fail("no view '" + name + "' in this scene; it has" + names);
         }
     }
     auto spec = std::make_shared<CameraSpec>();
@@ -152,7 +155,13 @@ double cpu_ms() {
     return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 }
 
-void bench(World& world, Renderer& renderer, const std::vector<View>& views, const Arguments& a) {
+/// Every camera turned about the world's up axis, by another angle in each picture.
+void turn(std::vector<View>& views, int picture) {
+    const glm::dquat by = glm::angleAxis(picture % 2 == 0 ? 0.001 : -0.001, glm::dvec3(0.0, 0.0, 1.0));
+    for (View& view : views) view.pose.orientation = glm::normalize(by * view.pose.orientation);
+}
+
+void bench(World& world, Renderer& renderer, std::vector<View> views, const Arguments& a) {
     double world_ms = 0, submit_ms = 0, collect_ms = 0, cpu_before = 0;
     constexpr int warm_up = 5;
     for (int i = -warm_up; i < a.bench_frames; ++i) {
@@ -165,6 +174,7 @@ void bench(World& world, Renderer& renderer, const std::vector<View>& views, con
         world.advance_to(now);
         const SnapshotRef snapshot = world.snapshot(now);
         world_ms += ms_since(start);
+        if (a.is_moving) turn(views, i + warm_up);
         const auto submit = std::chrono::steady_clock::now();
         if (auto done = renderer.submit(snapshot, 0, views); !done) fail(done.error().message);
         submit_ms += ms_since(submit);
@@ -196,7 +206,11 @@ int run(const Arguments& a) {
     if (!renderer) fail(renderer.error().message);
     std::printf("%s\n", (*renderer)->description().c_str());
 
-    const View view = view_of(**scene, a);
+    std::vector<std::string> names;
+    std::istringstream joined(a.view);
+    for (std::string name; std::getline(joined, name, '+');) names.push_back(name);
+    if (names.empty()) fail("VIEW is empty");
+    const View view = view_of(**scene, a, names.front());
     const auto now = static_cast<TimeNs>(a.time_s * 1e9);
     (*world)->advance_to(now);
     start = std::chrono::steady_clock::now();
@@ -214,8 +228,11 @@ int run(const Arguments& a) {
         .write(reinterpret_cast<const char*>((*bytes)->data()), static_cast<std::streamsize>((*bytes)->size()));
 
     if (a.bench_frames > 0) {
-        std::vector<View> views(static_cast<std::size_t>(a.cameras), view);
-        for (std::size_t i = 0; i < views.size(); ++i) views[i].camera = CameraId{static_cast<std::uint32_t>(i + 1)};
+        std::vector<View> views;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(a.cameras); ++i) {
+            views.push_back(view_of(**scene, a, names[i % names.size()]));
+            views.back().camera = CameraId{static_cast<std::uint32_t>(i + 1)};
+        }
         bench(**world, **renderer, views, a);
     }
     return 0;

@@ -92,6 +92,7 @@ void StaticLayers::add(Layer& layer, std::optional<T>& place, Result<T> made, co
 void StaticLayers::keep(Layer& layer, const ColorTarget& drawn) {
     if (!make_room(bytes_of(drawn))) return;
     add(layer, layer.color, make_color_target(gl_, drawn.size, {.samples = drawn.samples}), drawn);
+    layer.number = ++numbers_;
     ++kept_;
 }
 
@@ -123,11 +124,11 @@ void StaticLayers::restore(const TruthTarget& kept, const TruthTarget& to) {
     ++reused_;
 }
 
-void StaticLayers::restore_around(const Layer& layer, const ColorTarget& to, std::span<const PixelRect> rects,
-                                  bool all_depth) {
+void StaticLayers::restore_around(const Layer& layer, const ColorTarget& to, std::span<const PixelRect> changed,
+                                  std::span<const PixelRect> rects, bool all_depth) {
     const ColorTarget& opaque = *layer.color;
     const ColorTarget& finished = layer.finished ? *layer.finished : opaque;
-    copy(gl_, finished.color, to.color, all_of(to.size), to.samples);
+    for (const PixelRect& rect : changed) copy(gl_, finished.color, to.color, rect, to.samples);
     if (all_depth) copy(gl_, opaque.depth, to.depth, all_of(to.size), to.samples);
     for (const PixelRect& rect : rects) {
         if (layer.finished) copy(gl_, opaque.color, to.color, rect, to.samples);

@@ -41,6 +41,7 @@ public:
         /// With the blended static surfaces, without depth; empty also if there are none: then it is `color`.
         std::optional<ColorTarget> finished;
         std::optional<TruthTarget> truth;
+        std::uint64_t number = 0;  ///< of these colours: no two layers that were ever kept have the same
     };
     StaticLayers(const GlFunctions& gl, std::int64_t max_bytes) : gl_(gl), max_bytes_(max_bytes) {}
 
@@ -56,9 +57,10 @@ public:
     /// Copies a kept picture back to where movers are drawn over it.
     void restore(const ColorTarget& kept, const ColorTarget& to);
     void restore(const TruthTarget& kept, const TruthTarget& to);
-    /// The finished picture; in `rects` what is opaque and its depth, for more to be drawn there. Depth elsewhere is
-    /// left as it is unless `all_depth`.
-    void restore_around(const Layer& layer, const ColorTarget& to, std::span<const PixelRect> rects, bool all_depth);
+    /// In `changed`, all of `to` that does not show it yet, the finished picture; then in `rects` what is opaque and
+    /// its depth, for more to be drawn there. Depth elsewhere is left as it is unless `all_depth`.
+    void restore_around(const Layer& layer, const ColorTarget& to, std::span<const PixelRect> changed,
+                        std::span<const PixelRect> rects, bool all_depth);
     void forget(CameraId camera);
 
     RenderCounters counters() const;
@@ -83,6 +85,7 @@ private:
     std::int64_t max_bytes_;
     std::int64_t bytes_ = 0;
     std::uint64_t instant_ = 0;
+    std::uint64_t numbers_ = 0;
     std::uint64_t kept_ = 0, reused_ = 0, stale_ = 0, evicted_ = 0;
     std::map<CameraId, Entry> entries_;
 };

@@ -73,6 +73,7 @@ Result<const ColorTarget*> ViewPainter::color_source(const Plan& plan, ViewTarge
     std::optional<ColorTarget>& finished = targets.color;
     if (!finished || finished->size != plan.spec.size || static_cast<bool>(finished->depth) != has_depth) {
         finished.reset();
+        targets.shown_layer = 0;
         auto made = make_color_target(gl_, plan.spec.size, {.has_depth = has_depth});
         if (!made) return std::unexpected(made.error());
         finished = std::move(*made);
@@ -111,7 +112,8 @@ void ViewPainter::clear(const TruthTarget& target) {
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
 }
 
-void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources) {
+void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources,
+                             ViewTargets& targets) {
     // Chosen objects are another picture than the one that is kept.
     StaticLayers::Layer* const layer =
         view.only_objects.empty()
@@ -120,13 +122,14 @@ void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& sce
     // Mesa 22.3 llvmpipe copies parts of multisampled pictures wrongly (StaticLayer tests fail); whole ones it can.
     const bool draws_parts = plan.tiles.size() == 1 && plan.multisampling == 1;
     if (sources.color != nullptr && layer != nullptr && layer->color && draws_parts &&
-        draw_changes(view, plan, scene, *sources.color, *layer)) {
+        draw_changes(view, plan, scene, *sources.color, *layer, targets)) {
         ++views_in_parts_;
         sources.color = nullptr;
         if (sources.truth == nullptr) return;
     }
     Sources statics = sources;
     if (sources.color != nullptr) {
+        targets.shown_layer = 0;
         if (layer != nullptr && layer->color) {
             layers_.restore(*layer->color, *sources.color);
             statics.color = nullptr;
@@ -183,7 +186,7 @@ std::optional<PixelRect> ViewPainter::bounds_of(const SceneItem& item) const {
 }
 
 bool ViewPainter::draw_changes(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
-                               const StaticLayers::Layer& layer) {
+                               const StaticLayers::Layer& layer, ViewTargets& targets) {
     // Each rectangle is a round of draws; past a few of them, or past half of the picture, a plain copy is cheaper.
     constexpr std::size_t max_rects = 8;
     const SourceTile& tile = plan.tiles.front();
@@ -206,7 +209,15 @@ bool ViewPainter::draw_changes(const View& view, const Plan& plan, PaintScene& s
     std::vector<PixelRect> samples = rects;
     for (PixelRect& rect : samples) rect = {rect.x0 * factor, rect.y0 * factor, rect.x1 * factor, rect.y1 * factor};
     // All copies before all draws: a copy waits for what is being drawn into the same picture.
-    layers_.restore_around(layer, color, samples, plan.takes_depth_from_color);
+    // The finished picture of a view stays from instant to instant: only what movers changed in it is put back.
+    const bool is_finished = &color == &*targets.color;
+    const bool shows_layer = is_finished && targets.shown_layer == layer.number;
+    const std::vector<PixelRect> whole{{0, 0, color.size.width, color.size.height}};
+    layers_.restore_around(layer, color, shows_layer ? targets.changed : whole, samples, plan.takes_depth_from_color);
+    if (is_finished) {
+        targets.shown_layer = layer.number;
+        targets.changed = samples;
+    }
     if (rects.empty()) return true;
 
     draw_into(color.framebuffer.name(), tile, factor);
@@ -327,7 +338,7 @@ Result<PaintedView> ViewPainter::paint(const View& view, PaintScene& scene, View
 
     if (!state_is_ours_) pass_.begin_instant();
     state_is_ours_ = true;
-    draw_scene(view, plan, scene, sources);
+    draw_scene(view, plan, scene, sources, targets);
     ++views_;
 
     if (plan.is_resampled()) state_is_ours_ = false;

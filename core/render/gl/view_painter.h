@@ -19,6 +19,9 @@ namespace camrig {
 struct ViewTargets {
     std::optional<ColorTarget> color;
     std::optional<TruthTarget> truth;
+    /// The kept picture that `color` shows outside of `changed` (StaticLayers::Layer::number); 0: none.
+    std::uint64_t shown_layer = 0;
+    std::vector<PixelRect> changed;
 };
 
 /// The world of one instant as the device has it.
@@ -94,11 +97,11 @@ private:
     Result<const ColorTarget*> color_source(const Plan& plan, ViewTargets& targets);
     Result<const TruthTarget*> truth_source(const Plan& plan, ViewTargets& targets);
     /// Static opaque geometry first, then movers, then all that is blended: the order that static layers live on.
-    void draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources);
+    void draw_scene(const View& view, const Plan& plan, PaintScene& scene, Sources sources, ViewTargets& targets);
     /// The colours of a view of one tile whose layer is kept, drawn only where movers may be. False, and nothing is
     /// done, if that is not worth while.
     bool draw_changes(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
-                      const StaticLayers::Layer& layer);
+                      const StaticLayers::Layer& layer, ViewTargets& targets);
     /// What the layer needs besides its opaque part, where anything static is blended; leaves `color` as it was.
     void keep_finished(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
                        StaticLayers::Layer& layer);
