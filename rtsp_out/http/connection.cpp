@@ -10,7 +10,6 @@
 #include <boost/beast/http/read.hpp>
 
 #include "rtsp_out/http/access.h"
-#include "rtsp_out/http/mjpeg_stream.h"
 #include "rtsp_out/http/send.h"
 
 namespace camrig {
@@ -102,8 +101,10 @@ asio::awaitable<bool> HttpConnection::serve_one() {
     std::optional<Reply> reply = examine(parser.get(), request);
     const bool body_wanted = !reply && request.route.kind == RouteKind::rpc && request.method == "POST";
     if (body_wanted) reply = co_await read_body(parser, request);
-    if (!reply && request.route.kind == RouteKind::stream && request.method == "GET")
-        co_return co_await serve_stream(std::move(request));
+    if (!reply && request.method == "GET") {
+        if (request.route.kind == RouteKind::stream) co_return co_await run_stream(open_stream(request), request);
+        if (request.route.kind == RouteKind::live) co_return co_await run_stream(open_live(request), request);
+    }
     if (!reply) reply = co_await answer(state_, bell_, request);
     if (!parser.is_done()) reply->close = true;  // a body that nobody asked for stays unread
     co_return co_await send(std::move(*reply), request);
@@ -162,6 +163,10 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
             return error_reply(camera.error());
         return MjpegStream::head();
     }
+    if (request.route.kind == RouteKind::live && request.method == "HEAD") {
+        if (const auto params = live_params(request.target); !params) return error_reply(params.error());
+        return LiveStream::head();
+    }
     return std::nullopt;
 }
 
@@ -184,15 +189,25 @@ asio::awaitable<std::optional<Reply>> HttpConnection::read_body(Parser& parser, 
     co_return std::nullopt;
 }
 
-asio::awaitable<bool> HttpConnection::serve_stream(HttpRequest request) {
-    ++state_.counts.requests;
+Result<std::unique_ptr<MjpegStream>> HttpConnection::open_stream(const HttpRequest& request) {
     const auto params = stream_params(request.target);
-    if (!params) co_return co_await send(error_reply(params.error()), request);
-    auto opened = MjpegStream::open(state_, bell_, request.route.camera, *params, peer_);
+    if (!params) return std::unexpected(params.error());
+    return MjpegStream::open(state_, bell_, request.route.camera, *params, peer_);
+}
+
+Result<std::unique_ptr<LiveStream>> HttpConnection::open_live(const HttpRequest& request) {
+    const auto params = live_params(request.target);
+    if (!params) return std::unexpected(params.error());
+    return LiveStream::open(state_, bell_, *params, peer_);
+}
+
+template <typename Stream>
+asio::awaitable<bool> HttpConnection::run_stream(Result<std::unique_ptr<Stream>> opened, const HttpRequest& request) {
     if (!opened) co_return co_await send(error_reply(opened.error()), request);
+    ++state_.counts.requests;
     asio::co_spawn(stream_.get_executor(), watch_peer(),
                    [self = shared_from_this()](std::exception_ptr) { self->close(); });
-    const std::unique_ptr<MjpegStream> stream = std::move(*opened);
+    const std::unique_ptr<Stream> stream = std::move(*opened);
     co_await stream->run(stream_, request.version);
     co_return false;
 }

@@ -13,6 +13,8 @@
 
 #include "rtsp_out/http/doorbell.h"
 #include "rtsp_out/http/handlers.h"
+#include "rtsp_out/http/live_stream.h"
+#include "rtsp_out/http/mjpeg_stream.h"
 #include "rtsp_out/http/reply.h"
 #include "rtsp_out/http/server_state.h"
 
@@ -37,7 +39,11 @@ private:
 
     /// One request; false when it was the last.
     boost::asio::awaitable<bool> serve_one();
-    boost::asio::awaitable<bool> serve_stream(HttpRequest request);
+    Result<std::unique_ptr<MjpegStream>> open_stream(const HttpRequest& request);
+    Result<std::unique_ptr<LiveStream>> open_live(const HttpRequest& request);
+    /// Sends a stream to its end, or says why there is none.
+    template <typename Stream>
+    boost::asio::awaitable<bool> run_stream(Result<std::unique_ptr<Stream>> opened, const HttpRequest& request);
     boost::asio::awaitable<bool> send(Reply reply, const HttpRequest& request);
     boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, HttpRequest& request);
     /// Fills `request` from the header fields, or says why it is refused.

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include "rtsp_out/http/builtin_page.h"
 #include "rtsp_out/http/metrics.h"
 #include "rtsp_out/http/npy.h"
 
@@ -19,10 +18,10 @@ Reply not_built_in(std::string_view what) {
 
 Reply file_reply(ServerState& state, const HttpRequest& request) {
     const auto& files = state.options.hooks.files;
-    const auto file = files ? files(request.target.path) : builtin_page_file(request.target.path);
+    const auto file = files ? files(request.target.path) : std::nullopt;
     if (!file)
         return error_reply({ErrorKind::not_found,
-                            "no such path; there are /, /cameras, /healthz, /metrics, POST /rpc and "
+                            "no such path; there are /, /cameras, /live, /healthz, /metrics, POST /rpc and "
                             "/cameras/NAME/stream.mjpg"});
     Reply reply;
     reply.content_type = file->content_type;
@@ -31,7 +30,7 @@ Reply file_reply(ServerState& state, const HttpRequest& request) {
     // No other page may frame ours (a click on it could move a camera), and ours loads nothing from elsewhere.
     reply.fields = {{"Cache-Control", "no-cache"},
                     {"Content-Security-Policy",
-                     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
+                     "default-src 'self'; img-src 'self' data: blob:; style-src 'self'; "
                      "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"},
                     {"Referrer-Policy", "no-referrer"}};
     return reply;

@@ -34,8 +34,7 @@ struct HttpHooks {
     Stats stats;                                   ///< for /metrics
     Truth truth;                                   ///< JSON text of /cameras/NAME/truth
     std::function<Result<std::string>()> healthz;  ///< a line of text; an error is 503. Absent: "ok"
-    std::function<std::optional<StaticFile>(std::string_view path)>
-        files;  ///< the web page. Absent: a small one of our own
+    std::function<std::optional<StaticFile>(std::string_view path)> files;  ///< the web page. Absent: there is none
 };
 
 /// Bounds. The defaults are the product's; tests shorten the times.
@@ -46,15 +45,16 @@ struct HttpLimits {
     std::size_t header_bytes = 16 * 1024;  ///< request line and header fields together
     std::size_t body_bytes = 1024 * 1024;  ///< of POST /rpc
     std::size_t fetches = 64;              ///< pictures and truths being made at once, for all clients
-    std::size_t qualities_per_camera = 8;  ///< different JPEG qualities streamed at once (each is one more encoding)
-    int send_buffer_bytes = 256 * 1024;    ///< the kernel's, per connection
-    int unsent_bytes = 64 * 1024;          ///< TCP_NOTSENT_LOWAT: what waits in the kernel is stale
-    Duration request_time{10'000};         ///< a whole request, from the end of the last one
-    Duration stalled_after{10'000};        ///< a client that takes no byte for so long is closed
-    Duration reply_time{30'000};           ///< waiting for a picture, a truth or statistics
-    Duration rpc_time{600'000};            ///< waiting for a JSON-RPC answer (world.step may take long)
-    Duration repeat_after{2'000};          ///< a stream without a new picture repeats the last one
-    Duration linger{2'000};                ///< reading what a refused client still sends, so that it sees the answer
+    std::size_t qualities_per_camera =
+        8;  ///< different qualities and widths streamed at once (each is one more encoding)
+    int send_buffer_bytes = 256 * 1024;  ///< the kernel's, per connection
+    int unsent_bytes = 64 * 1024;        ///< TCP_NOTSENT_LOWAT: what waits in the kernel is stale
+    Duration request_time{10'000};       ///< a whole request, from the end of the last one
+    Duration stalled_after{10'000};      ///< a client that takes no byte for so long is closed
+    Duration reply_time{30'000};         ///< waiting for a picture, a truth or statistics
+    Duration rpc_time{600'000};          ///< waiting for a JSON-RPC answer (world.step may take long)
+    Duration repeat_after{2'000};        ///< a stream without a new picture repeats the last one
+    Duration linger{2'000};              ///< reading what a refused client still sends, so that it sees the answer
 };
 
 struct HttpOptions {

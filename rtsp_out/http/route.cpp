@@ -40,6 +40,34 @@ Result<int> quality_of(const Target& target) {
     return text ? parse_integer<int>("quality", *text, 1, 100) : default_jpeg_quality;
 }
 
+Result<std::optional<Rate>> rate_of(const Target& target) {
+    const std::string* text = target.find("fps");
+    if (!text) return std::nullopt;
+    auto rate = Rate::parse(*text);
+    if (!rate) return at("query", rate.error());
+    return *rate;
+}
+
+/// Of /live: names between commas.
+Result<std::vector<std::string>> cameras_of(const Target& target) {
+    const std::string* text = target.find("cameras");
+    if (!text) return error(ErrorKind::invalid_argument, "query: 'cameras' is missing; name some, as in cameras=a,b");
+    std::vector<std::string> cameras;
+    for (std::string_view rest = *text;;) {
+        const std::size_t comma = rest.find(',');
+        const std::string_view name = rest.substr(0, comma);
+        if (auto good = check_name("camera", name); !good) return at("query", good.error());
+        if (std::ranges::find(cameras, name) != cameras.end())
+            return error(ErrorKind::invalid_argument, "query: camera '" + std::string(name) + "' is named twice");
+        if (cameras.size() == max_live_cameras)
+            return error(ErrorKind::invalid_argument,
+                         "query: more than " + std::to_string(max_live_cameras) + " cameras");
+        cameras.emplace_back(name);
+        if (comma == std::string_view::npos) return cameras;
+        rest.remove_prefix(comma + 1);
+    }
+}
+
 Result<HttpRoute> camera_route(std::string_view camera, std::string_view leaf) {
     if (auto name = check_name("camera", camera); !name) return error(ErrorKind::not_found, name.error().message);
     HttpRoute route{RouteKind::picture, std::string(camera), FrameKind::color, Codec::png};
@@ -71,6 +99,7 @@ Result<HttpRoute> camera_route(std::string_view camera, std::string_view leaf) {
 Result<HttpRoute> route_of(std::string_view path) {
     const auto parts = segments_of(path);
     if (path == "/cameras") return HttpRoute{RouteKind::cameras, {}, {}, {}};
+    if (path == "/live") return HttpRoute{RouteKind::live, {}, {}, {}};
     if (path == "/rpc") return HttpRoute{RouteKind::rpc, {}, {}, {}};
     if (path == "/healthz") return HttpRoute{RouteKind::healthz, {}, {}, {}};
     if (path == "/metrics") return HttpRoute{RouteKind::metrics, {}, {}, {}};
@@ -83,14 +112,32 @@ Result<HttpRoute> route_of(std::string_view path) {
 Result<StreamParams> stream_params(const Target& target) {
     if (auto known = only_params(target, {"fps", "quality"}); !known) return std::unexpected(known.error());
     StreamParams params;
-    if (const std::string* fps = target.find("fps")) {
-        auto rate = Rate::parse(*fps);
-        if (!rate) return at("query", rate.error());
-        params.rate = *rate;
-    }
+    auto rate = rate_of(target);
+    if (!rate) return std::unexpected(rate.error());
+    params.rate = *rate;
     auto quality = quality_of(target);
     if (!quality) return std::unexpected(quality.error());
     params.quality = *quality;
+    return params;
+}
+
+Result<LiveParams> live_params(const Target& target) {
+    if (auto known = only_params(target, {"cameras", "width", "fps", "quality"}); !known)
+        return std::unexpected(known.error());
+    auto cameras = cameras_of(target);
+    if (!cameras) return std::unexpected(cameras.error());
+    auto rate = rate_of(target);
+    if (!rate) return std::unexpected(rate.error());
+    auto quality = quality_of(target);
+    if (!quality) return std::unexpected(quality.error());
+    LiveParams params{std::move(*cameras), 0, *rate, *quality};
+    if (const std::string* text = target.find("width")) {
+        const auto found = std::ranges::find(live_widths, *text, [](int width) { return std::to_string(width); });
+        if (found == std::end(live_widths))
+            return error(ErrorKind::invalid_argument,
+                         "query: width must be 160, 320, 640 or 1280, or left out for each camera's own");
+        params.width = *found;
+    }
     return params;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/stream/frame_bus.h"
@@ -12,7 +13,7 @@
 namespace camrig {
 
 /// What a path stands for. `file` is everything else: the web page and its parts.
-enum class RouteKind : std::uint8_t { file, cameras, stream, picture, depth_npy, truth, rpc, healthz, metrics };
+enum class RouteKind : std::uint8_t { file, cameras, stream, live, picture, depth_npy, truth, rpc, healthz, metrics };
 
 struct HttpRoute {
     RouteKind kind = RouteKind::file;
@@ -30,6 +31,19 @@ struct StreamParams {
     int quality = default_jpeg_quality;
 };
 Result<StreamParams> stream_params(const Target& target);
+
+inline constexpr std::size_t max_live_cameras = 64;
+/// Widths that /live scales to: few, so that its readers share encodings.
+inline constexpr int live_widths[] = {160, 320, 640, 1280};
+
+/// `?cameras=`, `?width=`, `?fps=` and `?quality=` of /live.
+struct LiveParams {
+    std::vector<std::string> cameras;  ///< each once, 1 to max_live_cameras
+    int width = 0;                     ///< one of live_widths; 0: each camera's own
+    std::optional<Rate> rate;
+    int quality = default_jpeg_quality;
+};
+Result<LiveParams> live_params(const Target& target);
 
 /// What to fetch for a picture, depth or truth route: `?quality=` (JPEG only) and `?min_ns=`.
 Result<FetchRequest> fetch_request(const HttpRoute& route, const Target& target);

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/stream/sink.h"
 #include "rtsp_out/http/http_options.h"
 
 namespace camrig {
@@ -32,7 +33,7 @@ struct ServerState {
     LiveCounts counts;
     /// Pictures being made. Shared, because a fetch may end after the server.
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
-    std::map<std::string, std::map<int, int>> streams_by_quality;  ///< camera -> JPEG quality -> streams
+    std::map<std::string, std::map<MediaFormat, int>> streams_by_format;  ///< camera -> form of its JPEGs -> streams
     std::set<HttpConnection*> connections;
     bool stopping = false;
 };

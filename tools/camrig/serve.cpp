@@ -12,6 +12,7 @@
 #include "control/rpc/rpc_server.h"
 #include "control/rpc/work_thread.h"
 #include "control/server/control_server.h"
+#include "control/web/page_files.h"
 #include "core/base/clock.h"
 #include "core/stream/local_frame_bus.h"
 #include "core/truth/truth_json.h"
@@ -154,6 +155,11 @@ int run_serve(const ServeOptions& options) {
                 };
                 if (!truth_text.post(job)) job();
             }});
+    };
+    http_options.hooks.files = [](std::string_view path) -> std::optional<StaticFile> {
+        const auto file = page_file(path);
+        if (!file) return std::nullopt;
+        return StaticFile{std::string(file->content_type), std::make_shared<const std::string>(file->text)};
     };
     auto http = HttpServer::create(std::move(http_options));
     if (!http) return fail(http.error());

@@ -9,9 +9,31 @@ Result<StreamParams> stream_of(const std::string& query) {
     return stream_params(*parse_target("/s?" + query));
 }
 
+Result<LiveParams> live_of(const std::string& query) {
+    return live_params(*parse_target("/live?" + query));
+}
+
+TEST(Route, LiveTakesCamerasAWidthARateAndAQuality) {
+    const auto all = live_of("cameras=lobby,hall&width=320&fps=15&quality=70");
+    ASSERT_TRUE(all);
+    EXPECT_EQ(all->cameras, (std::vector<std::string>{"lobby", "hall"}));
+    EXPECT_EQ(all->width, 320);
+    EXPECT_EQ(*all->rate, *Rate::create(15, 1));
+    EXPECT_EQ(all->quality, 70);
+    EXPECT_EQ(live_of("cameras=lobby&t=1")->width, 0);
+    for (const char* bad : {"", "cameras=", "cameras=a,", "cameras=a,a", "cameras=A", "cameras=a&width=321",
+                            "cameras=a&width=0", "cameras=a&fps=0", "cameras=a&quality=101", "cameras=a&size=1"})
+        EXPECT_EQ(live_of(bad).error().kind, ErrorKind::invalid_argument) << bad;
+    std::string many = "cameras=c0";
+    for (std::size_t i = 1; i < max_live_cameras; ++i) many += ",c" + std::to_string(i);
+    EXPECT_TRUE(live_of(many));
+    EXPECT_FALSE(live_of(many + ",one_more"));
+}
+
 TEST(Route, EveryPathOfTheContractIsKnown) {
     EXPECT_EQ(route_of("/")->kind, RouteKind::file);
     EXPECT_EQ(route_of("/cameras")->kind, RouteKind::cameras);
+    EXPECT_EQ(route_of("/live")->kind, RouteKind::live);
     EXPECT_EQ(route_of("/rpc")->kind, RouteKind::rpc);
     EXPECT_EQ(route_of("/healthz")->kind, RouteKind::healthz);
     EXPECT_EQ(route_of("/metrics")->kind, RouteKind::metrics);

@@ -140,9 +140,13 @@ TEST_F(Routes, AForeignHostNameIsRefused) {
 TEST_F(Routes, TheTokenIsAskedForEverywhere) {
     options.token = "correct-token";
     fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    options.hooks.files = [](std::string_view) {
+        return StaticFile{"text/html", std::make_shared<const std::string>()};
+    };
     start();
-    for (const char* path : {"/", "/cameras", "/healthz", "/metrics", "/cameras/lobby/snapshot.jpg",
-                             "/cameras/lobby/stream.mjpg", "/rpc", "/nothing", "/cameras?token=wrong-token!"}) {
+    for (const char* path :
+         {"/", "/cameras", "/live?cameras=lobby", "/healthz", "/metrics", "/cameras/lobby/snapshot.jpg",
+          "/cameras/lobby/stream.mjpg", "/rpc", "/nothing", "/cameras?token=wrong-token!"}) {
         const auto reply = get(path);
         EXPECT_EQ(reply.status, 401) << path;
         EXPECT_TRUE(reply.fields.contains("WWW-Authenticate"));
@@ -154,7 +158,7 @@ TEST_F(Routes, TheTokenIsAskedForEverywhere) {
     const auto page = get("/?token=correct-token");
     EXPECT_EQ(page.status, 200);
     EXPECT_EQ(page.fields.at("Set-Cookie"), "camrig_token=correct-token; Path=/; HttpOnly; SameSite=Strict");
-    EXPECT_EQ(get("/live.js", "Cookie: camrig_token=correct-token\r\n").status, 200);
+    EXPECT_EQ(get("/app.js", "Cookie: camrig_token=correct-token\r\n").status, 200);
 }
 
 TEST_F(Routes, HealthzAndMetricsAnswerFromTheirHooks) {
@@ -175,19 +179,17 @@ TEST_F(Routes, HealthzAndMetricsAnswerFromTheirHooks) {
     EXPECT_NE(metrics.body.find("camrig_http_requests_total 2\n"), std::string::npos);
 }
 
-TEST_F(Routes, ThePageAndItsPartsComeFromTheProgramOrTheHook) {
+TEST_F(Routes, ThePageAndItsPartsComeFromTheHook) {
     start();
-    const auto page = get("/");
-    EXPECT_EQ(page.status, 200);
-    EXPECT_TRUE(page.body.starts_with("<!DOCTYPE html>"));
-    EXPECT_TRUE(page.fields.contains("Content-Security-Policy"));
-    EXPECT_EQ(get("/live.js").status, 200);
+    EXPECT_EQ(get("/").status, 404);
     options.hooks.files = [](std::string_view path) -> std::optional<StaticFile> {
         if (path != "/app.js") return std::nullopt;
         return StaticFile{"text/javascript", std::make_shared<const std::string>("1")};
     };
     start();
-    EXPECT_EQ(get("/app.js").body, "1");
+    const auto part = get("/app.js");
+    EXPECT_EQ(part.body, "1");
+    EXPECT_TRUE(part.fields.contains("Content-Security-Policy"));
     EXPECT_EQ(get("/").status, 404);
 }
 
@@ -213,6 +215,11 @@ TEST_F(Routes, HeadIsGetWithoutTheBodyAndOptionsNamesTheMethods) {
     TestClient other(server->port());
     other.send("HEAD /cameras/nobody/stream.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
     EXPECT_EQ(other.read_head().status, 404);
+    TestClient live(server->port());
+    live.send("HEAD /live?cameras=lobby HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_EQ(live.read_head().fields.at("Content-Type"), "multipart/mixed; boundary=frame");
+    EXPECT_TRUE(live.at_end());
+    EXPECT_EQ(bus.reader_count(), 0U);
 }
 
 TEST_F(Routes, AConnectionServesManyRequestsAlsoPipelined) {

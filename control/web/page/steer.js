@@ -1,0 +1,145 @@
+// Moves the camera that is shown large: buttons, keys, dragging the picture, the wheel.
+import { call } from './rpc.js';
+import { attempt } from './messages.js';
+import { adopt, selectedCamera } from './state.js';
+
+const view = document.getElementById('view');
+const pads = document.getElementById('pads');
+const repeatMs = 120;
+const coarse = { turn: 4, move: 0.25, zoom: 1.1 };
+const fine = { turn: 0.5, move: 0.03, zoom: 1.02 };
+const rad = Math.PI / 180;
+
+// Changes of one camera: one call is on its way, and what is wished meanwhile goes with the next one, merged. `wished`
+// holds all of it until the rig has answered, so that what follows starts from there and not from an older look.
+const waiting = new Map();
+const wished = new Map();
+
+export function change(name, wish) {
+  const idle = !wished.has(name);
+  waiting.set(name, { ...waiting.get(name), ...wish });
+  wished.set(name, { ...wished.get(name), ...wish });
+  if (idle) send(name);
+}
+
+async function send(name) {
+  let answered = null;
+  while (waiting.has(name)) {
+    const wish = waiting.get(name);
+    waiting.delete(name);
+    answered = await attempt(() => call('camera.set', { name, ...wish }));
+    if (!answered) waiting.delete(name);
+  }
+  wished.delete(name);
+  if (answered) adopt(answered);
+}
+
+/** Where the camera is, or is about to be. */
+export function poseOf(camera) {
+  const { position, pan_deg, tilt_deg, roll_deg } = wished.get(camera.name)?.pose ?? camera.pose;
+  return { position: [...position], pan_deg, tilt_deg, roll_deg };
+}
+
+export function turn(camera, pan, tilt) {
+  const pose = poseOf(camera);
+  pose.pan_deg = ((pose.pan_deg + pan + 540) % 360) - 180;
+  pose.tilt_deg = Math.max(-89.9, Math.min(89.9, pose.tilt_deg + tilt));
+  moveNow(camera, pose);
+}
+
+/** Metres along the camera's heading, to its left, and up. */
+function move(camera, ahead, left, up) {
+  const pose = poseOf(camera);
+  const [c, s] = [Math.cos(pose.pan_deg * rad), Math.sin(pose.pan_deg * rad)];
+  pose.position = [pose.position[0] + ahead * c - left * s, pose.position[1] + ahead * s + left * c, pose.position[2] + up];
+  moveNow(camera, pose);
+}
+
+export function moveNow(camera, pose) { change(camera.name, { pose }); }
+
+function zoom(camera, factor) {
+  const wish = wished.get(camera.name) ?? {};
+  // A fisheye has no field of view to set; its zoom scales the focal length.
+  if (camera.lens.model === 'equidistant') {
+    change(camera.name, { zoom: Math.max(1, Math.min(10, (wish.zoom ?? camera.zoom) * factor)) });
+    return;
+  }
+  const half = Math.atan(Math.tan((wish.vfov_deg ?? camera.vfov_deg) * rad / 2) / factor) / rad;
+  change(camera.name, { vfov_deg: Math.max(0.5, Math.min(170, 2 * half)), zoom: camera.zoom });
+}
+
+const actions = {
+  'Pan left': ['◀', ['ArrowLeft'], (camera, by) => turn(camera, by.turn, 0)],
+  'Pan right': ['▶', ['ArrowRight'], (camera, by) => turn(camera, -by.turn, 0)],
+  'Tilt up': ['▲', ['ArrowUp'], (camera, by) => turn(camera, 0, by.turn)],
+  'Tilt down': ['▼', ['ArrowDown'], (camera, by) => turn(camera, 0, -by.turn)],
+  'Zoom in': ['+', ['+', '='], (camera, by) => zoom(camera, by.zoom)],
+  'Zoom out': ['−', ['-', '_'], (camera, by) => zoom(camera, 1 / by.zoom)],
+  'Move forward': ['W', ['w', 'W'], (camera, by) => move(camera, by.move, 0, 0)],
+  'Move back': ['S', ['s', 'S'], (camera, by) => move(camera, -by.move, 0, 0)],
+  'Move left': ['A', ['a', 'A'], (camera, by) => move(camera, 0, by.move, 0)],
+  'Move right': ['D', ['d', 'D'], (camera, by) => move(camera, 0, -by.move, 0)],
+  'Move up': ['E', ['e', 'E'], (camera, by) => move(camera, 0, 0, by.move)],
+  'Move down': ['Q', ['q', 'Q'], (camera, by) => move(camera, 0, 0, -by.move)],
+};
+const byKey = new Map(Object.values(actions).flatMap(([, keys, act]) => keys.map((key) => [key, act])));
+
+function perform(act, step) {
+  const camera = selectedCamera();
+  if (camera) act(camera, step);
+}
+
+function addPad(name, [face, , act]) {
+  const pad = document.createElement('button');
+  pad.type = 'button';
+  pad.textContent = face;
+  pad.setAttribute('aria-label', name);
+  pad.title = name;
+  let timer = 0;
+  const stop = () => { clearInterval(timer); timer = 0; };
+  pad.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0) return;
+    stop();
+    perform(act, event.shiftKey ? fine : coarse);
+    timer = setInterval(() => perform(act, event.shiftKey ? fine : coarse), repeatMs);
+  });
+  for (const end of ['pointerup', 'pointerleave', 'pointercancel', 'blur']) pad.addEventListener(end, stop);
+  // A click without a pointer comes from the keyboard or a screen reader.
+  pad.addEventListener('click', (event) => { if (event.detail === 0) perform(act, event.shiftKey ? fine : coarse); });
+  pads.append(pad);
+}
+for (const [name, action] of Object.entries(actions)) addPad(name, action);
+
+view.addEventListener('keydown', (event) => {
+  const act = byKey.get(event.key);
+  if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
+  event.preventDefault();
+  perform(act, event.shiftKey && event.key !== '+' ? fine : coarse);
+});
+
+let grabbed = null;
+view.addEventListener('pointerdown', (event) => {
+  const camera = selectedCamera();
+  if (!camera || event.button !== 0) return;
+  view.focus({ preventScroll: true });
+  view.setPointerCapture(event.pointerId);
+  grabbed = { name: camera.name, x: event.clientX, y: event.clientY, pose: poseOf(camera) };
+});
+view.addEventListener('pointermove', (event) => {
+  const camera = selectedCamera();
+  if (!grabbed || camera?.name !== grabbed.name) return;
+  // The picture follows the hand: its height is the vertical field of view.
+  const perPixel = camera.vfov_deg / view.clientHeight;
+  const pose = { ...grabbed.pose };
+  pose.pan_deg += (event.clientX - grabbed.x) * perPixel;
+  pose.tilt_deg = Math.max(-89.9, Math.min(89.9, pose.tilt_deg + (event.clientY - grabbed.y) * perPixel));
+  moveNow(camera, pose);
+});
+for (const end of ['pointerup', 'pointercancel']) view.addEventListener(end, () => { grabbed = null; });
+view.addEventListener('wheel', (event) => {
+  if (document.activeElement !== view) return;  // a page that is scrolled past the picture zooms nothing
+  event.preventDefault();
+  perform(zoomBy(event.deltaY), coarse);
+}, { passive: false });
+
+function zoomBy(delta) { return (camera, by) => zoom(camera, delta < 0 ? by.zoom : 1 / by.zoom); }

@@ -1,0 +1,81 @@
+#include "rtsp_out/http/stream_channel.h"
+
+#include <spdlog/spdlog.h>
+
+namespace camrig {
+
+StreamChannel::StreamChannel(ServerState& state, std::shared_ptr<Doorbell> bell, std::string camera,
+                             EncodingShare share)
+    : state_(state), bell_(std::move(bell)), camera_(std::move(camera)), share_(std::move(share)) {}
+
+StreamChannel::~StreamChannel() {
+    if (sink_) sink_->abandon();
+    subscription_.reset();
+}
+
+Result<std::unique_ptr<StreamChannel>> StreamChannel::open(ServerState& state, std::shared_ptr<Doorbell> bell,
+                                                           const std::string& camera, const MediaFormat& format,
+                                                           const std::optional<Rate>& rate, const std::string& peer) {
+    auto share = EncodingShare::take(state, camera, format);
+    if (!share) return std::unexpected(share.error());
+    std::unique_ptr<StreamChannel> channel(new StreamChannel(state, bell, camera, std::move(*share)));
+    channel->sink_ = std::make_shared<MjpegSink>(bell, camera, peer);
+    SubscribeOptions options{"mjpeg", peer, rate};
+    // The sink is closed before on_end is called, and that says all the stream needs.
+    auto subscription = state.options.bus->subscribe(camera, format, std::move(options), channel->sink_, {});
+    if (!subscription) return std::unexpected(subscription.error());
+    channel->subscription_ = std::move(*subscription);
+    return channel;
+}
+
+void StreamChannel::fetch() {
+    if (fetched_) return;
+    const auto ticket = FetchTicket::begin(state_);
+    if (!ticket) return;
+    FetchRequest request;
+    request.camera = camera_;
+    request.format = share_.format();
+    fetched_ = std::make_shared<Later<Result<MediaUnit>>>(bell_);
+    state_.options.fetcher->fetch(std::move(request),
+                                  [later = fetched_, ticket](Result<MediaUnit> unit) { later->set(std::move(unit)); });
+}
+
+std::optional<StreamChannel::Picture> StreamChannel::next() {
+    while (auto item = sink_->take()) {
+        if (!last_sequence_ || item->unit.info.sequence > *last_sequence_) {
+            MediaUnit unit = item->unit;
+            return Picture{std::move(unit), std::move(item)};
+        }
+        // The fetched picture was this frame (the client has it: delivered) or a later one (it missed this: dropped).
+        if (item->unit.info.sequence == *last_sequence_) {
+            sink_->sent(std::move(*item), 0);
+        } else {
+            sink_->dropped(std::move(*item));
+        }
+    }
+    if (!fetched_) return std::nullopt;
+    auto fetched = fetched_->take();
+    if (!fetched) return std::nullopt;
+    fetched_.reset();
+    if (!*fetched) {
+        // The subscription tells when the camera is gone; anything else is tried again by the next fetch().
+        spdlog::debug("camera {}: no first picture for an MJPEG reader: {}", camera_, fetched->error().message);
+        return std::nullopt;
+    }
+    if (last_sequence_ && (*fetched)->info.sequence <= *last_sequence_) return std::nullopt;
+    ++state_.counts.first_parts;
+    return Picture{std::move(**fetched), std::nullopt};
+}
+
+void StreamChannel::sent(Picture&& picture, bool failed) {
+    Picture done = std::move(picture);
+    if (!failed) last_sequence_ = done.unit.info.sequence;
+    if (!done.item) return;
+    if (failed) {
+        sink_->dropped(std::move(*done.item));
+    } else {
+        sink_->sent(std::move(*done.item), done.unit.bytes->size());
+    }
+}
+
+}  // namespace camrig

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/stream/frame_bus.h"
+#include "rtsp_out/http/encoding_share.h"
+#include "rtsp_out/http/mjpeg_sink.h"
+#include "rtsp_out/http/server_state.h"
+
+namespace camrig {
+
+/// One camera's pictures for one client: those that the bus brings, and before them the camera's latest due frame,
+/// fetched, so that a reader has a picture even when the world stands still. No picture is given twice, none out of
+/// order. Lives on the server's thread; everything of the client's is gone when it is destroyed.
+class StreamChannel {
+public:
+    /// A picture to send; whoever has it must say so by sent().
+    struct Picture {
+        MediaUnit unit;
+        std::optional<MjpegSink::InFlight> item;  ///< absent: it was fetched
+    };
+
+    static Result<std::unique_ptr<StreamChannel>> open(ServerState& state, std::shared_ptr<Doorbell> bell,
+                                                       const std::string& camera, const MediaFormat& format,
+                                                       const std::optional<Rate>& rate, const std::string& peer);
+    ~StreamChannel();
+    StreamChannel(const StreamChannel&) = delete;
+    StreamChannel& operator=(const StreamChannel&) = delete;
+
+    /// Asks for the latest due frame, unless it is being made.
+    void fetch();
+    /// What the client has not seen yet; nothing: the bell will ring.
+    std::optional<Picture> next();
+    void sent(Picture&& picture, bool failed);
+    /// The camera is gone or has another size: nothing more will come, once next() is empty.
+    bool ended() const { return sink_->ended(); }
+    bool has_picture() const { return last_sequence_.has_value(); }
+    const std::string& camera() const { return camera_; }
+
+private:
+    StreamChannel(ServerState& state, std::shared_ptr<Doorbell> bell, std::string camera, EncodingShare share);
+
+    ServerState& state_;
+    const std::shared_ptr<Doorbell> bell_;
+    const std::string camera_;
+    const EncodingShare share_;
+    std::shared_ptr<MjpegSink> sink_;
+    Subscription subscription_;
+    std::shared_ptr<Later<Result<MediaUnit>>> fetched_;  ///< null: no fetch under way
+    std::optional<std::int64_t> last_sequence_;          ///< what the client has
+};
+
+}  // namespace camrig

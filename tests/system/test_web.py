@@ -1,0 +1,362 @@
+"""The web page: cameras are made, steered, watched and deleted in it, and what goes wrong is said."""
+
+import subprocess
+
+import pytest
+
+from conftest import REPOSITORY, wait_until
+from web_page import chromium, drag, metres_per_pixel, opened, pixels, until, wait_for_picture
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture
+def page(browser, rig):
+    with opened(browser, rig.http_url) as shown:
+        yield shown
+
+
+def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
+    page.click("#create")
+    page.fill("#new-camera [name=name]", "eye")
+    page.select_option("#new-camera [name=place]", "main")
+    page.fill("#new-camera [name=width]", "320")
+    page.fill("#new-camera [name=height]", "240")
+    page.click("#new-camera button[value=ok]")
+    until(page, "document.getElementById('stage-name').textContent === 'eye' && document.getElementById('picture').width === 320")
+    before = pixels(page)
+    pose = rig.camera("eye").get()["pose"]
+
+    page.focus("#view")
+    for key in ("ArrowLeft", "ArrowLeft", "ArrowUp", "w"):
+        page.keyboard.press(key)
+    wait_until(lambda: rig.camera("eye").get()["pose"]["pan_deg"] == pytest.approx(pose["pan_deg"] + 8), what="the pan")
+    wait_until(lambda: rig.camera("eye").get()["pose"]["position"] != pose["position"], what="the step ahead")
+    assert rig.camera("eye").get()["pose"]["tilt_deg"] == pytest.approx(pose["tilt_deg"] + 4)
+    turned = wait_for_picture(page, before, 1)
+
+    page.keyboard.press("+")
+    wait_until(lambda: rig.camera("eye").get()["vfov_deg"] < 50, what="the zoom")
+    page.get_by_label("Pan right").click()
+    wait_until(lambda: rig.camera("eye").get()["pose"]["pan_deg"] == pytest.approx(pose["pan_deg"] + 4), what="the button")
+    wait_for_picture(page, turned, 1)
+
+    page.get_by_label("z (m)").fill("1.25")
+    page.keyboard.press("Enter")
+    wait_until(lambda: rig.camera("eye").get()["pose"]["position"][2] == 1.25, what="the number")
+
+    page.click("#duplicate")
+    wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye", "eye_2"], what="the copy")
+    assert rig.camera("eye_2").get()["pose"]["orientation"] == pytest.approx(rig.camera("eye").get()["pose"]["orientation"])
+    assert rig.camera("eye_2").get()["size"] == [320, 240]
+
+    page.click("#delete")
+    page.click("#confirm button[value=ok]")
+    wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye"], what="its end")
+    until(page, "!document.querySelector('.tile[data-camera=eye_2]')")
+
+
+def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):
+    page.click("#create")
+    page.fill("#new-camera [name=name]", "main")
+    page.click("#new-camera button[value=ok]")
+    page.wait_for_selector("#messages .error")
+    with pytest.raises(Exception) as refused:
+        rig.create_camera("main")
+    assert refused.value.message in page.text_content("#messages")
+    assert page.is_visible("#new-camera")
+    page.keyboard.press("Escape")
+    page.get_by_label("Dismiss this message").click()
+
+    page.get_by_label("Frames/s").first.fill("5000")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#messages .error")
+    assert "fps" in page.text_content("#messages")
+    # What was refused is put back.
+    until(page, "[...document.querySelectorAll('#fields label')].find(one => one.textContent.startsWith('Frames')).querySelector('input').value === '25'")
+
+
+def test_cameras_and_actors_are_dragged_on_the_top_view(rig, page):
+    page.wait_for_selector("#map .actor")
+    camera = rig.camera("main")
+    before = camera.get()["pose"]
+    page.click("#map-out")  # from here on the view stands still
+    scale = metres_per_pixel(page)
+    drag(page, "#map .camera[data-name=main] .body", 30, -20)
+    wait_until(lambda: camera.get()["pose"]["position"][0] == pytest.approx(before["position"][0] + 30 * scale, abs=2 * scale), what="x")
+    wait_until(lambda: camera.get()["pose"]["position"][1] == pytest.approx(before["position"][1] + 20 * scale, abs=2 * scale), what="y")
+    assert camera.get()["pose"]["position"][2] == before["position"][2]
+
+    drag(page, "#map .camera[data-name=main] .handle", 0, -60)
+    wait_until(lambda: camera.get()["pose"]["pan_deg"] > before["pan_deg"] + 15, what="the turn to the left")
+    assert camera.get()["pose"]["tilt_deg"] == pytest.approx(before["tilt_deg"])
+
+    actor = rig.actors()[0]
+    drag(page, f"#map .actor[data-name={actor['name']}] .body", -40, 0)
+    wait_until(lambda: rig.actors()[0]["position"][0] == pytest.approx(actor["position"][0] - 40 * scale, abs=2 * scale), what="the actor")
+
+    page.focus("#map .camera[data-name=main]")
+    x = camera.get()["pose"]["position"][0]
+    page.keyboard.press("ArrowRight")
+    wait_until(lambda: camera.get()["pose"]["position"][0] == pytest.approx(x + 0.25), what="the key")
+    page.keyboard.press("PageDown")
+    assert page.evaluate("document.activeElement.dataset.name") == actor["name"]
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_the_truth_lies_where_truth_get_says(rig, page):
+    rig.step(seconds=0.2)
+    page.click("#truth")
+    page.wait_for_selector("#overlay[data-boxes]")
+    truth = rig.camera("lobby").truth()
+    until(page, f"document.getElementById('overlay').dataset.sequence === '{truth['sequence']}'")
+    drawn = {name: box for name, *box in page.evaluate("JSON.parse(document.getElementById('overlay').dataset.boxes)")}
+    people = {one["name"]: one["box"] for one in truth["objects"] if one["class"] == "person" and one["box"]}
+    assert len(people) >= 3
+    for name, box in people.items():
+        assert drawn[name] == box
+        assert name in page.get_attribute("#overlay", "aria-label")
+    # The lower left corner of the box is drawn there and nothing is drawn where no box is.
+    name, (x, y, w, h) = max(people.items(), key=lambda one: one[1][3])
+    alpha = """([x, y]) => { const copy = new OffscreenCanvas(1, 1).getContext('2d');
+        copy.drawImage(document.getElementById('overlay'), -x, -y); return copy.getImageData(0, 0, 1, 1).data[3]; }"""
+    assert page.evaluate(alpha, [x, y + h]) > 100
+    assert page.evaluate(alpha, [2, 470]) == 0
+    # A step brings another truth, of the frame that is shown.
+    page.click("#step")
+    until(page, f"Number(document.getElementById('overlay').dataset.sequence) > {truth['sequence']}")
+    page.click("#truth")
+    assert page.get_attribute("#overlay", "data-boxes") is None
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_time_stands_still_and_goes_by_steps_and_events_are_told(rig, page):
+    page.click("#run")
+    wait_until(lambda: rig.status()["paused"], what="the pause")
+    then = rig.status()["world_ns"]
+    page.fill("#step-seconds", "0.4")
+    page.click("#step")
+    wait_until(lambda: rig.status()["world_ns"] == then + 400_000_000, what="the step")
+    page.click("#run")
+    wait_until(lambda: not rig.status()["paused"], what="that it runs")
+
+    for level in (1, 2):
+        page.fill("#fire [name=data]", f'{{"level": {level}}}')
+        page.click("#fire button")
+        until(page, f"document.getElementById('feed').textContent.includes('{{\"level\":{level}}}')")
+    page.fill("#fire [name=data]", "{")
+    page.click("#fire button")
+    page.wait_for_selector("#messages .error")
+    assert "not JSON" in page.text_content("#messages")
+
+    page.click("summary")
+    page.fill("#add-event [name=name]", "tick")
+    page.fill("#add-event [name=when]", '{"every_s": 0.5}')
+    page.click("#add-event button")
+    until(page, "[...document.querySelectorAll('#feed b')].filter(one => one.textContent === 'tick').length >= 2")
+    page.get_by_label("Remove rule tick").click()
+    wait_until(lambda: "tick" not in [event["name"] for event in rig.events()], what="the rule's end")
+
+
+def test_two_clients_that_change_the_same_camera_see_the_same_end(rig, page):
+    camera = rig.camera("main")
+    page.focus("#view")
+    for step in range(6):
+        page.keyboard.press("ArrowLeft")
+        camera.set(fps=10 + step, position=(-6, step / 10, 2.5), look_at=(0, 0, 0.4))
+    # Both have been answered: what the rig has now is the end, and all see it.
+    page.wait_for_timeout(300)
+    end = camera.get()
+    listed = subprocess.run([str(_camrig()), "camera", "get", "main", "--json", "--control", rig.info()["control"]],
+                            check=True, capture_output=True, text=True, timeout=30)
+    assert f'"pan_deg":{end["pose"]["pan_deg"]}'.replace(" ", "") in listed.stdout.replace(" ", "")
+    shown = "[...document.querySelectorAll('#fields label')].find(one => one.textContent.startsWith('{}')).querySelector('input').value"
+    for label, value in (("y (m)", end["pose"]["position"][1]), ("Pan", end["pose"]["pan_deg"]), ("Frames", end["fps"])):
+        until(page, f"Math.abs(Number({shown.format(label)}) - {value}) < 0.006")
+    assert camera.get()["pose"] == end["pose"]
+
+
+def _camrig():
+    from camrig.launch import find_binary
+    return find_binary()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_hidden_page_costs_nothing(rig, page):
+    def work():
+        stats = rig.stats()
+        return [(camera["rendered"], sum(output["encoded"] for output in camera["outputs"])) for camera in stats["cameras"]]
+
+    def readers():
+        return sum(camera.get()["readers"] for camera in rig.cameras())
+
+    assert readers() >= 2
+    page.evaluate("""Object.defineProperty(document, 'hidden', {value: true, configurable: true});
+                     document.dispatchEvent(new Event('visibilitychange'))""")
+    wait_until(lambda: readers() == 0, what="the streams' end")
+    wait_until(lambda: all(not camera["outputs"] for camera in rig.stats()["cameras"]), what="the encoders' end")
+    calls = rig.info()["calls"]
+    before = work()
+    page.wait_for_timeout(1000)
+    assert work() == before
+    # Nor does it ask anything.
+    now = rig.info()["calls"]
+    for method in ("world.status", "camera.list", "actor.list", "truth.get", "event.wait"):
+        assert now.get(method, 0) == calls.get(method, 0), method
+    page.evaluate("""Object.defineProperty(document, 'hidden', {value: false, configurable: true});
+                     document.dispatchEvent(new Event('visibilitychange'))""")
+    wait_until(lambda: readers() >= 2, what="the streams")
+    seen = pixels(page)
+    wait_for_picture(page, seen, 0.05)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_twelve_live_pictures_and_the_controls_still_answer(rig, browser):
+    for number in range(11):
+        rig.create_camera(f"eye_{number}", place="above" if number % 2 else "main", size=(320, 240), fps=15)
+    with opened(browser, rig.http_url, viewport={"width": 1600, "height": 1500}) as page:
+        until(page, "document.querySelectorAll('.tile canvas[data-frames]').length === 12")
+        frames = "Object.fromEntries([...document.querySelectorAll('.tile')].map(one => [one.dataset.camera, Number(one.querySelector('canvas').dataset.frames)]))"
+        then, at = page.evaluate(frames), page.evaluate("performance.now()")
+        page.wait_for_timeout(2500)
+        now, end = page.evaluate(frames), page.evaluate("performance.now()")
+        rates = {name: (now[name] - then[name]) / (end - at) * 1000 for name in now}
+        print("pictures a second:", ", ".join(f"{name} {rate:.1f}" for name, rate in rates.items()))
+        assert len(rates) == 12 and all(rate > 0 for rate in rates.values()), rates
+        page.click(".tile[data-camera=eye_3]")
+        page.focus("#view")
+        pan = rig.camera("eye_3").get()["pose"]["pan_deg"]
+        page.keyboard.press("ArrowLeft")
+        wait_until(lambda: rig.camera("eye_3").get()["pose"]["pan_deg"] == pytest.approx(pan + 4), what="an answer")
+
+
+def test_links_lead_to_the_camera(rig, browser):
+    rig.create_camera("door", size=(320, 240), outputs=[{"kind": "device", "number": 9}])
+    with opened(browser, rig.http_url) as page:
+        page.click(".tile[data-camera=door]")
+        until(page, "document.getElementById('link-list').textContent.includes('/door')")
+        links = page.eval_on_selector_all("#link-list dd code", "all => all.map(one => one.textContent)")
+        assert rig.camera("door").url() in links
+        assert f'cv2.VideoCapture("{rig.camera("door").url()}")' in links
+        assert f"{rig.rtsp_url}/door" in links
+        assert "/dev/video9" in links
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        page.get_by_label("Copy MJPEG").click()
+        page.wait_for_selector("#messages .note")
+        assert page.evaluate("navigator.clipboard.readText()") == rig.camera("door").url()
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_on_a_phone_nothing_needs_sideways_scrolling(rig, browser, tmp_path):
+    with opened(browser, rig.http_url, viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True) as page:
+        page.wait_for_selector("#map .actor")
+        page.screenshot(path=str(tmp_path / "phone.png"), full_page=True)
+        assert page.evaluate("[document.documentElement.scrollWidth, innerWidth]") == [360, 360]
+        page.get_by_label("Pan left").tap()
+        wait_until(lambda: rig.camera("lobby").get()["pose"]["pan_deg"] > 34, what="the touch")
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_every_control_has_a_name_a_place_in_the_order_of_keys_and_enough_contrast(rig, page):
+    from axe_playwright_python.sync_playwright import Axe
+
+    page.wait_for_selector("#map .actor")
+    page.click("summary")
+    found = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}).response
+    assert [(one["id"], [node["html"][:160] for node in one["nodes"]]) for one in found["violations"]] == []
+    assert len(found["passes"]) > 10
+    page.click("#create")
+    dialog = Axe().run(page, context="#new-camera").response
+    assert [(one["id"], one["nodes"][0]["html"][:160]) for one in dialog["violations"]] == []
+    page.keyboard.press("Escape")
+    # Everything that can be pressed or filled is reached by the tabulator, and is seen to be.
+    controls = page.evaluate("[...document.querySelectorAll('button, input, select, textarea')].filter(one => one.checkVisibility() && !one.disabled).length")
+    page.evaluate("document.activeElement.blur()")
+    reached = set()
+    for _ in range(controls + 40):
+        page.keyboard.press("Tab")
+        where = page.evaluate("""() => { const one = document.activeElement; if (one === document.body) return null;
+            one.dataset.reached = '1'; const style = getComputedStyle(one);
+            return [one.tagName, one.getAttribute('aria-label') || one.textContent || one.name, style.outlineStyle !== 'none' || one.closest('svg') !== null]; }""")
+        if where:
+            assert where[2], f"{where[:2]} has the focus and does not show it"
+            reached.add(tuple(where[:2]))
+    missed = page.evaluate("[...document.querySelectorAll('button, input, select, textarea')].filter(one => one.checkVisibility() && !one.disabled && !one.dataset.reached).map(one => one.outerHTML.slice(0, 100))")
+    assert missed == []
+    # Nor has any control an empty name in the browser's own tree for screen readers.
+    unnamed = page.evaluate("[...document.querySelectorAll('button')].filter(one => one.checkVisibility() && !(one.getAttribute('aria-label') || one.textContent.trim())).length")
+    assert unnamed == 0
+
+
+def test_a_page_of_another_origin_can_neither_steer_nor_read(rig, browser, tmp_path):
+    import http.server
+    import threading
+
+    class Silent(http.server.SimpleHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<!DOCTYPE html><title>elsewhere</title>")
+
+        def log_message(self, *arguments):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Silent) as other:
+        threading.Thread(target=other.serve_forever, daemon=True).start()
+        page = browser.new_page()
+        page.goto(f"http://localhost:{other.server_port}/")
+        body = '{"jsonrpc":"2.0","id":1,"method":"camera.delete","params":{"name":"main"}}'
+        for mode, kind in (("cors", "application/json"), ("no-cors", "text/plain"), ("cors", "text/plain")):
+            outcome = page.evaluate(
+                """([url, mode, kind, body]) => fetch(url, {method: 'POST', mode, body, headers: {'Content-Type': kind}})
+                   .then(reply => reply.type + reply.status, () => 'refused')""", [f"{rig.http_url.rstrip('/')}/rpc", mode, kind, body])
+            assert outcome in ("refused", "opaque0"), (mode, kind)
+        for path in ("cameras", "live?cameras=main", "cameras/main/truth"):
+            read = page.evaluate("url => fetch(url).then(() => 'read', () => 'refused')", f"{rig.http_url.rstrip('/')}/{path}")
+            assert read == "refused", path
+        page.close()
+        other.shutdown()
+    assert [camera.name for camera in rig.cameras()] == ["main"]
+
+
+def test_a_rebound_name_gets_nothing(rig, browser):
+    """A foreign page whose name was re-bound to 127.0.0.1 is of our origin for the browser; only the Host tells."""
+    from web_page import ARGUMENTS, CHROMIUM
+
+    port = rig.http_url.rstrip("/").rsplit(":", 1)[1]
+    rebound = browser.browser_type.launch(executable_path=CHROMIUM, args=[*ARGUMENTS, "--host-resolver-rules=MAP evil.example 127.0.0.1"])
+    page = rebound.new_page()
+    reply = page.goto(f"http://evil.example:{port}/")
+    assert reply.status == 403
+    status = page.evaluate("""fetch('/rpc', {method: 'POST', headers: {'Content-Type': 'application/json'},
+        body: '{"jsonrpc":"2.0","id":1,"method":"camera.delete","params":{"name":"main"}}'}).then(reply => reply.status)""")
+    assert status == 403
+    rebound.close()
+    assert [camera.name for camera in rig.cameras()] == ["main"]
+
+
+def test_with_a_token_the_page_works_and_hides_it_and_without_it_nothing_does(browser, tmp_path):
+    import camrig
+
+    token = tmp_path / "token"
+    token.write_text("a-token-of-the-test\n")
+    with camrig.start(str(REPOSITORY / "scenes" / "minimal.json"), mode="lockstep", args=["--token-file", str(token)]) as rig:
+        bare = browser.new_page()
+        assert bare.goto(rig.http_url).status == 401
+        assert bare.request.post(f"{rig.http_url.rstrip('/')}/rpc", data={"jsonrpc": "2.0", "id": 1, "method": "camera.list"}).status == 401
+        assert bare.request.get(f"{rig.http_url.rstrip('/')}/live?cameras=main").status == 401
+        bare.close()
+        with opened(browser, f"{rig.http_url.rstrip('/')}/?token=a-token-of-the-test") as page:
+            assert "token" not in page.url
+            links = page.text_content("#link-list")
+            assert "?token=TOKEN" in links and "a-token-of-the-test" not in links
+            page.focus("#view")
+            pan = rig.camera("main").get()["pose"]["pan_deg"]
+            page.keyboard.press("ArrowLeft")
+            wait_until(lambda: rig.camera("main").get()["pose"]["pan_deg"] == pytest.approx(pan + 4), what="the pan")
+            assert page.evaluate("document.cookie") == ""
