@@ -112,8 +112,6 @@ class RtspReader:
                 if not self.read_reports(packet):
                     return
                 continue
-            if size < 12:
-                continue  # no RTP: camrig sends empty packets in lockstep
             first, kind, _, stamp, _ = struct.unpack_from("!BBHII", packet)
             start = 12 + 4 * (first & 0x0F)
             payloads.append(packet[start:])

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include "rtsp_out/rtsp/rtsp_mount.h"
+#include "rtsp_out/rtsp/tcp_followers.h"
 
 namespace camrig {
 namespace {
@@ -21,8 +22,7 @@ GstRTSPStatusCode status_of(ErrorKind kind) {
     }
 }
 
-bool reads_by_tcp(GstRTSPSessionMedia* media) {
-    GstRTSPStreamTransport* transport = gst_rtsp_session_media_get_transport(media, 0);
+bool is_tcp(GstRTSPStreamTransport* transport) {
     return transport && gst_rtsp_stream_transport_get_transport(transport)->lower_transport == GST_RTSP_LOWER_TRANS_TCP;
 }
 
@@ -72,6 +72,7 @@ void ClientTable::add(GstRTSPClient* client) {
     };
     g_signal_connect(client, "pre-describe-request", G_CALLBACK(ask), this);
     g_signal_connect(client, "pre-setup-request", G_CALLBACK(ask), this);
+    g_signal_connect(client, "setup-request", G_CALLBACK(on_setup), this);
     g_signal_connect(client, "pre-play-request", G_CALLBACK(on_pre_play), this);
     g_signal_connect(client, "play-request", G_CALLBACK(on_play), this);
     g_signal_connect(client, "send-message", G_CALLBACK(on_answer), this);
@@ -113,6 +114,10 @@ void ClientTable::on_answer(GstRTSPClient* client, GstRTSPContext*, GstRTSPMessa
     answer->type_data.response.reason = g_strdup(reason.c_str());
 }
 
+void ClientTable::on_setup(GstRTSPClient*, GstRTSPContext* context, void*) {
+    if (is_tcp(context->trans)) swallow_followers(context->trans);
+}
+
 GstRTSPStatusCode ClientTable::on_pre_play(GstRTSPClient*, GstRTSPContext* context, void*) {
     if (const auto feed = RtspMount::feed_of(context->media)) feed->client_joins();
     return GST_RTSP_STS_OK;
@@ -121,7 +126,7 @@ GstRTSPStatusCode ClientTable::on_pre_play(GstRTSPClient*, GstRTSPContext* conte
 void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void*) {
     if (const auto feed = RtspMount::feed_of(context->media)) {
         feed->client_plays();
-        if (reads_by_tcp(context->sessmedia))
+        if (is_tcp(gst_rtsp_session_media_get_transport(context->sessmedia, 0)))
             feed->add_tcp_reader(gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client)));
         const char* peer = gst_rtsp_connection_get_ip(gst_rtsp_client_get_connection(client));
         spdlog::info("rtsp: {} plays {}", peer ? peer : "somebody", feed->path());

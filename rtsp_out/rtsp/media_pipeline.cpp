@@ -7,6 +7,7 @@
 
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/tcp_followers.h"
 
 namespace camrig {
 namespace {
@@ -79,59 +80,6 @@ GstPadProbeReturn leave_out_if_stuck(GstPad*, GstPadProbeInfo* info, void* setup
     return is_report(info) || setup_of(setup).ask.tcp_readers_take() ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
 }
 
-/// The chain functions of an appsink, as they were.
-struct SinkChain {
-    SetupRef setup;
-    GstPadChainFunction single;
-    GstPadChainListFunction list;
-};
-constexpr const char* chain_key = "camrig-chain";
-
-const SinkChain& chain_of(GstPad* pad) {
-    return *static_cast<const SinkChain*>(g_object_get_data(G_OBJECT(pad), chain_key));
-}
-
-/// A packet of no bytes with the stamp of the last packet of a picture; null after any other packet.
-GstBuffer* follower_of(GstBuffer* packet) {
-    guint8 head[2] = {};
-    const bool ends_picture = gst_buffer_extract(packet, 0, head, sizeof head) == sizeof head && (head[1] & 0x80) != 0;
-    if (!ends_picture) return nullptr;
-    GstBuffer* nothing = gst_buffer_new();
-    GST_BUFFER_PTS(nothing) = GST_BUFFER_PTS(packet);
-    GST_BUFFER_DTS(nothing) = GST_BUFFER_DTS(packet);
-    return nothing;
-}
-
-// In lockstep a picture is sent when its packets are gone, but an appsink keeps what was taken from it last (GStreamer
-// 1.22, priv->sample) until the next is taken. So a packet of no bytes follows each picture; readers skip it.
-GstFlowReturn follow(GstPad* pad, GstObject* parent, GstFlowReturn flow, GstBuffer* follower) {
-    if (!follower) return flow;
-    if (flow == GST_FLOW_OK) return chain_of(pad).single(pad, parent, follower);
-    gst_buffer_unref(follower);
-    return flow;
-}
-
-GstFlowReturn chain_single(GstPad* pad, GstObject* parent, GstBuffer* packet) {
-    const SinkChain& chain = chain_of(pad);
-    GstBuffer* follower = chain.setup->ask.is_lockstep() ? follower_of(packet) : nullptr;
-    return follow(pad, parent, chain.single(pad, parent, packet), follower);
-}
-
-GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* list) {
-    const SinkChain& chain = chain_of(pad);
-    const guint count = gst_buffer_list_length(list);
-    GstBuffer* follower =
-        count > 0 && chain.setup->ask.is_lockstep() ? follower_of(gst_buffer_list_get(list, count - 1)) : nullptr;
-    return follow(pad, parent, chain.list(pad, parent, list), follower);
-}
-
-void follow_pictures(GstPad* pad, const SetupRef& setup) {
-    auto* const chain = new SinkChain{setup, GST_PAD_CHAINFUNC(pad), GST_PAD_CHAINLISTFUNC(pad)};
-    g_object_set_data_full(G_OBJECT(pad), chain_key, chain, [](void* done) { delete static_cast<SinkChain*>(done); });
-    gst_pad_set_chain_function(pad, chain_single);
-    gst_pad_set_chain_list_function(pad, chain_list);
-}
-
 void on_element_added(GstBin*, GstBin*, GstElement* element, void* setup) {
     SetupRef& own = *static_cast<SetupRef*>(setup);
     if (is_made_by(element, "rtpbin")) {
@@ -147,7 +95,7 @@ void on_element_added(GstBin*, GstBin*, GstElement* element, void* setup) {
         const GObjectHandle<GstPad> pad(gst_element_get_static_pad(element, "sink"));
         constexpr int packets = GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST;
         gst_pad_add_probe(pad.get(), static_cast<GstPadProbeType>(packets), leave_out_if_stuck, kept(own), free_kept);
-        follow_pictures(pad.get(), own);
+        send_followers(pad.get(), [own] { return own->ask.is_lockstep(); });
     }
 }
 

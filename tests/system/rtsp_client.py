@@ -1,11 +1,18 @@
 """What the RTSP tests share: the documented example client, and ways to run stock programs."""
 
+import contextlib
 import importlib.util
 import itertools
+import pathlib
+import struct
 import subprocess
 import sys
 import threading
+from typing import NamedTuple, Optional
 
+import numpy as np
+
+import camrig
 from conftest import REPOSITORY
 
 _spec = importlib.util.spec_from_file_location("rtsp_times", REPOSITORY / "docs/examples/rtsp_times.py")
@@ -17,6 +24,30 @@ RtspReader = rtsp_times.RtspReader
 
 def run(*command, timeout=90, **options):
     return subprocess.run(command, capture_output=True, timeout=timeout, check=False, **options)
+
+
+def gst_launch(pipeline: str) -> list[str]:
+    return ["gst-launch-1.0", *pipeline.split()]
+
+
+def assert_gst_read_to_the_end(code: int, out: bytes, err: bytes) -> None:
+    """gst-launch came to the end of what it was to read, and complained of nothing.
+
+    Its exit status alone does not tell. While it shuts down it cancels its own PAUSE request if that is just on its way, and
+    GStreamer 1.22 takes a cancelled write for a closed connection (writev_bytes in gstrtspconnection.c), so that it exits with
+    1 whatever the server does.
+    """
+    said, complaints = out.decode(), err.decode()
+    assert "Got EOS from element" in said, said + complaints
+    assert "WARNING" not in said, said
+    if code != 0:
+        reasons = {line for line in complaints.splitlines() if line.startswith("Could not")}
+        assert "gst_rtspsrc_pause" in complaints and reasons == {"Could not send message. (Received end-of-file)"}, complaints
+
+
+def gst_reads(pipeline: str, timeout: float = 90) -> None:
+    done = run(*gst_launch(pipeline), timeout=timeout)
+    assert_gst_read_to_the_end(done.returncode, done.stdout, done.stderr)
 
 
 def take(reader: "RtspReader", count: int) -> list:
@@ -35,6 +66,66 @@ def read_aside(url: str, count: int = 10**9) -> tuple:
     thread = threading.Thread(target=read, daemon=True)
     thread.start()
     return thread, pictures, reader
+
+
+@contextlib.contextmanager
+def stepping(rig, seconds: float = 0.2):
+    """A world in lockstep goes on while the block waits for programs that want pictures, in steps of `seconds`."""
+    done, failures = threading.Event(), []
+
+    def step():
+        try:
+            while not done.is_set():
+                rig.step(seconds=seconds)
+        except Exception as why:  # raised where the test can see it
+            failures.append(why)
+
+    thread = threading.Thread(target=step)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+    if failures:
+        raise failures[0]
+
+
+class LibavFrame(NamedTuple):
+    """A picture as ffmpeg's libraries hand it to a program."""
+    pts: int  # ticks of the stream
+    wall_us: Optional[int]  # absolute time, from the sender reports; None before the first
+    code: Optional[camrig.Code]  # of the code strip in the decoded picture
+
+
+class LibavReader:
+    """A process that reads a stream by ffmpeg's libraries (rtsp_libav_reader.c); `frames` fills until the stream ends."""
+
+    def __init__(self, program: pathlib.Path, url: str):
+        self.frames: list[LibavFrame] = []
+        self.process = subprocess.Popen([program, url], stdout=subprocess.PIPE)
+        self.thread = threading.Thread(target=self._read)
+        self.thread.start()
+
+    def _read(self):
+        head = struct.Struct("=qqii")
+        while len(start := self.process.stdout.read(head.size)) == head.size:
+            pts, wall, width, height = head.unpack(start)
+            luma = np.frombuffer(self.process.stdout.read(width * height), np.uint8).reshape(height, width)
+            self.frames.append(LibavFrame(pts, None if wall == -(1 << 63) else wall, camrig.read_code(luma)))
+
+    def timed(self) -> list[LibavFrame]:
+        return [frame for frame in self.frames if frame.wall_us is not None]
+
+    def wait(self, timeout: float = 30) -> int:
+        """The exit status, once the stream has ended."""
+        self.thread.join(timeout)
+        return self.process.wait(timeout)
+
+    def close(self):
+        self.process.kill()
+        self.thread.join()
+        self.process.wait()
 
 
 def strictly_rising(values) -> bool:

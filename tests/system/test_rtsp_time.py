@@ -1,11 +1,12 @@
 """RTP stamps, sender reports and messages in the picture tell when a frame was taken; streams end and come back."""
 
 import itertools
+import pathlib
 import re
 import socket
+import struct
 import subprocess
 import sys
-import threading
 import time
 
 import cv2
@@ -13,7 +14,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY, wait_until
-from rtsp_client import RtspReader, read_aside, run, strictly_rising, take, unwrapped
+from rtsp_client import LibavReader, RtspReader, assert_gst_read_to_the_end, gst_launch, read_aside, run, stepping, strictly_rising, take, unwrapped
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -41,27 +42,50 @@ def test_two_cameras_give_one_instant_the_same_time(rig, kind):
             assert 0 <= left.realtime_ns - a <= TICK_NS + 2
 
 
-def test_the_code_strips_of_frames_paired_by_report_are_equal(rig, tmp_path):
-    """The same by two ffmpeg readers: what they decode shows the same world time wherever their absolute times agree."""
-    urls = [rig.create_camera(name, size=(320, 240), code_strip=True).url("rtsp") for name in ("left", "right")]
-    readers = [RtspReader(url) for url in urls]
-    recorders = [subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", url, "-c", "copy", "-frames:v", "60", str(tmp_path / f"{i}.mkv")])
-                 for i, url in enumerate(urls)]
-    for recorder in recorders:
-        assert recorder.wait(60) == 0
-    for reader in readers:
+@pytest.fixture(scope="module")
+def libav_program(tmp_path_factory):
+    """The reader made of ffmpeg's libraries, compiled."""
+    program = tmp_path_factory.mktemp("libav") / "rtsp_libav_reader"
+    flags = run("pkg-config", "--cflags", "--libs", "libavformat", "libavcodec", "libavutil").stdout.decode().split()
+    made = run("cc", "-O1", "-Wall", "-Wextra", "-Werror", "-o", str(program), str(pathlib.Path(__file__).with_name("rtsp_libav_reader.c")), *flags)
+    assert made.returncode == 0, made.stderr.decode()
+    return program
+
+
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_two_ffmpeg_readers_pair_frames_of_one_instant_by_their_reports(rig, libav_program, kind):
+    """Frames with the same absolute time show the same world time, through pause, resume and another frame rate."""
+    cameras = [rig.create_camera(name, size=(320, 240), fps=25, code_strip=True) for name in ("left", "right")]
+    read = lambda: [LibavReader(libav_program, cam.url(kind)) for cam in cameras]
+    have = lambda readers, count: wait_until(lambda: all(len(r.timed()) >= count for r in readers), 40, f"{count} frames with absolute times")
+    first = read()
+    have(first, 20)
+    rig.pause()
+    have(first, max(len(r.timed()) for r in first) + 2)  # the last picture comes again
+    rig.resume()
+    have(first, max(len(r.timed()) for r in first) + 20)
+    for cam in cameras:
+        cam.set(fps=10)
+    assert [reader.wait() for reader in first] == [0, 0]  # their streams ended
+    second = read()
+    have(second, 15)
+    for reader in second:
         reader.close()
-    shown = []
-    for i in range(2):
-        capture = cv2.VideoCapture(str(tmp_path / f"{i}.mkv"))
-        codes = {}
-        while (frame := capture.read())[0]:
-            code = camrig.read_code(frame[1])
-            assert code is not None
-            codes[code.sequence] = code.time_ns
-        shown.append(codes)
-    common = shown[0].keys() & shown[1].keys()
-    assert len(common) > 30 and all(shown[0][n] == shown[1][n] for n in common)
+
+    shown = []  # per camera: {absolute time: world time}; pictures that came again are left out
+    for before, after in zip(first, second):
+        assert strictly_rising([frame.pts for frame in before.frames]) and strictly_rising([frame.pts for frame in after.frames])
+        frames = before.timed() + after.timed()
+        assert strictly_rising([frame.wall_us for frame in frames])
+        assert all(frame.code for frame in frames)
+        fresh = [b for a, b in itertools.pairwise(frames) if b.code.sequence != a.code.sequence]
+        shown.append({frame.wall_us: frame.code.time_ns for frame in fresh})
+    pairs = [(a, b) for a in shown[0] for b in shown[1] if abs(a - b) < 5_000]
+    assert len(pairs) > 40
+    assert all(shown[0][a] == shown[1][b] for a, b in pairs)
+    skew_us = max(abs(a - b) for a, b in pairs)
+    print(f"{kind}: {len(pairs)} pairs, skew at most {skew_us} us")
+    assert skew_us <= TICK_NS / 1000
 
 
 def test_the_message_in_the_picture_agrees_with_its_code_strip(rig, tmp_path):
@@ -219,19 +243,34 @@ def test_the_documented_client_prints_capture_times(rig):
 def test_stock_programs_read_in_lockstep(rig, tmp_path, kind):
     cam = rig.create_camera("lobby", size=(320, 240), fps=25, code_strip=True)
     depay = "rtph264depay" if kind == "rtsp" else "rtpjpegdepay"
-    ffmpeg = subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", cam.url(kind), "-c", "copy", "-frames:v", "40", str(tmp_path / "a.mkv")],
-                              stderr=subprocess.PIPE)
-    gst = subprocess.Popen(["gst-launch-1.0", "-q", *f"rtspsrc location={cam.url(kind)} protocols=tcp latency=0 ! {depay} ! identity eos-after=40 ! fakesink".split()])
-    capture = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)
-    sequences = []
-    reading = threading.Thread(target=lambda: sequences.extend(camrig.read_code(capture.read()[1]).sequence for _ in range(40)))
-    reading.start()
-    deadline = time.monotonic() + 60
-    while (reading.is_alive() or ffmpeg.poll() is None or gst.poll() is None) and time.monotonic() < deadline:
-        rig.step(seconds=0.2)
-    assert not reading.is_alive() and gst.wait(1) == 0
-    assert ffmpeg.wait(1) == 0 and ffmpeg.stderr.read() == b""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    ffmpeg = subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", cam.url(kind), "-c", "copy", "-frames:v", "40", str(tmp_path / "a.mkv")], **pipes)
+    gst = subprocess.Popen(gst_launch(f"rtspsrc location={cam.url(kind)} protocols=tcp latency=0 ! {depay} ! identity eos-after=40 ! fakesink"), **pipes)
+    with stepping(rig):
+        capture = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)
+        sequences = [camrig.read_code(capture.read()[1]).sequence for _ in range(40)]
+        out, err = gst.communicate(timeout=60)
+        assert ffmpeg.communicate(timeout=60) == (b"", b"") and ffmpeg.returncode == 0
+    assert_gst_read_to_the_end(gst.returncode, out, err)
     assert sequences == sorted(sequences) and sequences[-1] > 5
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_nothing_but_rtp_and_rtcp_reaches_a_reader(rig, kind):
+    """Also in lockstep, where the end of each picture is watched for on its way out."""
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25)
+    reader = RtspReader(cam.url(kind))
+    pictures = reports = 0
+    with stepping(rig):
+        while pictures < 20 or reports < 2:
+            magic, channel, size = struct.unpack("!cBH", reader.take(4))
+            packet = reader.take(size)
+            assert magic == b"$" and channel in (0, 1)
+            assert size >= 12 and packet[0] >> 6 == 2, f"{size} bytes that are neither RTP nor RTCP"
+            pictures += channel == 0 and packet[1] >> 7
+            reports += channel == 1
+        reader.close()
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")

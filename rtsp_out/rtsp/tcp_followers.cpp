@@ -1,0 +1,71 @@
+#include "rtsp_out/rtsp/tcp_followers.h"
+
+#include <utility>
+
+#include "core/base/result.h"
+
+namespace camrig {
+namespace {
+
+/// The chain functions of an appsink, as they were.
+struct SinkChain {
+    std::function<bool()> wanted;
+    GstPadChainFunction single;
+    GstPadChainListFunction list;
+};
+constexpr const char* chain_key = "camrig-chain";
+
+const SinkChain& chain_of(GstPad* pad) {
+    return *static_cast<const SinkChain*>(g_object_get_data(G_OBJECT(pad), chain_key));
+}
+
+/// The follower of an RTP packet with the marker bit, the last one of a picture; null for any other. Its stamp is the
+/// packet's: gst-rtsp-server aborts on a packet without one.
+GstBuffer* follower_of(GstBuffer* packet) {
+    guint8 head[2] = {};
+    if (gst_buffer_extract(packet, 0, head, sizeof head) != sizeof head) return nullptr;
+    const bool is_report = head[1] >= 192 && head[1] <= 223;
+    if (is_report || (head[1] & 0x80) == 0) return nullptr;
+    GstBuffer* follower = gst_buffer_new();
+    GST_BUFFER_PTS(follower) = GST_BUFFER_PTS(packet);
+    GST_BUFFER_DTS(follower) = GST_BUFFER_DTS(packet);
+    return follower;
+}
+
+GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* packets) {
+    const SinkChain& chain = chain_of(pad);
+    const guint count = gst_buffer_list_length(packets);
+    GstBuffer* follower = count > 0 && chain.wanted() ? follower_of(gst_buffer_list_get(packets, count - 1)) : nullptr;
+    const GstFlowReturn flow = chain.list(pad, parent, packets);
+    if (follower && flow == GST_FLOW_OK) return chain.single(pad, parent, follower);
+    if (follower) gst_buffer_unref(follower);
+    return flow;
+}
+
+GstFlowReturn chain_single(GstPad* pad, GstObject* parent, GstBuffer* packet) {
+    GstBufferList* packets = gst_buffer_list_new_sized(1);
+    gst_buffer_list_add(packets, packet);
+    return chain_list(pad, parent, packets);
+}
+
+/// In the place of what writes a single buffer. It counts as written at once, which lets what waits behind it go on.
+gboolean swallow(GstBuffer* follower, guint8, void* transport) {
+    CHECK(gst_buffer_get_size(follower) == 0);
+    gst_rtsp_stream_transport_message_sent(GST_RTSP_STREAM_TRANSPORT(transport));
+    return TRUE;
+}
+
+}  // namespace
+
+void send_followers(GstPad* pad, std::function<bool()> wanted) {
+    auto* const chain = new SinkChain{std::move(wanted), GST_PAD_CHAINFUNC(pad), GST_PAD_CHAINLISTFUNC(pad)};
+    g_object_set_data_full(G_OBJECT(pad), chain_key, chain, [](void* done) { delete static_cast<SinkChain*>(done); });
+    gst_pad_set_chain_function(pad, chain_single);
+    gst_pad_set_chain_list_function(pad, chain_list);
+}
+
+void swallow_followers(GstRTSPStreamTransport* transport) {
+    gst_rtsp_stream_transport_set_callbacks(transport, swallow, swallow, transport, nullptr);
+}
+
+}  // namespace camrig
