@@ -7,6 +7,7 @@
 
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/rtp_packet.h"
 #include "rtsp_out/rtsp/tcp_followers.h"
 
 namespace camrig {
@@ -68,12 +69,9 @@ void on_rtpbin_pad(GstElement*, GstPad* pad, void* setup) {
     gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, rewrite_report, kept(*static_cast<SetupRef*>(setup)), free_kept);
 }
 
-/// Reports are single packets of type 192 to 223; RTP comes in lists or singly.
+/// Reports are single packets; RTP comes in lists or singly.
 bool is_report(GstPadProbeInfo* info) {
-    if (!(GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER)) return false;
-    guint8 head[2] = {};
-    return gst_buffer_extract(GST_PAD_PROBE_INFO_BUFFER(info), 0, head, sizeof head) == sizeof head && head[1] >= 192 &&
-           head[1] <= 223;
+    return (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER) && is_rtcp(GST_PAD_PROBE_INFO_BUFFER(info));
 }
 
 GstPadProbeReturn leave_out_if_stuck(GstPad*, GstPadProbeInfo* info, void* setup) {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/result.h"
+#include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig {
 namespace {
@@ -19,13 +20,8 @@ const SinkChain& chain_of(GstPad* pad) {
     return *static_cast<const SinkChain*>(g_object_get_data(G_OBJECT(pad), chain_key));
 }
 
-/// The follower of an RTP packet with the marker bit, the last one of a picture; null for any other. Its stamp is the
-/// packet's: gst-rtsp-server aborts on a packet without one.
+/// The follower of the last packet of a picture. Its stamp is the packet's: gst-rtsp-server aborts on one without.
 GstBuffer* follower_of(GstBuffer* packet) {
-    guint8 head[2] = {};
-    if (gst_buffer_extract(packet, 0, head, sizeof head) != sizeof head) return nullptr;
-    const bool is_report = head[1] >= 192 && head[1] <= 223;
-    if (is_report || (head[1] & 0x80) == 0) return nullptr;
     GstBuffer* follower = gst_buffer_new();
     GST_BUFFER_PTS(follower) = GST_BUFFER_PTS(packet);
     GST_BUFFER_DTS(follower) = GST_BUFFER_DTS(packet);
@@ -35,7 +31,8 @@ GstBuffer* follower_of(GstBuffer* packet) {
 GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* packets) {
     const SinkChain& chain = chain_of(pad);
     const guint count = gst_buffer_list_length(packets);
-    GstBuffer* follower = count > 0 && chain.wanted() ? follower_of(gst_buffer_list_get(packets, count - 1)) : nullptr;
+    GstBuffer* last = count > 0 ? gst_buffer_list_get(packets, count - 1) : nullptr;
+    GstBuffer* follower = last && ends_picture(last) && chain.wanted() ? follower_of(last) : nullptr;
     const GstFlowReturn flow = chain.list(pad, parent, packets);
     if (follower && flow == GST_FLOW_OK) return chain.single(pad, parent, follower);
     if (follower) gst_buffer_unref(follower);

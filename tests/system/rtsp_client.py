@@ -128,6 +128,23 @@ class LibavReader:
         self.process.wait()
 
 
+def is_key_frame(picture) -> bool:
+    """Whether an H.264 picture has an IDR slice (RFC 6184: type 5, also within STAP-A and FU-A)."""
+    for payload in picture.payloads:
+        kind = payload[0] & 31
+        if kind == 28:
+            kind = payload[1] & 31
+        at = 1
+        while kind == 24 and at + 2 < len(payload):
+            size = payload[at] << 8 | payload[at + 1]
+            if payload[at + 2] & 31 == 5:
+                return True
+            at += 2 + size
+        if kind == 5:
+            return True
+    return False
+
+
 def strictly_rising(values) -> bool:
     return all(a < b for a, b in zip(values, values[1:]))
 

@@ -1,7 +1,9 @@
 """Every camera is a network camera: stock programs read it by RTSP."""
 
+import itertools
 import json
 import os
+import socket
 
 import cv2
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from rtsp_client import RtspReader, gst_reads, rtsp_times, run, strictly_rising, take, unwrapped
+from rtsp_client import RtspReader, gst_reads, is_key_frame, read_aside, run, stepping, strictly_rising, take, unwrapped
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -67,21 +69,66 @@ def test_gstreamer_reads_it(rig, tmp_path, kind, decoder, protocol):
     assert strictly_rising([code.sequence for code in codes if code])
 
 
-@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
-def test_the_decoded_picture_is_the_snapshot(rig, tmp_path):
-    """Matrix and range are signalled and right, and no pixel moves."""
+@pytest.mark.parametrize("encoder", ["x264enc", "openh264enc"])
+def test_the_decoded_picture_is_the_snapshot(scenes, tmp_path, encoder):
+    """Matrix and range are signalled (or what programs assume) and right, no pixel moves, and no picture waits for the next."""
+    with camrig.start(str(scenes / "hall.json"), mode="lockstep", args=["--rtsp-encoder", encoder]) as rig:
+        compare_decoded(rig, tmp_path, limit=2.0 if encoder == "x264enc" else 3.5)  # openh264enc spends less on a key frame
+        cam = rig.create_camera("lobby_2", place="lobby", size=(320, 240), fps=25)
+        thread, pictures, reader = read_aside(cam.url("rtsp"))
+        wait_until(lambda: pictures, what="the first picture")
+        rig.step(seconds=1)
+        last = cam.frame().sequence
+        wait_until(lambda: pictures[-1].times.sequence == last, what="the last picture of the step")
+        sequences = [number for number, _ in itertools.groupby(picture.times.sequence for picture in pictures)]
+        assert sequences[-25:] == list(range(last - 24, last + 1))
+        reader.socket.shutdown(socket.SHUT_RDWR)
+        thread.join()
+
+
+def compare_decoded(rig, tmp_path, limit):
     cam = rig.create_camera("desk_2", place="desk", size=(640, 480),
                             outputs=[{"kind": "rtsp", "bitrate_kbps": 20000, "preset": "medium"}])
     rig.step(seconds=1)
     exact = cam.frame(format="png").image.astype(np.int32)
-    for kind, limit in (("rtsp", 2.0), ("rtsp-mjpeg", 2.5)):
+    for kind, limit in (("rtsp", limit), ("rtsp-mjpeg", 2.5)):
         png = tmp_path / f"{kind}.png"
-        done = run("ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", cam.url(kind), "-frames:v", "1",
+        done = run("ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-probesize", "32", "-analyzeduration", "0", "-i", cam.url(kind), "-frames:v", "1",
                    "-sws_flags", "accurate_rnd+full_chroma_int+bilinear", str(png))
         assert done.returncode == 0, done.stderr.decode()
         difference = cv2.imread(str(png)).astype(np.int32) - exact
+        print(f"{kind}: mean difference {np.abs(difference).mean():.2f}, of the channels' means {difference.mean(axis=(0, 1)).round(2)}")
         assert np.abs(difference).mean() < limit
         assert np.abs(difference.mean(axis=(0, 1))).max() < 0.7  # a wrong matrix or range tints or shades the picture
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_profile_and_key_interval_are_those_asked_for(rig, tmp_path):
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25, outputs=[{"kind": "rtsp", "profile": "baseline", "key_interval_s": 0.4}])
+    with stepping(rig):
+        done = run("ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", cam.url("rtsp"), "-c", "copy", "-frames:v", "45", str(tmp_path / "a.mkv"))
+    assert done.returncode == 0, done.stderr.decode()
+    done = run("ffprobe", "-v", "error", "-of", "json", "-show_entries", "stream=profile:packet=flags", str(tmp_path / "a.mkv"))
+    found = json.loads(done.stdout)
+    assert found["streams"][0]["profile"] == "Constrained Baseline"
+    keys = [number for number, packet in enumerate(found["packets"]) if "K" in packet["flags"]]
+    assert keys[0] == 0 and {b - a for a, b in zip(keys[1:], keys[2:])} == {10}
+
+
+def test_a_client_that_joins_gets_a_key_frame_at_once_and_many_share_one(rig):
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25, outputs=[{"kind": "rtsp", "key_interval_s": 60}])
+    thread, watched, watcher = read_aside(cam.url("rtsp"))
+    wait_until(lambda: len(watched) > 25, what="a second of the stream")
+    joining = [RtspReader(cam.url("rtsp")) for _ in range(4)]
+    for reader in joining:
+        assert any(is_key_frame(picture) for picture in take(reader, 20))
+        reader.close()
+    watcher.socket.shutdown(socket.SHUT_RDWR)
+    thread.join()
+    watcher.close()
+    stamps = unwrapped([picture.stamp for picture in watched if is_key_frame(picture)])
+    assert 2 <= len(stamps) <= 5  # its own, and one to four for those who joined
+    assert all(b - a >= 0.45 * 90_000 for a, b in zip(stamps, stamps[1:])), "key frames come closer together than half a second"
 
 
 def test_an_odd_size_loses_its_last_column_and_row(rig, tmp_path):

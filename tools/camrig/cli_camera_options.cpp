@@ -76,11 +76,21 @@ Result<json> lens_of(const std::string& text) {
     return lens;
 }
 
+json rtsp_output_of(const CameraOptions& options) {
+    json output{{"kind", "rtsp"}, {"codec", options.rtsp}};
+    if (options.rtsp_bitrate_kbps) output["bitrate_kbps"] = *options.rtsp_bitrate_kbps;
+    if (options.rtsp_key_interval_s) output["key_interval_s"] = *options.rtsp_key_interval_s;
+    if (!options.rtsp_preset.empty()) output["preset"] = options.rtsp_preset;
+    if (!options.rtsp_profile.empty()) output["profile"] = options.rtsp_profile;
+    if (options.rtsp_quality) output["quality"] = *options.rtsp_quality;
+    return output;
+}
+
 json outputs_of(const CameraOptions& options) {
     json outputs = json::array();
     if (options.v4l2) outputs.push_back({{"kind", "v4l2"}, {"number", *options.v4l2}});
     if (options.device) outputs.push_back({{"kind", "device"}, {"number", *options.device}});
-    if (!options.rtsp.empty()) outputs.push_back({{"kind", "rtsp"}, {"codec", options.rtsp}});
+    if (!options.rtsp.empty()) outputs.push_back(rtsp_output_of(options));
     if (options.mjpeg) outputs.push_back({{"kind", "mjpeg"}});
     return outputs;
 }
@@ -125,6 +135,14 @@ void CameraOptions::add_to(CLI::App& command) {
     auto* module_output = command.add_option("--v4l2", v4l2, "N: also as /dev/videoN by v4l2loopback");
     auto* user_output = command.add_option("--device", device, "N: also as /dev/videoN for camrig exec");
     auto* rtsp_output = command.add_option("--rtsp", rtsp, "h264 or mjpeg: also by RTSP");
+    for (auto* option :
+         {command.add_option("--rtsp-bitrate-kbps", rtsp_bitrate_kbps, "of H.264: 16 to 200000"),
+          command.add_option("--rtsp-key-interval-s", rtsp_key_interval_s, "of H.264: a key frame at least so often"),
+          command.add_option("--rtsp-preset", rtsp_preset,
+                             "of H.264: ultrafast, superfast, veryfast, faster, fast, medium or slow"),
+          command.add_option("--rtsp-profile", rtsp_profile, "of H.264: baseline, main or high"),
+          command.add_option("--rtsp-quality", rtsp_quality, "of MJPEG: 1 to 100")})
+        option->needs(rtsp_output);
     auto* mjpeg_output = command.add_flag("--mjpeg", mjpeg, "also as an MJPEG output");
     auto* none = command.add_flag("--no-outputs", no_outputs, "none of these any more");
     for (auto* output : {module_output, user_output, rtsp_output, mjpeg_output}) output->excludes(none);

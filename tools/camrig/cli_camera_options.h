@@ -17,6 +17,9 @@ namespace camrig {
 struct CameraOptions {
     std::string size, fps, position, look_at, orientation, intrinsics, quality, lens, antialias, rtsp;
     std::string calibration, calibration_camera;
+    std::string rtsp_preset, rtsp_profile;
+    std::optional<int> rtsp_bitrate_kbps, rtsp_quality;
+    std::optional<double> rtsp_key_interval_s;
     std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far;
     std::optional<int> v4l2, device;
     bool code_strip = false;

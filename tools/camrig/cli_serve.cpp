@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "rtsp_out/rtsp/h264_encoder.h"
 #include "tools/camrig/cli_commands.h"
 
 namespace camrig {
@@ -29,6 +30,9 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->check(CLI::ExistingFile);
     serve->add_option("--rtsp-key", options->rtsp_key, "its key (PEM); default: in the certificate's file")
         ->check(CLI::ExistingFile);
+    serve
+        ->add_option("--rtsp-encoder", options->rtsp_encoder, "of H.264; default: the first of these that is installed")
+        ->check(CLI::IsMember(h264_elements));
     serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
         ->check(is_port);
     serve->add_option("--mode", options->engine.mode, "realtime (default) or lockstep: moved by world.step only")

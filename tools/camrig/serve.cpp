@@ -171,6 +171,7 @@ int run_serve(const ServeOptions& options) {
     rtsp_options.token = *token;
     rtsp_options.certificate = options.rtsp_cert;
     rtsp_options.key = options.rtsp_key;
+    if (!options.rtsp_encoder.empty()) rtsp_options.h264_elements = {options.rtsp_encoder};
     rtsp_options.bus = &bus;
     rtsp_options.fetcher = engine->get();
     auto rtsp = RtspServer::create(std::move(rtsp_options));

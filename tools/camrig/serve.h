@@ -19,6 +19,7 @@ struct ServeOptions {
     std::optional<std::uint16_t> tcp_port;
     std::filesystem::path token_file;
     std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
+    std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
     EngineOptions engine;
     int ready_fd = -1;
 };

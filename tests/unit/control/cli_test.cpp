@@ -80,6 +80,23 @@ TEST_F(Cli, CameraCreateTakesEveryOption) {
     EXPECT_TRUE(camera.contains("applied_ns"));
 }
 
+TEST_F(Cli, TheOptionsOfAnRtspOutput) {
+    const json h264 =
+        json_of({"camera", "create", "a", "--position", "1,2,3", "--rtsp", "h264", "--rtsp-bitrate-kbps", "3000",
+                 "--rtsp-key-interval-s", "0.5", "--rtsp-preset", "veryfast", "--rtsp-profile", "high"});
+    EXPECT_EQ(h264["outputs"], json::parse(R"([{"kind": "rtsp", "codec": "h264", "bitrate_kbps": 3000,
+        "key_interval_s": 0.5, "preset": "veryfast", "profile": "high"}])"));
+    const json mjpeg = json_of({"camera", "set", "a", "--rtsp", "mjpeg", "--rtsp-quality", "40"});
+    EXPECT_EQ(mjpeg["outputs"], json::parse(R"([{"kind": "rtsp", "codec": "mjpeg", "quality": 40}])"));
+
+    const Outcome no_output = run({"camera", "set", "a", "--rtsp-preset", "fast"});
+    EXPECT_EQ(no_output.code, 2);
+    EXPECT_THAT(no_output.err, HasSubstr("--rtsp"));
+    const Outcome not_its = run({"camera", "set", "a", "--rtsp", "mjpeg", "--rtsp-preset", "fast"});
+    EXPECT_NE(not_its.code, 0);
+    EXPECT_THAT(not_its.err, HasSubstr("outputs[0].preset: only rtsp outputs with codec h264"));
+}
+
 TEST_F(Cli, AWordThatIsNoCommandIsNamed) {
     const Outcome top = run({"serv", "scenes/hall.json"});
     EXPECT_EQ(top.code, 2);
@@ -293,23 +310,25 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
 }
 
 TEST(CliServe, OptionsAreThoseOfTheContract) {
-    const Outcome done = run({"serve",        "scenes/hall.json",
-                              "--control",    "/tmp/c.sock",
-                              "--host",       "::1",
-                              "--http",       "0",
-                              "--rtsp",       "9",
-                              "--tcp",        "10",
-                              "--token-file", "/t",
-                              "--mode",       "lockstep",
-                              "--overload",   "slow",
-                              "--seed",       "18446744073709551615",
-                              "--quality",    "beautiful",
-                              "--device",     "cpu",
-                              "--ready-fd",   "5"});
+    const Outcome done = run({"serve",          "scenes/hall.json",
+                              "--control",      "/tmp/c.sock",
+                              "--host",         "::1",
+                              "--http",         "0",
+                              "--rtsp",         "9",
+                              "--rtsp-encoder", "openh264enc",
+                              "--tcp",          "10",
+                              "--token-file",   "/t",
+                              "--mode",         "lockstep",
+                              "--overload",     "slow",
+                              "--seed",         "18446744073709551615",
+                              "--quality",      "beautiful",
+                              "--device",       "cpu",
+                              "--ready-fd",     "5"});
     ASSERT_EQ(done.code, 0) << done.err;
     const ServeOptions& options = done.serve;
     EXPECT_EQ(options.scene, "scenes/hall.json");
     EXPECT_EQ(options.control, "/tmp/c.sock");
+    EXPECT_EQ(options.rtsp_encoder, "openh264enc");
     EXPECT_EQ(options.host, "::1");
     EXPECT_EQ(options.http_port, 0);
     EXPECT_EQ(options.rtsp_port, 9);
