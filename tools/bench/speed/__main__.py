@@ -6,14 +6,26 @@ import argparse
 import os
 import re
 import sys
-from pathlib import Path
+import time
+from dataclasses import replace
 
 import camrig
 
+from . import REPOSITORY
 from .meter import machine
 from .parts import ALL, QUICK, Plan
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "speed.md"
+PAGE = REPOSITORY / "docs" / "speed.md"
+HEAD = """# Speed
+
+How fast camrig is, where the time goes, and how far that is from what the machine gives. Every section is written by one part of
+`python -m tools.bench.speed` and says where and when it was measured: whole rigs, started as a user would and read by clients over HTTP.
+CPU milliseconds are of the daemon alone, user and system; they hold still when the machine is busy with other things, frames a second do not.
+
+The renderer works the same on a GPU: pixels come to host memory through a ring of mapped buffers behind fences (`ReadbackMode::buffered`), and
+`tests/render/gpu_test.cpp` holds a hardware EGL device to the software rasteriser's pictures. Where no such device is, it is skipped by name, as here:
+all numbers below are of llvmpipe.
+"""
 
 
 def section(name: str, text: str) -> str:
@@ -21,31 +33,34 @@ def section(name: str, text: str) -> str:
 
 
 def put(page: str, name: str, text: str) -> str:
-    """The page with one part renewed, the others as they are."""
-    pattern = re.compile(rf"<!-- part {name} -->.*?<!-- end of {name} -->", re.DOTALL)
-    if pattern.search(page):
-        return pattern.sub(lambda _: section(name, text), page)
-    return page.rstrip() + "\n\n" + section(name, text) + "\n"
+    """The page with one part renewed, the others as they are, all in the order of ALL."""
+    found = dict(re.findall(r"<!-- part (\w+) -->\n(.*?)\n<!-- end of \1 -->", page, re.DOTALL))
+    found[name] = text.strip()
+    return HEAD + "\n" + "\n\n".join(section(part, found[part]) for part in ALL if part in found) + "\n"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="tools.bench.speed", description="measures whole rigs and writes docs/speed.md")
     parser.add_argument("--only", choices=list(ALL), action="append", help="only this part; may come more than once")
     parser.add_argument("--quick", action="store_true", help="short runs, printed and not written")
+    parser.add_argument("--soak-minutes", type=float, help="how long part soak lasts (5)")
     arguments = parser.parse_args()
     plan = QUICK if arguments.quick else Plan()
+    if arguments.soak_minutes is not None:
+        plan = replace(plan, soak_s=60 * arguments.soak_minutes)
     with camrig.start("scenes/minimal.json", mode="lockstep", device="cpu") as rig:
         renderer = rig.call("server.info")["renderer"]
-    head = f"Measured on {machine()}, {renderer}; load average before: {os.getloadavg()[0]:.1f}."
     for name in arguments.only or ALL:
+        load, begin = os.getloadavg()[0], time.monotonic()
         print(f"{name} ...", file=sys.stderr, flush=True)
-        text = ALL[name](plan)
+        title, _, rest = ALL[name](plan).partition("\n\n")
         # Every part says where it was measured: parts may be renewed on different days and machines.
-        title, _, rest = text.partition("\n\n")
-        text = f"{title}\n\n{head}\n\n{rest}"
+        how = (f"Measured on {machine()}, {renderer}; load average before: {load:.1f}; took {time.monotonic() - begin:.0f} s; "
+               f"`python -m tools.bench.speed --only {name}`.")
+        text = f"{title}\n\n{how}\n\n{rest}"
         print(text + "\n", flush=True)
         if not arguments.quick:
-            PAGE.write_text(put(PAGE.read_text() if PAGE.exists() else "# Speed\n", name, text))
+            PAGE.write_text(put(PAGE.read_text() if PAGE.exists() else "", name, text))
     return 0
 
 

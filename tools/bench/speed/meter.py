@@ -60,6 +60,7 @@ class Meter:
             instants=stats["instants"] - self._stats["instants"],
             dropped_instants=stats["dropped_instants"] - self._stats["dropped_instants"],
             stages={stage["name"]: stage for stage in stats["stages"]},
+            renderer=stats["renderer"],
             **counts,
         )
 
@@ -74,7 +75,9 @@ class Reading:
     dropped: int
     instants: int
     dropped_instants: int
-    stages: dict[str, Any]  # since the rig began, not since restart()
+    # Since the rig began, not since restart():
+    stages: dict[str, Any]
+    renderer: dict[str, int]
 
     @property
     def cores(self) -> float:

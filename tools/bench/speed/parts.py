@@ -4,95 +4,28 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
-
-from . import limits, runs
+from . import limits, programs, runs
+from .figures import figure, lines
 from .meter import percentile, use_of
+from .others import other_renderers
+from .plan import FULL_HD, HD, QUICK, VGA, Plan, table
+from .targets import pictures, targets
 
-VGA, HD, FULL_HD = (640, 480), (1280, 720), (1920, 1080)
-
-
-@dataclass
-class Plan:
-    """How long to look."""
-
-    seconds: float = 60
-    steps: int = 250
-    counts: tuple[int, ...] = (1, 2, 4, 8, 12, 16, 32)
-    soak_s: float = 1800
-
-
-QUICK = Plan(seconds=4, steps=10, counts=(1, 4), soak_s=20)
-
-
-def table(head: list[str], rows: list[list[object]]) -> str:
-    def line(cells: list[object]) -> str:
-        return "| " + " | ".join(str(cell) for cell in cells) + " |"
-
-    return "\n".join([line(list(head)), "|" + "---|" * len(head), *(line(row) for row in rows)])
-
-
-def targets(plan: Plan) -> str:
-    """The rows that the rig is meant to reach."""
-    rows: list[list[object]] = []
-
-    def row(what: str, wanted: str, measured: str, reached: bool) -> None:
-        rows.append([what, wanted, measured, "yes" if reached else "**no**"])
-
-    twelve = runs.realtime(12, VGA, 25, plan.seconds)
-    row("12 cameras 640x480 at 25, one MJPEG reader each", "300 frames/s, at most 0.5 % dropped",
-        f"{twelve.per_second:.0f} frames/s, {100 * twelve.dropped_share:.1f} % dropped, {max(0, twelve.unreported)} unreported, {twelve.reading.cores:.2f} cores",
-        twelve.per_second >= 299 and twelve.dropped_share <= 0.005)
-    row("RSS of that rig", "400 MB", f"{twelve.reading.use.rss_mb:.0f} MB", twelve.reading.use.rss_mb <= 400)
-    for size, wanted in ((VGA, 240), (FULL_HD, 75)):
-        single = runs.lockstep(1, size, plan.steps)
-        row(f"one camera {size[0]}x{size[1]}, lockstep, JPEG made", f"{wanted} frames/s", f"{single.per_second:.0f} frames/s, {single.cpu_ms:.1f} ms CPU each",
-            single.per_second >= wanted)
-    for cameras in (4, 12):
-        moving = runs.lockstep(cameras, VGA, max(3, plan.steps // (2 * cameras)), moving=True)
-        row(f"{cameras} moving cameras 640x480, lockstep, JPEG made", "78 frames/s (best peer with filtered textures)", f"{moving.per_second:.0f} frames/s", moving.per_second >= 78)
-    one = runs.realtime(1, VGA, 30, plan.seconds / 2)
-    row("one camera 640x480 at 30 with a reader", "25 % of a core", f"{100 * one.reading.cores:.0f} %", one.reading.cores <= 0.25)
-    idle = runs.realtime(12, VGA, 25, plan.seconds / 2, readers=False)
-    row("12 cameras, no readers", "2 % of a core", f"{100 * idle.reading.cores:.1f} %", idle.reading.cores <= 0.02)
-    half = runs.realtime(6, VGA, 25, plan.seconds / 2)
-    p50, p99 = half.latency_ms(0.5), half.latency_ms(0.99)
-    row("instant -> JPEG in the reader at half load (6 cameras), p50 / p99", "12 / 35 ms", f"{p50:.1f} / {p99:.1f} ms", p50 <= 12 and p99 <= 35)
-    wakeup = half.wakeup
-    row("lateness of wake-ups at half load, p99 / max", "1 / 5 ms (p99.9)", f"{wakeup.get('p99_ms', float('nan')):.2f} / {wakeup.get('max_ms', float('nan')):.2f} ms",
-        wakeup.get("p99_ms", 1e9) <= 1 and wakeup.get("max_ms", 1e9) <= 5)
-    steps = max(3, plan.steps // 10)
-    cost = {n: runs.lockstep(n, VGA, steps).cpu_ms for n in (1, 32)}
-    row("CPU a frame with 32 cameras against 1", "1.2 x", f"{cost[32]:.1f} / {cost[1]:.1f} ms = {cost[32] / cost[1]:.2f} x", cost[32] <= 1.2 * cost[1])
-    pictures = _pictures()
-    ours, theirs = twelve.reading.stages.get("encode", {}).get("p50_ms", float("nan")), limits.tjbench_ms(pictures, 90)
-    if theirs is not None:
-        alone = one.reading.stages["encode"]["p50_ms"]
-        row("JPEG stage (one camera, median) against tjbench on pictures of the same cameras", "1.15 x", f"{alone:.2f} / {theirs:.2f} ms = {alone / theirs:.2f} x", alone <= 1.15 * theirs)
-    return ("## What it is meant to reach\n\nThe hall with its people, quality `simple`, llvmpipe.\n\n"
-            + table(["what", "at least / at most", "measured", "reached"], rows)
-            + f"\n\nWith 12 cameras the JPEG stage took {ours:.2f} ms (median, two rasteriser threads beside it).\n\n" + _stages(twelve))
-
-
-def _pictures() -> list:
-    with runs.rig_with(len(runs.PLACES), VGA, 25, mode="lockstep") as (rig, names):
-        return [rig.camera(name).frame().image for name in names]
-
-
-def _stages(run: runs.Realtime) -> str:
-    rows = [[name, s["count"], f"{s['mean_ms']:.2f}", f"{s['p50_ms']:.2f}", f"{s['p99_ms']:.2f}", f"{s['max_ms']:.1f}"] for name, s in run.reading.stages.items()]
-    return "Stages of the run with 12 cameras (ms; `submit` and `collect` are per instant, `convert` and `encode` per picture):\n\n" + table(["stage", "count", "mean", "p50", "p99", "max"], rows)
-
+__all__ = ["ALL", "QUICK", "Plan"]
 
 def cameras(plan: Plan) -> str:
-    rows = []
+    rows, curves = [], {"standing": [], "moving": []}
     for n in plan.counts:
         steps = max(3, plan.steps // n)
         still, moving = runs.lockstep(n, VGA, steps), runs.lockstep(n, VGA, max(3, steps // 2), moving=True)
         rows.append([n, f"{still.per_second:.0f}", f"{still.cpu_ms:.1f}", f"{moving.per_second:.0f}", f"{moving.cpu_ms:.1f}", f"{still.reading.use.rss_mb:.0f}"])
-    return ("## Cost a frame against the number of cameras\n\n640x480, lockstep, every picture made into a JPEG and read. Flat columns of CPU are the goal.\n\n"
-            + table(["cameras", "standing: frames/s", "CPU ms a frame", "moving: frames/s", "CPU ms a frame", "RSS MB"], rows))
+        curves["standing"].append(still.cpu_ms)
+        curves["moving"].append(moving.cpu_ms)
+    return ("## Cost a frame against the number of cameras\n\n640x480, lockstep, every picture made into a JPEG and read. Flat columns of CPU are the goal. A moving camera is turned "
+            "before every picture, so that nothing can be kept.\n\n"
+            + table(["cameras", "standing: frames/s", "CPU ms a frame", "moving: frames/s", "CPU ms a frame", "RSS MB"], rows)
+            + figure("cameras", "CPU milliseconds a frame against cameras, 640x480", lines(list(plan.counts), curves, "cameras", "CPU ms a frame", log_x=True)))
 
 
 def sizes(plan: Plan) -> str:
@@ -105,6 +38,40 @@ def sizes(plan: Plan) -> str:
             rows.append([f"{size[0]}x{size[1]}", quality, f"{still.per_second:.0f}", f"{still.cpu_ms:.1f}", f"{moving.per_second:.0f}", f"{moving.cpu_ms:.1f}"])
     return ("## Size and quality\n\nOne camera, lockstep, JPEG made and read.\n\n"
             + table(["size", "quality", "standing: frames/s", "CPU ms", "moving: frames/s", "CPU ms"], rows))
+
+
+def outputs(plan: Plan) -> str:
+    """What an output costs beside the drawing: the same four cameras, read in different ways."""
+    rows = []
+    for what, reader in (("nobody but the clock (nothing drawn)", None), *runs.READERS.items()):
+        with runs.rig_with(4, VGA, 25, devices=True) as (rig, names):
+            with runs.read_by(reader, rig, names):
+                time.sleep(runs.WARM_UP_S)
+                meter = runs.Meter(rig)
+                time.sleep(plan.seconds / 6)
+                reading = meter.read()
+        stage = reading.stages
+        rows.append([what, f"{reading.rendered / reading.wall_s:.0f}", f"{100 * reading.cores:.0f} %", f"{1000 * reading.cpu_s / reading.rendered:.1f}" if reading.rendered else "",
+                     f"{stage['convert']['p50_ms']:.2f}", f"{stage['encode']['p50_ms']:.2f}"])
+    return ("## Outputs\n\nFour cameras 640x480 at 25 in real time, each read by one client. H.264 is x264's `ultrafast`, inside the daemon.\n\n"
+            + table(["read as", "frames/s", "of a core", "CPU ms a frame", "convert p50 ms", "encode p50 ms"], rows))
+
+
+def load(plan: Plan) -> str:
+    """What a frame costs against people and against triangles; the camera moves, so nothing is kept."""
+    people, triangles = [], []
+    steps = max(3, plan.steps // 6)
+    for count in (0, 8, 16, 32, 64):
+        still, moving = (runs.lockstep(1, VGA, steps, moving=moves, prepare=runs.crowd(count)) for moves in (False, True))
+        people.append((count, still.cpu_ms, moving.cpu_ms))
+    for count in (1_000, 10_000, 100_000, 400_000):
+        with runs.mesh_scene(count) as scene:
+            moving = runs.lockstep(1, VGA, max(3, steps // 4), moving=True, scene=scene)
+        triangles.append((count, moving.cpu_ms))
+    text = "## People and triangles\n\nOne camera 640x480, lockstep, JPEG made and read. People are added to those of the hall, in front of the camera `lobby`.\n\n"
+    text += table(["people more", "standing: CPU ms a frame", "moving: CPU ms a frame"], [[n, f"{a:.1f}", f"{b:.1f}"] for n, a, b in people])
+    text += "\n\nA wavy sheet of so many triangles that fills the picture, unlit, and a moving camera:\n\n" + table(["triangles", "CPU ms a frame"], [[f"{n:,}", f"{ms:.1f}"] for n, ms in triangles])
+    return text + figure("people", "CPU milliseconds a frame against people", lines([n for n, _, _ in people], {"standing": [a for _, a, _ in people], "moving": [b for _, _, b in people]}, "people more", "CPU ms a frame"))
 
 
 def overload(plan: Plan) -> str:
@@ -155,20 +122,70 @@ def soak(plan: Plan) -> str:
 
     rows = [[name, f"{value(kept[0][1]):.1f}", f"{value(kept[-1][1]):.1f}", f"{slope_per_hour(value):+.2f}"]
             for name, value in (("RSS, MB", lambda u: u.rss_mb), ("threads", lambda u: u.threads), ("descriptors", lambda u: u.fds))]
-    return (f"## {plan.soak_s / 60:.0f} minutes with 12 cameras and readers\n\n" + table(["", "first", "last", "slope per hour"], rows))
+    grown = {"RSS": [use.rss_mb - kept[0][1].rss_mb for _, use in kept], "threads": [use.threads - kept[0][1].threads for _, use in kept], "descriptors": [use.fds - kept[0][1].fds for _, use in kept]}
+
+    def draw(axes) -> None:
+        for label, values in grown.items():
+            axes.plot([t / 60 for t, _ in kept], values, label=label + (", MB" if label == "RSS" else ""))
+        axes.set_xlabel("minutes")
+        axes.set_ylabel("more than at first")
+        axes.legend()
+
+    return (f"## {plan.soak_s / 60:.0f} minutes with 12 cameras and readers\n\nThe first tenth, which fills pools and caches, is left out. Slopes are of straight lines through all samples.\n\n"
+            + table(["", "first", "last", "slope per hour"], rows) + figure("soak", "A long run: what grows", draw))
 
 
 def machine_limits(plan: Plan) -> str:
-    pictures = _pictures()
-    jpeg = limits.tjbench_ms(pictures, 90)
+    seen = pictures()
+    jpeg = limits.tjbench_ms(seen, 90)
     copy = limits.memcpy_gb_s(rounds=4 if plan is QUICK else 20)
+    with runs.mesh_scene(2) as sheet:
+        views = {"clear": "0,-24,0,0,-48,0", "fill": "0,-24,0,0,0,0"}
+        empty, full = (programs.to_memory(1, FULL_HD, plan.steps, moving=True, scene=sheet, view=view) for view in views.values())
     frame_mb = VGA[0] * VGA[1] * 4 / 1e6
     rows = [["memcpy, one core", f"{copy:.1f} GB/s", f"an RGBA picture of 640x480 in {frame_mb / copy:.2f} ms"]]
+    share = VGA[0] * VGA[1] / (FULL_HD[0] * FULL_HD[1])
+    for what, seen_at in (("an empty picture, cleared and read back, llvmpipe", empty), ("two triangles of one colour over everything, read back", full)):
+        if seen_at is not None:
+            rows.append([what, f"{seen_at.per_second * FULL_HD[0] * FULL_HD[1] / 1e6:.0f} Mpixel/s", f"a picture of 640x480 in {1e3 * share / seen_at.per_second:.2f} ms"])
     if jpeg is not None:
         rows.append(["tjbench, RGBX to 4:2:0, quality 90, one core", f"{jpeg:.2f} ms a picture of 640x480", f"{2e3 / jpeg:.0f} pictures/s if two cores did nothing else"])
-    return "## What the machine gives\n\n" + table(["limit", "measured", "that is"], rows)
+    frames = max(3, plan.steps // 5)
+    ours = programs.to_memory(8, VGA, frames)
+    text = "## What the machine gives\n\n" + table(["limit", "measured", "that is"], rows)
+    if ours is not None and jpeg is not None:
+        floor = 2 * frame_mb / copy + jpeg
+        text += (f"\n\nA standing camera's picture takes {ours.cpu_ms:.1f} ms of CPU to host memory and {jpeg:.2f} ms to become a JPEG; copying it twice and encoding it, which nothing can do "
+                 f"without, takes {floor:.2f} ms: camrig is at {100 * floor / (ours.cpu_ms + jpeg):.0f} % of what the machine gives.")
+    return text
+
+
+def kernels(plan: Plan) -> str:
+    rows = programs.kernels(0.05 if plan is QUICK else 0.5)
+    if rows is None:
+        return "## Kernels\n\nNot measured: `camrig_kernels` is not built (`cmake --preset dev -DCAMRIG_BENCHMARKS=ON`)."
+    return "## Kernels\n\nOne thread, Google Benchmark.\n\n" + table(
+        ["kernel", "CPU time", "a second"], [[f"`{row['name']}`", f"{row['cpu_time']:.3g} {row['time_unit']}", f"{row.get('items_per_second', 0):.3g}"] for row in rows])
+
+
+def peers(plan: Plan) -> str:
+    title = "## Other renderers\n\n"
+    results = other_renderers(plan)
+    if results is None:
+        return title + "Not measured: tools/bench/peers/setup was not run."
+    rows = []
+    for cameras in (4, 12):
+        frames = max(3, plan.steps // (2 * cameras))
+        for quality in ("fast", "simple"):
+            ours = programs.to_memory(cameras, VGA, frames, moving=True, quality=quality)
+            if ours is not None:
+                rows.append([f"camrig, quality `{quality}`", cameras, f"{ours.per_second:.0f}", f"{ours.cpu_ms:.1f}"])
+        rows += [[peer["name"], cameras, f"{peer['per_second']:.0f}", f"{peer['cpu_ms']:.1f}"] for peer in results if peer["cameras"] == cameras]
+    return (title + "The hall and eight people as they stand, the same poses, every camera turned before each picture, 640x480 to arrays in host memory, llvmpipe with two threads. Versions are "
+            "those that tools/bench/peers/setup installs; what each does not draw is said in tools/bench/peers/README.md.\n\n" + table(["renderer", "cameras", "frames/s", "CPU ms a frame"], rows))
 
 
 ALL: dict[str, Callable[[Plan], str]] = {
-    "targets": targets, "cameras": cameras, "sizes": sizes, "overload": overload, "limits": machine_limits, "soak": soak,
+    "targets": targets, "cameras": cameras, "sizes": sizes, "outputs": outputs, "load": load, "overload": overload, "limits": machine_limits,
+    "kernels": kernels, "peers": peers, "soak": soak,
 }

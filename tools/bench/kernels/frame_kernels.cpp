@@ -1,0 +1,98 @@
+// What happens to a picture after it was drawn: colour conversion, JPEG, PNG, code strip. Run from the repository.
+#include <benchmark/benchmark.h>
+
+#include "core/codec/encoder.h"
+#include "core/frame/code_strip.h"
+#include "core/frame/convert.h"
+#include "core/render/renderer_factory.h"
+#include "core/world/world.h"
+
+namespace camrig {
+namespace {
+
+/// A picture of the hall: codecs take as long as what they are given is rich. Aborts where there is no CPU rasteriser.
+FrameRef picture(ImageSize size) {
+    static std::map<std::pair<int, int>, FrameRef> made;
+    FrameRef& frame = made[{size.width, size.height}];
+    if (frame) return frame;
+    const auto scene = load_scene("scenes/hall.json");
+    CHECK(scene.has_value());
+    auto world = World::create(*scene, 1);
+    auto renderer = create_renderer({.device = "cpu", .pool = std::make_shared<FramePool>()});
+    CHECK(world.has_value() && renderer.has_value());
+    const Place& place = (*scene)->places.at("lobby");
+    auto spec = std::make_shared<CameraSpec>();
+    spec->name = "lobby";
+    spec->size = size;
+    spec->intrinsics = *intrinsics_from_vfov(size, place.vfov_rad);
+    View view;
+    view.name = std::make_shared<const std::string>("lobby");
+    view.spec = std::move(spec);
+    view.pose = place.pose;
+    CHECK((*renderer)->submit((*world)->snapshot(0), 0, {&view, 1}).has_value());
+    auto finished = (*renderer)->collect();
+    CHECK(finished && finished->set.frames.size() == 1);
+    return frame = finished->set.frames.front();
+}
+
+ImageSize size_of(const benchmark::State& state) {
+    return {static_cast<int>(state.range(0)), static_cast<int>(state.range(1))};
+}
+
+void count_pixels(benchmark::State& state) {
+    state.SetItemsProcessed(state.iterations() * size_of(state).pixels());
+}
+
+void convert_to(benchmark::State& state, PixelFormat format) {
+    const FrameRef frame = picture(size_of(state));
+    std::vector<std::byte> out(bytes_of(format, size_of(state)));
+    for ([[maybe_unused]] auto turn : state) {
+        CHECK(convert(*frame, format, {}, out).has_value());
+        benchmark::DoNotOptimize(out.data());
+    }
+    count_pixels(state);
+}
+
+void encode(benchmark::State& state, Result<std::unique_ptr<Encoder>> encoder, PixelFormat format) {
+    FramePool pool;
+    const auto frame = converted(pool, picture(size_of(state)), format, {});
+    CHECK(encoder && frame);
+    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize((*encoder)->encode(**frame));
+    count_pixels(state);
+}
+
+void jpeg(benchmark::State& state, PixelFormat format) {
+    encode(state, create_jpeg_encoder(default_jpeg_quality), format);
+}
+
+void png(benchmark::State& state) {
+    encode(state, create_png_encoder(), PixelFormat::rgba8);
+}
+
+void code_strip(benchmark::State& state) {
+    const FrameRef frame = picture(size_of(state));
+    std::vector<std::byte> pixels(frame->bytes().begin(), frame->bytes().end());
+    std::uint32_t sequence = 0;
+    for ([[maybe_unused]] auto turn : state) {
+        draw_code_strip(pixels, size_of(state), {.camera = 1, .sequence = ++sequence, .world_ns = 40'000'000});
+        benchmark::DoNotOptimize(pixels.data());
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
+void sizes(benchmark::internal::Benchmark* bench) {
+    bench->Args({640, 480})->Args({1920, 1080})->Unit(benchmark::kMicrosecond);
+}
+
+BENCHMARK_CAPTURE(convert_to, i420, PixelFormat::i420)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_to, nv12, PixelFormat::nv12)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_to, yuyv, PixelFormat::yuyv)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_to, bgr24, PixelFormat::bgr24)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_to, jpeg_i420, PixelFormat::jpeg_i420)->Apply(sizes);
+BENCHMARK_CAPTURE(jpeg, from_rgba8, PixelFormat::rgba8)->Apply(sizes);
+BENCHMARK_CAPTURE(jpeg, from_yuv_planes, PixelFormat::jpeg_i420)->Apply(sizes);
+BENCHMARK(png)->Apply(sizes);
+BENCHMARK(code_strip)->Apply(sizes);
+
+}  // namespace
+}  // namespace camrig
