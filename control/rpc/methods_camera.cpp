@@ -24,8 +24,10 @@ std::vector<Field> camera_fields() {
         {"pose", "object", "see pose"},
         {"lens", "object", "see lens", false, "", "pinhole"},
         {"antialias", "string",
-         "`none`, `msaa4` (four coverage samples) or `ssaa2`, `ssaa3`, `ssaa4` (2x2 to 4x4 full samples)", false, "",
-         "none"},
+         "`none`, `msaa4` (four coverage samples), `ssaa2`, `ssaa3`, `ssaa4` (2x2 to 4x4 full samples) or `auto` "
+         "(msaa4 "
+         "at quality beautiful up to 4 megapixels, else none)",
+         false, "", "auto"},
         {"near", "number", "nearest distance drawn", false, "m", "0.05"},
         {"far", "number", "farthest distance drawn; 0: no limit", false, "m", "0"},
         {"quality", "string or null", "`fast`, `simple` or `beautiful`; null: the rig's", false, "", "the rig's"},

@@ -12,11 +12,9 @@ struct Named {
     std::string_view name;
 };
 
-constexpr Named<Antialias> antialias_names[] = {{Antialias::none, "none"},
-                                                {Antialias::msaa4, "msaa4"},
-                                                {Antialias::ssaa2, "ssaa2"},
-                                                {Antialias::ssaa3, "ssaa3"},
-                                                {Antialias::ssaa4, "ssaa4"}};
+constexpr Named<Antialias> antialias_names[] = {{Antialias::none, "none"},   {Antialias::msaa4, "msaa4"},
+                                                {Antialias::ssaa2, "ssaa2"}, {Antialias::ssaa3, "ssaa3"},
+                                                {Antialias::ssaa4, "ssaa4"}, {Antialias::automatic, "auto"}};
 constexpr Named<LensMethod> method_names[] = {
     {LensMethod::automatic, "auto"}, {LensMethod::warp, "warp"}, {LensMethod::cube, "cube"}};
 constexpr Named<LensFilter> filter_names[] = {
@@ -47,7 +45,9 @@ Result<Antialias> parse_antialias(std::string_view name) {
     return value_of(antialias_names, name);
 }
 int supersampling_of(Antialias antialias) {
+    CHECK(antialias != Antialias::automatic);
     switch (antialias) {
+        case Antialias::automatic:
         case Antialias::none:
         case Antialias::msaa4:
             return 1;

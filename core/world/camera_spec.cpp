@@ -195,6 +195,13 @@ Result<void> check_outputs(const std::vector<OutputSpec>& outputs, ImageSize siz
 
 }  // namespace
 
+Antialias antialias_of(const CameraSpec& spec, Quality quality) {
+    if (spec.antialias != Antialias::automatic) return spec.antialias;
+    // Above 4 megapixels four samples of each take more memory than they gain: pixels are small enough.
+    constexpr std::int64_t most_pixels = std::int64_t{1} << 22;
+    return quality == Quality::beautiful && spec.size.pixels() <= most_pixels ? Antialias::msaa4 : Antialias::none;
+}
+
 std::string_view to_string(Quality quality) {
     switch (quality) {
         case Quality::fast:

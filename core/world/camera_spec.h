@@ -46,7 +46,7 @@ struct CameraSpec {
     Pose pose;                 ///< world_from_link
     Lens lens;
     LensSampling lens_sampling;
-    Antialias antialias = Antialias::none;
+    Antialias antialias = Antialias::automatic;
     double near_m = 0.05;
     double far_m = 0.0;              ///< 0: infinite
     std::optional<Quality> quality;  ///< nullopt: the rig's
@@ -55,6 +55,9 @@ struct CameraSpec {
     std::vector<OutputSpec> outputs;
     friend bool operator==(const CameraSpec&, const CameraSpec&) = default;
 };
+
+/// What the camera's antialias means at a level of quality; never `automatic`.
+Antialias antialias_of(const CameraSpec& spec, Quality quality);
 
 inline constexpr int max_outputs_per_camera = 16;
 

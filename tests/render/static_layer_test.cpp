@@ -11,16 +11,20 @@ namespace {
 constexpr std::uint32_t standing = 1;
 constexpr std::uint32_t fresh = 2;  ///< seen for the first time with every view: drawn in full
 
-/// A room of boxes, one of them glass, and something that moves among them and through them.
+/// A room of boxes on a floor, one of them glass, and something that moves among them and through them. At quality
+/// `beautiful` the sun and a lamp cast shadows of all of it.
 TestWorld room() {
     TestWorld world;
     world.lights = {light_of(LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
-                    light_of(LightType::point, 2.0f, {3.0, 0.5, 1.5})};
+                    light_of(LightType::point, 2.0f, {3.0, 0.5, 1.5}),
+                    light_of(LightType::spot, 9.0f, {3.0, -1.5, 2.5}, glm::normalize(glm::dvec3(0.6, 0.4, -0.8)))};
     std::uint32_t id = 1;
     for (int i = -2; i <= 2; ++i) {
         const Material paint = colored({0.2f + 0.15f * static_cast<float>(i), 0.5f, 0.4f});
         world.objects.push_back(instance_of(model_of(box({0.4f, 0.4f, 0.7f}), paint), {5.0, 1.1 * i, -0.3}, id++));
     }
+    world.objects.push_back(
+        instance_of(model_of(rectangle({6, 0, -1}, {6, 0, 0}, {0, 6, 0}), colored(glm::vec3(0.7f))), {}, id++));
     Material glass = colored({0.3f, 0.5f, 0.9f});
     glass.alpha_mode = AlphaMode::blend;
     glass.base_color.a = 0.4f;
@@ -124,6 +128,25 @@ TEST_F(StaticLayer, NothingOfAMoverStaysWhereItWas) {
         expect_same(snapshot, view, "picture " + std::to_string(n));
     }
     EXPECT_GE(reused(), 6u);
+}
+
+TEST_F(StaticLayer, NoShadowOfAMoverStaysWhereItWas) {
+    // Small movers, so that only rectangles around them and their shadows are drawn; some stand beside the picture and
+    // above it, and only their shadows are seen.
+    const TestWorld world = room();
+    const SnapshotRef first = world.snapshot();
+    for (const Antialias antialias : {Antialias::none, Antialias::automatic, Antialias::ssaa2}) {
+        const View view =
+            TestCamera{.size = {320, 200}, .focal_px = 150.0, .antialias = antialias, .quality = Quality::beautiful}
+                .view(standing);
+        for (int n = 0; n < 8; ++n) {
+            auto snapshot = std::make_shared<Snapshot>(*first);
+            for (std::size_t i = 0; i < snapshot->movers.size(); ++i) snapshot->movers[i].scale = 0.3;
+            snapshot->movers[0].position = {3.0 + 0.3 * n, -3.0 + n, -0.4};
+            snapshot->movers[1].position = {4.2 - 0.5 * n, 1.0 - 0.3 * n, 2.6};
+            expect_same(snapshot, view, std::string(to_string(antialias)) + ", picture " + std::to_string(n));
+        }
+    }
 }
 
 TEST_F(StaticLayer, IsDrawnAnewWhenAnythingItShowsChanges) {

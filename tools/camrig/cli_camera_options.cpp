@@ -125,7 +125,7 @@ void CameraOptions::add_to(CLI::App& command) {
                      ->excludes(glass);
     command.add_option("--calibration-camera", calibration_camera, "which camera of a FILE with several, e.g. cam1")
         ->needs(file);
-    command.add_option("--antialias", antialias, "none, msaa4, ssaa2, ssaa3 or ssaa4");
+    command.add_option("--antialias", antialias, "auto, none, msaa4, ssaa2, ssaa3 or ssaa4");
     command.add_option("--near", near, "nearest distance drawn, m");
     command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");
     command.add_option("--quality", quality, "fast, simple or beautiful");

@@ -89,6 +89,44 @@ void DrawPass::begin_view(const PassView& view, StreamBuffer& stream) {
     const auto piece = stream.allocate(sizeof block);
     std::memcpy(piece.data, &block, sizeof block);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, view_binding, piece.buffer, piece.offset, sizeof block);
+    if (view.quality != Quality::beautiful) return;
+    if (!beautiful_) beautiful_.emplace(gl_);
+    beautiful_->bind(view.shadow_maps);
+    if (!view.shadows.empty()) write_shadows();
+}
+
+void DrawPass::write_shadows() {
+    // Texture places run from 0 to 1.
+    const glm::dmat4 place_from_clip(glm::dvec4(0.5, 0, 0, 0), glm::dvec4(0, 0.5, 0, 0), glm::dvec4(0, 0, 1, 0),
+                                     glm::dvec4(0.5, 0.5, 0, 1));
+    const ViewTransform& t = view_.transform;
+    ShadowBlock block{};
+    for (std::size_t i = 0; i < view_.shadows.size(); ++i) {
+        const ShadowView& shadow = view_.shadows[i];
+        glm::dmat4 map_from_optical(shadow.map_from_world * glm::transpose(t.optical_from_world));
+        map_from_optical[3] = glm::dvec4(shadow.map_from_world * (t.eye - shadow.origin), 1.0);
+        const glm::dmat4 rows = glm::transpose(place_from_clip * shadow.clip_from_map * map_from_optical);
+        for (int r = 0; r < 4; ++r) block.maps[i].rows[r] = glm::vec4(rows[r]);
+        block.maps[i].texel = glm::vec4(glm::dvec4(shadow.texel_m, shadow.texel_per_m, 0.0, 0.0));
+    }
+    const auto piece = stream_->allocate(sizeof block);
+    std::memcpy(piece.data, &block, sizeof block);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, shadow_binding, piece.buffer, piece.offset, sizeof block);
+}
+
+float DrawPass::shadow_slot(std::size_t light) const {
+    for (std::size_t i = 0; i < view_.shadows.size(); ++i) {
+        if (view_.shadows[i].light == light) return static_cast<float>(i);
+    }
+    return -1.0f;
+}
+
+std::size_t DrawPass::light_bytes(const LightSet& set) const {
+    const auto directional = static_cast<std::size_t>(rounded_directional(set.directional));
+    const auto local = static_cast<std::size_t>(rounded_local(set.local));
+    const std::size_t slots = view_.shadows.empty() ? 0 : directional + local;
+    return directional * sizeof(DirectionalLightBlock) + local * sizeof(LocalLightBlock) +
+           slots * sizeof(ShadowSlotBlock);
 }
 
 void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::vector<VisibleDraw>* blended) {
@@ -153,8 +191,7 @@ StreamBuffer::Piece DrawPass::write_lights(int light_set) {
     const float exposure = view_.environment->exposure;
     const int directional = rounded_directional(set.directional);
     const int local = rounded_local(set.local);
-    auto piece = stream_->allocate(static_cast<std::size_t>(directional) * sizeof(DirectionalLightBlock) +
-                                   static_cast<std::size_t>(local) * sizeof(LocalLightBlock));
+    auto piece = stream_->allocate(light_bytes(set));
     std::byte* to = piece.data;
     for (int i = 0; i < directional; ++i) {
         DirectionalLightBlock block{};
@@ -172,6 +209,12 @@ StreamBuffer::Piece DrawPass::write_lights(int light_set) {
         }
         put(to, block);
     }
+    if (view_.shadows.empty()) return piece;
+    for (int i = 0; i < directional + local; ++i) {
+        const int n = i < directional ? i : set.directional + i - directional;
+        const bool is_used = i < directional ? i < set.directional : i - directional < set.local;
+        put(to, ShadowSlotBlock{glm::vec4(is_used ? shadow_slot(set.lights[n]) : -1.0f)});
+    }
     return piece;
 }
 
@@ -179,28 +222,27 @@ void DrawPass::use_lights(int light_set) {
     if (light_set == light_set_) return;
     light_set_ = light_set;
     const LightSet& set = (*view_.light_sets)[light_set];
-    const auto bytes = static_cast<GLsizeiptr>(
-        static_cast<std::size_t>(rounded_directional(set.directional)) * sizeof(DirectionalLightBlock) +
-        static_cast<std::size_t>(rounded_local(set.local)) * sizeof(LocalLightBlock));
+    const auto bytes = static_cast<GLsizeiptr>(light_bytes(set));
     if (bytes == 0) return;
     StreamBuffer::Piece& piece = light_blocks_[static_cast<std::size_t>(light_set)];
     if (piece.data == nullptr) piece = write_lights(light_set);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, light_binding, piece.buffer, piece.offset, bytes);
 }
 
-void DrawPass::use_sides(const SceneItem& item) {
-    const int sides = item.material->double_sided ? 2 + item.is_mirrored : static_cast<int>(item.is_mirrored);
+void DrawPass::use_sides(const SceneItem& item, bool both) {
+    const bool is_double = both || item.material->double_sided;
+    const int sides = is_double ? 2 + item.is_mirrored : static_cast<int>(item.is_mirrored);
     if (sides == sides_) return;
     sides_ = sides;
     gl_.FrontFace(item.is_mirrored ? GL_CCW : GL_CW);
-    if (item.material->double_sided) {
+    if (is_double) {
         gl_.Disable(GL_CULL_FACE);
     } else {
         gl_.Enable(GL_CULL_FACE);
     }
 }
 
-void DrawPass::draw(const VisibleDraw& draw) {
+void DrawPass::draw(const VisibleDraw& draw, bool both_sides) {
     const GpuPrimitive& primitive = *draw.item->primitive;
     const GLuint vertex_array = primitive.vertex_array.name();
     const auto fetch_from = [&](GLuint positions, GLintptr position_offset, GLuint normals, GLintptr normal_offset) {
@@ -218,7 +260,7 @@ void DrawPass::draw(const VisibleDraw& draw) {
         fetch_from(loaded, primitive.position_offset, loaded, primitive.normal_offset);
     }
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, draw.uniforms.buffer, draw.uniforms.offset, sizeof(DrawBlock));
-    use_sides(*draw.item);
+    use_sides(*draw.item, both_sides);
     gl_.BindVertexArray(vertex_array);
     ++draws_;
     coarse_draws_ += draw.range != &primitive.full;
@@ -233,6 +275,8 @@ void DrawPass::draw_opaque(std::span<const VisibleDraw> draws) {
         if (program == 0) {
             ShaderKey key = item.key;
             key.quality = view_.quality;
+            const LightSet& set = (*view_.light_sets)[item.light_set];
+            for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(set.lights[i]) >= 0.0f;
             program = shaders_.program(key);
         }
         use_program(program);
@@ -256,14 +300,51 @@ void DrawPass::draw_blended(std::vector<VisibleDraw>& draws) {
     gl_.Disable(GL_FRAMEBUFFER_SRGB);
 }
 
+void DrawPass::draw_masked(const SceneItem& item, GLuint (ShaderCache::*program)(bool, bool, bool, bool)) {
+    const ShaderKey& key = item.key;
+    const bool is_masked = key.alpha_mode == AlphaMode::mask;
+    const bool is_textured = key.uv_slots[static_cast<int>(TextureUse::base_color)] >= 0;
+    use_program((shaders_.*program)(is_masked, (key.uv_sets & 1) != 0, key.has_color, is_textured));
+    if (is_masked) use_material(item);
+}
+
 void DrawPass::draw_truth(std::span<const VisibleDraw> draws) {
     for (const VisibleDraw& visible : draws) {
-        const ShaderKey& key = visible.item->key;
-        const bool masked = key.alpha_mode == AlphaMode::mask;
-        const bool textured = key.uv_slots[static_cast<int>(TextureUse::base_color)] >= 0;
-        use_program(shaders_.truth_program(masked, (key.uv_sets & 1) != 0, key.has_color, textured));
-        if (masked) use_material(*visible.item);
+        draw_masked(*visible.item, &ShaderCache::truth_program);
         draw(visible);
+    }
+}
+
+void DrawPass::begin_shadows() {
+    begin_instant();
+    gl_.DepthFunc(GL_LESS);
+    gl_.Enable(GL_DEPTH_CLAMP);
+    gl_.Viewport(0, 0, shadow_map_side, shadow_map_side);
+}
+
+void DrawPass::end_shadows() {
+    gl_.Disable(GL_DEPTH_CLAMP);
+}
+
+void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, SceneItems& items,
+                            bool (*casts)(const SceneItem&), StreamBuffer& stream) {
+    stream_ = &stream;
+    const float farthest = 1.0f;
+    if (clears) gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    for (SceneItem& item : items.items) {
+        if (!casts(item)) continue;
+        const glm::dmat4 map_from_local = shadow.map_from(item.world_from_local);
+        if (!may_be_visible(shadow.frustum, map_from_local, item.bounds.min, item.bounds.max)) continue;
+        const glm::dmat4 rows = glm::transpose(shadow.clip_from_map * map_from_local);
+        DrawBlock block{};
+        for (int i = 0; i < 3; ++i) block.position_rows[i] = glm::vec4(rows[i]);
+        block.normal_rows[0] = glm::vec4(rows[3]);
+        VisibleDraw visible{
+            .item = &item, .owner = &items, .range = &item.primitive->full, .uniforms = stream.allocate(sizeof block)};
+        std::memcpy(visible.uniforms.data, &block, sizeof block);
+        draw_masked(item, &ShaderCache::shadow_program);
+        draw(visible, true);
     }
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/render/gl/beautiful_inputs.h"
 #include "core/render/gl/scene_items.h"
 #include "core/render/gl/shader_cache.h"
+#include "core/render/shadow_plan.h"
 #include "core/render/view_transform.h"
 
 namespace camrig {
@@ -18,6 +21,8 @@ struct PassView {
     const Environment* environment = nullptr;
     std::span<const Light> lights;
     const LightTable* light_sets = nullptr;
+    std::span<const ShadowView> shadows;  ///< those of quality `beautiful`; else empty
+    GLuint shadow_maps = 0;               ///< one layer for each
 };
 
 /// A draw that may touch the picture, with its uniforms already written.
@@ -48,6 +53,13 @@ public:
     void draw_blended(std::vector<VisibleDraw>& draws);
     void draw_truth(std::span<const VisibleDraw> draws);
 
+    /// Distances from lights, between begin_shadows() and end_shadows(): of those `items` that `casts` is true for,
+    /// into the depth of `framebuffer`, cleared before if `clears`. Afterwards begin_instant() is needed.
+    void begin_shadows();
+    void draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, SceneItems& items,
+                      bool (*casts)(const SceneItem&), StreamBuffer& stream);
+    void end_shadows();
+
     std::uint64_t draws() const { return draws_; }
     std::uint64_t coarse_draws() const { return coarse_draws_; }
 
@@ -56,13 +68,18 @@ private:
     void use_program(GLuint program);
     void use_material(const SceneItem& item);
     void use_lights(int light_set);
-    void use_sides(const SceneItem& item);
-    void draw(const VisibleDraw& draw);
+    void use_sides(const SceneItem& item, bool both);
+    void draw(const VisibleDraw& draw, bool both_sides = false);
     StreamBuffer::Piece write_lights(int light_set);
+    void write_shadows();
+    float shadow_slot(std::size_t light) const;  ///< below 0: none
+    std::size_t light_bytes(const LightSet& set) const;
+    void draw_masked(const SceneItem& item, GLuint (ShaderCache::*program)(bool, bool, bool, bool));
 
     const GlFunctions& gl_;
     ShaderCache& shaders_;
     PassView view_;
+    std::optional<BeautifulInputs> beautiful_;
     StreamBuffer* stream_ = nullptr;
     std::vector<StreamBuffer::Piece> light_blocks_;  ///< per light set of this view; made on first use
     // What is bound, to leave out calls that change nothing.

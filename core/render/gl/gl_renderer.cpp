@@ -1,10 +1,21 @@
 #include "core/render/gl/gl_renderer.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/render/view_frames.h"
 
 namespace camrig {
+namespace {
+
+bool same_objects(const StaticSet& a, const StaticSet& b) {
+    return std::ranges::equal(a.objects, b.objects, [](const Instance& x, const Instance& y) {
+        return x.info == y.info && x.position == y.position && x.orientation == y.orientation && x.scale == y.scale &&
+               x.clips.empty() && y.clips.empty();
+    });
+}
+
+}  // namespace
 
 Result<std::unique_ptr<Renderer>> GlRenderer::create(const RendererOptions& options) {
     auto context = EglContext::create({.device = options.device, .raster_threads = options.raster_threads});
@@ -39,6 +50,7 @@ void GlRenderer::update_statics(const std::shared_ptr<const StaticSet>& statics)
     // By identity, not by revision: two worlds may count alike.
     if (statics == statics_) return;
     gl_.Finish();  // static_stream_ may still be read
+    objects_number_ += statics_ == nullptr || !same_objects(*statics_, *statics);
     statics_ = statics;
     ++statics_number_;
     static_items_.clear();
@@ -87,6 +99,8 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         slot.readback.reset(bytes);
     }
     painter_.begin_instant();
+    PaintScene scene = paint_scene(slot);
+    painter_.prepare(views, scene);
     for (std::size_t i = 0; i < views.size(); ++i) {
         if (auto drawn = draw_view(instant, i); !drawn) {
             instant.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
@@ -102,16 +116,21 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
     return {};
 }
 
+PaintScene GlRenderer::paint_scene(Slot& slot) {
+    return {.statics_number = statics_number_,
+            .objects_number = objects_number_,
+            .statics = static_items_,
+            .movers = mover_items_,
+            .environment = statics_->environment,
+            .lights = statics_->lights,
+            .light_sets = light_sets_,
+            .stream = slot.stream};
+}
+
 Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
     const View& view = instant.views[index];
     Slot& slot = slots_[instant.slot];
-    PaintScene scene{.statics_number = statics_number_,
-                     .statics = static_items_,
-                     .movers = mover_items_,
-                     .environment = statics_->environment,
-                     .lights = statics_->lights,
-                     .light_sets = light_sets_,
-                     .stream = slot.stream};
+    PaintScene scene = paint_scene(slot);
     auto painted = painter_.paint(view, scene, slot.targets[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame_kind_count; ++k) {

@@ -56,6 +56,7 @@ private:
     GlRenderer(std::unique_ptr<EglContext> context, const RendererOptions& options);
     void update_statics(const std::shared_ptr<const StaticSet>& statics);
     void update_movers(const Snapshot& snapshot, Slot& slot);
+    PaintScene paint_scene(Slot& slot);
     Result<void> draw_view(Instant& instant, std::size_t index);
     FrameRef finish(const Instant& instant, const Pending& pending);
 
@@ -70,6 +71,7 @@ private:
 
     std::shared_ptr<const StaticSet> statics_;
     std::uint64_t statics_number_ = 0;  ///< counts the static sets
+    std::uint64_t objects_number_ = 0;  ///< counts those with other objects
     SceneItems static_items_;
     LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
     int static_light_sets_ = 0;

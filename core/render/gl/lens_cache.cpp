@@ -25,7 +25,8 @@ void LensOnDevice::to_optical_axis(std::span<float> depth) const {
     }
 }
 
-Result<std::shared_ptr<const LensOnDevice>> LensCache::lens_of(CameraId camera, const CameraSpec& spec) {
+Result<std::shared_ptr<const LensOnDevice>> LensCache::lens_of(CameraId camera, const CameraSpec& spec,
+                                                               Antialias antialias) {
     const bool is_forced = spec.lens_sampling.method != LensMethod::automatic;
     if (spec.lens.model == LensModel::pinhole && !is_forced) {
         of_camera_.erase(camera);
@@ -35,8 +36,8 @@ Result<std::shared_ptr<const LensOnDevice>> LensCache::lens_of(CameraId camera, 
                   .intrinsics = spec.intrinsics,
                   .lens = spec.lens,
                   .sampling = spec.lens_sampling,
-                  .supersampling = supersampling_of(spec.antialias),
-                  .multisampling = multisampling_of(spec.antialias)};
+                  .supersampling = supersampling_of(antialias),
+                  .multisampling = multisampling_of(antialias)};
     std::shared_ptr<const Entry>& own = of_camera_[camera];
     if (own == nullptr || own->key != key) {
         std::shared_ptr<const Entry> found;

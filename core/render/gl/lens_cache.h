@@ -27,7 +27,7 @@ public:
 
     /// Null for a camera that needs none: no lens, or one that changes nothing, and no method forced on it. Making a
     /// plan takes a fraction of a second for large pictures; a plan that failed is not tried again.
-    Result<std::shared_ptr<const LensOnDevice>> lens_of(CameraId camera, const CameraSpec& spec);
+    Result<std::shared_ptr<const LensOnDevice>> lens_of(CameraId camera, const CameraSpec& spec, Antialias antialias);
     void forget(CameraId camera) { of_camera_.erase(camera); }
 
 private:

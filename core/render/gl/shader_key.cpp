@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/render/surface_tables.h"
+
 namespace camrig {
 namespace {
 
@@ -25,13 +27,14 @@ ShaderKey simplified(ShaderKey key) {
         key.directional_lights = key.local_lights = 0;
         drop(TextureUse::emissive);
     }
-    if (!key.lit || key.quality == Quality::fast) drop(TextureUse::occlusion);
+    if (!key.lit) drop(TextureUse::occlusion);
     if (!key.lit || key.quality != Quality::beautiful) {
         drop(TextureUse::normal);
         drop(TextureUse::metallic_roughness);
     }
     if (slots[static_cast<int>(TextureUse::normal)] < 0) key.has_tangent = false;
     if (!key.lit) key.double_sided = false;
+    if (!key.lit || key.quality != Quality::beautiful) key.has_shadows = false;
     key.directional_lights = static_cast<std::uint8_t>(rounded_directional(key.directional_lights));
     key.local_lights = static_cast<std::uint8_t>(rounded_local(key.local_lights));
     const int used = *std::ranges::max_element(slots) + 1;
@@ -67,6 +70,10 @@ std::string defines_of(const ShaderKey& key) {
     if (per_pixel) define("PIXEL_NORMAL");
     if (per_pixel && (beautiful || key.local_lights > 0)) define("PIXEL_POSITION");
     if (per_pixel && beautiful) define("GGX");
+    if (per_pixel && beautiful) define("TABLE_SIDE " + std::to_string(table_side) + ".0");
+    if (key.has_shadows) define("SHADOWS");
+    if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadowed_lights));
+    if (key.has_shadows) define("SHADOW_MAP_SIDE " + std::to_string(shadow_map_side) + ".0");
     return text;
 }
 

@@ -28,6 +28,7 @@ struct ShaderKey {
     std::array<std::int8_t, texture_use_count> uv_slots{-1, -1, -1, -1, -1};  ///< per TextureUse; -1: no such texture
     std::uint8_t directional_lights = 0;
     std::uint8_t local_lights = 0;
+    bool has_shadows = false;  ///< one of the lights has a shadow map
     friend auto operator<=>(const ShaderKey&, const ShaderKey&) = default;
 };
 

@@ -3,6 +3,7 @@
 #include <glm/glm.hpp>
 
 #include "core/render/light_selection.h"
+#include "core/render/shadow_plan.h"
 
 /// The uniform blocks of shaders/blocks.glsl as C++ (std140: only vec4 and arrays of it, so both layouts agree).
 /// Kept small and apart by how often they change: llvmpipe copies each changed block into its scene, whole.
@@ -12,6 +13,7 @@ inline constexpr unsigned view_binding = 0;
 inline constexpr unsigned draw_binding = 1;
 inline constexpr unsigned material_binding = 2;
 inline constexpr unsigned light_binding = 3;
+inline constexpr unsigned shadow_binding = 4;
 
 struct ViewBlock {
     glm::vec4 projection;
@@ -40,6 +42,19 @@ struct MaterialBlock {
 struct DirectionalLightBlock {
     glm::vec4 towards;
     glm::vec4 color;
+};
+
+/// Which shadow map a light of the draw has; after its lights, only where there are shadow maps.
+struct ShadowSlotBlock {
+    glm::vec4 slot;
+};
+
+struct ShadowBlock {
+    struct Map {
+        glm::vec4 rows[4];
+        glm::vec4 texel;
+    };
+    Map maps[max_shadowed_lights];
 };
 
 struct LocalLightBlock {

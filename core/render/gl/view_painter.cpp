@@ -30,16 +30,26 @@ void ViewPainter::begin_instant() {
     state_is_ours_ = false;
 }
 
+void ViewPainter::prepare(std::span<const View> views, PaintScene& scene) {
+    const auto is_shadowed = [](const View& view) {
+        return view.quality == Quality::beautiful && wants(view, FrameKind::color);
+    };
+    if (std::ranges::none_of(views, is_shadowed)) return;
+    state_is_ours_ = false;
+    shadows_.update(scene, pass_);
+}
+
 Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& whole) {
     const CameraSpec& spec = *view.spec;
     if (std::max(spec.size.width, spec.size.height) > max_side_) {
         return error(ErrorKind::unsupported, spec.size.to_string() + " is larger than the device draws; at most " +
                                                  std::to_string(max_side_) + " pixels a side");
     }
+    const Antialias antialias = antialias_of(spec, view.quality);
     Plan plan{.spec = spec,
               .source = spec.size,
-              .supersampling = supersampling_of(spec.antialias),
-              .multisampling = multisampling_of(spec.antialias),
+              .supersampling = supersampling_of(antialias),
+              .multisampling = multisampling_of(antialias),
               .is_bicubic = is_bicubic(spec.lens_sampling.filter, view.quality),
               .wants_color = wants(view, FrameKind::color)};
     const bool samples_once = plan.supersampling * plan.multisampling == 1;
@@ -48,7 +58,7 @@ Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& who
                        wants(view, FrameKind::normal) ||
                        (wants(view, FrameKind::depth) && !plan.takes_depth_from_color);
 
-    auto lens = lenses_.lens_of(view.camera, spec);
+    auto lens = lenses_.lens_of(view.camera, spec, antialias);
     if (!lens) return std::unexpected(lens.error());
     plan.lens = std::move(*lens);
     if (plan.lens != nullptr) {
@@ -61,7 +71,7 @@ Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& who
     const ImageSize drawn = scaled(spec.size, plan.supersampling);
     if (std::max(drawn.width, drawn.height) > max_side_ || drawn.pixels() * plan.multisampling > max_target_samples) {
         return error(ErrorKind::resource_exhausted,
-                     "antialias: " + std::string(to_string(spec.antialias)) + " of " + spec.size.to_string() +
+                     "antialias: " + std::string(to_string(antialias)) + " of " + spec.size.to_string() +
                          " is more than the device draws: at most " + std::to_string(max_side_) +
                          " samples a side and " + std::to_string(max_target_samples >> 20) + " million in all");
     }
@@ -119,10 +129,22 @@ void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& sce
         view.only_objects.empty()
             ? layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number})
             : nullptr;
+    // Where the shadows of movers fall, the kept picture is wrong. Past half of the picture a full draw is cheaper.
+    std::vector<std::vector<PixelRect>> shadowed;
+    bool is_mostly_shadowed = false;
+    if (layer != nullptr && sources.color != nullptr && view.quality == Quality::beautiful) {
+        shadowed = shadow_rects(view, plan);
+        std::int64_t area = 0, whole = 0;
+        for (const auto& tile : shadowed) {
+            for (const PixelRect& rect : tile) area += rect.area();
+        }
+        for (const SourceTile& tile : plan.tiles) whole += tile.size.pixels();
+        is_mostly_shadowed = 2 * area > whole;
+    }
     // Mesa 22.3 llvmpipe copies parts of multisampled pictures wrongly (StaticLayer tests fail); whole ones it can.
     const bool draws_parts = plan.tiles.size() == 1 && plan.multisampling == 1;
-    if (sources.color != nullptr && layer != nullptr && layer->color && draws_parts &&
-        draw_changes(view, plan, scene, *sources.color, *layer, targets)) {
+    if (sources.color != nullptr && layer != nullptr && layer->color && draws_parts && !is_mostly_shadowed &&
+        draw_changes(view, plan, scene, *sources.color, *layer, shadowed, targets)) {
         ++views_in_parts_;
         sources.color = nullptr;
         if (sources.truth == nullptr) return;
@@ -130,8 +152,9 @@ void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& sce
     Sources statics = sources;
     if (sources.color != nullptr) {
         targets.shown_layer = 0;
-        if (layer != nullptr && layer->color) {
+        if (layer != nullptr && layer->color && !is_mostly_shadowed) {
             layers_.restore(*layer->color, *sources.color);
+            draw_shadowed(view, plan, scene, *sources.color, shadowed);
             statics.color = nullptr;
         } else {
             clear(*sources.color, scene.environment);
@@ -145,28 +168,50 @@ void ViewPainter::draw_scene(const View& view, const Plan& plan, PaintScene& sce
             clear(*sources.truth);
         }
     }
-    const bool is_kept = layer != nullptr && (statics.color != nullptr || statics.truth != nullptr);
-    if (!is_kept) return draw_tiles(view, plan, scene, statics, sources);
-    draw_tiles(view, plan, scene, statics, {});
-    if (statics.color != nullptr) {
+    const bool keeps_color = layer != nullptr && statics.color != nullptr && !layer->color;
+    const bool keeps_truth = layer != nullptr && statics.truth != nullptr;
+    if (!keeps_color && !keeps_truth) return draw_tiles(view, plan, scene, statics, sources);
+    draw_tiles(view, plan, scene, statics, {}, keeps_color ? Shadows::still : Shadows::now);
+    if (keeps_color) {
         layers_.keep(*layer, *statics.color);
         if (draws_parts && layer->color) keep_finished(view, plan, scene, *statics.color, *layer);
+        draw_shadowed(view, plan, scene, *statics.color, shadowed);
     }
-    if (statics.truth != nullptr) layers_.keep(*layer, *statics.truth);
+    if (keeps_truth) layers_.keep(*layer, *statics.truth);
     draw_tiles(view, plan, scene, {}, sources);
 }
 
-void ViewPainter::begin_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene) {
-    const CameraSpec& spec = plan.spec;
-    PassView pass{.transform = make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics,
-                                                   spec.near_m, spec.far_m),
+ViewTransform ViewPainter::transform_of(const View& view, const Plan& plan, const SourceTile& tile) const {
+    return make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics, plan.spec.near_m,
+                               plan.spec.far_m);
+}
+
+std::vector<std::vector<PixelRect>> ViewPainter::shadow_rects(const View& view, const Plan& plan) const {
+    constexpr std::size_t max_rects_per_tile = 8;
+    std::vector<std::vector<PixelRect>> rects;
+    for (const SourceTile& tile : plan.tiles) {
+        rects.push_back(disjoint_cover(shadows_.changed_pixels(transform_of(view, plan, tile)), max_rects_per_tile));
+    }
+    return rects;
+}
+
+void ViewPainter::begin_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene,
+                             Shadows shadows) {
+    const bool is_shadowed = view.quality == Quality::beautiful && !shadows_.views().empty();
+    PassView pass{.transform = transform_of(view, plan, tile),
                   .frustum = {},
                   .quality = view.quality,
                   .max_detail_error_px = max_detail_error_px_,
                   .environment = &scene.environment,
                   .lights = scene.lights,
-                  .light_sets = &scene.light_sets};
-    pass.frustum = make_frustum(pass.transform, spec.far_m);
+                  .light_sets = &scene.light_sets,
+                  .shadows = {},
+                  .shadow_maps = 0};
+    if (is_shadowed) {
+        pass.shadows = shadows_.views();
+        pass.shadow_maps = shadows == Shadows::still ? shadows_.still() : shadows_.now();
+    }
+    pass.frustum = make_frustum(pass.transform, plan.spec.far_m);
     pass_.begin_view(pass, scene.stream);
     static_opaque_.clear();
     moving_opaque_.clear();
@@ -186,16 +231,19 @@ std::optional<PixelRect> ViewPainter::bounds_of(const SceneItem& item) const {
 }
 
 bool ViewPainter::draw_changes(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
-                               const StaticLayers::Layer& layer, ViewTargets& targets) {
+                               const StaticLayers::Layer& layer, std::span<const std::vector<PixelRect>> shadowed,
+                               ViewTargets& targets) {
     // Each rectangle is a round of draws; past a few of them, or past half of the picture, a plain copy is cheaper.
     constexpr std::size_t max_rects = 8;
     const SourceTile& tile = plan.tiles.front();
-    begin_tile(view, plan, tile, scene);
+    begin_tile(view, plan, tile, scene, Shadows::now);
     static_blended_.clear();
-    pass_.cull(scene.movers, &moving_opaque_, &blended_);
-    pass_.cull(scene.statics, nullptr, &static_blended_);
-
     std::vector<PixelRect> rects;
+    if (!shadowed.empty()) rects = shadowed.front();
+    const bool draws_statics = !rects.empty();
+    pass_.cull(scene.movers, &moving_opaque_, &blended_);
+    pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, &static_blended_);
+
     for (const auto* list : {&moving_opaque_, &blended_}) {
         for (const VisibleDraw& draw : *list)
             if (const auto rect = bounds_of(*draw.item)) rects.push_back(*rect);
@@ -234,6 +282,10 @@ bool ViewPainter::draw_changes(const View& view, const Plan& plan, PaintScene& s
         std::ranges::copy_if(static_blended_, std::back_inserter(blended), touches);
         std::ranges::copy_if(blended_, std::back_inserter(blended), touches);
         gl_.Scissor(samples[i].x0, samples[i].y0, samples[i].width(), samples[i].height());
+        if (draws_statics) {
+            clear(color, scene.environment);
+            draw_touching(static_opaque_, rects[i]);
+        }
         pass_.draw_opaque(opaque);
         pass_.draw_blended(blended);
     }
@@ -241,10 +293,39 @@ bool ViewPainter::draw_changes(const View& view, const Plan& plan, PaintScene& s
     return true;
 }
 
+void ViewPainter::draw_touching(std::span<const VisibleDraw> draws, const PixelRect& rect) {
+    std::vector<VisibleDraw> touching;
+    for (const VisibleDraw& draw : draws) {
+        const auto bounds = bounds_of(*draw.item);
+        if (bounds && bounds->intersects(rect)) touching.push_back(draw);
+    }
+    pass_.draw_opaque(touching);
+}
+
+void ViewPainter::draw_shadowed(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
+                                std::span<const std::vector<PixelRect>> rects) {
+    for (std::size_t i = 0; i < rects.size(); ++i) {
+        if (rects[i].empty()) continue;
+        const SourceTile& tile = plan.tiles[i];
+        begin_tile(view, plan, tile, scene, Shadows::now);
+        pass_.cull(scene.statics, &static_opaque_, nullptr);
+        draw_into(color.framebuffer.name(), tile, plan.supersampling);
+        gl_.Enable(GL_SCISSOR_TEST);
+        for (const PixelRect& rect : rects[i]) {
+            const int factor = plan.supersampling;
+            gl_.Scissor((tile.x + rect.x0) * factor, (tile.y + rect.y0) * factor, rect.width() * factor,
+                        rect.height() * factor);
+            clear(color, scene.environment);
+            draw_touching(static_opaque_, rect);
+        }
+        gl_.Disable(GL_SCISSOR_TEST);
+    }
+}
+
 void ViewPainter::keep_finished(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
                                 StaticLayers::Layer& layer) {
     const SourceTile& tile = plan.tiles.front();
-    begin_tile(view, plan, tile, scene);
+    begin_tile(view, plan, tile, scene, Shadows::still);
     pass_.cull(scene.statics, nullptr, &blended_);
     if (blended_.empty()) return;
     draw_into(color.framebuffer.name(), tile, plan.supersampling);
@@ -262,14 +343,14 @@ void ViewPainter::keep_only(std::span<const ObjectId> objects) {
 }
 
 void ViewPainter::draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics,
-                             const Sources& rest) {
+                             const Sources& rest, Shadows shadows) {
     const bool draws_statics = statics.color != nullptr || statics.truth != nullptr;
     const bool draws_rest = rest.color != nullptr || rest.truth != nullptr;
     // Points and lines are wider than the viewport's edge knows.
     const bool is_part = plan.tiles.size() > 1;
     if (is_part) gl_.Enable(GL_SCISSOR_TEST);
     for (const SourceTile& tile : plan.tiles) {
-        begin_tile(view, plan, tile, scene);
+        begin_tile(view, plan, tile, scene, shadows);
         auto* const blended = rest.color != nullptr ? &blended_ : nullptr;
         pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, blended);
         if (draws_rest) pass_.cull(scene.movers, &moving_opaque_, blended);

@@ -7,8 +7,10 @@
 
 #include "core/render/gl/draw_pass.h"
 #include "core/render/gl/image_pass.h"
+#include "core/render/gl/paint_scene.h"
 #include "core/render/gl/readback.h"
 #include "core/render/gl/scratch_targets.h"
+#include "core/render/gl/shadow_maps.h"
 #include "core/render/gl/static_layers.h"
 #include "core/render/pixel_rect.h"
 #include "core/render/renderer.h"
@@ -22,17 +24,6 @@ struct ViewTargets {
     /// The kept picture that `color` shows outside of `changed` (StaticLayers::Layer::number); 0: none.
     std::uint64_t shown_layer = 0;
     std::vector<PixelRect> changed;
-};
-
-/// The world of one instant as the device has it.
-struct PaintScene {
-    std::uint64_t statics_number = 0;  ///< changes with the static set
-    SceneItems& statics;
-    SceneItems& movers;
-    const Environment& environment;
-    std::span<const Light> lights;
-    const LightTable& light_sets;
-    StreamBuffer& stream;
 };
 
 /// Where the finished pictures of a view are and what their depths mean.
@@ -63,9 +54,12 @@ public:
           images_(gl, options.has_float_units),
           lenses_(gl, options.max_side),
           scratch_(gl),
-          layers_(gl, options.static_layer_bytes) {}
+          layers_(gl, options.static_layer_bytes),
+          shadows_(gl) {}
 
     void begin_instant();
+    /// What the pictures of several views share; once before their paint().
+    void prepare(std::span<const View> views, PaintScene& scene);
     Result<PaintedView> paint(const View& view, PaintScene& scene, ViewTargets& targets);
     void forget(CameraId camera) {
         lenses_.forget(camera);
@@ -101,15 +95,25 @@ private:
     /// The colours of a view of one tile whose layer is kept, drawn only where movers may be. False, and nothing is
     /// done, if that is not worth while.
     bool draw_changes(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
-                      const StaticLayers::Layer& layer, ViewTargets& targets);
+                      const StaticLayers::Layer& layer, std::span<const std::vector<PixelRect>> shadowed,
+                      ViewTargets& targets);
+    void draw_touching(std::span<const VisibleDraw> draws, const PixelRect& rect);
     /// What the layer needs besides its opaque part, where anything static is blended; leaves `color` as it was.
     void keep_finished(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
                        StaticLayers::Layer& layer);
-    void begin_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene);
+    enum class Shadows : std::uint8_t { still, now };
+    void begin_tile(const View& view, const Plan& plan, const SourceTile& tile, PaintScene& scene, Shadows shadows);
+    ViewTransform transform_of(const View& view, const Plan& plan, const SourceTile& tile) const;
+    /// Per tile the rectangles in which movers cast shadows on what stands still.
+    std::vector<std::vector<PixelRect>> shadow_rects(const View& view, const Plan& plan) const;
+    /// Static opaque geometry again, in those rectangles.
+    void draw_shadowed(const View& view, const Plan& plan, PaintScene& scene, const ColorTarget& color,
+                       std::span<const std::vector<PixelRect>> rects);
     void draw_into(GLuint framebuffer, const SourceTile& tile, int factor);
     std::optional<PixelRect> bounds_of(const SceneItem& item) const;
     /// One after the other into every tile: `statics` are opaque static geometry, `rest` movers and what is blended.
-    void draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics, const Sources& rest);
+    void draw_tiles(const View& view, const Plan& plan, PaintScene& scene, const Sources& statics, const Sources& rest,
+                    Shadows shadows = Shadows::now);
     /// Of what is about to be drawn, these objects only; all of it when there are none.
     void keep_only(std::span<const ObjectId> objects);
     Result<void> finish_color(const Plan& plan, const ColorTarget& source, const ViewTargets& targets);
@@ -125,6 +129,7 @@ private:
     ScratchTargets scratch_;
     StaticLayers layers_;
     std::uint64_t views_ = 0, views_in_parts_ = 0;
+    ShadowMaps shadows_;
     bool state_is_ours_ = false;  ///< nothing but pass_ has set GL state since its begin_instant()
     std::vector<VisibleDraw> static_opaque_;
     std::vector<VisibleDraw> moving_opaque_;

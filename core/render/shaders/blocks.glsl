@@ -42,5 +42,8 @@ layout(std140, binding = 3) uniform LightBlock {
 #if LOCAL_LIGHTS > 0
     LocalLight local[LOCAL_LIGHTS];
 #endif
+#ifdef SHADOWS
+    vec4 shadow_slots[DIRECTIONAL_LIGHTS + LOCAL_LIGHTS];  // x: into shadows.maps, below 0: none
+#endif
 } lights;
 #endif

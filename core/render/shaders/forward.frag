@@ -18,6 +18,9 @@ layout(location = 9) in vec3 in_light;
 #ifdef DOUBLE_SIDED
 layout(location = 10) in vec3 in_light_behind;
 #endif
+#ifdef OCCLUSION_UV
+layout(location = 11) in vec3 in_ambient;
+#endif
 #endif
 
 layout(binding = 0) uniform sampler2D base_color_texture;
@@ -50,20 +53,37 @@ vec3 mapped_normal(vec3 n) {
 #endif
 
 #ifdef GGX
-// Cook-Torrance with GGX and Smith-Schlick visibility, times pi because Lambert's 1/pi is folded into the lights.
-vec3 ggx(vec3 n, vec3 v, vec3 l, float alpha, vec3 f0) {
-    vec3 h = normalize(v + l);
-    float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 1e-4), nh = max(dot(n, h), 0.0), vh = max(dot(v, h), 0.0);
-    float a2 = alpha * alpha;
+layout(binding = 6) uniform sampler2D reflectance_table;
+layout(binding = 7) uniform sampler2D sky_table;
+
+// What a surface does to light, at one pixel.
+struct Surface {
+    vec3 normal;
+    vec3 view;
+    vec3 diffuse;
+    vec3 f0;
+    vec3 gain;  // gives back what microfacets lose among each other (Turquin 2019)
+    float alpha;
+};
+
+// Cook-Torrance with GGX, Smith-Schlick visibility and Schlick's Fresnel over a Lambert base, times pi because Lambert's
+// 1/pi is folded into the lights (glTF 2.0, appendix B).
+vec3 shade_one(Surface s, vec3 l, vec3 radiance) {
+    float nl = dot(s.normal, l);
+    if (nl <= 0.0) return vec3(0.0);
+    vec3 h = normalize(s.view + l);
+    float nv = max(dot(s.normal, s.view), 1e-4), nh = max(dot(s.normal, h), 0.0), vh = max(dot(s.view, h), 0.0);
+    float a2 = s.alpha * s.alpha;
     float d = nh * nh * (a2 - 1.0) + 1.0;
-    float k = 0.5 * alpha;
+    float k = 0.5 * s.alpha;
     float visibility = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - vh, 5.0);
-    return fresnel * (a2 / (d * d) * visibility);
+    float away = 1.0 - vh, away2 = away * away;
+    vec3 fresnel = s.f0 + (1.0 - s.f0) * (away2 * away2 * away);
+    return radiance * nl * (s.diffuse * (1.0 - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility));
 }
 
-vec3 shade_one(vec3 n, vec3 v, vec3 l, vec3 radiance, vec3 diffuse, vec3 f0, float alpha) {
-    return radiance * max(dot(n, l), 0.0) * (diffuse + ggx(n, v, l, alpha, f0));
+vec2 table_place(float cosine, float roughness) {
+    return vec2(cosine, roughness) * ((TABLE_SIDE - 1.0) / TABLE_SIDE) + 0.5 / TABLE_SIDE;
 }
 #endif
 
@@ -88,15 +108,25 @@ void main() {
 #endif
 
 #ifdef VERTEX_LIGHT
+    vec3 light = in_light;
 #ifdef DOUBLE_SIDED
-    vec3 color = base.rgb * (gl_FrontFacing ? in_light : in_light_behind);
-#else
-    vec3 color = base.rgb * in_light;
+    if (!gl_FrontFacing) light = in_light_behind;
 #endif
+#ifdef OCCLUSION_UV
+    vec3 ambient = in_ambient;
+#ifdef DOUBLE_SIDED
+    if (!gl_FrontFacing) ambient = view.sky.rgb + view.ground.rgb - in_ambient;
+#endif
+    light += (occlusion - 1.0) * ambient;
+#endif
+    vec3 color = base.rgb * light;
 #else
     vec3 n = normalize(in_normal);
 #ifdef DOUBLE_SIDED
     if (!gl_FrontFacing) n = -n;
+#endif
+#ifdef SHADOWS
+    vec3 geometric = n;
 #endif
 #ifdef NORMAL_UV
     n = mapped_normal(n);
@@ -113,22 +143,46 @@ void main() {
     roughness *= packed_factors.g;
     metallic *= packed_factors.b;
 #endif
-    float alpha = max(roughness * roughness, 0.002);
-    vec3 diffuse = base.rgb * (1.0 - metallic);
-    vec3 f0 = mix(vec3(0.04), base.rgb, metallic);
-    vec3 v = -normalize(position);
-    // Without an image of the surroundings a metal mirrors the hemisphere in its own colour.
-    vec3 color = (diffuse * hemisphere(n) + base.rgb * metallic * hemisphere(reflect(-v, n))) * occlusion;
+    roughness = clamp(roughness, 0.0, 1.0);
+    Surface s;
+    s.normal = n;
+    s.view = -normalize(position);
+    s.alpha = max(roughness * roughness, 0.002);
+    s.diffuse = base.rgb * (1.0 - metallic);
+    s.f0 = mix(vec3(0.04), base.rgb, metallic);
+
+    // The surroundings, by the split sum: what of a uniform white world would be reflected, times what is there.
+    float nv = clamp(dot(n, s.view), 0.0, 1.0);
+    vec2 reflectance = textureLod(reflectance_table, table_place(nv, roughness), 0.0).rg;
+    s.gain = 1.0 + s.f0 * (1.0 / (reflectance.x + reflectance.y) - 1.0);
+    vec3 mirror = (s.f0 * reflectance.x + reflectance.y) * s.gain;
+    float height = dot(reflect(-s.view, n), view.up.xyz);
+    float sky = textureLod(sky_table, table_place(0.5 + 0.5 * height, roughness), 0.0).r;
+    vec3 mirrored = max(mix(view.ground.rgb, view.sky.rgb, sky), 0.0);
+#ifdef OCCLUSION_UV
+    // Lagarde and de Rousiers, Moving Frostbite to physically based rendering, 2014: what hides the sky from a surface
+    // hides it from its mirror image too, the more the rougher.
+    mirrored *= clamp(pow(nv + occlusion, exp2(-16.0 * roughness - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
+#endif
+    vec3 color = s.diffuse * (1.0 - mirror) * hemisphere(n) * occlusion + mirror * mirrored;
 #if DIRECTIONAL_LIGHTS > 0
     for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {
-        color += shade_one(n, v, lights.directional[i].towards.xyz, lights.directional[i].color.rgb, diffuse, f0, alpha);
+        vec3 l = lights.directional[i].towards.xyz;
+        vec3 radiance = lights.directional[i].color.rgb;
+#ifdef SHADOWS
+        radiance *= lit_share(lights.shadow_slots[i].x, position, geometric, l);
+#endif
+        color += shade_one(s, l, radiance);
     }
 #endif
 #if LOCAL_LIGHTS > 0
     for (int i = 0; i < LOCAL_LIGHTS; ++i) {
         vec3 l;
         vec3 radiance = local_radiance(lights.local[i], lights.local[i].position.xyz - position, l);
-        color += shade_one(n, v, l, radiance, diffuse, f0, alpha);
+#ifdef SHADOWS
+        radiance *= lit_share(lights.shadow_slots[DIRECTIONAL_LIGHTS + i].x, position, geometric, l);
+#endif
+        color += shade_one(s, l, radiance);
     }
 #endif
 #else

@@ -28,6 +28,9 @@ layout(location = 9) out vec3 out_light;
 #ifdef DOUBLE_SIDED
 layout(location = 10) out vec3 out_light_behind;
 #endif
+#ifdef OCCLUSION_UV
+layout(location = 11) out vec3 out_ambient;
+#endif
 #endif
 
 vec3 rotate(vec3 v) {
@@ -83,6 +86,9 @@ void main() {
     out_light = hemisphere(n) + lambert(n, p);
 #ifdef DOUBLE_SIDED
     out_light_behind = hemisphere(-n) + lambert(-n, p);
+#endif
+#ifdef OCCLUSION_UV
+    out_ambient = hemisphere(n);
 #endif
 #endif
 }

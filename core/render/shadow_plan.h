@@ -1,0 +1,66 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "core/render/pixel_rect.h"
+#include "core/render/view_transform.h"
+#include "core/world/snapshot.h"
+
+namespace camrig {
+
+/// Of the lights of a scene, at most so many have a shadow map: directional ones first, then spots, the brighter first.
+inline constexpr int max_shadowed_lights = 4;
+/// Texels along a side of a shadow map.
+inline constexpr int shadow_map_side = 2048;
+/// The most that the map of a directional light covers; beyond, surfaces are lit.
+inline constexpr double max_shadow_extent_m = 200.0;
+/// Texels that a filtered look-up may read from the one it falls into, the receiver's offset along its normal included.
+inline constexpr int shadow_reach_texels = 5;
+
+struct WorldBox {
+    glm::dvec3 min{0.0};
+    glm::dvec3 max{0.0};
+};
+/// Of a box placed in the world.
+WorldBox world_box(const glm::dmat4& world_from_local, const Box& local);
+WorldBox joined(std::span<const WorldBox> boxes);  ///< of at least one
+
+/// Where the shadow map of one light looks. Depends on the light and on what stands still, never on a camera: all
+/// cameras share the map, and no shadow swims when one turns.
+///
+/// Map frame: x right, y down, z along the light, its origin at `origin`. Points are given relative to that origin in
+/// double before they become floats, so shadows are the same at every distance from the world's origin.
+struct ShadowView {
+    std::size_t light = 0;  ///< into the scene's lights
+    bool is_spot = false;
+    glm::dvec3 origin{0.0};
+    glm::dmat3 map_from_world{1.0};
+    /// clip = clip_from_map * (x, y, z, 1); OpenGL's unit cube with depth 0 to 1, w = z for a spot and 1 otherwise.
+    glm::dmat4 clip_from_map{1.0};
+    /// Side of a texel: constant + per metre from the light.
+    double texel_m = 0.0;
+    double texel_per_m = 0.0;
+    Frustum frustum;
+
+    /// Rotation in the upper left, exact difference to the origin in the translation.
+    glm::dmat4 map_from(const glm::dmat4& world_from_local) const;
+    friend bool operator==(const ShadowView& a, const ShadowView& b);
+};
+
+/// Chooses the lights and places their maps around `receivers`, the boxes of what stands still and is lit. Empty
+/// where there is nothing to fall on or no light for it.
+std::vector<ShadowView> plan_shadows(std::span<const Light> lights, float exposure,
+                                     std::span<const WorldBox> receivers);
+
+/// All texels that something inside the box may be in, and those whose look-ups may read them.
+std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox& caster);
+
+/// Every pixel of a view in which the shadow of something inside the box may fall on anything inside `receivers`.
+std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,
+                                       const WorldBox& receivers);
+
+}  // namespace camrig
