@@ -139,19 +139,22 @@ std::optional<PixelRect> rect_around(const glm::dvec2& low, const glm::dvec2& hi
     return rect;
 }
 
-/// How far light that touches `caster` goes on until it has left `receivers`, along the light or, for a spot, as the
-/// factor by which distances from it grow.
+/// How far light that touches `caster` goes on until it has left `receivers`: metres along the light or, for a spot,
+/// the factor by which the distance from it grows.
 double longest_way(const ShadowView& shadow, const WorldBox& caster, const WorldBox& receivers) {
-    const auto distance = [&](const glm::dvec3& p) {
-        return shadow.is_spot ? glm::distance(p, shadow.origin) : (shadow.map_from_world * (p - shadow.origin)).z;
-    };
-    double first = infinity, last = -infinity;
-    for (int i = 0; i < 8; ++i) {
-        first = std::min(first, distance(corner(caster, i)));
-        last = std::max(last, distance(corner(receivers, i)));
+    if (shadow.is_spot) {
+        double last = 0.0;
+        for (int i = 0; i < 8; ++i) last = std::max(last, glm::distance(corner(receivers, i), shadow.origin));
+        return last / std::max(glm::distance(glm::clamp(shadow.origin, caster.min, caster.max), shadow.origin), 1e-6);
     }
-    if (!shadow.is_spot) return last - first;
-    return last / std::max(distance(glm::clamp(shadow.origin, caster.min, caster.max)), 1e-6);
+    const glm::dvec3 along = glm::transpose(shadow.map_from_world)[2];
+    double way = infinity;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double room =
+            along[axis] > 0.0 ? receivers.max[axis] - caster.min[axis] : caster.max[axis] - receivers.min[axis];
+        if (std::abs(along[axis]) > 1e-9) way = std::min(way, room / std::abs(along[axis]));
+    }
+    return way;
 }
 
 }  // namespace
@@ -230,20 +233,19 @@ std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox&
 
 std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,
                                        const WorldBox& receivers) {
-    const double way = longest_way(shadow, caster, receivers);
-    if (!(way > (shadow.is_spot ? 1.0 : 0.0))) return std::nullopt;
     // The filter blurs, and looks from a little beside.
     double farthest = 0.0;
     for (int i = 0; i < 8; ++i) farthest = std::max(farthest, glm::distance(corner(caster, i), shadow.origin));
     const double blur = shadow_reach_texels * (shadow.texel_m + shadow.texel_per_m * farthest);
     const WorldBox blurred{caster.min - blur, caster.max + blur};
+    const double way = longest_way(shadow, blurred, receivers);
+    if (!(way > (shadow.is_spot ? 1.0 : 0.0))) return std::nullopt;
 
     const glm::dvec3 along = glm::transpose(shadow.map_from_world)[2];
     std::array<glm::dvec3, 16> points;
     for (int i = 0; i < 8; ++i) {
         const glm::dvec3 p = corner(blurred, i);
-        const glm::dvec3 end =
-            shadow.is_spot ? shadow.origin + (p - shadow.origin) * way : p + along * (way + 2 * blur);
+        const glm::dvec3 end = shadow.is_spot ? shadow.origin + (p - shadow.origin) * way : p + along * way;
         points[static_cast<std::size_t>(i)] = view.optical_from_world * (p - view.eye);
         points[static_cast<std::size_t>(i) + 8] = view.optical_from_world * (end - view.eye);
     }

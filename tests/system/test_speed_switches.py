@@ -20,7 +20,7 @@ def pictures(*args, quality="simple", antialias="none"):
     return seen
 
 
-@pytest.mark.parametrize("quality, antialias", [("fast", "none"), ("simple", "none"), ("beautiful", "none"), ("simple", "msaa4")])
+@pytest.mark.parametrize("quality, antialias", [("fast", "none"), ("simple", "none"), ("beautiful", "none"), ("beautiful", "auto"), ("simple", "msaa4")])
 def test_static_layers_change_no_byte(quality, antialias):
     for kept, full in zip(pictures(quality=quality, antialias=antialias), pictures("--static-layer-mb", "0", quality=quality, antialias=antialias)):
         for a, b in zip(kept, full):

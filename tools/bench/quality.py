@@ -20,7 +20,7 @@ PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "quality"
 LEVELS = ("fast", "simple", "beautiful")
 #: Scene, place, and the second that is shown.
-VIEWS = (("hall", "lobby", 4.0), ("hall", "benches", 9.0), ("street", "crossing", 6.0))
+VIEWS = (("hall", "lobby", 4.0), ("street", "corner", 6.0), ("crowd", "west", 6.0))
 SIZES = ((640, 480), (1920, 1080))
 
 

@@ -48,6 +48,27 @@ LocalLightBlock local_block(const Light& light, const ViewTransform& view, float
             glm::vec4(direction, spot_offset)};
 }
 
+double scale_of(const glm::dmat4& m) {
+    return std::cbrt(std::abs(glm::determinant(glm::dmat3(m))));
+}
+
+/// The coarsest level of a mesh whose error in metres `is_fine`.
+template <typename IsFine>
+const IndexRange& coarsest_range(const SceneItem& item, const IsFine& is_fine) {
+    const GpuPrimitive& primitive = *item.primitive;
+    // A skeleton may scale what it carries: the error grows as the bounds do.
+    const Box& bind = primitive.source->bounds;
+    const double growth = glm::length(glm::dvec3(item.bounds.max) - glm::dvec3(item.bounds.min)) /
+                          std::max(1e-9, double{glm::length(bind.max - bind.min)});
+    const double scale = growth * scale_of(item.world_from_local);
+    const IndexRange* chosen = &primitive.full;
+    for (const IndexRange& level : primitive.coarser) {
+        if (!is_fine(level.error * scale)) break;
+        chosen = &level;
+    }
+    return *chosen;
+}
+
 template <typename T>
 void put(std::byte*& to, const T& value) {
     std::memcpy(to, &value, sizeof(T));
@@ -148,23 +169,13 @@ void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::ve
 }
 
 const IndexRange& DrawPass::range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const {
-    const GpuPrimitive& primitive = *item.primitive;
-    if (primitive.coarser.empty() || view_.max_detail_error_px <= 0.0) return primitive.full;
+    if (view_.max_detail_error_px <= 0.0) return item.primitive->full;
     const glm::dvec3 low(item.bounds.min), high(item.bounds.max);
     const glm::dvec3 centre(optical_from_local * glm::dvec4(0.5 * (low + high), 1.0));
-    const double scale = std::cbrt(std::abs(glm::determinant(glm::dmat3(optical_from_local))));
-    const double diagonal = glm::length(high - low);
-    // A skeleton may scale what it carries: the error grows as the bounds do.
-    const Box& bind = primitive.source->bounds;
-    const double growth = diagonal / std::max(1e-9, double{glm::length(bind.max - bind.min)});
-    const IndexRange* chosen = &primitive.full;
-    for (const IndexRange& level : primitive.coarser) {
-        const double error_m = level.error * growth * scale;
-        if (detail_error_px(view_.transform, centre, 0.5 * diagonal * scale, error_m) > view_.max_detail_error_px)
-            break;
-        chosen = &level;
-    }
-    return *chosen;
+    const double radius = 0.5 * glm::length(high - low) * scale_of(optical_from_local);
+    return coarsest_range(item, [&](double error_m) {
+        return detail_error_px(view_.transform, centre, radius, error_m) <= view_.max_detail_error_px;
+    });
 }
 
 void DrawPass::use_program(GLuint program) {
@@ -327,7 +338,7 @@ void DrawPass::end_shadows() {
 }
 
 void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, SceneItems& items,
-                            bool (*casts)(const SceneItem&), StreamBuffer& stream) {
+                            bool (*casts)(const SceneItem&), double max_error_m, StreamBuffer& stream) {
     stream_ = &stream;
     const float farthest = 1.0f;
     if (clears) gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
@@ -340,8 +351,10 @@ void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& s
         DrawBlock block{};
         for (int i = 0; i < 3; ++i) block.position_rows[i] = glm::vec4(rows[i]);
         block.normal_rows[0] = glm::vec4(rows[3]);
-        VisibleDraw visible{
-            .item = &item, .owner = &items, .range = &item.primitive->full, .uniforms = stream.allocate(sizeof block)};
+        VisibleDraw visible{.item = &item,
+                            .owner = &items,
+                            .range = &coarsest_range(item, [&](double error_m) { return error_m <= max_error_m; }),
+                            .uniforms = stream.allocate(sizeof block)};
         std::memcpy(visible.uniforms.data, &block, sizeof block);
         draw_masked(item, &ShaderCache::shadow_program);
         draw(visible, true);

@@ -54,10 +54,11 @@ public:
     void draw_truth(std::span<const VisibleDraw> draws);
 
     /// Distances from lights, between begin_shadows() and end_shadows(): of those `items` that `casts` is true for,
-    /// into the depth of `framebuffer`, cleared before if `clears`. Afterwards begin_instant() is needed.
+    /// into the depth of `framebuffer`, cleared before if `clears`, with meshes
+    /// true to `max_error_m`. Afterwards begin_instant() is needed.
     void begin_shadows();
     void draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, SceneItems& items,
-                      bool (*casts)(const SceneItem&), StreamBuffer& stream);
+                      bool (*casts)(const SceneItem&), double max_error_m, StreamBuffer& stream);
     void end_shadows();
 
     std::uint64_t draws() const { return draws_; }

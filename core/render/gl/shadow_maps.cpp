@@ -66,7 +66,7 @@ void ShadowMaps::copy_from_still(std::size_t layer, const PixelRect& rect) {
                          rect.height(), 1);
 }
 
-void ShadowMaps::update(PaintScene& scene, DrawPass& pass) {
+void ShadowMaps::update(PaintScene& scene, DrawPass& pass, bool has_detail_levels) {
     bool is_new = false;
     if (scene.statics_number != statics_number_) {
         const std::vector<ShadowView> before = views_;
@@ -88,7 +88,7 @@ void ShadowMaps::update(PaintScene& scene, DrawPass& pass) {
     for (std::size_t i = 0; i < views_.size(); ++i) {
         std::vector<PixelRect> stale = std::move(dirty_[i]);
         if (is_new) {
-            pass.draw_shadows(still_targets_[i].name(), true, views_[i], scene.statics, casts, scene.stream);
+            pass.draw_shadows(still_targets_[i].name(), true, views_[i], scene.statics, casts, 0.0, scene.stream);
             stale = {{0, 0, shadow_map_side, shadow_map_side}};
         }
         dirty_[i].clear();
@@ -98,7 +98,8 @@ void ShadowMaps::update(PaintScene& scene, DrawPass& pass) {
         dirty_[i] = disjoint_cover(std::move(dirty_[i]), max_rects);
         for (const PixelRect& rect : stale) copy_from_still(i, rect);
         if (!dirty_[i].empty())
-            pass.draw_shadows(now_targets_[i].name(), false, views_[i], scene.movers, casts, scene.stream);
+            pass.draw_shadows(now_targets_[i].name(), false, views_[i], scene.movers, casts,
+                              has_detail_levels ? 0.5 * views_[i].texel_m : 0.0, scene.stream);
     }
     pass.end_shadows();
 }

@@ -19,7 +19,7 @@ public:
     explicit ShadowMaps(const GlFunctions& gl) : gl_(gl) {}
 
     /// Draws what has changed. Where the device has no memory for maps there are no shadows, and a line in the log.
-    void update(PaintScene& scene, DrawPass& pass);
+    void update(PaintScene& scene, DrawPass& pass, bool has_detail_levels);
 
     std::span<const ShadowView> views() const { return views_; }
     GLuint still() const { return still_.name(); }

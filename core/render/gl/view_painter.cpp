@@ -36,7 +36,7 @@ void ViewPainter::prepare(std::span<const View> views, PaintScene& scene) {
     };
     if (std::ranges::none_of(views, is_shadowed)) return;
     state_is_ours_ = false;
-    shadows_.update(scene, pass_);
+    shadows_.update(scene, pass_, max_detail_error_px_ > 0.0);
 }
 
 Result<ViewPainter::Plan> ViewPainter::plan_of(const View& view, SourceTile& whole) {

@@ -32,7 +32,8 @@ layout(binding = 4) uniform sampler2D metallic_roughness_texture;
 layout(location = 0) out vec4 out_pixel;
 
 #if defined(PIXEL_NORMAL) && defined(NORMAL_UV)
-// Tangent frame from the vertices, or from screen derivatives where the file has no tangents.
+// Tangent frame from the vertices, or from screen derivatives where they have none: t along u, b against v (which points
+// down in glTF), as MikkTSpace has it, but for each triangle by itself.
 vec3 mapped_normal(vec3 n) {
     vec3 m = texture(normal_texture, in_uv[NORMAL_UV]).xyz * 2.0 - 1.0;
     m.xy *= material.factors.z;
@@ -42,11 +43,14 @@ vec3 mapped_normal(vec3 n) {
 #else
     vec3 px = dFdx(in_position), py = dFdy(in_position);
     vec2 ux = dFdx(in_uv[NORMAL_UV]), uy = dFdy(in_uv[NORMAL_UV]);
-    vec3 along_u = cross(py, n) * ux.x + cross(n, px) * uy.x;
-    vec3 along_v = cross(py, n) * ux.y + cross(n, px) * uy.y;
-    float longest = max(max(dot(along_u, along_u), dot(along_v, along_v)), 1e-20);
-    vec3 t = along_u * inversesqrt(longest);
-    vec3 b = along_v * inversesqrt(longest);
+    float turn = ux.x * uy.y - uy.x * ux.y;
+    vec3 t = (uy.y * px - ux.y * py) * sign(turn);
+    t -= n * dot(n, t);
+    float longest = dot(t, t);
+    if (longest <= 0.0) return n;  // no area in the texture
+    t *= inversesqrt(longest);
+    vec3 b = cross(n, t);
+    if (dot(b, ux.x * py - uy.x * px) * turn > 0.0) b = -b;
 #endif
     return normalize(t * m.x + b * m.y + n * m.z);
 }
