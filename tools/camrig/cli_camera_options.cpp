@@ -86,6 +86,21 @@ json rtsp_output_of(const CameraOptions& options) {
     return output;
 }
 
+/// NAME=VALUE, VALUE a number, true or false; the rig knows the names.
+Result<json> controls_of(const std::vector<std::string>& given) {
+    json controls = json::object();
+    for (const std::string& text : given) {
+        const std::size_t sign = text.find('=');
+        const json value = sign == std::string::npos ? json() : json::parse(text.substr(sign + 1), nullptr, false);
+        if (sign == 0 || (!value.is_number() && !value.is_boolean()))
+            return error(ErrorKind::invalid_argument, "--set-ctrl: \"" + text +
+                                                          "\" must be NAME=VALUE with a number, true or false, "
+                                                          "e.g. exposure_ev=-1");
+        controls[text.substr(0, sign)] = value;
+    }
+    return controls;
+}
+
 json outputs_of(const CameraOptions& options) {
     json outputs = json::array();
     if (options.v4l2) outputs.push_back({{"kind", "v4l2"}, {"number", *options.v4l2}});
@@ -129,6 +144,10 @@ void CameraOptions::add_to(CLI::App& command) {
     command.add_option("--near", near, "nearest distance drawn, m");
     command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");
     command.add_option("--quality", quality, "fast, simple or beautiful");
+    command.add_option("--zoom", zoom, "1 to 10: scales the focal length");
+    command.add_option("--set-ctrl", controls,
+                       "NAME=VALUE of the camera's electronics: exposure_ev=-1, white_balance_k=4000, gain_db, "
+                       "brightness, contrast, saturation; auto_exposure=true gives it back; more than once for more");
     auto* strip =
         command.add_flag("--code-strip", code_strip, "draws number, sequence and world time into the picture");
     command.add_flag("--no-code-strip", no_code_strip, "does not")->excludes(strip);
@@ -165,6 +184,8 @@ Result<json> camera_params(const CameraOptions& options, const json& present_pos
     params.put_if("near", options.near);
     params.put_if("far", options.far);
     if (!options.quality.empty()) params.put("quality", options.quality);
+    params.put_if("zoom", options.zoom);
+    if (!options.controls.empty()) params.put("controls", controls_of(options.controls));
     if (options.code_strip || options.no_code_strip) params.put("code_strip", options.code_strip);
     json outputs = outputs_of(options);
     if (!outputs.empty() || options.no_outputs) params.put("outputs", std::move(outputs));

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -20,7 +21,8 @@ struct CameraOptions {
     std::string rtsp_preset, rtsp_profile;
     std::optional<int> rtsp_bitrate_kbps, rtsp_quality;
     std::optional<double> rtsp_key_interval_s;
-    std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far;
+    std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far, zoom;
+    std::vector<std::string> controls;
     std::optional<int> v4l2, device;
     bool code_strip = false;
     bool no_code_strip = false;

@@ -97,6 +97,19 @@ TEST_F(Cli, TheOptionsOfAnRtspOutput) {
     EXPECT_THAT(not_its.err, HasSubstr("outputs[0].preset: only rtsp outputs with codec h264"));
 }
 
+TEST_F(Cli, ZoomAndControlsAreSetOneByOne) {
+    const json camera = json_of({"camera", "create", "lobby", "--position", "1,2,3", "--set-ctrl", "exposure_ev=-1.5",
+                                 "--set-ctrl", "saturation=0"});
+    EXPECT_EQ(camera["controls"]["exposure_ev"], -1.5);
+    EXPECT_EQ(camera["controls"]["auto_exposure"], false);
+    EXPECT_EQ(camera["controls"]["saturation"], 0);
+    const json after = json_of({"camera", "set", "lobby", "--zoom", "2", "--set-ctrl", "auto_exposure=true"});
+    EXPECT_EQ(after["zoom"], 2);
+    EXPECT_EQ(after["controls"]["auto_exposure"], true);
+    EXPECT_EQ(after["controls"]["saturation"], 0);
+    EXPECT_NEAR(after["intrinsics"]["fx"].get<double>(), 2 * camera["intrinsics"]["fx"].get<double>(), 1e-9);
+}
+
 TEST_F(Cli, AWordThatIsNoCommandIsNamed) {
     const Outcome top = run({"serv", "scenes/hall.json"});
     EXPECT_EQ(top.code, 2);
@@ -285,6 +298,9 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
           {"camera", "create", "a", "--intrinsics", "1,2,3"},
           {"camera", "create", "a", "--calibration-camera", "cam0"},
           {"camera", "create", "a", "--calibration", "x", "--vfov-deg", "6"},
+          {"camera", "set", "a", "--set-ctrl", "gain_db"},
+          {"camera", "set", "a", "--set-ctrl", "=1"},
+          {"camera", "set", "a", "--set-ctrl", "gain_db=much"},
           {"camera", "calibration"},
           {"camera", "calibration", "a", "--ros", "-o", "x"},
           {"camera", "set", "a", "--position", "x,y,z"},
