@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "core/base/result.h"
+
 namespace camrig {
 
 /// What the electronics of a camera do to its finished picture, as the controls of a real one do. The values one has
@@ -29,5 +31,10 @@ struct ImageControlsPatch {
     std::optional<double> contrast;
     std::optional<double> saturation;
 };
+
+void apply_controls(const ImageControlsPatch& patch, ImageControls& controls);
+
+/// The first value out of its range is named ("controls.gain_db: must be 0 to 24").
+Result<void> check_controls(const ImageControls& controls);
 
 }  // namespace camrig

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "core/world/output_check.h"
+
 namespace camrig {
 namespace {
 

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/patch.h"
 #include "core/camera/camera_model.h"
+#include "core/world/output_check.h"
 
 namespace camrig {
 namespace {
 
 /// The code strip's cells need this much room (core/frame/code_strip).
 constexpr ImageSize min_code_strip_size{128, 32};
-constexpr int max_device_number = 255;
 constexpr double max_near_m = 1e6;
 
 Error invalid(std::string message) {
@@ -62,38 +63,6 @@ Result<void> check_zoom(double zoom) {
     return std::unexpected(invalid("zoom: must be 1 to 10"));
 }
 
-Result<void> check_controls(const ImageControls& controls) {
-    struct Limit {
-        const char* name;
-        double value, low, high;
-        const char* words;
-    };
-    for (const Limit& limit : {Limit{"exposure_ev", controls.exposure_ev, -6, 6, "-6 to 6"},
-                               Limit{"gain_db", controls.gain_db, 0, 24, "0 to 24"},
-                               Limit{"white_balance_k", controls.white_balance_k, 2800, 10000, "2800 to 10000"},
-                               Limit{"brightness", controls.brightness, -1, 1, "-1 to 1"},
-                               Limit{"contrast", controls.contrast, 0, 2, "0 to 2"},
-                               Limit{"saturation", controls.saturation, 0, 2, "0 to 2"}}) {
-        if (!(limit.value >= limit.low && limit.value <= limit.high))
-            return std::unexpected(invalid(std::string("controls.") + limit.name + ": must be " + limit.words));
-    }
-    return {};
-}
-
-void apply_controls(const ImageControlsPatch& patch, ImageControls& controls) {
-    const auto apply = [](const auto& from, auto& to) {
-        if (from) to = *from;
-    };
-    apply(patch.auto_exposure, controls.auto_exposure);
-    apply(patch.exposure_ev, controls.exposure_ev);
-    apply(patch.gain_db, controls.gain_db);
-    apply(patch.auto_white_balance, controls.auto_white_balance);
-    apply(patch.white_balance_k, controls.white_balance_k);
-    apply(patch.brightness, controls.brightness);
-    apply(patch.contrast, controls.contrast);
-    apply(patch.saturation, controls.saturation);
-}
-
 /// The pose with its head turned.
 Result<Pose> turned(const Pose& pose, std::optional<double> pan_rad, std::optional<double> tilt_rad) {
     if (!pan_rad && !tilt_rad) return pose;
@@ -108,88 +77,6 @@ Result<void> check_lens(const CameraSpec& spec) {
         return std::unexpected(invalid("lens.oversample: must be 1 to " + std::to_string(max_lens_oversampling)));
     if (auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
         return std::unexpected(camera.error());
-    return {};
-}
-
-/// The options of an RTSP output's H.264 encoder.
-Result<void> check_h264(const OutputSpec& output, const std::string& place) {
-    if (output.kind != "rtsp" || output.codec == "mjpeg") {
-        for (const auto& [is_given, key] : {std::pair{output.bitrate_kbps.has_value(), ".bitrate_kbps"},
-                                            {output.key_interval_s.has_value(), ".key_interval_s"},
-                                            {!output.preset.empty(), ".preset"},
-                                            {!output.profile.empty(), ".profile"}})
-            if (is_given) return std::unexpected(invalid(place + key + ": only rtsp outputs with codec h264 have one"));
-        return {};
-    }
-    if (output.bitrate_kbps && (*output.bitrate_kbps < 16 || *output.bitrate_kbps > 200'000))
-        return std::unexpected(invalid(place + ".bitrate_kbps: must be 16 to 200000"));
-    if (output.key_interval_s && !(*output.key_interval_s >= 0.01 && *output.key_interval_s <= 60.0))
-        return std::unexpected(invalid(place + ".key_interval_s: must be 0.01 to 60"));
-    constexpr std::array presets = {"", "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"};
-    if (std::ranges::find(presets, output.preset) == presets.end())
-        return std::unexpected(invalid(place + ".preset: '" + output.preset.substr(0, 40) +
-                                       "' is none of ultrafast, superfast, veryfast, faster, fast, medium, slow"));
-    constexpr std::array profiles = {"", "baseline", "main", "high"};
-    if (std::ranges::find(profiles, output.profile) == profiles.end())
-        return std::unexpected(
-            invalid(place + ".profile: '" + output.profile.substr(0, 40) + "' is none of baseline, main, high"));
-    return {};
-}
-
-Result<void> check_output(const OutputSpec& output, ImageSize size, const std::string& place) {
-    const bool numbered = output.kind == "v4l2" || output.kind == "device";
-    if (!numbered && output.kind != "rtsp" && output.kind != "mjpeg") {
-        return std::unexpected(
-            invalid(place + ".kind: '" + output.kind.substr(0, 40) + "' is none of v4l2, device, rtsp, mjpeg"));
-    }
-    if (numbered && !output.number)
-        return std::unexpected(invalid(place + ".number: is missing; it is the N of /dev/videoN"));
-    if (!numbered && output.number)
-        return std::unexpected(invalid(place + ".number: " + output.kind + " outputs have none"));
-    if (output.number && (*output.number < 0 || *output.number > max_device_number))
-        return std::unexpected(invalid(place + ".number: must be 0 to 255"));
-
-    // YUYV and YU12 have half as many chroma columns (and rows); Chrome drops every picture of an odd width.
-    if (output.kind == "v4l2" && (size.width % 2 != 0 || size.height % 2 != 0))
-        return std::unexpected(
-            invalid(place + ": a v4l2 device needs an even width and height; the camera has " + size.to_string()));
-
-    constexpr std::array formats = {"", "YUYV", "YU12", "MJPG", "BGR3"};
-    if (!output.format.empty() && output.kind != "v4l2")
-        return std::unexpected(invalid(place + ".format: only v4l2 outputs have one"));
-    if (std::ranges::find(formats, output.format) == formats.end())
-        return std::unexpected(
-            invalid(place + ".format: '" + output.format.substr(0, 40) + "' is none of YUYV, YU12, MJPG, BGR3"));
-
-    constexpr std::array codecs = {"", "h264", "mjpeg"};
-    if (!output.codec.empty() && output.kind != "rtsp")
-        return std::unexpected(invalid(place + ".codec: only rtsp outputs have one"));
-    if (std::ranges::find(codecs, output.codec) == codecs.end())
-        return std::unexpected(invalid(place + ".codec: '" + output.codec.substr(0, 40) + "' is none of h264, mjpeg"));
-
-    const bool mjpeg = output.kind == "mjpeg" || output.codec == "mjpeg";
-    if (output.quality && !mjpeg) return std::unexpected(invalid(place + ".quality: only mjpeg outputs have one"));
-    if (output.quality && (*output.quality < 1 || *output.quality > 100))
-        return std::unexpected(invalid(place + ".quality: must be 1 to 100"));
-    return check_h264(output, place);
-}
-
-Result<void> check_outputs(const std::vector<OutputSpec>& outputs, ImageSize size) {
-    if (outputs.size() > max_outputs_per_camera) {
-        return error(ErrorKind::resource_exhausted, "outputs: " + std::to_string(outputs.size()) +
-                                                        " of them; a camera has at most " +
-                                                        std::to_string(max_outputs_per_camera));
-    }
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const std::string place = "outputs[" + std::to_string(i) + "]";
-        if (auto good = check_output(outputs[i], size, place); !good) return good;
-        for (std::size_t earlier = 0; earlier < i; ++earlier) {
-            const OutputSpec &a = outputs[earlier], &b = outputs[i];
-            if (a.kind == b.kind && a.number == b.number && a.codec == b.codec)
-                return std::unexpected(
-                    invalid(place + ": is the same output as outputs[" + std::to_string(earlier) + "]"));
-        }
-    }
     return {};
 }
 
@@ -223,27 +110,24 @@ Result<Quality> parse_quality(std::string_view name) {
 
 Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& patch) {
     CameraSpec spec = base;
-    const auto apply = [](const auto& from, auto& to) {
-        if (from) to = *from;
-    };
-    apply(patch.size, spec.size);
-    apply(patch.rate, spec.rate);
-    apply(patch.optics, spec.optics);
-    apply(patch.zoom, spec.zoom);
+    assign_if(patch.size, spec.size);
+    assign_if(patch.rate, spec.rate);
+    assign_if(patch.optics, spec.optics);
+    assign_if(patch.zoom, spec.zoom);
     if (patch.optics) spec.zoom = spec.optics_zoom = patch.zoom.value_or(1.0);
-    apply(patch.pose, spec.pose);
+    assign_if(patch.pose, spec.pose);
     const auto pose = turned(spec.pose, patch.pan_rad, patch.tilt_rad);
     if (!pose) return std::unexpected(pose.error());
     spec.pose = *pose;
-    apply(patch.lens, spec.lens);
-    apply(patch.lens_sampling, spec.lens_sampling);
-    apply(patch.antialias, spec.antialias);
-    apply(patch.near_m, spec.near_m);
-    apply(patch.far_m, spec.far_m);
-    apply(patch.quality, spec.quality);
+    assign_if(patch.lens, spec.lens);
+    assign_if(patch.lens_sampling, spec.lens_sampling);
+    assign_if(patch.antialias, spec.antialias);
+    assign_if(patch.near_m, spec.near_m);
+    assign_if(patch.far_m, spec.far_m);
+    assign_if(patch.quality, spec.quality);
     apply_controls(patch.controls, spec.controls);
-    apply(patch.code_strip, spec.code_strip);
-    apply(patch.outputs, spec.outputs);
+    assign_if(patch.code_strip, spec.code_strip);
+    assign_if(patch.outputs, spec.outputs);
 
     for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_zoom(spec.zoom),
                              check_controls(spec.controls), check_outputs(spec.outputs, spec.size)})

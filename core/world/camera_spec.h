@@ -59,8 +59,6 @@ struct CameraSpec {
 /// What the camera's antialias means at a level of quality; never `automatic`.
 Antialias antialias_of(const CameraSpec& spec, Quality quality);
 
-inline constexpr int max_outputs_per_camera = 16;
-
 /// The fields of camera.create and camera.set; what is empty stays as it is.
 struct CameraPatch {
     std::optional<ImageSize> size;
