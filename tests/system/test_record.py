@@ -9,6 +9,8 @@ import subprocess
 import cv2
 import numpy as np
 import pytest
+from pycocotools.coco import COCO
+from pycocotools.cocoeval import COCOeval
 
 import camrig
 import posed_gltf
@@ -76,6 +78,37 @@ def test_coco_labels_are_the_truth(recorded):
                 assert annotation["num_keypoints"] == (triples[:, 2] > 0).sum()
                 for (x, y, v), told in zip(triples, item["keypoints"]):
                     assert (x, y, v) == (tuple(told) if told[2] else (0, 0, 0))
+
+
+@pytest.mark.parametrize("kind", ["bbox", "keypoints"])
+def test_cocos_own_tools_read_the_labels_and_score_them_right(recorded, kind):
+    """pycocotools, COCO's reference reader: the labels scored against themselves are perfect, moved ones are not."""
+    ground = COCO(str(recorded[0] / "coco.json"))
+    people = [a for a in ground.loadAnns(ground.getAnnIds(catIds=[1])) if a["num_keypoints"]]
+    assert len(people) > 10 and ground.loadCats([1])[0]["name"] == "person"
+
+    def score(shift):
+        results = []
+        for a in people:
+            moved = {"image_id": a["image_id"], "category_id": 1, "score": 1.0}
+            if kind == "bbox":
+                x, y, w, h = a["bbox"]
+                moved["bbox"] = [x + shift * w, y, w, h]
+            else:
+                points = np.reshape(np.array(a["keypoints"], dtype=float), (17, 3))
+                points[:, 0] += shift * a["bbox"][2]
+                moved["keypoints"] = points.reshape(-1).tolist()
+            results.append(moved)
+        run = COCOeval(ground, ground.loadRes(results), kind)
+        run.params.catIds = [1]
+        run.params.imgIds = sorted({a["image_id"] for a in people})
+        run.evaluate()
+        run.accumulate()
+        run.summarize()
+        return run.stats[0]
+
+    perfect = score(0.0)
+    assert perfect > 0.99 and score(0.6) < 0.5 * perfect
 
 
 def test_mot_labels_are_the_truth(recorded):
