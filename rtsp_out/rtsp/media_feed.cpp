@@ -15,8 +15,12 @@ namespace {
 
 /// Two pictures never share a tick of the RTP clock.
 constexpr TimeNs min_step_ns = ns_per_s / RtpTimeline::ticks_per_s + 1;
-/// When the last picture is sent again.
+/// When the last picture is sent again: nothing new came for so long.
 constexpr TimeNs repeat_after_ns = ns_per_s;
+/// While a client has just come to a picture that stands still, that picture is sent again more often: programs on
+/// ffmpeg's libraries open a stream only when they have seen some 20 pictures.
+constexpr TimeNs opening_ns = 5 * ns_per_s;
+constexpr TimeNs opening_repeat_ns = 90 * ns_per_ms;
 /// A repeat is stamped so far in the past, so that a picture that is late comes after it with its true stamp.
 constexpr TimeNs repeat_lag_ns = ns_per_s / 2;
 /// Pictures between appsrc and payloader; an encoder without reordering holds one or two.
@@ -142,6 +146,7 @@ void MediaFeed::first_picture(Result<MediaUnit> unit) {
     }
     std::lock_guard lock(mutex_);
     if (stopped_ || last_ || unit->info.size != options_.camera.size) return;
+    last_new_ns_ = monotonic_now_ns();
     push(*unit, std::max(unit->info.monotonic_ns, monotonic_now_ns() - repeat_lag_ns), nullptr);
 }
 
@@ -165,6 +170,7 @@ Result<void> MediaFeed::write(const MediaUnit& unit) {
     passage->info = unit.info;
     passage->stats = stats_;
     lockstep_ = unit.latch != nullptr;
+    last_new_ns_ = monotonic_now_ns();
     if (playing_) passage->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
     push(unit, unit.info.monotonic_ns, std::move(passage));
     return {};
@@ -273,6 +279,7 @@ void MediaFeed::client_joins() {
     request_key_frame();
     const TimeNs now_ns = monotonic_now_ns();
     std::lock_guard lock(mutex_);
+    opened_ns_ = now_ns;
     if (last_ && now_ns - last_push_ns_ >= repeat_lag_ns) push(MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
 }
 
@@ -309,7 +316,9 @@ bool MediaFeed::is_lockstep() {
 
 void MediaFeed::repeat_if_idle(TimeNs now_ns) {
     std::lock_guard lock(mutex_);
-    if (stopped_ || !last_ || now_ns - last_push_ns_ < repeat_after_ns) return;
+    if (stopped_ || !last_ || now_ns - last_new_ns_ < repeat_after_ns) return;
+    const bool is_opening = now_ns - opened_ns_ < opening_ns;
+    if (now_ns - last_push_ns_ < (is_opening ? opening_repeat_ns : repeat_after_ns)) return;
     push(MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
 }
 

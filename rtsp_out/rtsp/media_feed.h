@@ -21,8 +21,8 @@ namespace camrig {
 ///
 /// The pipeline begins with an appsrc named "src" that keeps the newest two pictures and ends with a payloader named
 /// "pay0"; between them "enc" encodes, or nothing when the pictures are JPEG already. A picture's stamp is its instant
-/// (RtpTimeline); stamps always rise. When nothing new comes for a second the last picture is sent again, so that
-/// clients open at once and stay while the world stands still.
+/// (RtpTimeline); stamps always rise. When nothing new comes for a second the last picture is sent again, for a new
+/// client ten times a second, so that clients open at once and stay while the world stands still.
 ///
 /// A picture on its way holds its latch until the last byte of it has been written to the last client: the hold lives
 /// as long as the memory of the encoded picture, which every RTP packet refers to.
@@ -58,7 +58,7 @@ public:
     bool tcp_readers_take();
     /// Pictures come with latches. Any thread.
     bool is_lockstep();
-    /// To be called some times a second.
+    /// To be called ten times a second.
     void repeat_if_idle(TimeNs now_ns);
     /// No more pictures: the stream ends for its clients (end of stream, RTCP BYE).
     void end();
@@ -106,6 +106,8 @@ private:
     std::optional<MediaUnit> last_;  ///< without its latch
     TimeNs last_stamp_ns_ = 0;
     TimeNs last_push_ns_ = 0;
+    TimeNs last_new_ns_ = 0;    ///< when a picture came that was not sent before
+    TimeNs opened_ns_ = 0;      ///< when the last client came
     std::deque<Entry> on_way_;  ///< in the order of their stamps
 
     std::mutex tcp_mutex_;

@@ -18,7 +18,7 @@ namespace camrig {
 namespace {
 
 /// How often idle streams are looked after, and dead sessions.
-constexpr guint housekeeping_ms = 250;
+constexpr guint housekeeping_ms = 100;
 /// Between the end of a stream (BYE) and the end of its connections.
 constexpr guint farewell_ms = 200;
 constexpr std::array kinds = {RtspMount::Kind::h264, RtspMount::Kind::mjpeg};
