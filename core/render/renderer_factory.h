@@ -19,6 +19,8 @@ struct RendererOptions {
     std::int64_t static_layer_bytes = std::int64_t{256} << 20;
     /// A coarser level of a skinned mesh is drawn where its error is below this; 0: never.
     double max_detail_error_px = 0.25;
+    /// Pixels come to host memory as from a GPU on a CPU rasteriser too: the same bytes, slower; for tests.
+    bool buffered_readback = false;
     int raster_threads = 0;  ///< llvmpipe: threads of the rasteriser; 0 = as many as cores
 };
 

@@ -27,7 +27,8 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOption
     : context_(std::move(context)),
       gl_(context_->gl()),
       pool_(options.pool),
-      readback_mode_(context_->is_software() ? ReadbackMode::direct : ReadbackMode::buffered),
+      readback_mode_(context_->is_software() && !options.buffered_readback ? ReadbackMode::direct
+                                                                           : ReadbackMode::buffered),
       shaders_(gl_),
       samplers_(gl_),
       models_(gl_, samplers_),

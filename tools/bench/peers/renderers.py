@@ -214,7 +214,7 @@ def _vtk(pieces: list[Piece], cameras):
             eye.SetViewAngle(camera.vfov_deg)
             eye.SetClippingRange(0.05, 200)
             window.Render()
-            window.GetPixelData(0, 0, WIDTH - 1, HEIGHT - 1, 0, pixels)
+            window.GetPixelData(0, 0, WIDTH - 1, HEIGHT - 1, 0, pixels, 0)
             pictures.append(vtk_to_numpy(pixels).reshape(HEIGHT, WIDTH, 3)[::-1].copy())
         return pictures
 

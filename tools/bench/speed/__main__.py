@@ -23,7 +23,7 @@ How fast camrig is, where the time goes, and how far that is from what the machi
 CPU milliseconds are of the daemon alone, user and system; they hold still when the machine is busy with other things, frames a second do not.
 
 The renderer works the same on a GPU: pixels come to host memory through a ring of mapped buffers behind fences (`ReadbackMode::buffered`), and
-`tests/render/gpu_test.cpp` holds a hardware EGL device to the software rasteriser's pictures. Where no such device is, it is skipped by name, as here:
+`tests/render/gpu_test.cpp` holds that path to the same bytes on the CPU, and a hardware EGL device to what the CPU draws (skipped by name where there is none, as here):
 all numbers below are of llvmpipe.
 """
 
