@@ -5,6 +5,7 @@ from __future__ import annotations
 from . import limits, programs, runs
 from .figures import figure, stacked, tail
 from .meter import Reading
+from .others import best_peer
 from .plan import FULL_HD, VGA, Plan, table
 
 # What was tried for rows that may be missed, with what it gave; said beside those that are.
@@ -14,8 +15,6 @@ TRIED = {
     "lockstep": "The stages of one instant follow each other: one camera alone cannot fill two cores.",
     "jpeg": "The accurate DCT is as fast as the fast one. Encoders share the cores with the rasteriser.",
 }
-# Frames/s of the best peer that draws with filtered textures (tools/bench/peers), 4 and 12 cameras of 640x480.
-BEST_PEER = {4: 59, 12: 79}
 
 
 def holder(reading: Reading) -> str:
@@ -94,13 +93,14 @@ def _moving(rows: Rows, plan: Plan) -> None:
         frames = max(3, plan.steps // (2 * cameras))
         got = {quality: programs.to_memory(cameras, VGA, frames, moving=True, quality=quality) for quality in ("simple", "fast")}
         simple, fast = got["simple"], got["fast"]
+        peer, wanted = best_peer(plan, cameras)
         what = f"{cameras} moving cameras 640x480, nothing kept, to host memory"
         if simple is None or fast is None:
-            rows.add(what, f"{BEST_PEER[cameras]} frames/s", "not measured: render_scene is not built", False)
+            rows.add(what, f"{wanted:.0f} frames/s", "not measured: render_scene is not built", False)
             continue
-        rows.add(what, f"{BEST_PEER[cameras]} frames/s (best peer with filtered textures), towards {1.5 * BEST_PEER[cameras]:.0f}",
+        rows.add(what, f"{wanted:.0f} frames/s ({peer}), towards {1.5 * wanted:.0f}",
                  f"{simple.per_second:.0f} frames/s, {simple.cpu_ms:.1f} ms CPU each; quality `fast`, light per vertex as the peers: {fast.per_second:.0f}, {fast.cpu_ms:.1f} ms",
-                 simple.per_second >= BEST_PEER[cameras], "collect: shading pixels", "moving")
+                 simple.per_second >= wanted, "collect: shading pixels", "moving")
 
 
 def _jpeg(rows: Rows, one: runs.Realtime) -> None:
