@@ -18,6 +18,7 @@ void add_event_commands(CLI::App& app, CliContext& context);
 void add_snapshot_command(CLI::App& app, CliContext& context);
 void add_truth_command(CLI::App& app, CliContext& context);
 void add_record_command(CLI::App& app, CliContext& context);
+void add_manual_commands(CLI::App& app, CliContext& context);
 void add_stats_command(CLI::App& app, CliContext& context);
 void add_protocol_commands(CLI::App& app, CliContext& context);
 void add_probe_command(CLI::App& app, CliContext& context);

@@ -81,9 +81,13 @@ Result<std::string> find_python(const std::vector<std::string>& candidates) {
 int exec_python(const PythonCommand& command) {
     std::error_code problem;
     const fs::path checkout = checkout_of(fs::read_symlink("/proc/self/exe", problem));
-    if (!checkout.empty()) {
+    // Installed beside the program, the package is where Debian's Python looks only when the prefix is /usr.
+    const fs::path installed =
+        fs::read_symlink("/proc/self/exe", problem).parent_path() / "../lib/python3/dist-packages";
+    const bool beside = fs::exists(installed / "camrig/__init__.py", problem);
+    if (!checkout.empty() || beside) {
         const char* before = std::getenv("PYTHONPATH");
-        const std::string path = checkout / package_folder;
+        const std::string path = checkout.empty() ? installed.lexically_normal() : checkout / package_folder;
         ::setenv("PYTHONPATH", before != nullptr && *before != '\0' ? (path + ":" + before).c_str() : path.c_str(), 1);
     }
     for (const auto& [name, value] : command.environment) ::setenv(name.c_str(), value.c_str(), 1);
