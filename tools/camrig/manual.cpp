@@ -37,8 +37,8 @@ bool is_help(const CommandOption& option) {
     return std::ranges::find(option.names, "--help") != option.names.end();
 }
 
-std::string head(const std::string& page, const std::string& version, const std::string& summary) {
-    return ".TH " + upper(roff(page)) + " 1 \"\" \"camrig " + version + "\" \"User Commands\"\n.SH NAME\n" +
+std::string head(const std::string& page, const std::string& release, const std::string& summary) {
+    return ".TH " + upper(roff(page)) + " 1 \"\" \"camrig " + release + "\" \"User Commands\"\n.SH NAME\n" +
            roff(page) + " \\- " + roff(summary) + "\n";
 }
 
@@ -92,8 +92,8 @@ Holds the control socket \fIcamrig.sock\fR by default.
 
 }  // namespace
 
-std::string manual_of_program(const CommandNode& tree, const std::string& version) {
-    std::string page = head("camrig", version, "rig of virtual cameras that programs take for real ones") +
+std::string manual_of_program(const CommandNode& tree, const std::string& release) {
+    std::string page = head("camrig", release, "rig of virtual cameras that programs take for real ones") +
                        ".SH SYNOPSIS\n" + synopsis(tree) +
                        ".SH DESCRIPTION\nRenders one 3D world for many synchronised virtual cameras and serves each of "
                        "them as /dev/videoN, by RTSP and by HTTP.\n.SH COMMANDS\n";
@@ -106,8 +106,8 @@ std::string manual_of_program(const CommandNode& tree, const std::string& versio
     return page;
 }
 
-std::string manual_of_command(const CommandNode& tree, const CommandNode& command, const std::string& version) {
-    std::string page = head("camrig-" + command.words.back(), version, command.help) + ".SH SYNOPSIS\n" +
+std::string manual_of_command(const CommandNode& tree, const CommandNode& command, const std::string& release) {
+    std::string page = head("camrig-" + command.words.back(), release, command.help) + ".SH SYNOPSIS\n" +
                        synopsis(command) + ".SH DESCRIPTION\n" + roff(command.help) + ".\n";
     if (const std::string options = option_list(command); !options.empty()) page += ".SH OPTIONS\n" + options;
     if (!command.commands.empty()) {

@@ -68,7 +68,7 @@ function addChoice(label, options, read, ask) {
 }
 const choices = [
   addChoice('Quality', ["the rig's", 'fast', 'simple', 'beautiful'], (c) => c.quality ?? "the rig's", (value) => ({ quality: value === "the rig's" ? null : value })),
-  addChoice('Antialias', ['none', 'msaa4', 'ssaa2', 'ssaa3', 'ssaa4'], (c) => c.antialias, (value) => ({ antialias: value })),
+  addChoice('Antialias', ['auto', 'none', 'msaa4', 'ssaa2', 'ssaa3', 'ssaa4'], (c) => c.antialias, (value) => ({ antialias: value })),
   addChoice('Code strip', ['off', 'on'], (c) => (c.code_strip ? 'on' : 'off'), (value) => ({ code_strip: value === 'on' })),
 ];
 
