@@ -8,7 +8,7 @@ namespace {
 
 constexpr int max_device_number = 255;
 
-Error invalid(std::string message) {
+Error refusal(std::string message) {
     return {ErrorKind::invalid_argument, std::move(message)};
 }
 
@@ -19,21 +19,21 @@ Result<void> check_h264(const OutputSpec& output, const std::string& place) {
                                             {output.key_interval_s.has_value(), ".key_interval_s"},
                                             {!output.preset.empty(), ".preset"},
                                             {!output.profile.empty(), ".profile"}})
-            if (is_given) return std::unexpected(invalid(place + key + ": only rtsp outputs with codec h264 have one"));
+            if (is_given) return std::unexpected(refusal(place + key + ": only rtsp outputs with codec h264 have one"));
         return {};
     }
     if (output.bitrate_kbps && (*output.bitrate_kbps < 16 || *output.bitrate_kbps > 200'000))
-        return std::unexpected(invalid(place + ".bitrate_kbps: must be 16 to 200000"));
+        return std::unexpected(refusal(place + ".bitrate_kbps: must be 16 to 200000"));
     if (output.key_interval_s && !(*output.key_interval_s >= 0.01 && *output.key_interval_s <= 60.0))
-        return std::unexpected(invalid(place + ".key_interval_s: must be 0.01 to 60"));
+        return std::unexpected(refusal(place + ".key_interval_s: must be 0.01 to 60"));
     constexpr std::array presets = {"", "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"};
     if (std::ranges::find(presets, output.preset) == presets.end())
-        return std::unexpected(invalid(place + ".preset: '" + output.preset.substr(0, 40) +
+        return std::unexpected(refusal(place + ".preset: '" + output.preset.substr(0, 40) +
                                        "' is none of ultrafast, superfast, veryfast, faster, fast, medium, slow"));
     constexpr std::array profiles = {"", "baseline", "main", "high"};
     if (std::ranges::find(profiles, output.profile) == profiles.end())
         return std::unexpected(
-            invalid(place + ".profile: '" + output.profile.substr(0, 40) + "' is none of baseline, main, high"));
+            refusal(place + ".profile: '" + output.profile.substr(0, 40) + "' is none of baseline, main, high"));
     return {};
 }
 
@@ -41,37 +41,37 @@ Result<void> check_output(const OutputSpec& output, ImageSize size, const std::s
     const bool numbered = output.kind == "v4l2" || output.kind == "device";
     if (!numbered && output.kind != "rtsp" && output.kind != "mjpeg") {
         return std::unexpected(
-            invalid(place + ".kind: '" + output.kind.substr(0, 40) + "' is none of v4l2, device, rtsp, mjpeg"));
+            refusal(place + ".kind: '" + output.kind.substr(0, 40) + "' is none of v4l2, device, rtsp, mjpeg"));
     }
     if (numbered && !output.number)
-        return std::unexpected(invalid(place + ".number: is missing; it is the N of /dev/videoN"));
+        return std::unexpected(refusal(place + ".number: is missing; it is the N of /dev/videoN"));
     if (!numbered && output.number)
-        return std::unexpected(invalid(place + ".number: " + output.kind + " outputs have none"));
+        return std::unexpected(refusal(place + ".number: " + output.kind + " outputs have none"));
     if (output.number && (*output.number < 0 || *output.number > max_device_number))
-        return std::unexpected(invalid(place + ".number: must be 0 to 255"));
+        return std::unexpected(refusal(place + ".number: must be 0 to 255"));
 
     // YUYV and YU12 have half as many chroma columns (and rows); Chrome drops every picture of an odd width.
     if (output.kind == "v4l2" && (size.width % 2 != 0 || size.height % 2 != 0))
         return std::unexpected(
-            invalid(place + ": a v4l2 device needs an even width and height; the camera has " + size.to_string()));
+            refusal(place + ": a v4l2 device needs an even width and height; the camera has " + size.to_string()));
 
     constexpr std::array formats = {"", "YUYV", "YU12", "MJPG", "BGR3"};
     if (!output.format.empty() && output.kind != "v4l2")
-        return std::unexpected(invalid(place + ".format: only v4l2 outputs have one"));
+        return std::unexpected(refusal(place + ".format: only v4l2 outputs have one"));
     if (std::ranges::find(formats, output.format) == formats.end())
         return std::unexpected(
-            invalid(place + ".format: '" + output.format.substr(0, 40) + "' is none of YUYV, YU12, MJPG, BGR3"));
+            refusal(place + ".format: '" + output.format.substr(0, 40) + "' is none of YUYV, YU12, MJPG, BGR3"));
 
     constexpr std::array codecs = {"", "h264", "mjpeg"};
     if (!output.codec.empty() && output.kind != "rtsp")
-        return std::unexpected(invalid(place + ".codec: only rtsp outputs have one"));
+        return std::unexpected(refusal(place + ".codec: only rtsp outputs have one"));
     if (std::ranges::find(codecs, output.codec) == codecs.end())
-        return std::unexpected(invalid(place + ".codec: '" + output.codec.substr(0, 40) + "' is none of h264, mjpeg"));
+        return std::unexpected(refusal(place + ".codec: '" + output.codec.substr(0, 40) + "' is none of h264, mjpeg"));
 
     const bool mjpeg = output.kind == "mjpeg" || output.codec == "mjpeg";
-    if (output.quality && !mjpeg) return std::unexpected(invalid(place + ".quality: only mjpeg outputs have one"));
+    if (output.quality && !mjpeg) return std::unexpected(refusal(place + ".quality: only mjpeg outputs have one"));
     if (output.quality && (*output.quality < 1 || *output.quality > 100))
-        return std::unexpected(invalid(place + ".quality: must be 1 to 100"));
+        return std::unexpected(refusal(place + ".quality: must be 1 to 100"));
     return check_h264(output, place);
 }
 
@@ -90,7 +90,7 @@ Result<void> check_outputs(const std::vector<OutputSpec>& outputs, ImageSize siz
             const OutputSpec &a = outputs[earlier], &b = outputs[i];
             if (a.kind == b.kind && a.number == b.number && a.codec == b.codec)
                 return std::unexpected(
-                    invalid(place + ": is the same output as outputs[" + std::to_string(earlier) + "]"));
+                    refusal(place + ": is the same output as outputs[" + std::to_string(earlier) + "]"));
         }
     }
     return {};
