@@ -15,6 +15,17 @@ std::vector<Shape> protocol_shapes() {
           {"roll_deg", "number", "about the viewing direction, clockwise seen from behind the camera", false, "deg",
            "0"},
           {"orientation", "[x, y, z, w]", "quaternion of the body frame: x forward, y left, z up"}}},
+        {"mount",
+         "Fixes a camera to an actor: a vehicle, a drone, a person. `pose` is then in the frame of the mount, x ahead, "
+         "y "
+         "left, z up, and so is what look_at names; it moves with every picture. When the actor is removed the camera "
+         "stays where it was, and follows again when an actor of this name comes.",
+         {{"actor", "string", "its name", true},
+          {"node", "string",
+           "a node of its model: the frame is at the node and turns as the node does in its clips; at rest, one "
+           "without "
+           "a turn of its own has the axes of the actor. Empty: the actor's own frame, at its origin",
+           false, "", "\"\""}}},
         {"intrinsics",
          "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 is the "
          "middle.",

@@ -22,6 +22,7 @@ std::vector<Field> camera_fields() {
          "1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1", false,
          "", "1"},
         {"pose", "object", "see pose"},
+        {"mount", "object or null", "see mount; null: on nothing, where `pose` is in the world", false, "", "null"},
         {"lens", "object", "see lens", false, "", "pinhole"},
         {"antialias", "string",
          "`none`, `msaa4` (four coverage samples), `ssaa2`, `ssaa3`, `ssaa4` (2x2 to 4x4 full samples) or `auto` "
@@ -37,30 +38,34 @@ std::vector<Field> camera_fields() {
         {"id", "integer", "as camera.get answers; does nothing, like the next three"},
         {"sequence", "integer", "does nothing"},
         {"readers", "integer", "does nothing"},
-        {"applied_ns", "integer", "does nothing", false, "ns"}};
+        {"applied_ns", "integer", "does nothing", false, "ns"},
+        {"world_pose", "object", "does nothing"}};
 }
 
 std::vector<Field> state_fields() {
-    return {{"name", "string", "its name"},
-            {"size", "[width, height]", "size of its pictures", false, "px"},
-            {"fps", "number or \"num/den\"", "its rate", false, "1/s"},
-            {"vfov_deg", "number", "vertical field of view", false, "deg"},
-            {"hfov_deg", "number", "horizontal field of view", false, "deg"},
-            {"intrinsics", "object", "fx, fy, cx, cy as they follow from the above and zoom", false, "px"},
-            {"zoom", "number", "in the fields of view and intrinsics already"},
-            {"pose", "object", "position, orientation, pan_deg, tilt_deg and roll_deg"},
-            {"lens", "object", "see lens"},
-            {"antialias", "string", "samples per pixel"},
-            {"near", "number", "nearest distance drawn", false, "m"},
-            {"far", "number", "farthest distance drawn; 0: no limit", false, "m"},
-            {"quality", "string or null", "null: the rig's"},
-            {"controls", "object", "all of them"},
-            {"code_strip", "boolean", "whether its pictures carry one"},
-            {"outputs", "array of objects", "as they were asked for"},
-            {"id", "integer", "one life of a camera; never used again"},
-            {"sequence", "integer", "number of its latest due frame"},
-            {"readers", "integer", "how many watch it now"},
-            {"applied_ns", "integer", "world time from which this state shows", false, "ns"}};
+    return {
+        {"name", "string", "its name"},
+        {"size", "[width, height]", "size of its pictures", false, "px"},
+        {"fps", "number or \"num/den\"", "its rate", false, "1/s"},
+        {"vfov_deg", "number", "vertical field of view", false, "deg"},
+        {"hfov_deg", "number", "horizontal field of view", false, "deg"},
+        {"intrinsics", "object", "fx, fy, cx, cy as they follow from the above and zoom", false, "px"},
+        {"zoom", "number", "in the fields of view and intrinsics already"},
+        {"pose", "object", "position, orientation, pan_deg, tilt_deg and roll_deg; in the frame of its mount, if any"},
+        {"mount", "object or null", "see mount"},
+        {"world_pose", "object", "where it is in the world, as pose; of a mounted camera, at its latest due frame"},
+        {"lens", "object", "see lens"},
+        {"antialias", "string", "samples per pixel"},
+        {"near", "number", "nearest distance drawn", false, "m"},
+        {"far", "number", "farthest distance drawn; 0: no limit", false, "m"},
+        {"quality", "string or null", "null: the rig's"},
+        {"controls", "object", "all of them"},
+        {"code_strip", "boolean", "whether its pictures carry one"},
+        {"outputs", "array of objects", "as they were asked for"},
+        {"id", "integer", "one life of a camera; never used again"},
+        {"sequence", "integer", "number of its latest due frame"},
+        {"readers", "integer", "how many watch it now"},
+        {"applied_ns", "integer", "world time from which this state shows", false, "ns"}};
 }
 
 std::vector<Field> with(std::vector<Field> head, std::vector<Field> tail) {

@@ -16,6 +16,7 @@ std::string hex_text(std::uint64_t bits) {
 
 json to_json(const CameraState& state) {
     json value = camera_to_json(state.spec);
+    value["world_pose"] = pose_to_json(state.world_pose);
     value["id"] = static_cast<std::uint32_t>(state.id);
     value["sequence"] = state.sequence;
     value["readers"] = state.readers;

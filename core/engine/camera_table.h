@@ -24,6 +24,7 @@ struct LatestDue {
     TimeNs world_ns = 0;
     TimeNs monotonic_ns = 0;
     SnapshotRef snapshot;
+    Pose pose;       ///< world_from_link at that instant
     FrameRef color;  ///< null until drawn
 };
 
@@ -34,6 +35,7 @@ struct CameraEntry {
     std::shared_ptr<const std::string> name;
     std::shared_ptr<const CameraSpec> spec;
     std::uint64_t spec_revision = 0;
+    Pose mount_frame;  ///< of a mounted camera: world_from_mount when its actor was there last
     LatestDue latest;
     std::uint64_t due = 0, rendered = 0, dropped = 0, idle = 0;
 };

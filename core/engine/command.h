@@ -25,7 +25,7 @@ enum class OverloadPolicy : std::uint8_t { drop, slow };
 struct CameraState {
     CameraId id{};
     CameraSpec spec;
-    Pose world_pose;             ///< where it is now
+    Pose world_pose;             ///< where it is: of a mounted camera, at its latest due instant
     std::int64_t sequence = -1;  ///< of the latest due frame; -1: none yet
     std::size_t readers = 0;
     TimeNs applied_ns = 0;  ///< world time from which this state shows

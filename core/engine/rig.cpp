@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/world/mount.h"
 
 namespace camrig {
 namespace {
@@ -163,13 +164,22 @@ void Rig::publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& lat
     publish_.record(monotonic_now_ns() - start_ns);
 }
 
+Pose Rig::pose_at(CameraEntry& entry, const Snapshot& snapshot) {
+    const CameraSpec& spec = *entry.spec;
+    if (!spec.mount) return spec.pose;
+    const auto carrier = std::ranges::find_if(
+        snapshot.movers, [&](const Instance& mover) { return mover.info->name == spec.mount->actor; });
+    if (carrier != snapshot.movers.end()) entry.mount_frame = mount_frame(*carrier, spec.mount->node);
+    return in_world(entry.mount_frame, spec.pose);
+}
+
 View Rig::view_of(const CameraEntry& entry, const LatestDue& latest) const {
     View view;
     view.camera = entry.id;
     view.name = entry.name;
     view.spec = latest.spec;
     view.spec_revision = latest.spec_revision;
-    view.pose = latest.spec->pose;
+    view.pose = latest.pose;
     view.quality = latest.spec->quality.value_or(options_.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;
@@ -189,7 +199,8 @@ FrameSet Rig::draw_instant(TimeNs world_ns, TimeNs monotonic_ns) {
     std::vector<bool> wanted;
     for (const auto& due : schedule_.take(world_ns)) {
         CameraEntry& entry = cameras_.at(due.camera);
-        entry.latest = {entry.spec, entry.spec_revision, due.sequence, world_ns, monotonic_ns, snapshot, nullptr};
+        entry.latest = {entry.spec, entry.spec_revision,       due.sequence, world_ns, monotonic_ns,
+                        snapshot,   pose_at(entry, *snapshot), nullptr};
         const bool is_wanted = bus_.wants(entry.id, world_ns);
         ++(is_wanted ? entry.due : entry.idle);
         if (!is_wanted && !is_color_awaited(entry, world_ns)) continue;

@@ -62,6 +62,8 @@ private:
     void advance_step(TimeNs monotonic_ns);
     FrameSet draw_instant(TimeNs world_ns, TimeNs monotonic_ns);
     void account_skipped(TimeNs instant_ns);
+    /// Where the camera is in this snapshot. Without its actor a mounted camera stays where it was.
+    static Pose pose_at(CameraEntry& entry, const Snapshot& snapshot);
     View view_of(const CameraEntry& entry, const LatestDue& latest) const;
     void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
     FrameSet draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, const std::vector<View>& views);
@@ -109,6 +111,8 @@ private:
     void start_step(Request<StepWorld>& request);
     Result<void> load(SceneRef scene);
     Result<CameraEntry*> add_camera(CameraSpec spec);
+    /// What a camera is to be mounted on is there.
+    Result<void> check_mount(const CameraPatch& patch);
     /// Every output is of a kind somebody serves, and no number is taken twice.
     Result<void> check_outputs(const CameraSpec& spec);
     /// The camera's newest picture shows the world of now with its present spec, as the next in its sequence.

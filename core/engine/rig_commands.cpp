@@ -70,6 +70,7 @@ Result<CameraState> Rig::run(CreateCamera& command) {
         if (!patch.pose) patch.pose = found->second.pose;
         if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
     }
+    if (auto good = check_mount(patch); !good) return std::unexpected(good.error());
     auto spec = patch_camera_spec(base, patch);
     if (!spec) return std::unexpected(spec.error());
     auto entry = add_camera(std::move(*spec));
@@ -91,6 +92,11 @@ Result<CameraEntry*> Rig::add_camera(CameraSpec spec) {
     renew_latest(**entry);
     bus_.add_camera(stream_of(**entry));
     return entry;
+}
+
+Result<void> Rig::check_mount(const CameraPatch& patch) {
+    if (!patch.mount || !*patch.mount) return {};
+    return world_of_now().check_mount(**patch.mount, "mount");
 }
 
 Result<void> Rig::check_outputs(const CameraSpec& spec) {
@@ -121,13 +127,17 @@ void Rig::renew_latest(CameraEntry& entry) {
     world_->advance_to(now_ns);
     const std::int64_t sequence = schedule_.next_sequence(entry.id);
     schedule_.set(entry.id, entry.spec->rate, now_ns, sequence + 1);
-    entry.latest = {entry.spec, entry.spec_revision, sequence, now_ns, monotonic_ns, world_->snapshot(now_ns), nullptr};
+    SnapshotRef snapshot = world_->snapshot(now_ns);
+    const Pose pose = pose_at(entry, *snapshot);
+    entry.latest = {entry.spec,   entry.spec_revision, sequence, now_ns,
+                    monotonic_ns, std::move(snapshot), pose,     nullptr};
 }
 
 Result<CameraState> Rig::run(SetCamera& command) {
     auto found = cameras_.find(command.name);
     if (!found) return std::unexpected(found.error());
     const std::shared_ptr<const CameraSpec> old = (*found)->spec;
+    if (auto good = check_mount(command.patch); !good) return std::unexpected(good.error());
     auto spec = patch_camera_spec(*old, command.patch);
     if (!spec) return std::unexpected(spec.error());
     if (auto good = check_outputs(*spec); !good) return std::unexpected(good.error());
@@ -183,7 +193,7 @@ CameraState Rig::state_of(const CameraEntry& entry) const {
     CameraState state;
     state.id = entry.id;
     state.spec = *entry.spec;
-    state.world_pose = entry.spec->pose;
+    state.world_pose = entry.spec->mount ? entry.latest.pose : entry.spec->pose;
     state.sequence = entry.latest.sequence;
     state.readers = bus_.reader_count(entry.id);
     state.applied_ns = entry.latest.world_ns;

@@ -52,6 +52,19 @@ void read_rate(JsonReader& reader, CameraPatch& patch) {
         reader.fail("fps", "expected a number or \"num/den\"");
 }
 
+void read_mount(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("mount");
+    if (!value) return;
+    patch.mount.emplace();
+    if (value->is_null()) return;
+    JsonReader parts(*value, reader.path_of("mount"));
+    Mount mount;
+    parts.required("actor", mount.actor);
+    parts.optional("node", mount.node);
+    if (auto done = parts.finish(); !done) return reader.fail(done.error());
+    *patch.mount = std::move(mount);
+}
+
 /// What camera.get says of a camera's life beside its settings: taken, so that its answer makes a camera, and unused.
 constexpr std::array camera_state_keys = {"id", "sequence", "readers", "applied_ns"};
 
@@ -219,6 +232,7 @@ CameraPatch read_camera_patch(JsonReader& reader) {
         else
             reader.fail(read.error());
     }
+    read_mount(reader, patch);
     read_lens(reader, patch);
     reader.optional("near", patch.near_m);
     reader.optional("far", patch.far_m);
@@ -231,6 +245,7 @@ CameraPatch read_camera_patch(JsonReader& reader) {
         std::optional<std::int64_t> unused;
         reader.optional(state, unused);
     }
+    reader.find("world_pose");
     return patch;
 }
 
@@ -304,6 +319,7 @@ json camera_to_json(const CameraSpec& spec) {
         {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
         {"zoom", spec.zoom},
         {"pose", pose_to_json(spec.pose)},
+        {"mount", spec.mount ? json{{"actor", spec.mount->actor}, {"node", spec.mount->node}} : json(nullptr)},
         {"lens", std::move(lens)},
         {"antialias", to_string(spec.antialias)},
         {"near", spec.near_m},

@@ -10,11 +10,11 @@
 
 namespace camrig {
 
-/// Reads the camera fields of the contract (size, fps, vfov_deg | hfov_deg | intrinsics, zoom, pose, lens, antialias,
-/// near, far, quality, controls, code_strip, outputs) from an object whose other keys (name, place) the caller reads.
-/// Errors carry the JSON path. The same reader serves camera.create, camera.set, scene files and camera files. What
-/// camera.get answers is read back: redundant angles are taken where they agree, quality null is the rig's, and what
-/// says how the camera lives (id, sequence, readers, applied_ns) does nothing.
+/// Reads the camera fields of the contract (size, fps, vfov_deg | hfov_deg | intrinsics, zoom, pose, mount, lens,
+/// antialias, near, far, quality, controls, code_strip, outputs) from an object whose other keys (name, place) the
+/// caller reads. Errors carry the JSON path. The same reader serves camera.create, camera.set, scene files and camera
+/// files. What camera.get answers is read back: redundant angles are taken where they agree, quality null is the rig's,
+/// and what says how the camera lives (id, sequence, readers, applied_ns, world_pose) does nothing.
 CameraPatch read_camera_patch(JsonReader& reader);
 
 /// The camera as camera.get shows it: every field of the contract, with pose given as position, orientation and angles,

@@ -116,6 +116,7 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     assign_if(patch.zoom, spec.zoom);
     if (patch.optics) spec.zoom = spec.optics_zoom = patch.zoom.value_or(1.0);
     assign_if(patch.pose, spec.pose);
+    assign_if(patch.mount, spec.mount);
     const auto pose = turned(spec.pose, patch.pan_rad, patch.tilt_rad);
     if (!pose) return std::unexpected(pose.error());
     spec.pose = *pose;

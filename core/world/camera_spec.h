@@ -18,6 +18,13 @@
 
 namespace camrig {
 
+/// What a camera is fixed to: an actor, at one of its model's nodes or, without one, at its body.
+struct Mount {
+    std::string actor;
+    std::string node;  ///< empty: the body frame
+    friend bool operator==(const Mount&, const Mount&) = default;
+};
+
 enum class Quality : std::uint8_t { fast, simple, beautiful };
 std::string_view to_string(Quality quality);
 Result<Quality> parse_quality(std::string_view name);
@@ -43,7 +50,8 @@ struct CameraSpec {
     double zoom = 1.0;         ///< 1..10; focal length against that of the unzoomed camera
     double optics_zoom = 1.0;  ///< the zoom that the optics were given at
     Intrinsics intrinsics;     ///< derived from size, optics and zoom
-    Pose pose;                 ///< world_from_link
+    Pose pose;                 ///< world_from_link; of a mounted camera frame_from_link, in the frame of its mount
+    std::optional<Mount> mount;
     Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::automatic;
@@ -66,7 +74,8 @@ struct CameraPatch {
     std::optional<Optics> optics;  ///< as they are at the zoom given with them, else at zoom 1
     std::optional<double> zoom;
     std::optional<Pose> pose;
-    std::optional<double> pan_rad, tilt_rad;  ///< turn the pose as a pan/tilt head does; position and roll stay
+    std::optional<std::optional<Mount>> mount;  ///< nullopt inside: on nothing
+    std::optional<double> pan_rad, tilt_rad;    ///< turn the pose as a pan/tilt head does; position and roll stay
     std::optional<Lens> lens;
     std::optional<LensSampling> lens_sampling;
     std::optional<Antialias> antialias;

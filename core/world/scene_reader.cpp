@@ -195,6 +195,9 @@ void SceneReader::check_references() {
         const ObjectSpec& object = scene_.objects[i];
         if (object.attach) check(check_attachment(*object.attach, names, item_path("objects", i) + ".attach"));
     }
+    for (std::size_t i = 0; i < scene_.cameras.size(); ++i)
+        if (scene_.cameras[i].mount)
+            check(check_mount(*scene_.cameras[i].mount, names, item_path("cameras", i) + ".mount"));
     FollowGraph follows;
     for (const ActorSpec& actor : scene_.actors) add_follows(actor.name, actor.behaviour, follows);
     std::set<std::string> carried, carriers;

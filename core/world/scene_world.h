@@ -36,6 +36,8 @@ public:
     Result<ActorReport> change_actor(const ActorPatch& patch) override;
     Result<void> steer_actors(std::span<const SteerSpec> steers) override;
 
+    Result<void> check_mount(const Mount& mount, const std::string& path) const override;
+
     std::vector<EventReport> events() const override { return events_.reports(); }
     Result<EventReport> add_event(const EventSpec& spec) override;
     Result<void> remove_event(const std::string& name) override;

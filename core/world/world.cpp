@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <numbers>
 
 #include "core/world/behaviour/stand_behaviour.h"
+#include "core/world/mount.h"
 #include "core/world/scene_world.h"
 
 namespace camrig {
@@ -187,9 +187,7 @@ Instance SceneWorld::held_instance(const Mover& mover, const Instance& carrier) 
         const glm::dmat4& node = pose.model_from_node[static_cast<std::size_t>(mover.held->node)];
         const glm::dvec3& z_up = mover.held->position;
         place = glm::dvec3(node * glm::dvec4(z_up.x, z_up.z, -z_up.y, 1.0));
-        glm::dmat3 axes(node);
-        for (int i = 0; i < 3; ++i) axes[i] = glm::normalize(axes[i]);
-        frame = glm::quat_cast(axes) * glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
+        frame = z_up_turn(node);
     }
     Instance instance = mover.instance_at(0, scene_->step_ns);
     instance.position = carrier.position + carrier.orientation * (carrier.scale * place);

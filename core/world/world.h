@@ -53,6 +53,9 @@ public:
     /// All of them or none.
     virtual Result<void> steer_actors(std::span<const SteerSpec> steers) = 0;
 
+    /// Whether a camera can be fixed to this now; messages begin with `path`.
+    virtual Result<void> check_mount(const Mount& mount, const std::string& path) const = 0;
+
     virtual std::vector<EventReport> events() const = 0;
     virtual Result<EventReport> add_event(const EventSpec& spec) = 0;
     virtual Result<void> remove_event(const std::string& name) = 0;

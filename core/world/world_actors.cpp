@@ -116,7 +116,7 @@ void SceneWorld::behave(Mover& mover, const BehaviourSpec& spec) {
     const std::vector<ClipPlay> clips = mover.now.clips;
     ActorState begun = mover.now;
     mover.behaviour->start(own, begun);
-    // Most begin where the actor is; a vehicle is put on its lane.
+    // Most begin where the actor is.
     if (begun.position != mover.now.position || begun.orientation != mover.now.orientation)
         mover.jump([&](ActorState& now) { now = begun; });
     mover.now.clips = clips;  // the next step fades to the new one
@@ -129,6 +129,11 @@ Result<void> SceneWorld::check_behave(const Mover& mover, const BehaviourSpec& s
     FollowGraph graph = follows(name);
     add_follows(name, spec, graph);
     return check_follows(name, graph, path.empty() ? "" : path.substr(0, path.size() - 1));
+}
+
+Result<void> SceneWorld::check_mount(const Mount& mount, const std::string& path) const {
+    thread_.check();
+    return camrig::check_mount(mount, known_names(), path);
 }
 
 Result<void> SceneWorld::check_carrier(const std::string& name, const Attachment& to, const std::string& path) const {

@@ -45,6 +45,9 @@ std::string long_text(const json& camera) {
         {"intrinsics", vector_text({k["fx"], k["fy"], k["cx"], k["cy"]}) + " px"},
         {"position", vector_text(pose["position"]) + " m"},
         {"pan, tilt, roll", vector_text({pose["pan_deg"], pose["tilt_deg"], pose["roll_deg"]}) + " deg"},
+        {"mounted on", camera["mount"].is_null()
+                           ? "nothing"
+                           : plain_text(camera["mount"]["actor"]) + " " + plain_text(camera["mount"]["node"])},
         {"lens", plain_text(camera["lens"]["model"]) + " " + vector_text(camera["lens"]["coefficients"])},
         {"near, far", plain_text(camera["near"]) + ", " + plain_text(camera["far"]) + " m"},
         {"quality", camera["quality"].is_null() ? "the rig's" : plain_text(camera["quality"])},
@@ -179,7 +182,7 @@ int list(const CliContext& context) {
     std::vector<std::vector<std::string>> rows{{"NAME", "SIZE", "FPS", "VFOV", "POSITION", "READERS"}};
     for (const json& camera : (*answer)["cameras"]) {
         rows.push_back({camera["name"].get<std::string>(), size_text(camera), plain_text(camera["fps"]),
-                        plain_text(camera["vfov_deg"]), vector_text(camera["pose"]["position"]),
+                        plain_text(camera["vfov_deg"]), vector_text(camera["world_pose"]["position"]),
                         plain_text(camera["readers"])});
     }
     return context.print(*answer, table(rows));

@@ -65,6 +65,12 @@ Result<json> intrinsics_of(const std::string& text) {
     return json{{"fx", (*numbers)[0]}, {"fy", (*numbers)[1]}, {"cx", (*numbers)[2]}, {"cy", (*numbers)[3]}};
 }
 
+json mount_of(const std::string& text) {
+    if (text.empty()) return nullptr;
+    const std::size_t slash = text.find('/');
+    return {{"actor", text.substr(0, slash)}, {"node", slash == std::string::npos ? "" : text.substr(slash + 1)}};
+}
+
 Result<json> lens_of(const std::string& text) {
     const std::size_t colon = text.find(':');
     json lens{{"model", text.substr(0, colon)}};
@@ -128,6 +134,8 @@ void CameraOptions::add_to(CLI::App& command) {
                                      std::tuple("--tilt-deg", &tilt_deg, "positive looks up"),
                                      std::tuple("--roll-deg", &roll_deg, "about the viewing direction")})
         command.add_option(name, *value, text)->excludes(target)->excludes(quaternion);
+    command.add_option("--mount", mount,
+                       "ACTOR or ACTOR/NODE that it is fixed to, the pose being in that frame; \"\": none");
     auto* glass =
         command.add_option("--lens", lens, "MODEL or MODEL:K1,K2,... as in ROS, e.g. plumb_bob:-0.2,0.05,0,0,0");
     auto* file = command
@@ -179,6 +187,7 @@ Result<json> camera_params(const CameraOptions& options, const json& present_pos
     params.put_if("hfov_deg", options.hfov_deg);
     if (!options.intrinsics.empty()) params.put("intrinsics", intrinsics_of(options.intrinsics));
     if (options.has_pose()) params.put("pose", pose_of(options, present_pose));
+    if (options.mount) params.put("mount", mount_of(*options.mount));
     if (!options.lens.empty()) params.put("lens", lens_of(options.lens));
     if (!options.antialias.empty()) params.put("antialias", options.antialias);
     params.put_if("near", options.near);

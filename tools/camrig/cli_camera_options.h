@@ -17,6 +17,7 @@ namespace camrig {
 /// The camera options of `camera create` and `camera set`, as typed.
 struct CameraOptions {
     std::string size, fps, position, look_at, orientation, intrinsics, quality, lens, antialias, rtsp;
+    std::optional<std::string> mount;
     std::string calibration, calibration_camera;
     std::string rtsp_preset, rtsp_profile;
     std::optional<int> rtsp_bitrate_kbps, rtsp_quality;

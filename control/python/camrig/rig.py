@@ -47,7 +47,8 @@ class Rig:
 
         size (width, height), fps (number, "30000/1001" or Fraction), one of vfov_deg, hfov_deg or intrinsics ({fx, fy, cx,
         cy} or a 3x3 matrix); position with one of look_at, pan_deg + tilt_deg + roll_deg, or orientation (x, y, z, w);
-        place (one of the scene's: gives pose and field of view); lens ({"model", "coefficients"} or (model, coefficients));
+        place (one of the scene's: gives pose and field of view); mount ("ACTOR" or "ACTOR/NODE": the pose is then in its frame);
+        lens ({"model", "coefficients"} or (model, coefficients));
         antialias (auto, none, msaa4, ssaa2, ssaa3, ssaa4), near, far (metres), quality (fast, simple, beautiful), zoom,
         controls ({"exposure_ev": 1, "saturation": 0.5, ...}: see docs/control-protocol.md), code_strip, outputs ([{"kind": "mjpeg"}, ...]).
         """

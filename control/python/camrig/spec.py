@@ -30,6 +30,7 @@ def camera_params(
     tilt_deg: float | None = None,
     roll_deg: float | None = None,
     orientation: Vector | None = None,
+    mount: Mapping[str, str] | str | None = None,
     lens: Lens | None = None,
     antialias: str | None = None,
     near: float | None = None,
@@ -59,6 +60,8 @@ def camera_params(
             pose[name] = float(angle)
     if pose:
         params["pose"] = pose
+    if mount is not None:
+        params["mount"] = _mount(mount)
     if lens is not None:
         params["lens"] = _lens(lens)
     if antialias is not None:
@@ -86,6 +89,14 @@ def nanoseconds_of(seconds: float | None, nanoseconds: int | None) -> int:
 def _plain(value: Any) -> Any:
     """numpy's scalars as Python's own."""
     return value.item() if isinstance(value, np.generic) else value
+
+
+def _mount(value: Mapping[str, str] | str) -> dict[str, str] | None:
+    """Also "actor" or "actor/node"; "" takes the camera off."""
+    if not isinstance(value, str):
+        return dict(value)
+    actor, _, node = value.partition("/")
+    return {"actor": actor, "node": node} if actor else None
 
 
 def _vector(name: str, value: Sequence[float], length: int) -> list[float]:

@@ -88,7 +88,8 @@ struct Make {
                                                           .spec = vehicle,
                                                           .model = actor.model,
                                                           .animation = clip_index(*actor.model, vehicle.clip),
-                                                          .scale = actor.scale});
+                                                          .scale = actor.scale,
+                                                          .joins = joins});
     }
     std::unique_ptr<Behaviour> operator()(const SteeredBehaviour& steered) const {
         return std::make_unique<Steered>(gait(steered.clip, ""));

@@ -14,6 +14,10 @@ constexpr double side_margin_m = 0.3;
 constexpr double storey_height_m = 2.5;
 /// Harder than this nothing brakes: tyres on a dry road.
 constexpr double emergency_m_s2 = 9.0;
+/// Joining a route takes this way at least, and this many times the distance to it.
+constexpr double least_join_m = 8.0;
+constexpr double join_slope = 4.0;
+constexpr double max_join_samples = 20000.0;
 
 }  // namespace
 
@@ -25,7 +29,31 @@ double Vehicle::wrapped(double at_m) const {
 void Vehicle::start(const StepContext& context, ActorState& state) {
     at_m_ = wrapped(options_.spec.start_m);
     speed_m_s_ = options_.spec.speed_m_s;
+    if (options_.joins) join(context, state);
     place(context, 0.0, state);
+}
+
+void Vehicle::join(const StepContext& context, const ActorState& state) {
+    const double length = options_.path->length_m();
+    const auto distance_at = [&](double at_m) {
+        return glm::distance(options_.path->at(at_m).position, state.position);
+    };
+    const double piece = std::max(sample_m, length / max_join_samples);
+    double best = 0.0;
+    for (double at = 0.0; at <= length; at += piece)
+        if (distance_at(at) < distance_at(best)) best = at;
+    for (double half = piece / 2.0; half > 1e-6; half /= 2.0)
+        for (const double at : {std::max(0.0, best - half), std::min(length, best + half)})
+            if (distance_at(at) < distance_at(best)) best = at;
+    at_m_ = best;
+    const RoutePath::Point point = options_.path->at(at_m_);
+    off_route_ = state.position - point.position;
+    off_heading_rad_ = angle_to(point.heading_rad, yaw_of(state.orientation));
+    joining_m_ = join_over_m_ = std::max(least_join_m, join_slope * glm::length(off_route_));
+    speed_m_s_ = 0.0;
+    if (!context.world) return;
+    for (const Body& body : context.world->crowd().bodies())
+        if (body.id == context.id) speed_m_s_ = std::min(options_.spec.speed_m_s, glm::length(body.velocity));
 }
 
 std::optional<Vehicle::Leader> Vehicle::find_leader(const StepContext& context, double ahead_m) {
@@ -82,14 +110,18 @@ void Vehicle::step(const StepContext& context, ActorState& state) {
     speed_m_s_ = next;
     if (!options_.closed) moved = std::min(moved, end_gap);
     at_m_ = wrapped(at_m_ + moved);
+    joining_m_ = std::max(0.0, joining_m_ - moved);
     arrived_ = !options_.closed && options_.path->length_m() - at_m_ < 0.3 && speed_m_s_ < 0.05;
     place(context, moved, state);
 }
 
 void Vehicle::place(const StepContext& context, double moved_m, ActorState& state) {
     const RoutePath::Point point = options_.path->at(at_m_);
-    state.position = point.position;
-    state.orientation = turned_to(point.heading_rad);
+    // Smoothly from where it was: 1 at the beginning, 0 on the route, level at both.
+    const double left = joining_m_ / join_over_m_;
+    const double share = left * left * (3.0 - 2.0 * left);
+    state.position = point.position + share * off_route_;
+    state.orientation = turned_to(point.heading_rad + share * off_heading_rad_);
     state.clips.clear();
     if (options_.animation < 0) return;
     const double ground =

@@ -22,6 +22,7 @@ public:
         ModelRef model;
         int animation = -1;  ///< none; with a ground speed (of the wheels' rims) it advances by the distance driven
         double scale = 1.0;
+        bool joins = false;  ///< from where it is, at the speed it has, onto the nearest point of the route
     };
     explicit Vehicle(Options options) : options_(std::move(options)) {}
     void start(const StepContext& context, ActorState& state) override;
@@ -38,11 +39,16 @@ private:
     };
     std::optional<Leader> find_leader(const StepContext& context, double ahead_m);
     double wrapped(double at_m) const;
+    void join(const StepContext& context, const ActorState& state);
     void place(const StepContext& context, double moved_m, ActorState& state);
 
     Options options_;
     double at_m_ = 0.0;  ///< of its middle
     double speed_m_s_ = 0.0;
+    double joining_m_ = 0.0;  ///< so far it still drives until it is on the route
+    double join_over_m_ = 1.0;
+    glm::dvec3 off_route_{0.0};  ///< where it was when it began to join, against the route
+    double off_heading_rad_ = 0.0;
     TimeNs clip_ns_ = 0;
     bool arrived_ = false;
     std::vector<const Body*> others_;

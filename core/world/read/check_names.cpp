@@ -209,9 +209,13 @@ Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model,
     return std::visit(BehaviourCheck{model, names, path}, behaviour);
 }
 
+Result<void> check_mount(const Mount& mount, const KnownNames& names, const std::string& path) {
+    if (auto done = check_in(names.actors, mount.actor, "actor", key_of(path, "actor")); !done) return done;
+    return check_node(model_of(names, mount.actor), mount.node, key_of(path, "node"));
+}
+
 Result<void> check_attachment(const Attachment& attachment, const KnownNames& names, const std::string& path) {
-    if (auto done = check_in(names.actors, attachment.actor, "actor", key_of(path, "actor")); !done) return done;
-    return check_node(model_of(names, attachment.actor), attachment.node, key_of(path, "node"));
+    return check_mount({.actor = attachment.actor, .node = attachment.node}, names, path);
 }
 
 Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path) {

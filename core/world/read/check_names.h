@@ -25,6 +25,7 @@ KnownNames names_of(const Scene& scene);
 Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model, const KnownNames& names,
                              const std::string& path);
 Result<void> check_attachment(const Attachment& attachment, const KnownNames& names, const std::string& path);
+Result<void> check_mount(const Mount& mount, const KnownNames& names, const std::string& path);
 Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path);
 Result<void> check_event(const EventSpec& event, const KnownNames& names, const std::string& path);
 

@@ -230,6 +230,57 @@ TEST(Actors, VehiclesOfOneLaneQueueUp) {
     EXPECT_NEAR(find(*world, "first").position.x, 300.0, 0.5);  // it stops at the end of the lane
 }
 
+TEST(Actors, AVehicleInASequenceDrivesFromOneLaneToTheNextWithoutAJump) {
+    auto scene = empty_scene();
+    scene->routes["first"] = {.points = {{0, 0, 0}, {40, 0, 0}}};
+    scene->routes["second"] = {.points = {{20, 6, 0}, {200, 6, 0}}};
+    scene->actors = {actor(R"({"name": "car", "model": "man", "class": "vehicle", "behaviour": {"type": "sequence",
+        "steps": [{"type": "vehicle", "route": "first", "speed": 10, "until": {"seconds": 4}},
+                  {"type": "vehicle", "route": "second", "speed": 10}]}})")};
+    auto world = World::create(scene, 1).value();
+    glm::dvec3 at = find(*world, "car").position;
+    double speed = 0.0;
+    for (TimeNs t = scene->step_ns; t <= 15 * ns_per_s; t += scene->step_ns) {
+        world->advance_to(t);
+        const glm::dvec3 next = find(*world, "car").position;
+        const double now = glm::distance(at, next) / (static_cast<double>(scene->step_ns) * 1e-9);
+        ASSERT_LT(now, 13.0) << "at " << at.x << ", " << at.y;
+        ASSERT_LT(std::abs(now - speed), 0.5) << "at " << at.x << ", " << at.y;
+        at = next;
+        speed = now;
+    }
+    EXPECT_GT(at.x, 80.0);
+    EXPECT_NEAR(at.y, 6.0, 1e-9);  // on the second lane
+}
+
+TEST(Actors, ADroneFliesItsPathThroughTheAir) {
+    auto scene = empty_scene();
+    scene->routes["path"] = {.points = {{0, 0, 5}, {30, 0, 8}, {30, 20, 12}, {0, 20, 6}}, .closed = true};
+    scene->actors = {actor(R"({"name": "drone", "model": "man", "class": "drone",
+        "behaviour": {"type": "route", "route": "path", "speed": 4}})")};
+    auto world = World::create(scene, 1).value();
+    double least = 1e9, most = 0.0, walked = 0.0;
+    glm::dvec3 at = find(*world, "drone").position;
+    for (TimeNs t = scene->step_ns; t <= 60 * ns_per_s; t += scene->step_ns) {
+        world->advance_to(t);
+        const glm::dvec3 next = find(*world, "drone").position;
+        const double moved = glm::distance(at, next);
+        ASSERT_NEAR(moved, 4.0 * static_cast<double>(scene->step_ns) * 1e-9, 1e-4);  // chords of the corners
+        walked += moved;
+        least = std::min(least, next.z);
+        most = std::max(most, next.z);
+        at = next;
+    }
+    EXPECT_NEAR(walked, 240.0, 0.1);
+    EXPECT_LT(least, 5.5);
+    EXPECT_GT(most, 11.0);
+    // It looks along its way over the ground, level.
+    const glm::dvec3 front = find(*world, "drone").orientation * glm::dvec3(1.0, 0.0, 0.0);
+    const glm::dvec3 velocity = find(*world, "drone").velocity;
+    EXPECT_NEAR(front.z, 0.0, 1e-12);
+    EXPECT_NEAR(glm::dot(glm::dvec2(front), glm::normalize(glm::dvec2(velocity))), 1.0, 1e-3);
+}
+
 TEST(Actors, AnObjectInAHandGoesWithIt) {
     auto scene = empty_scene();
     ObjectSpec bag;
