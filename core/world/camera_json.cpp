@@ -245,7 +245,9 @@ CameraPatch read_camera_patch(JsonReader& reader) {
         std::optional<std::int64_t> unused;
         reader.optional(state, unused);
     }
-    reader.find("world_pose");
+    if (const json* pose = reader.find("world_pose")) {
+        if (auto unused = read_pose(*pose, reader.path_of("world_pose")); !unused) reader.fail(unused.error());
+    }
     return patch;
 }
 
