@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
 
 #include "core/stream/local_frame_bus.h"
 #include "tests/unit/stream/fake_sink.h"
@@ -12,6 +13,8 @@ namespace {
 constexpr CameraId lobby{1};
 constexpr MediaFormat jpeg{Codec::jpeg, PixelFormat::rgba8, 90, {}};
 constexpr MediaFormat raw{};
+/// Made before any thread is: spdlog itself is not built for the thread sanitizer, which does not see its guard.
+const auto logger = spdlog::default_logger();
 
 class FrameBusTest : public testing::Test {
 protected:
@@ -76,7 +79,8 @@ TEST_F(FrameBusTest, SlowOutputGetsNewestFrameAndCountsTheRest) {
     slow->set_stuck(false);
     // The first may have been replaced before the worker took it; the newest always arrives.
     ASSERT_TRUE(slow->wait_for_units(1));
-    while (slow->units().back().info.sequence != 10) ASSERT_TRUE(slow->wait_for_units(slow->units().size() + 1));
+    for (auto units = slow->units(); units.back().info.sequence != 10; units = slow->units())
+        ASSERT_TRUE(slow->wait_for_units(units.size() + 1));
     const auto stats = slow->info().stats;
     EXPECT_EQ(stats->offered.load(), 10u);
     EXPECT_EQ(stats->offered.load(), stats->delivered.load() + stats->dropped.load());
