@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
+#include "core/base/clock.h"
 #include "rtsp_out/rtsp/rtsp_mount.h"
 #include "rtsp_out/rtsp/tcp_followers.h"
 
@@ -21,6 +22,9 @@ GstRTSPStatusCode status_of(ErrorKind kind) {
             return GST_RTSP_STS_SERVICE_UNAVAILABLE;
     }
 }
+
+/// How long a client that was sent pictures outlives its connection.
+constexpr TimeNs afterlife_ns = 2 * ns_per_s;
 
 bool is_tcp(GstRTSPStreamTransport* transport) {
     return transport && gst_rtsp_stream_transport_get_transport(transport)->lower_transport == GST_RTSP_LOWER_TRANS_TCP;
@@ -114,8 +118,11 @@ void ClientTable::on_answer(GstRTSPClient* client, GstRTSPContext*, GstRTSPMessa
     answer->type_data.response.reason = g_strdup(reason.c_str());
 }
 
-void ClientTable::on_setup(GstRTSPClient*, GstRTSPContext* context, void*) {
-    if (is_tcp(context->trans)) swallow_followers(context->trans);
+void ClientTable::on_setup(GstRTSPClient* client, GstRTSPContext* context, void* table) {
+    if (!is_tcp(context->trans)) return;
+    swallow_followers(context->trans);
+    auto& clients = static_cast<ClientTable*>(table)->clients_;
+    if (const auto found = clients.find(client); found != clients.end()) found->second.is_sent_to = true;
 }
 
 GstRTSPStatusCode ClientTable::on_pre_play(GstRTSPClient*, GstRTSPContext* context, void*) {
@@ -136,8 +143,18 @@ void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void*)
 void ClientTable::on_closed(GstRTSPClient* client, void* table) {
     auto* const self = static_cast<ClientTable*>(table);
     g_signal_handlers_disconnect_by_data(client, table);
-    self->clients_.erase(client);
+    const auto found = self->clients_.find(client);
+    CHECK(found != self->clients_.end());
+    if (found->second.is_sent_to)
+        self->departed_.push_back(
+            {GObjectHandle<GstRTSPClient>(GST_RTSP_CLIENT(g_object_ref(client))), monotonic_now_ns()});
+    self->clients_.erase(found);
     self->open_ = self->clients_.size();
+}
+
+void ClientTable::let_go(TimeNs monotonic_ns) {
+    for (const Departed& one : departed_) gst_rtsp_client_close(one.client.get());  // its sockets at once
+    while (!departed_.empty() && monotonic_ns - departed_.front().since_ns >= afterlife_ns) departed_.pop_front();
 }
 
 std::vector<GObjectHandle<GstRTSPClient>> ClientTable::clients_of(const std::string& path) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <set>
@@ -31,6 +32,12 @@ public:
 
     /// A connection was accepted.
     void add(GstRTSPClient* client);
+    /// Lets go of clients that have gone, a while after: now and then.
+    ///
+    /// Sending threads use a client without a reference to it, and ask our thread to close it when they cannot send
+    /// (GStreamer 1.22, do_send_data in rtsp-client.c). That takes microseconds; only a thread that was interrupted in
+    /// the middle is late.
+    void let_go(TimeNs monotonic_ns);
     /// Those who have asked for this path or what lies under it.
     std::vector<GObjectHandle<GstRTSPClient>> clients_of(const std::string& path) const;
     std::vector<GObjectHandle<GstRTSPClient>> all() const;
@@ -40,7 +47,13 @@ public:
 private:
     struct Client {
         std::set<std::string> paths;
-        std::string reason;  ///< for the answer being made
+        std::string reason;       ///< for the answer being made
+        bool is_sent_to = false;  ///< pictures over its connection
+    };
+
+    struct Departed {
+        GObjectHandle<GstRTSPClient> client;
+        TimeNs since_ns = 0;
     };
 
     void tune(GstRTSPClient* client) const;
@@ -54,6 +67,7 @@ private:
     const RtspLimits limits_;
     const Refusal refusal_;
     std::map<GstRTSPClient*, Client> clients_;
+    std::deque<Departed> departed_;
     std::atomic<std::uint64_t> open_{0}, total_{0}, over_limit_{0};
 };
 

@@ -210,6 +210,7 @@ void RtspServer::Impl::keep_house() {
     for (const auto& [path, one] : mounted)
         for (const auto& feed : one->feeds()) feed->repeat_if_idle(now_ns);
     gst_rtsp_session_pool_cleanup(sessions.get());
+    clients.let_go(now_ns);
 }
 
 void RtspServer::Impl::stop() {

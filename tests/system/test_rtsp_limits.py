@@ -1,5 +1,6 @@
 """Many, slow, stopped, vanished and hostile clients: bounded memory, and no time of others."""
 
+import concurrent.futures
 import contextlib
 import os
 import pathlib
@@ -92,6 +93,25 @@ def test_two_hundred_connections_leave_nothing_behind(rig, process):
     visit(200)
     assert process.rss_kib() - rss < 16 * 1024
     assert process.fds() <= fds + 4 and process.threads() <= threads + 4
+    keep.close()
+
+
+@pytest.mark.slow
+def test_clients_that_leave_in_the_middle_of_pictures_harm_nobody(rig):
+    """Their connections end while threads send to them."""
+    cam = rig.create_camera("lobby", size=(640, 480), fps=100)
+    keep = RtspReader(cam.url("rtsp-mjpeg"))
+
+    def visit(count):
+        for _ in range(count):
+            reader = RtspReader(cam.url("rtsp-mjpeg"))
+            take(reader, 1)
+            reader.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            reader.close()
+
+    with concurrent.futures.ThreadPoolExecutor(16) as pool:
+        list(pool.map(visit, [25] * 16))
+    take(keep, 5)
     keep.close()
 
 
