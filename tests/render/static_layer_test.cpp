@@ -130,6 +130,41 @@ TEST_F(StaticLayer, NothingOfAMoverStaysWhereItWas) {
     EXPECT_GE(reused(), 6u);
 }
 
+TEST_F(StaticLayer, ViewsOfOneInstantShowWhatEachShowsAlone) {
+    // All kept pictures are put back before the first view is drawn; the sources of some are shared.
+    const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
+    std::vector<View> views;
+    std::uint32_t number = 11;
+    for (const Quality quality : {Quality::simple, Quality::beautiful}) {
+        for (const Antialias antialias : {Antialias::none, Antialias::msaa4, Antialias::ssaa2}) {
+            for (const Lens& lens : {Lens{}, fisheye}) {
+                const TestCamera camera{.size = {160, 100},
+                                        .focal_px = lens == fisheye ? 40.0 : 75.0,
+                                        .lens = lens,
+                                        .antialias = antialias,
+                                        .quality = quality};
+                cpu_renderer().forget(CameraId{number});
+                views.push_back(numbered(camera.view(standing), number++));
+            }
+        }
+    }
+    const std::uint64_t before = cpu_renderer().counters().views_in_parts;
+    for (int n = 0; n < 4; ++n) {
+        auto moment = std::make_shared<Snapshot>(*moments_.at(0.4 * n));
+        for (auto& mover : moment->movers) mover.scale = 0.3;
+        const std::vector<FrameRef> together = draw_views(moment, views);
+        ASSERT_EQ(together.size(), views.size());
+        for (std::size_t i = 0; i < views.size(); ++i) {
+            cpu_renderer().forget(CameraId{fresh});
+            const View alone = numbered(views[i], fresh);
+            EXPECT_TRUE(bytes_of({together[i]}) == bytes_of(draw_views(moment, {&alone, 1})))
+                << "view " << i << ", picture " << n;
+        }
+    }
+    EXPECT_GT(cpu_renderer().counters().views_in_parts, before);
+    for (const View& view : views) cpu_renderer().forget(view.camera);
+}
+
 TEST_F(StaticLayer, NoShadowOfAMoverStaysWhereItWas) {
     // Small movers, so that only rectangles around them and their shadows are drawn; some stand beside the picture and
     // above it, and only their shadows are seen.

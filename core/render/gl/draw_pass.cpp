@@ -297,18 +297,30 @@ void DrawPass::draw_opaque(std::span<const VisibleDraw> draws) {
     }
 }
 
-void DrawPass::draw_blended(std::vector<VisibleDraw>& draws) {
-    if (draws.empty()) return;
-    std::ranges::stable_sort(draws,
-                             [](const VisibleDraw& a, const VisibleDraw& b) { return a.distance_m > b.distance_m; });
+void DrawPass::begin_blending() {
     // Blending is linear light, so here the target encodes; switching it on costs a CPU rasteriser a flush.
     gl_.Enable(GL_FRAMEBUFFER_SRGB);
     gl_.Enable(GL_BLEND);
     gl_.DepthMask(GL_FALSE);
-    draw_opaque(draws);
+}
+
+void DrawPass::end_blending() {
     gl_.DepthMask(GL_TRUE);
     gl_.Disable(GL_BLEND);
     gl_.Disable(GL_FRAMEBUFFER_SRGB);
+}
+
+void DrawPass::draw_sorted(std::vector<VisibleDraw>& draws) {
+    std::ranges::stable_sort(draws,
+                             [](const VisibleDraw& a, const VisibleDraw& b) { return a.distance_m > b.distance_m; });
+    draw_opaque(draws);
+}
+
+void DrawPass::draw_blended(std::vector<VisibleDraw>& draws) {
+    if (draws.empty()) return;
+    begin_blending();
+    draw_sorted(draws);
+    end_blending();
 }
 
 void DrawPass::draw_masked(const SceneItem& item, GLuint (ShaderCache::*program)(bool, bool, bool, bool)) {

@@ -51,6 +51,10 @@ public:
     void draw_opaque(std::span<const VisibleDraw> draws);
     /// Farthest first, without writing depth.
     void draw_blended(std::vector<VisibleDraw>& draws);
+    /// The same for several lists one after the other: each draw_sorted() between begin_ and end_blending().
+    void begin_blending();
+    void draw_sorted(std::vector<VisibleDraw>& draws);
+    void end_blending();
     void draw_truth(std::span<const VisibleDraw> draws);
 
     /// Distances from lights, between begin_shadows() and end_shadows(): of those `items` that `casts` is true for,

@@ -35,8 +35,8 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOption
       painter_(gl_, shaders_,
                {.max_side = context_->max_texture_size(),
                 .has_float_units = context_->is_software(),
-                .static_layer_bytes = options.static_layer_bytes,
-                .max_detail_error_px = options.max_detail_error_px}),
+                .scene = {.static_layer_bytes = options.static_layer_bytes,
+                          .max_detail_error_px = options.max_detail_error_px}}),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {
     thread_.check();
@@ -101,7 +101,7 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
     }
     painter_.begin_instant();
     PaintScene scene = paint_scene(slot);
-    painter_.prepare(views, scene);
+    painter_.prepare(views, scene, slot.targets);
     for (std::size_t i = 0; i < views.size(); ++i) {
         if (auto drawn = draw_view(instant, i); !drawn) {
             instant.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
@@ -132,7 +132,7 @@ Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
     const View& view = instant.views[index];
     Slot& slot = slots_[instant.slot];
     PaintScene scene = paint_scene(slot);
-    auto painted = painter_.paint(view, scene, slot.targets[view.camera]);
+    auto painted = painter_.paint(view, index, scene, slot.targets[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame_kind_count; ++k) {
         const auto kind = static_cast<FrameKind>(k);

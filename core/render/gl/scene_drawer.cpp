@@ -1,0 +1,350 @@
+#include "core/render/gl/scene_drawer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "core/render/view_frames.h"
+
+namespace camrig {
+namespace {
+
+float srgb_of(float linear) {
+    const float c = std::fmin(std::fmax(linear, 0.0f), 1.0f);
+    return c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1.0f / 2.4f) - 0.055f;
+}
+
+PixelRect scaled(const PixelRect& rect, int factor) {
+    return {rect.x0 * factor, rect.y0 * factor, rect.x1 * factor, rect.y1 * factor};
+}
+
+/// Mesa 22.3 llvmpipe copies parts of multisampled pictures wrongly (StaticLayer tests fail); whole ones it can.
+bool may_draw_parts(const ViewPlan& plan) {
+    return plan.tiles.size() == 1 && plan.multisampling == 1;
+}
+
+}  // namespace
+
+void SceneDrawer::begin_instant() {
+    layers_.next_instant();
+    state_is_ours_ = false;
+}
+
+void SceneDrawer::prepare(std::span<const View> views, PaintScene& scene) {
+    const auto is_shadowed = [](const View& view) {
+        return view.quality == Quality::beautiful && wants(view, FrameKind::color);
+    };
+    if (std::ranges::none_of(views, is_shadowed)) return;
+    state_is_ours_ = false;
+    shadows_.update(scene, pass_, max_detail_error_px_ > 0.0);
+}
+
+void SceneDrawer::clear(const ColorTarget& target, const Environment& environment) {
+    const glm::vec3 background = environment.background * environment.exposure;
+    const float color[4] = {srgb_of(background.r), srgb_of(background.g), srgb_of(background.b), 1.0f};
+    const float farthest = 0.0f;
+    gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_COLOR, 0, color);
+    gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
+}
+
+void SceneDrawer::clear(const TruthTarget& target) {
+    const GLuint nothing[4] = {0, 0, 0, 0};
+    const float no_normal[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+    const float farthest = 0.0f;
+    gl_.ClearNamedFramebufferuiv(target.framebuffer.name(), GL_COLOR, 0, nothing);
+    gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_COLOR, 1, no_normal);
+    gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
+}
+
+void SceneDrawer::restore(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget* color,
+                          ViewTargets& targets, SceneChanges& changes) {
+    changes.layer = nullptr;
+    changes.shadowed.clear();
+    changes.is_mostly_shadowed = changes.is_in_parts = changes.is_put_back = false;
+    // Chosen objects are another picture than the one that is kept.
+    if (view.only_objects.empty())
+        changes.layer =
+            layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number});
+    if (changes.layer == nullptr || !plan.wants_color) return;
+    if (view.quality == Quality::beautiful) {
+        changes.shadowed = shadow_rects(view, plan);
+        std::int64_t area = 0, whole = 0;
+        for (const auto& tile : changes.shadowed) {
+            for (const PixelRect& rect : tile) area += rect.area();
+        }
+        for (const SourceTile& tile : plan.tiles) whole += tile.size.pixels();
+        changes.is_mostly_shadowed = 2 * area > whole;
+    }
+    if (!changes.layer->color || changes.is_mostly_shadowed) return;
+    changes.is_in_parts = find_changes(view, plan, scene, changes);
+    if (changes.is_in_parts && color != nullptr) put_back(plan, *color, &targets, changes);
+}
+
+void SceneDrawer::put_back(const ViewPlan& plan, const ColorTarget& color, ViewTargets* targets,
+                           SceneChanges& changes) {
+    const std::vector<PixelRect> whole{{0, 0, color.size.width, color.size.height}};
+    std::vector<PixelRect> samples = changes.rects;
+    for (PixelRect& rect : samples) rect = scaled(rect, plan.supersampling);
+    // The finished picture of a view stays from instant to instant: only what movers changed in it is put back.
+    const bool shows_layer = targets != nullptr && targets->shown_layer == changes.layer->number;
+    layers_.restore_around(*changes.layer, color, shows_layer ? targets->changed : whole, samples,
+                           plan.takes_depth_from_color);
+    if (targets != nullptr) {
+        targets->shown_layer = changes.layer->number;
+        targets->changed = std::move(samples);
+    }
+    changes.is_put_back = true;
+}
+
+void SceneDrawer::draw(const View& view, const ViewPlan& plan, PaintScene& scene, ViewSources sources,
+                       ViewTargets& targets, SceneChanges& changes) {
+    if (!state_is_ours_) pass_.begin_instant();
+    state_is_ours_ = true;
+    ++views_;
+    StaticLayers::Layer* const layer = changes.layer;
+    const bool is_mostly_shadowed = changes.is_mostly_shadowed;
+    if (sources.color != nullptr && changes.is_in_parts) {
+        if (!changes.is_put_back) put_back(plan, *sources.color, nullptr, changes);
+        draw_changes(view, plan, scene, *sources.color, changes);
+        ++views_in_parts_;
+        sources.color = nullptr;
+        if (sources.truth == nullptr) return;
+    }
+    ViewSources statics = sources;
+    if (sources.color != nullptr) {
+        targets.shown_layer = 0;
+        if (layer != nullptr && layer->color && !is_mostly_shadowed) {
+            layers_.restore(*layer->color, *sources.color);
+            draw_shadowed(view, plan, scene, *sources.color, changes.shadowed);
+            statics.color = nullptr;
+        } else {
+            clear(*sources.color, scene.environment);
+        }
+    }
+    if (sources.truth != nullptr) {
+        if (layer != nullptr && layer->truth) {
+            layers_.restore(*layer->truth, *sources.truth);
+            statics.truth = nullptr;
+        } else {
+            clear(*sources.truth);
+        }
+    }
+    const bool keeps_color = layer != nullptr && statics.color != nullptr && !layer->color;
+    const bool keeps_truth = layer != nullptr && statics.truth != nullptr;
+    if (!keeps_color && !keeps_truth) return draw_tiles(view, plan, scene, statics, sources);
+    draw_tiles(view, plan, scene, statics, {}, keeps_color ? Shadows::still : Shadows::now);
+    if (keeps_color) {
+        layers_.keep(*layer, *statics.color);
+        if (may_draw_parts(plan) && layer->color) keep_finished(view, plan, scene, *statics.color, *layer);
+        draw_shadowed(view, plan, scene, *statics.color, changes.shadowed);
+    }
+    if (keeps_truth) layers_.keep(*layer, *statics.truth);
+    draw_tiles(view, plan, scene, {}, sources);
+}
+
+ViewTransform SceneDrawer::transform_of(const View& view, const ViewPlan& plan, const SourceTile& tile) const {
+    return make_tile_transform(view.pose, tile.tile_from_optical, tile.size, tile.intrinsics, plan.spec->near_m,
+                               plan.spec->far_m);
+}
+
+std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, const ViewPlan& plan) const {
+    constexpr std::size_t max_rects_per_tile = 8;
+    std::vector<std::vector<PixelRect>> rects;
+    for (const SourceTile& tile : plan.tiles) {
+        rects.push_back(disjoint_cover(shadows_.changed_pixels(transform_of(view, plan, tile)), max_rects_per_tile));
+    }
+    return rects;
+}
+
+void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, PaintScene& scene,
+                             Shadows shadows) {
+    const bool is_shadowed = view.quality == Quality::beautiful && !shadows_.views().empty();
+    PassView pass{.transform = transform_of(view, plan, tile),
+                  .frustum = {},
+                  .quality = view.quality,
+                  .max_detail_error_px = max_detail_error_px_,
+                  .environment = &scene.environment,
+                  .lights = scene.lights,
+                  .light_sets = &scene.light_sets,
+                  .shadows = {},
+                  .shadow_maps = 0};
+    if (is_shadowed) {
+        pass.shadows = shadows_.views();
+        pass.shadow_maps = shadows == Shadows::still ? shadows_.still() : shadows_.now();
+    }
+    pass.frustum = make_frustum(pass.transform, plan.spec->far_m);
+    pass_.begin_view(pass, scene.stream);
+    static_opaque_.clear();
+    moving_opaque_.clear();
+    blended_.clear();
+}
+
+void SceneDrawer::draw_into(GLuint framebuffer, const SourceTile& tile, int factor) {
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    const ImageSize size = scaled(tile.size, factor);
+    gl_.Viewport(tile.x * factor, tile.y * factor, size.width, size.height);
+    gl_.Scissor(tile.x * factor, tile.y * factor, size.width, size.height);
+}
+
+std::optional<PixelRect> SceneDrawer::bounds_of(const SceneItem& item) const {
+    const ViewTransform& transform = pass_.transform();
+    return screen_bounds(transform, transform.optical_from(item.world_from_local), item.bounds.min, item.bounds.max);
+}
+
+bool SceneDrawer::find_changes(const View& view, const ViewPlan& plan, PaintScene& scene, SceneChanges& changes) {
+    // Each rectangle is a round of draws; past a few of them, or past half of the picture, a plain copy is cheaper.
+    constexpr std::size_t max_rects = 8;
+    if (!may_draw_parts(plan)) return false;
+    const SourceTile& tile = plan.tiles.front();
+    begin_tile(view, plan, tile, scene, Shadows::now);
+    for (auto* list : {&changes.shadowed_statics, &changes.movers, &changes.static_blended, &changes.blended})
+        list->clear();
+    changes.rects.clear();
+    if (!changes.shadowed.empty()) changes.rects = changes.shadowed.front();
+    auto* const statics = changes.rects.empty() ? nullptr : &changes.shadowed_statics;
+    pass_.cull(scene.movers, &changes.movers, &changes.blended);
+    pass_.cull(scene.statics, statics, &changes.static_blended);
+    for (auto* list : {&changes.movers, &changes.blended}) {
+        std::erase_if(*list, [&](const VisibleDraw& draw) {
+            const auto rect = bounds_of(*draw.item);
+            if (rect) changes.rects.push_back(*rect);
+            return !rect;
+        });
+    }
+    changes.rects = disjoint_cover(std::move(changes.rects), max_rects);
+    std::int64_t area = 0;
+    for (const PixelRect& rect : changes.rects) area += rect.area();
+    return 2 * area <= tile.size.pixels();
+}
+
+void SceneDrawer::draw_changes(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+                               const SceneChanges& changes) {
+    if (changes.rects.empty()) return;
+    const SourceTile& tile = plan.tiles.front();
+    begin_tile(view, plan, tile, scene, Shadows::now);
+    draw_into(color.framebuffer.name(), tile, plan.supersampling);
+    if (!changes.shadowed_statics.empty()) {
+        gl_.Enable(GL_SCISSOR_TEST);
+        for (const PixelRect& rect : changes.rects) {
+            use_scissor(tile, rect, plan.supersampling);
+            clear(color, scene.environment);
+            draw_touching(changes.shadowed_statics, rect);
+        }
+        gl_.Disable(GL_SCISSOR_TEST);
+    }
+    // What moves touches nothing outside of its bounds, and those lie in the rectangles: once is enough for all.
+    pass_.draw_opaque(changes.movers);
+    const auto blends_in = [this](const VisibleDraw& draw, const PixelRect& rect) {
+        const auto bounds = bounds_of(*draw.item);
+        return bounds && bounds->intersects(rect);
+    };
+    // All that is blended comes last, rectangle after rectangle: each change between the two is a flush (DrawPass).
+    pass_.begin_blending();
+    gl_.Enable(GL_SCISSOR_TEST);
+    for (const PixelRect& rect : changes.rects) {
+        touching_.clear();
+        for (const auto* list : {&changes.static_blended, &changes.blended}) {
+            for (const VisibleDraw& draw : *list)
+                if (blends_in(draw, rect)) touching_.push_back(draw);
+        }
+        if (touching_.empty()) continue;
+        use_scissor(tile, rect, plan.supersampling);
+        pass_.draw_sorted(touching_);
+    }
+    gl_.Disable(GL_SCISSOR_TEST);
+    pass_.end_blending();
+}
+
+void SceneDrawer::use_scissor(const SourceTile& tile, const PixelRect& rect, int factor) {
+    gl_.Scissor((tile.x + rect.x0) * factor, (tile.y + rect.y0) * factor, rect.width() * factor,
+                rect.height() * factor);
+}
+
+void SceneDrawer::draw_touching(std::span<const VisibleDraw> draws, const PixelRect& rect) {
+    touching_.clear();
+    for (const VisibleDraw& draw : draws) {
+        const auto bounds = bounds_of(*draw.item);
+        if (bounds && bounds->intersects(rect)) touching_.push_back(draw);
+    }
+    pass_.draw_opaque(touching_);
+}
+
+void SceneDrawer::draw_shadowed(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+                                std::span<const std::vector<PixelRect>> rects) {
+    for (std::size_t i = 0; i < rects.size(); ++i) {
+        if (rects[i].empty()) continue;
+        const SourceTile& tile = plan.tiles[i];
+        begin_tile(view, plan, tile, scene, Shadows::now);
+        pass_.cull(scene.statics, &static_opaque_, nullptr);
+        draw_into(color.framebuffer.name(), tile, plan.supersampling);
+        gl_.Enable(GL_SCISSOR_TEST);
+        for (const PixelRect& rect : rects[i]) {
+            use_scissor(tile, rect, plan.supersampling);
+            clear(color, scene.environment);
+            draw_touching(static_opaque_, rect);
+        }
+        gl_.Disable(GL_SCISSOR_TEST);
+    }
+}
+
+void SceneDrawer::keep_finished(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+                                StaticLayers::Layer& layer) {
+    const SourceTile& tile = plan.tiles.front();
+    begin_tile(view, plan, tile, scene, Shadows::still);
+    pass_.cull(scene.statics, nullptr, &blended_);
+    if (blended_.empty()) return;
+    draw_into(color.framebuffer.name(), tile, plan.supersampling);
+    pass_.draw_blended(blended_);
+    layers_.keep_finished(layer, color);
+}
+
+void SceneDrawer::keep_only(std::span<const ObjectId> objects) {
+    if (objects.empty()) return;
+    const auto is_other = [&](const VisibleDraw& draw) {
+        return std::ranges::find(objects, draw.item->object) == objects.end();
+    };
+    std::erase_if(static_opaque_, is_other);
+    std::erase_if(moving_opaque_, is_other);
+}
+
+void SceneDrawer::draw_tiles(const View& view, const ViewPlan& plan, PaintScene& scene, const ViewSources& statics,
+                             const ViewSources& rest, Shadows shadows) {
+    const bool draws_statics = statics.color != nullptr || statics.truth != nullptr;
+    const bool draws_rest = rest.color != nullptr || rest.truth != nullptr;
+    // Points and lines are wider than the viewport's edge knows.
+    const bool is_part = plan.tiles.size() > 1;
+    if (is_part) gl_.Enable(GL_SCISSOR_TEST);
+    for (const SourceTile& tile : plan.tiles) {
+        begin_tile(view, plan, tile, scene, shadows);
+        auto* const blended = rest.color != nullptr ? &blended_ : nullptr;
+        pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, blended);
+        if (draws_rest) pass_.cull(scene.movers, &moving_opaque_, blended);
+        keep_only(view.only_objects);
+
+        if (const ColorTarget* color = statics.color != nullptr ? statics.color : rest.color) {
+            draw_into(color->framebuffer.name(), tile, plan.supersampling);
+            if (statics.color != nullptr) pass_.draw_opaque(static_opaque_);
+            if (rest.color != nullptr) {
+                pass_.draw_opaque(moving_opaque_);
+                pass_.draw_blended(blended_);
+            }
+        }
+        if (const TruthTarget* truth = statics.truth != nullptr ? statics.truth : rest.truth) {
+            draw_into(truth->framebuffer.name(), tile, 1);
+            if (statics.truth != nullptr) pass_.draw_truth(static_opaque_);
+            if (rest.truth != nullptr) pass_.draw_truth(moving_opaque_);
+        }
+    }
+    if (is_part) gl_.Disable(GL_SCISSOR_TEST);
+}
+
+RenderCounters SceneDrawer::counters() const {
+    RenderCounters counters = layers_.counters();
+    counters.views = views_;
+    counters.views_in_parts = views_in_parts_;
+    counters.draws = pass_.draws();
+    counters.draws_coarse = pass_.coarse_draws();
+    return counters;
+}
+
+}  // namespace camrig
