@@ -10,8 +10,11 @@ namespace {
 
 constexpr std::size_t min_triangles = 256;  ///< below, a draw costs more than its triangles
 constexpr float first_error = 0.001f;       ///< of the mesh's extent: 2 mm of a person
-constexpr int max_levels = 6;               ///< each with twice the error of the one before
-constexpr double worthwhile = 0.85;         ///< of the triangles of the level before, at most
+/// Each with so many times the error of the one before: a mesh is drawn with up to that much less error than allowed,
+/// so the steps are small.
+constexpr float step = 1.4142136f;
+constexpr int max_levels = 12;
+constexpr double worthwhile = 0.85;  ///< of the triangles of the level before, at most
 
 }  // namespace
 
@@ -25,7 +28,7 @@ std::vector<DetailLevel> make_detail_levels(const Primitive& primitive) {
     const float extent = meshopt_simplifyScale(positions, primitive.positions.size(), sizeof(glm::vec3));
     std::size_t last_count = primitive.indices.size();
     float error = first_error;
-    for (int n = 0; n < max_levels; ++n, error *= 2.0f) {
+    for (int n = 0; n < max_levels; ++n, error *= step) {
         DetailLevel level;
         level.indices.resize(primitive.indices.size());
         float made = 0.0f;
@@ -42,12 +45,19 @@ std::vector<DetailLevel> make_detail_levels(const Primitive& primitive) {
     return levels;
 }
 
-double detail_error_px(const ViewTransform& view, glm::dvec3 centre, double radius, double error) {
-    const double z = centre.z - radius;
-    if (!(z > 0.0)) return std::numeric_limits<double>::infinity();
-    // Across the ray a length e at distance r shows as e f / z, slanted away from the middle by up to r / z more.
-    const double focal_px = std::max(view.intrinsics.fx, view.intrinsics.fy);
-    return error * focal_px / z * (glm::length(centre) + radius) / z;
+double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box, double error) {
+    // Across the ray a length e at depth z shows as e f / z, slanted away from the middle by up to |p| / z more. Both
+    // factors are largest at corners of the box: depth is linear, and |p| / z <= c is a cone, so convex.
+    double nearest = std::numeric_limits<double>::infinity(), slant = 1.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec4 local((corner & 1 ? box.max : box.min).x, (corner & 2 ? box.max : box.min).y,
+                               (corner & 4 ? box.max : box.min).z, 1.0);
+        const glm::dvec3 p(optical_from_local * local);
+        if (!(p.z > 0.0)) return std::numeric_limits<double>::infinity();
+        nearest = std::min(nearest, p.z);
+        slant = std::max(slant, glm::length(p) / p.z);
+    }
+    return error * std::max(view.intrinsics.fx, view.intrinsics.fy) / nearest * slant;
 }
 
 }  // namespace camrig

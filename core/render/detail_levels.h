@@ -21,8 +21,8 @@ struct DetailLevel {
 /// in the bind pose.
 std::vector<DetailLevel> make_detail_levels(const Primitive& primitive);
 
-/// Length in pixels that `error` metres have at most, anywhere in a ball in front of the camera; infinite where the
-/// ball reaches behind the image plane. `centre` is in the optical frame.
-double detail_error_px(const ViewTransform& view, glm::dvec3 centre, double radius, double error);
+/// Length in pixels that `error` metres have at most, anywhere in a box in front of the camera; infinite where the box
+/// reaches behind the image plane.
+double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box, double error);
 
 }  // namespace camrig

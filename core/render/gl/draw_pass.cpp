@@ -170,12 +170,8 @@ void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::ve
 
 const IndexRange& DrawPass::range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const {
     if (view_.max_detail_error_px <= 0.0) return item.primitive->full;
-    const glm::dvec3 low(item.bounds.min), high(item.bounds.max);
-    const glm::dvec3 centre(optical_from_local * glm::dvec4(0.5 * (low + high), 1.0));
-    const double radius = 0.5 * glm::length(high - low) * scale_of(optical_from_local);
-    return coarsest_range(item, [&](double error_m) {
-        return detail_error_px(view_.transform, centre, radius, error_m) <= view_.max_detail_error_px;
-    });
+    const double px_per_m = detail_error_px(view_.transform, optical_from_local, item.bounds, 1.0);
+    return coarsest_range(item, [&](double error_m) { return error_m * px_per_m <= view_.max_detail_error_px; });
 }
 
 void DrawPass::use_program(GLuint program) {

@@ -87,20 +87,27 @@ TEST(DetailLevels, AreForLargeSkinnedTriangleMeshesOnly) {
 
 TEST(DetailLevels, ErrorInThePictureIsNeverLessThanAnyDisplacementShows) {
     const ViewTransform view = make_view_transform({}, {640, 480}, {500.0, 510.0, 319.5, 239.5}, 0.05, 0.0);
-    const glm::dvec3 centre(2.0, -1.0, 4.0);
-    const double radius = 0.8, error = 0.01;
-    const double bound = detail_error_px(view, centre, radius, error);
+    // A box of 0.6 x 1.8 x 0.4 m, turned, to the right of the middle and below it.
+    const Box box{{-0.3f, -0.9f, -0.2f}, {0.3f, 0.9f, 0.2f}};
+    glm::dmat4 optical_from_local(glm::mat3_cast(glm::angleAxis(0.7, glm::normalize(glm::dvec3(0.3, 1.0, 0.2)))));
+    optical_from_local[3] = {1.2, -0.8, 3.0, 1.0};
+    const double error = 0.01;
+    const double bound = detail_error_px(view, optical_from_local, box, error);
     const auto project = [](const glm::dvec3& p) { return glm::dvec2(500.0 * p.x / p.z, 510.0 * p.y / p.z); };
-    for (int i = 0; i < 2000; ++i) {
-        // Points of the ball, displaced any way: a spiral over directions for both.
-        const auto direction = [](int n) {
-            const double z = 1.0 - 2.0 * ((n * 7 % 2000) + 0.5) / 2000.0, angle = 2.399963 * n;
-            return glm::dvec3(std::sqrt(1.0 - z * z) * std::cos(angle), std::sqrt(1.0 - z * z) * std::sin(angle), z);
-        };
-        const glm::dvec3 point = centre + (radius - error) * direction(i);
-        EXPECT_LE(glm::distance(project(point), project(point + error * direction(3 * i + 1))), bound);
+    double largest = 0.0;
+    for (int i = 0; i < 8 * 2000; ++i) {
+        // Corners of the box that is smaller by the error all around, displaced any way: a spiral over directions.
+        const double z = 1.0 - 2.0 * (i / 8 + 0.5) / 2000.0, angle = 2.399963 * (i / 8);
+        const glm::dvec3 way(std::sqrt(1.0 - z * z) * std::cos(angle), std::sqrt(1.0 - z * z) * std::sin(angle), z);
+        const glm::dvec4 local((i & 1 ? 1 : -1) * (0.3 - error), (i & 2 ? 1 : -1) * (0.9 - error),
+                               (i & 4 ? 1 : -1) * (0.2 - error), 1.0);
+        const glm::dvec3 point(optical_from_local * local);
+        largest = std::max(largest, glm::distance(project(point), project(point + error * way)));
     }
-    EXPECT_EQ(detail_error_px(view, {0.0, 0.0, 0.5}, 0.6, error), std::numeric_limits<double>::infinity());
+    EXPECT_LE(largest, bound);
+    EXPECT_GT(largest, 0.85 * bound) << "no more than the box needs";
+    optical_from_local[3] = {0.0, 0.0, 0.3, 1.0};
+    EXPECT_EQ(detail_error_px(view, optical_from_local, box, error), std::numeric_limits<double>::infinity());
 }
 
 }  // namespace
