@@ -22,6 +22,11 @@ Result<CameraEntry*> CameraTable::find(const std::string& name) {
                                            (names.empty() ? "there are none" : "there are: " + names));
 }
 
+CameraEntry* CameraTable::find_id(CameraId id) {
+    const auto found = by_id_.find(id);
+    return found == by_id_.end() ? nullptr : &found->second;
+}
+
 CameraEntry& CameraTable::at(CameraId id) {
     const auto found = by_id_.find(id);
     CHECK(found != by_id_.end());

@@ -52,6 +52,8 @@ public:
     /// Replaces a camera's spec (same name).
     Result<CameraEntry*> replace(const std::string& name, CameraSpec spec);
     Result<CameraEntry*> find(const std::string& name);
+    /// Null if it is gone.
+    CameraEntry* find_id(CameraId id);
     CameraEntry& at(CameraId id);
     /// Removes and returns it.
     Result<CameraEntry> remove(const std::string& name);

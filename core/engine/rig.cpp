@@ -1,6 +1,8 @@
 #include "core/engine/rig.h"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <set>
 
 #include <spdlog/spdlog.h>
@@ -15,12 +17,22 @@ namespace {
 constexpr TimeNs idle_tick_ns = 100 * ns_per_ms;
 /// Policy slow: how late a picture may be before the world waits.
 constexpr TimeNs slow_tolerance_ns = 20 * ns_per_ms;
+/// For so long an instant is drawn before commands have their turn.
+constexpr TimeNs turn_ns = 50 * ns_per_ms;
+/// Fewer would leave the device idle between turns.
+constexpr TimeNs min_turn_views = 4;
+/// What a view is taken to cost before one was drawn.
+constexpr TimeNs first_view_cost_ns = 8 * ns_per_ms;
 
 }  // namespace
 
 Rig::Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
          std::function<void()> wake)
-    : options_(options), bus_(bus), wake_(std::move(wake)), renderer_(std::move(renderer)) {}
+    : options_(options),
+      bus_(bus),
+      wake_(std::move(wake)),
+      renderer_(std::move(renderer)),
+      view_cost_ns_(first_view_cost_ns) {}
 
 Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& options,
                                          std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
@@ -31,7 +43,7 @@ Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& op
     // The first picture pays for shaders and textures; drawn before the clock runs, it costs no frames.
     for (auto& [id, entry] : rig->cameras_.all()) {
         const FrameSet first =
-            rig->draw(entry.latest.snapshot, entry.latest.monotonic_ns, {rig->view_of(entry, entry.latest)});
+            rig->draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{rig->view_of(entry, entry.latest)});
         if (!first.frames.empty()) entry.latest.color = first.frames.front();
     }
     if (options.mode == RunMode::realtime) rig->clock_.run(0, monotonic_now_ns());
@@ -46,6 +58,7 @@ Rig::~Rig() {
 }
 
 TimeNs Rig::wake_time_ns() const {
+    if (drawing_) return 0;
     TimeNs wake = max_time_ns;
     if (clock_.running()) {
         wake = monotonic_now_ns() + idle_tick_ns;
@@ -66,7 +79,11 @@ TimeNs Rig::world_now_ns(TimeNs monotonic_ns) const {
 
 void Rig::tick(TimeNs monotonic_ns) {
     thread_.check();
-    if (clock_.running()) {
+    if (drawing_) {
+        draw_turn(*drawing_);
+        if (drawing_->drawn < drawing_->views.size()) return;
+        finish_turns();
+    } else if (clock_.running()) {
         run_realtime(monotonic_ns);
     } else {
         advance_step(monotonic_ns);
@@ -92,8 +109,15 @@ void Rig::run_realtime(TimeNs monotonic_ns) {
     } else if (now_ns - next_ns > slow_tolerance_ns) {
         clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
     }
-    const FrameSet set = draw_instant(instant_ns, clock_.monotonic_at(instant_ns));
-    publish(set, nullptr);
+    drawing_ = begin_instant(instant_ns, clock_.monotonic_at(instant_ns));
+    draw_turn(*drawing_);
+    if (drawing_->drawn == drawing_->views.size()) finish_turns();
+}
+
+void Rig::finish_turns() {
+    if (!drawing_) return;
+    Drawing drawing = *std::exchange(drawing_, std::nullopt);
+    publish(finish_instant(std::move(drawing)), nullptr);
 }
 
 void Rig::account_skipped(TimeNs instant_ns) {
@@ -125,7 +149,7 @@ void Rig::advance_step(TimeNs monotonic_ns) {
     StepJob& job = steps_.front();
     // The next instant is drawn while the last one is on its way; it is published when that has arrived.
     const TimeNs next_ns = schedule_.next_due_ns();
-    if (!job.ready && next_ns <= job.target_ns) job.ready = draw_instant(next_ns, monotonic_now_ns());
+    if (!job.ready && next_ns <= job.target_ns) job.ready = finish_instant(begin_instant(next_ns, monotonic_now_ns()));
 
     if (job.latch && !job.latch->is_open()) {
         if (monotonic_ns < job.deadline_ns) return;
@@ -186,37 +210,76 @@ View Rig::view_of(const CameraEntry& entry, const LatestDue& latest) const {
     return view;
 }
 
-FrameSet Rig::draw_instant(TimeNs world_ns, TimeNs monotonic_ns) {
+Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
     ++instants_;
     const TimeNs start_ns = monotonic_now_ns();
     world_->advance_to(world_ns);
     collect_world();
     move_cameras(world_ns);
-    const SnapshotRef snapshot = world_->snapshot(world_ns);
+    Drawing drawing;
+    drawing.snapshot = world_->snapshot(world_ns);
+    drawing.set.world_ns = world_ns;
+    drawing.set.monotonic_ns = monotonic_ns;
     world_time_.record(monotonic_now_ns() - start_ns);
 
-    std::vector<View> views;
-    std::vector<bool> wanted;
     for (const auto& due : schedule_.take(world_ns)) {
         CameraEntry& entry = cameras_.at(due.camera);
-        entry.latest = {entry.spec, entry.spec_revision,       due.sequence, world_ns, monotonic_ns,
-                        snapshot,   pose_at(entry, *snapshot), nullptr};
+        entry.latest = {entry.spec,
+                        entry.spec_revision,
+                        due.sequence,
+                        world_ns,
+                        monotonic_ns,
+                        drawing.snapshot,
+                        pose_at(entry, *drawing.snapshot),
+                        nullptr};
         const bool is_wanted = bus_.wants(entry.id, world_ns);
-        ++(is_wanted ? entry.due : entry.idle);
+        if (!is_wanted) ++entry.idle;
         if (!is_wanted && !is_color_awaited(entry, world_ns)) continue;
-        views.push_back(view_of(entry, entry.latest));
-        wanted.push_back(is_wanted);
+        drawing.views.push_back(view_of(entry, entry.latest));
+        drawing.is_wanted.push_back(is_wanted);
     }
-    FrameSet set = draw(snapshot, monotonic_ns, views);
-    for (const FrameRef& frame : set.frames) cameras_.at(frame->info().camera_id).latest.color = frame;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-        CameraEntry& entry = cameras_.at(views[i].camera);
-        if (wanted[i]) ++(entry.latest.color ? entry.rendered : entry.dropped);
-    }
-    return set;
+    return drawing;
 }
 
-FrameSet Rig::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, const std::vector<View>& views) {
+void Rig::draw_turn(Drawing& drawing) {
+    draw_some(drawing, static_cast<std::size_t>(std::max(min_turn_views, turn_ns / view_cost_ns_)));
+}
+
+void Rig::draw_some(Drawing& drawing, std::size_t count) {
+    std::vector<View> views;
+    for (; drawing.drawn < drawing.views.size() && views.size() < count; ++drawing.drawn) {
+        const View& view = drawing.views[drawing.drawn];
+        if (cameras_.find_id(view.camera)) views.push_back(view);  // not deleted meanwhile
+    }
+    if (views.empty()) return;
+    const TimeNs start_ns = monotonic_now_ns();
+    FrameSet part = draw(drawing.snapshot, drawing.set.monotonic_ns, views);
+    std::ranges::move(part.frames, std::back_inserter(drawing.set.frames));
+    const TimeNs cost_ns = (monotonic_now_ns() - start_ns) / static_cast<TimeNs>(views.size());
+    view_cost_ns_ = std::max(TimeNs{1}, (3 * view_cost_ns_ + cost_ns) / 4);
+}
+
+FrameSet Rig::finish_instant(Drawing drawing) {
+    draw_some(drawing, drawing.views.size());
+    const auto frame_of = [&](const View& view) -> FrameRef {
+        const auto found = std::ranges::find(drawing.set.frames, view.camera,
+                                             [](const FrameRef& frame) { return frame->info().camera_id; });
+        return found == drawing.set.frames.end() ? nullptr : *found;
+    };
+    for (std::size_t i = 0; i < drawing.views.size(); ++i) {
+        const View& view = drawing.views[i];
+        CameraEntry* entry = cameras_.find_id(view.camera);
+        if (!entry) continue;
+        const FrameRef frame = frame_of(view);
+        if (frame && entry->latest.sequence == view.sequence) entry->latest.color = frame;
+        if (!drawing.is_wanted[i]) continue;
+        ++entry->due;
+        ++(frame ? entry->rendered : entry->dropped);
+    }
+    return std::move(drawing.set);
+}
+
+FrameSet Rig::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) {
     FrameSet nothing;
     nothing.world_ns = snapshot->world_ns;
     nothing.monotonic_ns = monotonic_ns;

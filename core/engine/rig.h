@@ -4,6 +4,8 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "core/base/thread_check.h"
 #include "core/engine/camera_table.h"
@@ -54,19 +56,36 @@ private:
         std::function<void(Result<WorldState>)> done;
     };
 
+    /// An instant while it is drawn, in turns of some views, so that commands need not wait for all of it.
+    struct Drawing {
+        SnapshotRef snapshot;
+        std::vector<View> views;
+        std::vector<bool> is_wanted;  ///< by readers; a view may be drawn for a waiter alone
+        std::size_t drawn = 0;        ///< views
+        FrameSet set;
+    };
+
     Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
         std::function<void()> wake);
 
     // Instants (rig.cpp).
     void run_realtime(TimeNs monotonic_ns);
     void advance_step(TimeNs monotonic_ns);
-    FrameSet draw_instant(TimeNs world_ns, TimeNs monotonic_ns);
+    /// The world at this instant, and what is to be drawn of it.
+    Drawing begin_instant(TimeNs world_ns, TimeNs monotonic_ns);
+    /// As many views as take about `turn_ns`.
+    void draw_turn(Drawing& drawing);
+    void draw_some(Drawing& drawing, std::size_t count);
+    /// Draws what is left.
+    FrameSet finish_instant(Drawing drawing);
+    /// The instant in turns is drawn to its end now and published.
+    void finish_turns();
     void account_skipped(TimeNs instant_ns);
     /// Where the camera is in this snapshot. Without its actor a mounted camera stays where it was.
     static Pose pose_at(CameraEntry& entry, const Snapshot& snapshot);
     View view_of(const CameraEntry& entry, const LatestDue& latest) const;
     void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
-    FrameSet draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, const std::vector<View>& views);
+    FrameSet draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     /// World time now, but never past an instant that is still to be drawn.
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
     void note_failure(const CameraEntry& entry, const Error& why);
@@ -131,6 +150,8 @@ private:
     CameraTable cameras_;
     Schedule schedule_;
     WorldClock clock_;
+    std::optional<Drawing> drawing_;  ///< in real time; a step draws its instants whole
+    TimeNs view_cost_ns_;             ///< what a view took lately, on average
     std::deque<StepJob> steps_;
     std::list<Waiter> waiting_;
     struct PendingWait {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <type_traits>
 
 #include "core/base/clock.h"
@@ -158,7 +159,7 @@ Result<CameraState> Rig::run(SetCamera& command) {
         bus_.change_camera(stream_of(entry));
     bus_.adjust_camera(stream_of(entry));
     if (!clock_.running() && options_.mode == RunMode::realtime && bus_.reader_count(entry.id) > 0) {
-        FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, {view_of(entry, entry.latest)});
+        FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{view_of(entry, entry.latest)});
         if (!set.frames.empty()) entry.latest.color = set.frames.front();
         publish(set, nullptr);
     }
@@ -201,6 +202,7 @@ CameraState Rig::state_of(const CameraEntry& entry) const {
 }
 
 Result<WorldState> Rig::run(LoadWorld& command) {
+    finish_turns();
     if (!steps_.empty()) return error(ErrorKind::unavailable, "a step is in progress; load when it has answered");
     if (auto loaded = load(command.scene); !loaded) return std::unexpected(loaded.error());
     WorldState state = world_state();
@@ -244,6 +246,7 @@ Result<WorldState> Rig::run(PauseWorld&) {
     if (options_.mode == RunMode::lockstep)
         return error(ErrorKind::unsupported,
                      "in lockstep the world moves by world.step only; there is nothing to pause");
+    finish_turns();  // no picture comes after the answer
     if (clock_.running()) clock_.hold(clock_.world_at(monotonic_now_ns()));
     return world_state();
 }

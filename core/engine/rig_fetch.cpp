@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "core/base/clock.h"
 #include "core/engine/rig.h"
@@ -78,7 +79,7 @@ void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<
         View view = view_of(entry, latest);
         std::ranges::fill(view.kinds, false);
         view.kinds[static_cast<std::size_t>(request.kind)] = true;
-        const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {view});
+        const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, std::array{view});
         if (set.frames.empty()) return done(std::unexpected(not_drawn(entry)));
         frame = set.frames.front();
         if (request.kind == FrameKind::color) latest.color = frame;
@@ -105,13 +106,13 @@ Result<TruthRef> Rig::truth_of(CameraEntry& entry) {
     view.kinds[static_cast<std::size_t>(FrameKind::instance)] = true;
     const auto draw_alone = [&](std::span<const ObjectId> objects) -> Result<FrameRef> {
         view.only_objects.assign(objects.begin(), objects.end());
-        const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {view});
+        const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, std::array{view});
         if (set.frames.empty()) return std::unexpected(not_drawn(entry));
         return set.frames.front();
     };
     View scene = view;
     scene.kinds[static_cast<std::size_t>(FrameKind::depth)] = true;
-    const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, {scene});
+    const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, std::array{scene});
     TruthPictures pictures;
     for (const FrameRef& frame : set.frames)
         (frame->info().kind == FrameKind::depth ? pictures.depth : pictures.instance) = frame;

@@ -207,6 +207,21 @@ TEST_F(StaticLayer, IsDrawnAnewWhenAnythingItShowsChanges) {
     expect_same(Moments(darker).at(1.0), view, "a light");
 }
 
+TEST_F(StaticLayer, ViewsOfAnInstantInTurnsShowWhatTheyShowTogether) {
+    const TestCamera camera{.size = {97, 61}, .focal_px = 60.0, .quality = Quality::beautiful};
+    TestCamera aside = camera;
+    aside.eye.y += 0.7;
+    const std::array views{all_kinds(camera.view(standing)), all_kinds(aside.view(fresh))};
+    for (const double where : {0.0, 1.1, 2.2}) {
+        const SnapshotRef moment = moments_.at(where);
+        auto in_turns = bytes_of(draw_views(moment, {&views[0], 1}));
+        const auto second = bytes_of(draw_views(moment, {&views[1], 1}));
+        in_turns.insert(in_turns.end(), second.begin(), second.end());
+        EXPECT_TRUE(in_turns == bytes_of(draw_views(moments_.at(where), views))) << where;
+    }
+    cpu_renderer().forget(CameraId{fresh});
+}
+
 TEST_F(StaticLayer, ACameraThatMovesKeepsNone) {
     View view = TestCamera{.size = {80, 60}}.view(standing);
     const RenderCounters before = cpu_renderer().counters();

@@ -75,20 +75,32 @@ void GlRenderer::update_movers(const Snapshot& snapshot, Slot& slot) {
     }
 }
 
+void GlRenderer::begin_instant(SnapshotRef snapshot) {
+    count_meshes(meshes_skinned_, meshes_unseen_);
+    snapshot_ = std::move(snapshot);
+    slot_ = (slot_ + 1) % max_in_flight;
+    slots_[slot_].stream.reset();
+    update_statics(snapshot_->statics);
+    update_movers(*snapshot_, slots_[slot_]);
+    painter_.begin_instant();
+}
+
+void GlRenderer::count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const {
+    for (const Deformation& job : mover_items_.deformations) ++(job.is_done ? skinned : unseen);
+}
+
 Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
     thread_.check();
     CHECK(in_flight() < max_in_flight);
-    Instant instant{.snapshot = std::move(snapshot),
+    // More views of the instant that was drawn last find its movers as they are.
+    if (snapshot != snapshot_ || !submitted_.empty()) begin_instant(std::move(snapshot));
+    Instant instant{.snapshot = snapshot_,
                     .monotonic_ns = monotonic_ns,
-                    .slot = next_slot_,
+                    .slot = slot_,
                     .views = {views.begin(), views.end()},
                     .pending = {},
                     .failures = {}};
-    next_slot_ = (next_slot_ + 1) % max_in_flight;
-    Slot& slot = slots_[instant.slot];
-    slot.stream.reset();
-    update_statics(instant.snapshot->statics);
-    update_movers(*instant.snapshot, slot);
+    Slot& slot = slots_[slot_];
 
     if (readback_mode_ == ReadbackMode::buffered) {
         std::size_t bytes = 0;
@@ -99,7 +111,6 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         }
         slot.readback.reset(bytes);
     }
-    painter_.begin_instant();
     PaintScene scene = paint_scene(slot);
     painter_.prepare(views, scene, slot.targets);
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -107,7 +118,6 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
             instant.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
         }
     }
-    for (const Deformation& job : mover_items_.deformations) ++(job.is_done ? meshes_skinned_ : meshes_unseen_);
     if (readback_mode_ == ReadbackMode::buffered) {
         slot.readback.start_fence();
     } else {
@@ -190,6 +200,7 @@ RenderCounters GlRenderer::counters() const {
     RenderCounters counters = painter_.counters();
     counters.meshes_skinned = meshes_skinned_;
     counters.meshes_unseen = meshes_unseen_;
+    count_meshes(counters.meshes_skinned, counters.meshes_unseen);
     return counters;
 }
 

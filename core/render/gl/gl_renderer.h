@@ -54,6 +54,9 @@ private:
     };
 
     GlRenderer(std::unique_ptr<EglContext> context, const RendererOptions& options);
+    void begin_instant(SnapshotRef snapshot);
+    /// Adds the meshes of the present instant.
+    void count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const;
     void update_statics(const std::shared_ptr<const StaticSet>& statics);
     void update_movers(const Snapshot& snapshot, Slot& slot);
     PaintScene paint_scene(Slot& slot);
@@ -77,10 +80,11 @@ private:
     int static_light_sets_ = 0;
     StreamBuffer static_stream_;
     SceneItems mover_items_;
-    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;
+    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 
     std::array<Slot, max_in_flight> slots_;
-    std::size_t next_slot_ = 0;
+    SnapshotRef snapshot_;  ///< of the instant that is drawn, in this slot
+    std::size_t slot_ = 0;
     std::deque<Instant> submitted_;
     ThreadCheck thread_;
 };

@@ -27,15 +27,16 @@ bool may_draw_parts(const ViewPlan& plan) {
 
 void SceneDrawer::begin_instant() {
     layers_.next_instant();
-    state_is_ours_ = false;
+    shadows_are_made_ = false;
 }
 
 void SceneDrawer::prepare(std::span<const View> views, PaintScene& scene) {
+    state_is_ours_ = false;
     const auto is_shadowed = [](const View& view) {
         return view.quality == Quality::beautiful && wants(view, FrameKind::color);
     };
-    if (std::ranges::none_of(views, is_shadowed)) return;
-    state_is_ours_ = false;
+    if (shadows_are_made_ || std::ranges::none_of(views, is_shadowed)) return;
+    shadows_are_made_ = true;
     shadows_.update(scene, pass_, max_detail_error_px_ > 0.0);
 }
 

@@ -92,7 +92,8 @@ private:
     StaticLayers layers_;
     std::uint64_t views_ = 0, views_in_parts_ = 0;
     ShadowMaps shadows_;
-    bool state_is_ours_ = false;  ///< nothing but pass_ has set GL state since its begin_instant()
+    bool shadows_are_made_ = false;  ///< for this instant
+    bool state_is_ours_ = false;     ///< nothing but pass_ has set GL state since its begin_instant()
     std::vector<VisibleDraw> static_opaque_;
     std::vector<VisibleDraw> moving_opaque_;
     std::vector<VisibleDraw> blended_;

@@ -42,7 +42,7 @@ public:
           drawer_(gl, shaders, options.scene) {}
 
     void begin_instant();
-    /// Plans all views of an instant, and what their pictures share; once before their paint().
+    /// Plans views of an instant, and what their pictures share; before their paint().
     void prepare(std::span<const View> views, PaintScene& scene, std::map<CameraId, ViewTargets>& targets);
     /// `index`: of the view in prepare(), which had the same targets.
     Result<PaintedView> paint(const View& view, std::size_t index, PaintScene& scene, ViewTargets& targets);

@@ -1,0 +1,142 @@
+#include "core/engine/rig.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "core/base/clock.h"
+#include "core/render/null_renderer.h"
+#include "tests/unit/stream/fake_sink.h"
+
+namespace camrig {
+namespace {
+
+/// A null renderer that notes which cameras it drew.
+class NotingRenderer final : public Renderer {
+public:
+    NotingRenderer(const std::shared_ptr<FramePool>& pool, std::vector<CameraId>& drawn) : null_(pool), drawn_(drawn) {}
+
+    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override {
+        for (const View& view : views) drawn_.push_back(view.camera);
+        return null_.submit(std::move(snapshot), monotonic_ns, views);
+    }
+    Result<Finished> collect() override { return null_.collect(); }
+    int in_flight() const override { return null_.in_flight(); }
+    void forget(CameraId) override {}
+    std::string description() const override { return null_.description(); }
+
+private:
+    NullRenderer null_;
+    std::vector<CameraId>& drawn_;
+};
+
+/// A rig in real time whose thread is the test's: an instant of 20 cameras needs more than one turn.
+class RigTest : public testing::Test {
+protected:
+    static constexpr std::size_t camera_count = 20;
+
+    void SetUp() override {
+        auto scene = std::make_shared<Scene>();
+        EngineOptions options;
+        auto made = Rig::create(scene, options, std::make_unique<NotingRenderer>(pool, drawn), bus, [] {});
+        ASSERT_TRUE(made) << made.error().message;
+        rig = std::move(*made);
+        for (std::size_t i = 0; i < camera_count; ++i) {
+            CreateCamera command{.name = name_of(i), .place = {}, .patch = {}};
+            command.patch.size = ImageSize{16, 16};
+            command.patch.rate = Rate::parse("1").value();
+            ids.push_back(call(command).value().id);
+            sinks.push_back(std::make_shared<FakeSink>());
+            subscriptions.push_back(bus.subscribe(name_of(i), {}, {"test", "", {}}, sinks.back(), {}).value());
+        }
+    }
+    /// The instant after a second has begun, and one turn of it is drawn.
+    void begin_instant() {
+        drawn.clear();
+        rig->tick(monotonic_now_ns() + ns_per_s);
+        ASSERT_FALSE(drawn.empty());
+        ASSERT_LT(drawn.size(), camera_count);
+        ASSERT_LE(rig->wake_time_ns(), monotonic_now_ns()) << "the rest is due at once";
+    }
+    void finish_instant() {
+        for (int turn = 0; turn < 100 && rig->wake_time_ns() == 0; ++turn) rig->tick(monotonic_now_ns());
+    }
+    template <typename C>
+    Result<typename C::Reply> call(C command) {
+        std::optional<Result<typename C::Reply>> reply;
+        Command request = Request<C>{std::move(command), [&](auto result) { reply = std::move(result); }};
+        rig->apply(request);
+        return std::move(reply).value();
+    }
+    static std::string name_of(std::size_t index) { return "camera" + std::to_string(index); }
+    CameraReport report_of(std::size_t index) {
+        const auto cameras = call(GetStats{}).value().cameras;
+        return *std::ranges::find(cameras, name_of(index), &CameraReport::name);
+    }
+
+    std::vector<CameraId> drawn;
+    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    LocalFrameBus bus{{1, pool}};
+    std::vector<CameraId> ids;
+    std::vector<std::shared_ptr<FakeSink>> sinks;
+    std::unique_ptr<Rig> rig;
+    std::vector<Subscription> subscriptions;
+};
+
+TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstantWhichIsPublishedWhole) {
+    begin_instant();
+    EXPECT_TRUE(call(GetWorld{}));
+    EXPECT_EQ(report_of(0).due, report_of(0).rendered + report_of(0).dropped) << "the books balance in between";
+    EXPECT_TRUE(sinks.front()->units().empty()) << "drawn, and to be shown with the others";
+    finish_instant();
+    EXPECT_EQ(drawn, ids) << "each camera once, in order";
+    for (std::size_t i = 0; i < camera_count; ++i) {
+        ASSERT_TRUE(sinks[i]->wait_for_units(1)) << i;
+        EXPECT_EQ(sinks[i]->units().front().info.world_ns, sinks[0]->units().front().info.world_ns);
+        EXPECT_EQ(report_of(i).rendered, 1U);
+    }
+}
+
+TEST_F(RigTest, ACameraThatIsDeletedInTheMiddleIsNotDrawn) {
+    begin_instant();
+    ASSERT_TRUE(call(DeleteCamera{name_of(camera_count - 1)}));
+    ASSERT_TRUE(call(DeleteCamera{name_of(0)}));
+    finish_instant();
+    EXPECT_EQ(drawn.size(), camera_count - 1);
+    EXPECT_EQ(drawn.back(), ids[camera_count - 2]);
+    ASSERT_TRUE(sinks[1]->wait_for_units(1));
+}
+
+TEST_F(RigTest, AChangeInTheMiddleShowsFromTheNextInstantOn) {
+    begin_instant();
+    const std::size_t last = camera_count - 1;
+    SetCamera change{.name = name_of(last), .patch = {}};
+    change.patch.optics = VerticalFov{0.5};
+    const auto state = call(change);
+    ASSERT_TRUE(state);
+    finish_instant();
+    ASSERT_TRUE(sinks[last]->wait_for_units(1));
+    EXPECT_EQ(sinks[last]->units().front().info.world_ns, state->applied_ns - ns_per_s);
+}
+
+TEST_F(RigTest, AfterAPauseNothingMoreOfAnInstantComes) {
+    begin_instant();
+    const auto paused = call(PauseWorld{});
+    ASSERT_TRUE(paused);
+    EXPECT_EQ(drawn, ids);
+    EXPECT_GT(rig->wake_time_ns(), monotonic_now_ns());
+    EXPECT_EQ(report_of(camera_count - 1).rendered, 1U);
+}
+
+TEST_F(RigTest, ANewWorldInTheMiddleBeginsAtZero) {
+    begin_instant();
+    ASSERT_TRUE(call(LoadWorld{std::make_shared<Scene>()}));
+    EXPECT_EQ(drawn, ids) << "the old world's instant went out first";
+    drawn.clear();
+    rig->tick(monotonic_now_ns() + ns_per_s);
+    finish_instant();
+    EXPECT_EQ(drawn, ids);
+}
+
+}  // namespace
+}  // namespace camrig
