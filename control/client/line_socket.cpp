@@ -87,6 +87,11 @@ Result<void> LineSocket::wait(short events, Deadline deadline) const {
     return wait_for(fd_.get(), events, deadline, peer_);
 }
 
+bool LineSocket::is_quiet() const {
+    pollfd entry{fd_.get(), POLLIN, 0};
+    return received_.empty() && ::poll(&entry, 1, 0) == 0;
+}
+
 Result<void> LineSocket::send(std::string_view line, Deadline deadline) {
     const std::string text = std::string(line) + "\n";
     std::size_t sent = 0;

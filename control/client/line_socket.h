@@ -20,6 +20,8 @@ public:
     Result<void> send(std::string_view line, Deadline deadline);
     /// The next line without its end, at most `max_bytes` long.
     Result<std::string> receive(std::size_t max_bytes, Deadline deadline);
+    /// False when the other side has closed it or talks out of turn.
+    bool is_quiet() const;
 
 private:
     LineSocket(UniqueFd fd, std::string peer) : fd_(std::move(fd)), peer_(std::move(peer)) {}

@@ -29,6 +29,9 @@ public:
     Result<nlohmann::json> call(std::string_view method, const nlohmann::json& params = nlohmann::json::object(),
                                 std::chrono::milliseconds timeout = default_timeout);
 
+    /// Whether the next call has a connection that is in order, as far as can be known before.
+    bool is_usable() const { return !is_broken_ && socket_.is_quiet(); }
+
     static constexpr std::chrono::milliseconds default_timeout{30'000};
     /// The largest picture of frame.get in base64, and some.
     static constexpr std::size_t max_reply_bytes = std::size_t{80} << 20;

@@ -1,6 +1,6 @@
 #include <optional>
 
-#include "control/rpc/base64.h"
+#include "core/base/base64.h"
 #include "control/rpc/methods.h"
 #include "core/base/json_reader.h"
 #include "core/base/names.h"

@@ -54,7 +54,9 @@ def test_everything_that_a_user_needs_is_installed(installed):
     for path in ("share/camrig/scenes/hall.json", "share/camrig/scenes/schema.json", "share/doc/camrig/streams.md", "share/doc/camrig/copyright",
                  "share/man/man1/camrig.1.gz", "share/man/man1/camrig-camera.1.gz", "share/bash-completion/completions/camrig",
                  "share/zsh/vendor-completions/_camrig", "share/fish/vendor_completions.d/camrig.fish", "lib/systemd/system/camrig.service",
-                 "lib/python3/dist-packages/camrig/pytest_plugin.py", "lib/python3/dist-packages/camrig/ros2/__main__.py"):
+                 "lib/python3/dist-packages/camrig/pytest_plugin.py", "lib/python3/dist-packages/camrig/ros2/__main__.py",
+                 "lib/libcamrig_client.a", "lib/cmake/camrig/camrigConfig.cmake", "include/camrig/client.h", "include/camrig/opencv.h",
+                 "share/camrig/examples/first_camera.cpp", "lib/camrig/camrig-view"):
         assert (installed / path).stat().st_size > 0, path
     entry_points = next((installed / "lib/python3/dist-packages").glob("camrig-*.dist-info")) / "entry_points.txt"
     assert "pytest_plugin" in entry_points.read_text()

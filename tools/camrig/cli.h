@@ -19,6 +19,8 @@ struct CliHooks {
     std::function<int(const std::vector<std::string>& command, const std::string& control)> exec = {};
     /// Commands that are written in Python: becomes Python.
     std::function<int(const PythonCommand&)> python = {};
+    /// `camrig view`: becomes the window's program with these arguments.
+    std::function<int(const std::vector<std::string>& arguments)> view = {};
 };
 
 /// Runs one command; `arguments` without the program's name. Returns the exit code: 0, 1 (one line on err says why) or

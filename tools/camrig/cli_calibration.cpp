@@ -8,9 +8,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "core/base/write_file.h"
 #include "core/camera/calibration_file.h"
 #include "core/world/camera_json.h"
-#include "tools/camrig/cli_file.h"
 
 namespace camrig {
 namespace {

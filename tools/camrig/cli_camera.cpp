@@ -1,12 +1,11 @@
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
 
-#include "core/base/json_reader.h"
+#include "control/client/camera_file.h"
 #include "tools/camrig/cli_calibration.h"
 #include "tools/camrig/cli_camera_options.h"
 #include "tools/camrig/cli_commands.h"
@@ -15,9 +14,6 @@ namespace camrig {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::size_t max_file_bytes = 4 << 20;
-constexpr std::size_t max_cameras_in_file = 1024;
 
 std::string size_text(const json& camera) {
     return plain_text(camera["size"][0]) + "x" + plain_text(camera["size"][1]);
@@ -58,32 +54,16 @@ std::string long_text(const json& camera) {
     return table(rows, 2);
 }
 
-/// One object, a list, or {"cameras": [...]}.
-Result<json> read_camera_file(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::error_code ignored;
-    if (!stream || std::filesystem::is_directory(file, ignored))
-        return error(ErrorKind::not_found, file.string() + ": cannot be read");
-    std::string text;
-    for (char c; text.size() <= max_file_bytes && stream.get(c);) text += c;
-    auto value = parse_json(text, max_file_bytes);
-    if (!value) return at(file.string(), value.error());
-    if (value->is_object() && value->contains("cameras")) {
-        JsonReader reader(*value, "");
-        const auto items = reader.array("cameras", max_cameras_in_file);
-        json list(json::array());
-        for (const json& item : items) list.push_back(item);
-        if (auto done = reader.finish(); !done) return at(file.string(), done.error());
-        return list;
-    }
-    if (value->is_object()) return json::array({*value});
-    if (value->is_array() && value->size() <= max_cameras_in_file) return value;
-    return error(ErrorKind::invalid_argument,
-                 file.string() + ": must be a camera, a list of at most 1024 of them, or {\"cameras\": [...]}");
+/// camera.create; with `replaces`, a camera that is there is changed into this one.
+Result<json> create_or_set(RpcClient& client, const json& camera, bool replaces) {
+    auto made = client.call("camera.create", camera);
+    if (made || !replaces || made.error().kind != ErrorKind::already_exists) return made;
+    return client.call("camera.set", camera);
 }
 
 /// `name`, if given, is for the only camera of the file.
-int create_from_file(const CliContext& context, const std::filesystem::path& file, const std::string& name) {
+int create_from_file(const CliContext& context, const std::filesystem::path& file, const std::string& name,
+                     bool replaces) {
     auto cameras = read_camera_file(file);
     if (!cameras) return context.fail(cameras.error());
     if (!name.empty()) {
@@ -96,11 +76,10 @@ int create_from_file(const CliContext& context, const std::filesystem::path& fil
     json created = json::array();
     std::string words;
     for (std::size_t i = 0; i < cameras->size(); ++i) {
-        auto camera = client->call("camera.create", (*cameras)[i]);
+        auto camera = create_or_set(*client, (*cameras)[i], replaces);
         if (!camera) {
             Error why = camera.error();
-            why.message = file.string() + ": cameras[" + std::to_string(i) + "]: " + why.message +
-                          (i > 0 ? " (those before it were made)" : "");
+            why.message.insert(0, camera_in_file(file, i));
             return context.fail(why);
         }
         words += short_text(*camera) + "\n";
@@ -113,6 +92,7 @@ void add_create(CLI::App& camera, CliContext& context) {
     struct Options {
         std::string name, place;
         std::filesystem::path file;
+        bool replaces = false;
         CameraOptions camera;
     };
     auto options = std::make_shared<Options>();
@@ -122,10 +102,13 @@ void add_create(CLI::App& camera, CliContext& context) {
     create->add_option("--file", options->file,
                        "JSON: a camera (as `camera get --json` prints it), a list of them, "
                        "or {\"cameras\": [...]}");
+    create->add_flag("--replace", options->replaces,
+                     "with --file: changes cameras that are there into those of the file");
     options->camera.add_to(*create);
     create->callback([options, &context] {
         context.action = [options, &context] {
-            if (!options->file.empty()) return create_from_file(context, options->file, options->name);
+            if (!options->file.empty())
+                return create_from_file(context, options->file, options->name, options->replaces);
             if (options->name.empty()) return context.usage("camera create: give a NAME, or --file FILE");
             auto params = camera_params(options->camera, nullptr);
             if (!params) return context.usage(params.error().message);

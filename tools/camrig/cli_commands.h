@@ -23,6 +23,7 @@ void add_stats_command(CLI::App& app, CliContext& context);
 void add_protocol_commands(CLI::App& app, CliContext& context);
 void add_probe_command(CLI::App& app, CliContext& context);
 void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
+void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 /// `camrig NAME ...` is the module camrig.NAME of the Python package.
 void add_python_command(CLI::App& app, CliContext& context, const CliHooks& hooks, const std::string& name,
                         const std::string& help);

@@ -9,7 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
-#include "control/rpc/base64.h"
+#include "core/base/base64.h"
 #include "core/base/rate.h"
 #include "tools/camrig/cli_commands.h"
 #include "tools/camrig/dataset/dataset.h"

@@ -4,9 +4,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "control/rpc/base64.h"
+#include "core/base/base64.h"
+#include "core/base/write_file.h"
 #include "tools/camrig/cli_commands.h"
-#include "tools/camrig/cli_file.h"
 
 namespace camrig {
 namespace {

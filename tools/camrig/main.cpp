@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "tools/camrig/cli.h"
+#include "tools/camrig/cli_view.h"
 #include "tools/camrig/device_outputs.h"
 #include "v4l2_sink/preload/exec.h"
 
@@ -9,5 +10,5 @@ int main(int argc, char** argv) {
         return camrig::exec_with_devices(command, {.library = {}, .socket = camrig::device_socket_of(control)});
     };
     return camrig::run_cli({argv + 1, argv + argc},
-                           {camrig::run_serve, std::cout, std::cerr, exec, camrig::exec_python});
+                           {camrig::run_serve, std::cout, std::cerr, exec, camrig::exec_python, camrig::exec_view});
 }

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "control/rpc/base64.h"
+#include "core/base/base64.h"
 #include "tests/unit/control/rpc_harness.h"
 
 namespace camrig {

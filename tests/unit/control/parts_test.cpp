@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "control/client/endpoint.h"
-#include "control/rpc/base64.h"
+#include "core/base/base64.h"
 #include "control/rpc/token.h"
 #include "control/rpc/work_thread.h"
 #include "control/server/line_buffer.h"

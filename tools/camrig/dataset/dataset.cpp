@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "core/camera/calibration_file.h"
-#include "tools/camrig/cli_file.h"
+#include "core/base/write_file.h"
 #include "tools/camrig/dataset/labels.h"
 
 namespace camrig {

@@ -1,4 +1,4 @@
-#include "tools/camrig/cli_file.h"
+#include "core/base/write_file.h"
 
 #include <algorithm>
 #include <cerrno>

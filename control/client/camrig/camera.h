@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <camrig/frame.h>
+#include <camrig/types.h>
+#include <nlohmann/json.hpp>
+
+namespace camrig::client {
+
+class Connections;
+
+/// A camera by its name. Holds no state: what it is now, get() asks the rig. Copies are the same camera.
+///
+/// Thread: any. Every call throws Error; not_found when the camera is gone.
+class Camera {
+public:
+    const std::string& name() const { return name_; }
+
+    CameraState get() const;
+    /// Changes what is given; returns all of it, with the world time from which it shows in applied_ns.
+    CameraState set(const CameraOptions& options) const;
+    /// Deletes the camera in the rig; its streams end. Returns the world time from which it is gone.
+    std::int64_t remove() const;
+
+    /// The latest due frame, drawn now if nobody was watching.
+    Frame frame(const FrameRequest& request = {}) const;
+    Frame depth(std::int64_t min_ns = 0) const;
+    /// Ids of objects, the same in all cameras and in truth().
+    Frame instances(std::int64_t min_ns = 0) const;
+    /// The truth of the latest due frame, as docs/truth.md explains it: camera, pose and every object in view.
+    nlohmann::json truth(std::int64_t min_ns = 0) const;
+    /// Writes the latest due frame, as the rig encodes it, to a .jpg, .jpeg or .png file.
+    void snapshot(const std::filesystem::path& file) const;
+    /// Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (H.264) or rtsp-mjpeg.
+    std::string url(const std::string& kind = "mjpeg") const;
+
+private:
+    friend class Rig;
+    Camera(std::shared_ptr<Connections> connections, std::string name)
+        : connections_(std::move(connections)), name_(std::move(name)) {}
+
+    std::shared_ptr<Connections> connections_;
+    std::string name_;
+};
+
+}  // namespace camrig::client

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <camrig/types.h>
+
+namespace camrig::client {
+
+/// Which frame, and how it travels.
+struct FrameRequest {
+    std::string kind = "color";  ///< color, depth, instance, semantic or normal
+    std::int64_t min_ns = 0;     ///< the first frame that shows this world time or a later one; waits up to 10 s for it
+    std::string format = "raw";  ///< raw and png are exact; jpeg is color only
+    int quality = 90;            ///< of jpeg, 1 to 100
+};
+
+/// One picture and the instant it shows. Cameras that are due at one instant have the same time_ns.
+///
+/// Raw pictures are rows from the top without padding: rgba8 (color), depth32f (metres along the optical axis, infinite
+/// where nothing is), id32 (instance, semantic; 0 where nothing is) or normal32f (x, y, z). For cv::Mat see
+/// <camrig/opencv.h>.
+struct Frame {
+    std::string camera = {};
+    std::string kind = {};
+    std::string format = {};  ///< as asked
+    std::string pixels = {};  ///< of raw pictures: their layout
+    Size size = {};
+    std::int64_t sequence = 0;      ///< a gap is a dropped frame
+    std::int64_t time_ns = 0;       ///< world time that it shows
+    std::int64_t monotonic_ns = 0;  ///< CLOCK_MONOTONIC time of that instant, on the rig's machine
+    std::vector<std::byte> data = {};
+};
+
+}  // namespace camrig::client

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <camrig/camera.h>
+#include <camrig/error.h>
+#include <camrig/types.h>
+#include <nlohmann/json.hpp>
+
+namespace camrig::client {
+
+struct ConnectOptions {
+    std::string control = {};  ///< a socket's path or HOST:PORT; empty: as for the command line ($CAMRIG_CONTROL, ..)
+    std::string token = {};    ///< for TCP, where the rig asks for one
+    std::chrono::milliseconds timeout{30'000};  ///< longest wait of a call, for the connection and for the answer
+};
+
+/// A running rig. Copies are the same rig.
+///
+/// Thread: any; calls of different threads travel on connections of their own and do not wait for each other. Every
+/// call throws Error. A request is never sent twice: when the connection breaks in the middle (`unavailable`), the
+/// caller decides.
+class Rig {
+public:
+    // Cameras
+    Camera create_camera(const std::string& name, const CameraOptions& options = {}) const;
+    /// Those of a cameras file: a camera as camera.get gives it, a list of them, or {"cameras": [...]}. When one cannot
+    /// be made, those before it stay, and the error names it.
+    std::vector<Camera> create_cameras(const std::filesystem::path& file) const;
+    /// A camera that exists, else Error not_found.
+    Camera camera(const std::string& name) const;
+    /// In the order they were made.
+    std::vector<Camera> cameras() const;
+    /// The same with their states, in one call.
+    std::vector<CameraState> camera_states() const;
+
+    // World
+    /// Lockstep, or paused: moves the world and returns when every due frame was sent to its readers. A reader that
+    /// holds an instant up for longer than 10 s is named in the error.
+    WorldStatus step(std::chrono::nanoseconds how_far,
+                     std::chrono::milliseconds timeout = std::chrono::minutes(2)) const;
+    WorldStatus pause() const;
+    WorldStatus resume() const;
+    WorldStatus status() const;
+    /// Another scene. The path is the rig's, so a relative one is made absolute here.
+    WorldStatus load(const std::filesystem::path& scene,
+                     std::chrono::milliseconds timeout = std::chrono::minutes(2)) const;
+
+    // Actors and events: docs/actors.md and docs/control-protocol.md explain the members
+    nlohmann::json actors() const;
+    nlohmann::json spawn_actor(const std::string& name, const std::string& model,
+                               const nlohmann::json& keys = nlohmann::json::object()) const;
+    nlohmann::json set_actor(const std::string& name, const nlohmann::json& keys) const;
+    void remove_actor(const std::string& name) const;
+    nlohmann::json events() const;
+    nlohmann::json add_event(const std::string& name, const nlohmann::json& when,
+                             const nlohmann::json& actions = nlohmann::json::array(), int limit = 0) const;
+    void remove_event(const std::string& name) const;
+    /// {events, last, missed}: what has fired after number `since`; waits up to `timeout` for one.
+    nlohmann::json wait_events(std::int64_t since = 0,
+                               std::chrono::milliseconds timeout = std::chrono::seconds(10)) const;
+
+    // The rig
+    nlohmann::json stats() const;
+    nlohmann::json info() const;
+    /// Any method of the control protocol, by its name.
+    nlohmann::json call(const std::string& method, const nlohmann::json& params = nlohmann::json::object()) const;
+
+private:
+    friend Rig connect(const ConnectOptions& options);
+    explicit Rig(std::shared_ptr<Connections> connections) : connections_(std::move(connections)) {}
+
+    std::shared_ptr<Connections> connections_;
+};
+
+/// Connects to a running rig and checks that it answers; Error unavailable when nobody does.
+Rig connect(const ConnectOptions& options = {});
+
+}  // namespace camrig::client

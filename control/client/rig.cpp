@@ -1,0 +1,134 @@
+#include <camrig/rig.h>
+
+#include "control/client/camera_file.h"
+#include "control/client/camera_json.h"
+#include "control/client/connections.h"
+
+namespace camrig::client {
+namespace {
+
+using nlohmann::json;
+
+/// The rig gives its own answer when its time is over; it needs to be heard.
+constexpr std::chrono::seconds answer_margin{20};
+
+}  // namespace
+
+Rig connect(const ConnectOptions& options) {
+    Rig rig(std::make_shared<Connections>(options));
+    rig.info();
+    return rig;
+}
+
+Camera Rig::create_camera(const std::string& name, const CameraOptions& options) const {
+    json params = params_of(options);
+    params["name"] = name;
+    connections_->call("camera.create", params);
+    return {connections_, name};
+}
+
+std::vector<Camera> Rig::create_cameras(const std::filesystem::path& file) const {
+    auto described = read_camera_file(file);
+    if (!described) throw Error(std::string(to_string(described.error().kind)), described.error().message);
+    std::vector<Camera> made;
+    for (const json& one : *described) {
+        try {
+            const json answer = connections_->call("camera.create", one);
+            made.push_back({connections_, answer.at("name").get<std::string>()});
+        } catch (const Error& why) {
+            throw Error(why.kind(), camera_in_file(file, made.size()) + why.what());
+        }
+    }
+    return made;
+}
+
+Camera Rig::camera(const std::string& name) const {
+    connections_->call("camera.get", {{"name", name}});
+    return {connections_, name};
+}
+
+std::vector<Camera> Rig::cameras() const {
+    std::vector<Camera> all;
+    for (const CameraState& state : camera_states()) all.push_back({connections_, state.name});
+    return all;
+}
+
+std::vector<CameraState> Rig::camera_states() const {
+    const json answer = connections_->call("camera.list");
+    std::vector<CameraState> states;
+    for (const json& one : answer.value("cameras", json::array())) states.push_back(camera_state_of(one));
+    return states;
+}
+
+WorldStatus Rig::step(std::chrono::nanoseconds how_far, std::chrono::milliseconds timeout) const {
+    return world_status_of(connections_->call("world.step", {{"nanoseconds", how_far.count()}}, timeout));
+}
+
+WorldStatus Rig::pause() const {
+    return world_status_of(connections_->call("world.pause"));
+}
+
+WorldStatus Rig::resume() const {
+    return world_status_of(connections_->call("world.resume"));
+}
+
+WorldStatus Rig::status() const {
+    return world_status_of(connections_->call("world.status"));
+}
+
+WorldStatus Rig::load(const std::filesystem::path& scene, std::chrono::milliseconds timeout) const {
+    return world_status_of(
+        connections_->call("world.load", {{"scene", std::filesystem::absolute(scene).string()}}, timeout));
+}
+
+json Rig::actors() const {
+    return connections_->call("actor.list")["actors"];
+}
+
+json Rig::spawn_actor(const std::string& name, const std::string& model, const json& keys) const {
+    json params = keys;
+    params["name"] = name;
+    params["model"] = model;
+    return connections_->call("actor.spawn", params);
+}
+
+json Rig::set_actor(const std::string& name, const json& keys) const {
+    json params = keys;
+    params["name"] = name;
+    return connections_->call("actor.set", params);
+}
+
+void Rig::remove_actor(const std::string& name) const {
+    connections_->call("actor.remove", {{"name", name}});
+}
+
+json Rig::events() const {
+    return connections_->call("event.list")["events"];
+}
+
+json Rig::add_event(const std::string& name, const json& when, const json& actions, int limit) const {
+    return connections_->call("event.add", {{"name", name}, {"when", when}, {"do", actions}, {"limit", limit}});
+}
+
+void Rig::remove_event(const std::string& name) const {
+    connections_->call("event.remove", {{"name", name}});
+}
+
+json Rig::wait_events(std::int64_t since, std::chrono::milliseconds timeout) const {
+    const double timeout_s = std::chrono::duration<double>(timeout).count();
+    return connections_->call("event.wait", {{"since", since}, {"timeout_s", timeout_s}}, timeout + answer_margin);
+}
+
+json Rig::stats() const {
+    return connections_->call("stats.get");
+}
+
+json Rig::info() const {
+    return connections_->call("server.info");
+}
+
+json Rig::call(const std::string& method, const json& params) const {
+    return connections_->call(method, params);
+}
+
+}  // namespace camrig::client

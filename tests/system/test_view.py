@@ -1,0 +1,210 @@
+"""`camrig view` under a person's hands: a real window on a real X server, mouse and keys by xdotool."""
+
+import json
+import math
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+import camrig
+from conftest import REPOSITORY, wait_until
+from test_install import CAMRIG, run
+from virtual_display import VirtualDisplay
+
+WIDTH, HEIGHT = 1280, 800
+# The parts of the window have fixed places: tools/view/panels.h.
+SCENE_X, SCENE_WIDTH, SCENE_HEIGHT = 260, WIDTH - 260 - 300, HEIGHT - 170
+NEW, SAVE = (45, 18), (130, 41)
+VFOV_SLIDER_RIGHT, ADD_RTSP = (1170, 81), (1223, 213)
+STEP_200_MS = (476, 648)
+
+
+class View:
+    """The running window, and where the world's points are in it."""
+
+    def __init__(self, rig, display, file):
+        self.rig, self.display = rig, display
+        command = [CAMRIG, "view", "--control", rig.info()["control"], "--file", file, "--width", str(WIDTH), "--height", str(HEIGHT)]
+        self.process = subprocess.Popen(command, env={"DISPLAY": display.name, "PATH": "/usr/bin:/bin"}, stderr=subprocess.PIPE, text=True)
+        self.own = f"view_{self.process.pid}"
+
+    def wait_open(self):
+        self.display.move_window("camrig view", 0, 0)
+        self.wait_settled()
+
+    def eye(self):
+        return self.rig.camera(self.own).get()
+
+    def wait_settled(self):
+        """Until the world in the window is what the view's camera shows; lines over it are little of it."""
+        wait_until(lambda: self.own in [camera.name for camera in self.rig.cameras()], what="the view's camera")
+        wait_until(lambda: self.eye()["size"] == [SCENE_WIDTH, SCENE_HEIGHT], what="the view's size")
+
+        def is_same():
+            shown = self.display.picture()[0:SCENE_HEIGHT, SCENE_X:SCENE_X + SCENE_WIDTH].astype(int)
+            return np.median(np.abs(shown - self.rig.camera(self.own).frame().image)) < 3
+
+        wait_until(is_same, what="the world in the window")
+
+    def basis(self):
+        """Rows: right, down, ahead of the eye, in the world."""
+        pan, tilt = (math.radians(self.eye()["pose"][key]) for key in ("pan_deg", "tilt_deg"))
+        ahead = np.array([math.cos(tilt) * math.cos(pan), math.cos(tilt) * math.sin(pan), math.sin(tilt)])
+        right = np.array([math.sin(pan), -math.cos(pan), 0])
+        return np.stack([right, np.cross(ahead, right), ahead])
+
+    def focal(self):
+        return SCENE_HEIGHT / 2 / math.tan(math.radians(30))
+
+    def on_screen(self, point):
+        x, y, z = self.basis() @ (np.array(point) - self.eye()["pose"]["position"])
+        assert z > 0
+        return SCENE_X + SCENE_WIDTH / 2 + self.focal() * x / z, SCENE_HEIGHT / 2 + self.focal() * y / z
+
+    def on_plane(self, screen, height):
+        """The world's point under a place of the window, at a height."""
+        eye = np.array(self.eye()["pose"]["position"])
+        ray = np.array([screen[0] - SCENE_X - SCENE_WIDTH / 2, screen[1] - SCENE_HEIGHT / 2, self.focal()]) @ self.basis()
+        return eye + ray * (height - eye[2]) / ray[2]
+
+    def handle_of(self, name):
+        pose = self.rig.camera(name).get()["pose"]
+        pan, tilt = math.radians(pose["pan_deg"]), math.radians(pose["tilt_deg"])
+        return np.array(pose["position"]) + 1.2 * np.array([math.cos(tilt) * math.cos(pan), math.cos(tilt) * math.sin(pan), math.sin(tilt)])
+
+    def close(self, how=signal.SIGTERM):
+        self.process.send_signal(how)
+        assert self.process.wait(20) == 0, self.process.stderr.read()
+
+
+@pytest.fixture
+def display(tmp_path):
+    with VirtualDisplay(WIDTH, HEIGHT, tmp_path) as server:
+        yield server
+
+
+@pytest.fixture
+def view(rig, display, tmp_path):
+    window = View(rig, display, tmp_path / "cameras.json")
+    try:
+        window.wait_open()
+        yield window
+    finally:
+        window.process.kill()
+        window.process.wait()
+
+
+def names(rig):
+    return [camera.name for camera in rig.cameras()]
+
+
+def arrangement(rig):
+    """What a camera is, without how it lives."""
+    lives = ("id", "sequence", "readers", "applied_ns", "world_pose")
+    return [{key: value for key, value in camera.items() if key not in lives} for camera in rig.call("camera.list")["cameras"]]
+
+
+def expect_same(found, expected):
+    assert len(found) == len(expected)
+    for one, other in zip(found, expected):
+        assert one.keys() == other.keys() and one["name"] == other["name"] and one["fps"] == other["fps"]
+        for key in ("position", "orientation"):
+            assert one["pose"][key] == pytest.approx(other["pose"][key], abs=1e-9)
+        assert one["intrinsics"] == pytest.approx(other["intrinsics"]) and one["lens"] == other["lens"]
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep", args=["--quality", "fast"])
+def test_three_cameras_placed_by_mouse_come_back_after_a_restart(rig, display, view, tmp_path):
+    places = [(420, 470), (560, 520), (760, 480)]
+    for i, place in enumerate(places):
+        display.click(*NEW)
+        name = "cam" if i == 0 else f"cam_{i + 1}"
+        wait_until(lambda: name in names(rig), what=name)
+        cam = rig.camera(name)
+        start = cam.get()["pose"]["position"]
+        hold = [round(v) for v in view.on_screen(start)]
+        goal = view.on_plane(np.array(place) + view.on_screen(start) - hold, start[2])
+        display.drag(hold, place)
+        wait_until(lambda: np.linalg.norm(cam.get()["pose"]["position"] - goal) < 0.03, what=f"{name} at {goal}, not {cam.get()['pose']['position']}")
+    # The last is chosen: its ring turns it.
+    handle = [round(v) for v in view.on_screen(view.handle_of("cam_3"))]
+    before = rig.camera("cam_3").get()["pose"]
+    display.drag(handle, (handle[0] - 120, handle[1] - 10))
+    wait_until(lambda: rig.camera("cam_3").get()["pose"]["pan_deg"] > before["pan_deg"] + 5, what="cam_3 turned to the left")
+    assert rig.camera("cam_3").get()["pose"]["position"] == pytest.approx(before["position"])
+    display.click(*VFOV_SLIDER_RIGHT)
+    wait_until(lambda: rig.camera("cam_3").get()["vfov_deg"] > 130, what="a wide field of view")
+
+    display.click(*SAVE)
+    saved = tmp_path / "cameras.json"
+    wait_until(saved.exists, what="the saved arrangement")
+    assert [camera["name"] for camera in json.loads(saved.read_text())["cameras"]] == ["lobby", "entrance", "gallery", "cam", "cam_2", "cam_3"]
+    assert rig.status()["world_ns"] == 0, "the view has stepped a world that is not its own"
+    view.close()
+    assert view.own not in names(rig)
+
+    placed = arrangement(rig)
+    hall = REPOSITORY / "scenes/hall.json"
+    with camrig.start(hall, mode="lockstep", args=["--quality", "fast"]) as again:
+        run(CAMRIG, "camera", "create", "--control", again.info()["control"], "--file", saved, "--replace")
+        expect_same(arrangement(again), placed)
+    # And as the cameras of a scene file.
+    scene = json.loads(hall.read_text())
+    scene["cameras"] = json.loads(saved.read_text())["cameras"]
+    (tmp_path / "hall").symlink_to(REPOSITORY / "scenes/hall")
+    (tmp_path / "mine.json").write_text(json.dumps(scene))
+    with camrig.start(tmp_path / "mine.json", mode="lockstep", args=["--quality", "fast"]) as mine:
+        expect_same(arrangement(mine), placed)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_told(rig, display, view):
+    cam = rig.camera("main")
+    display.click(60, 65)  # its name in the list
+    display.key("ctrl+d")
+    wait_until(lambda: "main_2" in names(rig), what="the duplicate")
+    twin = rig.camera("main_2")
+    assert twin.get()["intrinsics"] == pytest.approx(cam.get()["intrinsics"])
+    assert np.linalg.norm(np.subtract(twin.get()["pose"]["position"], cam.get()["pose"]["position"])) == pytest.approx(0.6)
+    wait_until(lambda: twin.get()["sequence"] >= 0)
+    display.click(*ADD_RTSP)
+    wait_until(lambda: [output["kind"] for output in twin.get()["outputs"]] == ["rtsp"], what="the output")
+    display.key("Delete")
+    wait_until(lambda: names(rig) == ["main", view.own], what="the deletion")
+    assert rig.status()["world_ns"] == 0
+    display.click(*STEP_200_MS)
+    wait_until(lambda: rig.status()["world_ns"] == 200_000_000, what="the step")
+    view.wait_settled()
+    display.xdotool("windowkill", display.wait_window("camrig view"))  # what is left when the X server goes away
+    view.process.wait(20)
+    assert names(rig) == ["main"]
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_the_world_is_flown_through_and_paused(rig, display, view):
+    display.key("space")
+    wait_until(lambda: rig.status()["paused"], what="the pause")
+    view.wait_settled()
+    before = view.eye()["pose"]
+    display.xdotool("mousemove", SCENE_X + 300, 300, "sleep", 0.1, "keydown", "w", "sleep", 0.5, "keyup", "w")
+    wait_until(lambda: np.linalg.norm(np.subtract(view.eye()["pose"]["position"], before["position"])) > 0.3, what="flying")
+    display.drag((SCENE_X + 300, 300), (SCENE_X + 400, 300), button=3)
+    # The world follows the mouse: a drag to the right turns to the left, as many radians as pixels by focal length.
+    turned = math.degrees(100 / view.focal())
+    wait_until(lambda: view.eye()["pose"]["pan_deg"] == pytest.approx(before["pan_deg"] + turned, abs=0.5), what="looking round")
+    view.wait_settled()
+    # Somebody deletes the view's camera: it takes another.
+    rig.camera(view.own).delete()
+    wait_until(lambda: view.own in names(rig), what="the view's camera to come back")
+    display.key("space")
+    wait_until(lambda: not rig.status()["paused"], what="play")
+    view.close(signal.SIGINT)
+    assert view.own not in names(rig)
+
+
+def test_without_a_display_or_a_rig_it_says_what_to_do(tmp_path, rig):
+    for control, word in ((rig.info()["control"], "DISPLAY"), (str(tmp_path / "none"), "camrig serve")):
+        done = subprocess.run([CAMRIG, "view", "--control", control], env={"PATH": "/usr/bin:/bin"}, capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1 and word in done.stderr

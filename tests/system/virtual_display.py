@@ -1,0 +1,73 @@
+"""An X server without a screen, steered by xdotool: what a person would do with mouse and keys, and what they would see."""
+
+import os
+import pathlib
+import struct
+import subprocess
+
+import numpy as np
+
+from conftest import wait_until
+
+
+class VirtualDisplay:
+    """Xvfb with a screen of width x height pixels at a free display; its screen lies in a file that picture() reads."""
+
+    def __init__(self, width: int, height: int, folder: pathlib.Path):
+        self._size, self._folder = (width, height), folder
+
+    def __enter__(self) -> "VirtualDisplay":
+        read, write = os.pipe()
+        width, height = self._size
+        self._server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", str(self._folder), "-nolisten", "tcp", "-noreset"],
+            pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as number:
+            self.name = f":{number.readline().strip()}"  # Xvfb writes it when it is ready
+        assert self.name != ":", "Xvfb did not start"
+        return self
+
+    def __exit__(self, *_):
+        self._server.terminate()
+        self._server.wait(20)
+
+    def xdotool(self, *words) -> str:
+        done = subprocess.run(["xdotool", *map(str, words)], env=dict(os.environ, DISPLAY=self.name), capture_output=True, text=True, timeout=20, check=False)
+        return done.stdout.strip()
+
+    def wait_window(self, title: str) -> str:
+        wait_until(lambda: self.xdotool("search", "--onlyvisible", "--name", title), what=f"window {title}")
+        return self.xdotool("search", "--onlyvisible", "--name", title).splitlines()[-1]
+
+    def move_window(self, title: str, x: int, y: int):
+        """There is no window manager: the window is moved, and given the keys, by hand."""
+        window = self.wait_window(title)
+        self.xdotool("windowmove", "--sync", window, x, y)
+        self.xdotool("windowfocus", "--sync", window)
+
+    def click(self, x: int, y: int, button: int = 1):
+        self.xdotool("mousemove", x, y, "sleep", 0.1, "click", button)
+
+    def drag(self, start, end, button: int = 1, steps: int = 8):
+        """Presses at start, goes to end in a few moves, as a hand does, and lets go there."""
+        self.xdotool("mousemove", *start, "sleep", 0.15, "mousedown", button, "sleep", 0.15)
+        for i in range(1, steps + 1):
+            x, y = (round(a + (b - a) * i / steps) for a, b in zip(start, end))
+            self.xdotool("mousemove", x, y, "sleep", 0.05)
+        self.xdotool("sleep", 0.15, "mouseup", button)
+
+    def key(self, *keys: str):
+        self.xdotool("key", *keys)
+
+    def type(self, text: str):
+        self.xdotool("type", "--delay", 40, text)
+
+    def picture(self) -> np.ndarray:
+        """The whole screen, HxWx3 BGR."""
+        data = (self._folder / "Xvfb_screen0").read_bytes()
+        # XWD, version 7 (XWDFile.h): big-endian header, then the colours, then the rows.
+        head = struct.unpack(">25I", data[:100])
+        header_bytes, width, height, row_bytes, colours = head[0], head[4], head[5], head[12], head[19]
+        pixels = np.frombuffer(data, np.uint8, row_bytes * height, header_bytes + 12 * colours).reshape(height, row_bytes // 4, 4)
+        return pixels[:, :width, :3].copy()

@@ -1,0 +1,187 @@
+#include <array>
+#include <cstdio>
+#include <numbers>
+#include <span>
+
+#include "tools/view/panels.h"
+
+namespace camrig::view {
+namespace {
+
+struct LensPreset {
+    const char* name;
+    const char* model;
+    std::array<double, 5> coefficients;
+    double hfov_deg;             ///< of its pinhole part; 0: stays
+    double px_per_rad_of_width;  ///< for fisheyes: focal length by width; 0: not one
+};
+
+/// Typical lenses; the coefficients are of a camera of that kind, rounded.
+constexpr std::array<LensPreset, 5> presets{{
+    {"pinhole", "pinhole", {}, 0, 0},
+    {"webcam, 70 deg", "plumb_bob", {-0.05, 0.02, 0, 0, 0}, 70, 0},
+    {"wide angle, 100 deg", "plumb_bob", {-0.25, 0.06, 0, 0, -0.006}, 100, 0},
+    {"telephoto, 20 deg", "plumb_bob", {0.03, -0.02, 0, 0, 0}, 20, 0},
+    {"fisheye, 180 deg", "equidistant", {0, 0, 0, 0, 0}, 0, 1 / std::numbers::pi},
+}};
+
+client::CameraOptions options_of(const LensPreset& preset, client::Size size) {
+    client::CameraOptions options;
+    options.lens = client::Lens{};
+    options.lens->model = preset.model;
+    const std::size_t count = options.lens->model == "pinhole" ? 0 : options.lens->model == "equidistant" ? 4 : 5;
+    options.lens->coefficients.assign(preset.coefficients.begin(),
+                                      preset.coefficients.begin() + static_cast<long>(count));
+    if (preset.hfov_deg > 0) options.hfov_deg = preset.hfov_deg;
+    if (preset.px_per_rad_of_width > 0) {
+        const double f = size.width * preset.px_per_rad_of_width;
+        options.intrinsics = client::Intrinsics{f, f, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
+    }
+    return options;
+}
+
+/// A choice of words; true when another was taken.
+bool choose(const char* label, std::span<const char* const> words, int& index) {
+    return ImGui::Combo(label, &index, words.data(), static_cast<int>(words.size()));
+}
+
+void edit_pose(Session& session, const client::CameraState& camera) {
+    if (camera.mount) {
+        ImGui::Text("mounted on %s %s", camera.mount->actor.c_str(), camera.mount->node.c_str());
+        return;
+    }
+    const Pose pose = session.pose_of_camera(camera);
+    std::array<double, 3> position{pose.position.x, pose.position.y, pose.position.z};
+    const PanTiltRoll now = angles_of(pose.orientation);
+    std::array<double, 3> angles{};
+    for (std::size_t i = 0; i < 3; ++i) angles[i] = std::array{now.pan, now.tilt, now.roll}[i] * 180 / std::numbers::pi;
+    bool is_changed =
+        ImGui::InputScalarN("position m", ImGuiDataType_Double, position.data(), 3, nullptr, nullptr, "%.3f");
+    is_changed =
+        ImGui::InputScalarN("pan tilt roll", ImGuiDataType_Double, angles.data(), 3, nullptr, nullptr, "%.2f") ||
+        is_changed;
+    if (!is_changed) return;
+    const auto rad = [&](std::size_t i) { return angles[i] * std::numbers::pi / 180; };
+    if (auto moved = pose_from_angles({position[0], position[1], position[2]}, {rad(0), rad(1), rad(2)}))
+        session.move_camera(camera, *moved);
+}
+
+void edit_picture(Session& session, const client::CameraState& camera) {
+    auto vfov_deg = static_cast<float>(camera.vfov_deg);
+    if (camera.lens.model != "equidistant" && ImGui::SliderFloat("field of view", &vfov_deg, 5, 140, "%.1f deg")) {
+        client::CameraOptions options;
+        options.vfov_deg = vfov_deg;
+        session.link.set_camera(camera.name, "vfov", options);
+    }
+    static constexpr std::array rates{"1", "5", "10", "15", "24", "25", "30000/1001", "30", "50", "60"};
+    static const std::array<client::Rate, 10> values{1, 5, 10, 15, 24, 25, client::Rate(30000, 1001), 30, 50, 60};
+    int rate = -1;
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (values[i] == camera.fps) rate = static_cast<int>(i);
+    if (choose("frames/s", rates, rate)) {
+        client::CameraOptions options;
+        options.fps = values[static_cast<std::size_t>(rate)];
+        session.link.set_camera(camera.name, "fps", options);
+    }
+    static constexpr std::array sizes{"320x240", "640x480", "1280x720", "1920x1080"};
+    static constexpr std::array<client::Size, 4> pixels{{{320, 240}, {640, 480}, {1280, 720}, {1920, 1080}}};
+    int size = -1;
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        if (pixels[i] == camera.size) size = static_cast<int>(i);
+    if (choose("size", sizes, size)) {
+        client::CameraOptions options;
+        options.size = pixels[static_cast<std::size_t>(size)];
+        session.link.set_camera(camera.name, "size", options);
+    }
+    std::array<const char*, presets.size()> names{};
+    for (std::size_t i = 0; i < presets.size(); ++i) names[i] = presets[i].name;
+    int lens = camera.lens.model == "pinhole" ? 0 : -1;
+    if (choose("lens", names, lens))
+        session.link.set_camera(camera.name, "lens", options_of(presets[static_cast<std::size_t>(lens)], camera.size));
+    static constexpr std::array qualities{"the rig's", "fast", "simple", "beautiful"};
+    int quality = 0;
+    for (std::size_t i = 1; i < qualities.size(); ++i)
+        if (camera.quality == qualities[i]) quality = static_cast<int>(i);
+    if (choose("quality", qualities, quality)) {
+        client::CameraOptions options;
+        options.quality = quality == 0 ? "" : qualities[static_cast<std::size_t>(quality)];
+        session.link.set_camera(camera.name, "quality", options);
+    }
+}
+
+std::string words_of(const client::Output& output) {
+    std::string words = output.kind;
+    if (output.number) words += " /dev/video" + std::to_string(*output.number);
+    for (const auto& part : {output.format, output.codec})
+        if (part) words += " " + *part;
+    return words;
+}
+
+void edit_outputs(Session& session, const client::CameraState& camera) {
+    ImGui::TextUnformatted("outputs beside HTTP");
+    std::optional<std::vector<client::Output>> changed;
+    for (std::size_t i = 0; i < camera.outputs.size(); ++i) {
+        ImGui::PushID(static_cast<int>(i));
+        if (ImGui::SmallButton("x")) {
+            changed = camera.outputs;
+            changed->erase(changed->begin() + static_cast<long>(i));
+        }
+        ImGui::SameLine();
+        ImGui::TextUnformatted(words_of(camera.outputs[i]).c_str());
+        ImGui::PopID();
+    }
+    const auto add = [&](client::Output output) {
+        changed = camera.outputs;
+        changed->push_back(std::move(output));
+    };
+    static int number = 7;
+    ImGui::SetNextItemWidth(90);
+    ImGui::InputInt("##number", &number);
+    ImGui::SameLine();
+    client::Output output;
+    output.number = number;
+    if (ImGui::SmallButton("+device")) {
+        output.kind = "device";
+        add(output);
+    }
+    ImGui::SameLine();
+    if (ImGui::SmallButton("+v4l2")) {
+        output.kind = "v4l2";
+        add(output);
+    }
+    ImGui::SameLine();
+    if (ImGui::SmallButton("+rtsp")) {
+        output = {};
+        output.kind = "rtsp";
+        add(output);
+    }
+    if (!changed) return;
+    client::CameraOptions options;
+    options.outputs = std::move(changed);
+    session.link.set_camera(camera.name, "outputs", options);
+}
+
+}  // namespace
+
+void draw_camera(Session& session, const Area& area) {
+    begin_panel("camera", area);
+    if (const auto* camera = session.model.find(session.selected)) {
+        ImGui::TextUnformatted(camera->name.c_str());
+        ImGui::SameLine();
+        ImGui::TextDisabled("%dx%d at %.4g/s, %d watching", camera->size.width, camera->size.height,
+                            camera->fps.hertz(), camera->readers);
+        ImGui::PushItemWidth(190);
+        edit_pose(session, *camera);
+        edit_picture(session, *camera);
+        ImGui::PopItemWidth();
+        edit_outputs(session, *camera);
+    } else {
+        ImGui::TextWrapped(
+            "Click a camera to choose it. Drag its dot over the ground, with Shift up and down; drag the ring to turn "
+            "it. "
+            "Fly with W A S D, Q E and the right mouse button; the wheel goes ahead.");
+    }
+    ImGui::End();
+}
+
+}  // namespace camrig::view

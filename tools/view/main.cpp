@@ -1,0 +1,115 @@
+// `camrig view`: a window on a running rig. A program of its own, so that the rig needs no window system; a client like
+// any other.
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+
+#include <GLFW/glfw3.h>
+#include <camrig/error.h>
+#include <unistd.h>
+
+#include "control/rpc/token.h"
+#include "tools/view/panels.h"
+#include "tools/view/window.h"
+
+namespace {
+
+using namespace camrig::view;
+
+std::atomic<bool> stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// What run() would delete at its end. Xlib ends the program by exit() when the X server has gone away or has thrown us
+/// out, and then nothing of run() is left but this.
+std::function<void()> left_behind;
+
+void delete_left_behind() {
+    if (!left_behind) return;
+    try {
+        left_behind();
+    } catch (const camrig::client::Error&) {
+        // The rig is gone as well.
+    }
+    std::_Exit(1);  // the other threads would make it again
+}
+
+void stop_at_signals() {
+    struct sigaction action{};
+    action.sa_handler = [](int) { stop = true; };
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
+}
+
+void obey(Session& session, Window::Key pressed) {
+    if (pressed.with_ctrl) {
+        if (pressed.key == GLFW_KEY_S) session.save();
+        if (pressed.key == GLFW_KEY_D) session.duplicate_selected();
+        return;
+    }
+    if (pressed.key == GLFW_KEY_N) session.create_camera();
+    if (pressed.key == GLFW_KEY_DELETE) session.delete_selected();
+    if (pressed.key == GLFW_KEY_SPACE && session.model.world.mode == "realtime") session.play_or_pause();
+}
+
+void draw(Session& session, ImVec2 size, const std::vector<Window::Key>& keys) {
+    session.update();
+    if (!ImGui::GetIO().WantTextInput)
+        for (const Window::Key key : keys) obey(session, key);
+    const float middle = std::max(100.0F, size.x - list_width - camera_width);
+    const float above = std::max(100.0F, size.y - timeline_height);
+    draw_camera_list(session, {{0, 0}, {list_width, size.y}});
+    draw_scene(session, {{list_width, 0}, {middle, above}});
+    draw_camera(session, {{list_width + middle, 0}, {camera_width, size.y}});
+    draw_timeline(session, {{list_width, above}, {middle, timeline_height}});
+}
+
+/// As tools/camrig/cli_view.cpp gives them, in this order.
+struct Options {
+    std::string control;
+    std::filesystem::path token_file;  ///< may be empty
+    std::filesystem::path file;
+    int width;
+    int height;
+};
+
+int run(const Options& options) {
+    std::string token;
+    if (!options.token_file.empty()) {
+        auto read = camrig::read_token_file(options.token_file);
+        if (!read) throw camrig::client::Error(std::string(to_string(read.error().kind)), read.error().message);
+        token = std::move(*read);
+    }
+    const auto rig = camrig::client::connect({.control = options.control, .token = token});
+    auto window = Window::open(options.width, options.height, "camrig view");
+    if (!window) throw camrig::client::Error(std::string(to_string(window.error().kind)), window.error().message);
+    stop_at_signals();
+    const std::string own = "view_" + std::to_string(::getpid());
+    left_behind = [rig, own] { rig.call("camera.delete", {{"name", own}}); };
+    std::atexit(delete_left_behind);
+    Session session(rig, own, std::filesystem::absolute(options.file), &Window::redraw);
+    (*window)->run(stop, [&](ImVec2 size, const auto& keys) { draw(session, size, keys); });
+    left_behind = nullptr;  // from here on by the session's end
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 6) {
+        std::cerr << "camrig-view: is started by: camrig view\n";
+        return 2;
+    }
+    try {
+        return run({.control = argv[1],
+                    .token_file = argv[2],
+                    .file = argv[3],
+                    .width = std::stoi(argv[4]),
+                    .height = std::stoi(argv[5])});
+    } catch (const std::exception& problem) {
+        std::cerr << "camrig: view: " << problem.what() << "\n";
+        return 1;
+    }
+}

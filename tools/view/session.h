@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include <camrig/rig.h>
+
+#include "tools/view/camera_drag.h"
+#include "tools/view/fly_camera.h"
+#include "tools/view/picture_link.h"
+#include "tools/view/rig_link.h"
+#include "tools/view/textures.h"
+#include "tools/view/timeline.h"
+
+namespace camrig::view {
+
+/// What the panels share: the links to the rig, what is chosen, where one looks from. Thread: the window's.
+struct Session {
+    Session(const client::Rig& rig, const std::string& own, std::filesystem::path file,
+            const std::function<void()>& changed)
+        : own_camera(own), arrangement(std::move(file)), link(rig, own, changed), pictures(rig, own, changed) {}
+
+    const std::string own_camera;
+    const std::filesystem::path arrangement;  ///< where "save" writes
+    RigLink link;
+    PictureLink pictures;
+    Textures textures;
+    RigModel model;  ///< of this turn of the window
+    Timeline timeline;
+
+    FlyCamera fly;
+    bool has_looked = false;  ///< whether fly has been put where there is something to see
+    std::string selected;
+    std::string notice;  ///< what has just happened: saved, refused, ...
+
+    std::optional<CameraDrag> drag;
+    /// Poses that were dragged to and are not in the model yet.
+    std::map<std::string, Pose> moved;
+
+    /// Where a camera is for the person at the window: in the world, with what they have just done.
+    Pose pose_of_camera(const client::CameraState& camera) const;
+    /// In the pictures and for the rig at once. Not for mounted cameras, whose pose is in another frame.
+    void move_camera(const client::CameraState& camera, const Pose& pose);
+    void create_camera();
+    void duplicate_selected();
+    void delete_selected();
+    void save();
+    /// Realtime only.
+    void play_or_pause();
+    /// Lockstep, or paused: the only thing here that moves a world, and only a person's hand does it.
+    void step(std::chrono::nanoseconds how_far);
+    /// Takes what is new from the links.
+    void update();
+};
+
+}  // namespace camrig::view

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <imgui.h>
+
+#include "core/base/result.h"
+
+struct GLFWwindow;
+
+namespace camrig::view {
+
+/// A window with OpenGL 3.3 and Dear ImGui in it. One a process, on the main thread.
+class Window {
+public:
+    /// Error unavailable where there is no display or no OpenGL; says what would help.
+    static Result<std::unique_ptr<Window>> open(int width, int height, const std::string& title);
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+    ~Window();
+
+    /// A key of GLFW's with Ctrl held or not.
+    struct Key {
+        int key = 0;
+        bool with_ctrl = false;
+    };
+    /// Draws until the window is closed or `stop` is set: when there is input or redraw() was called, and now and then
+    /// without. `keys`: pressed since the last turn.
+    void run(const std::atomic<bool>& stop, const std::function<void(ImVec2 size, const std::vector<Key>& keys)>& draw);
+    /// From any thread: there is something new to draw.
+    static void redraw();
+
+private:
+    explicit Window(GLFWwindow* window);
+
+    static constexpr std::size_t max_keys = 64;
+
+    GLFWwindow* window_;
+    std::vector<Key> keys_;
+};
+
+}  // namespace camrig::view
