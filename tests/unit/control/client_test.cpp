@@ -17,7 +17,7 @@ client::Rig rig_at(const std::string& control) {
 
 /// The kind of the Error that `action` throws, and its words.
 template <typename Action>
-std::string error_of(Action action) {
+std::string failure_of(Action action) {
     try {
         action();
     } catch (const client::Error& why) {
@@ -114,27 +114,27 @@ TEST(Client, WhatIsNotGivenStaysAndAnEmptyMountTakesACameraOff) {
 TEST(Client, RatesAreTakenAsTheDecimalsTheyAreWrittenAs) {
     EXPECT_EQ(client::Rate(29.97), client::Rate(2997, 100));
     EXPECT_EQ(client::Rate(25), client::Rate(25, 1));
-    EXPECT_THAT(error_of([] { client::Rate(1e9); }), HasSubstr("invalid_argument"));
+    EXPECT_THAT(failure_of([] { client::Rate(1e9); }), HasSubstr("invalid_argument"));
 }
 
 TEST(Client, ErrorsKeepTheirKindAndTheConnectionStaysGood) {
     ServerHarness harness;
     const auto rig = rig_at(harness.path);
     const auto camera = rig.create_camera("lobby");
-    EXPECT_THAT(error_of([&] { rig.camera("nobody"); }), HasSubstr("not_found: "));
-    EXPECT_THAT(error_of([&] { rig.create_camera("lobby"); }), HasSubstr("already_exists: "));
+    EXPECT_THAT(failure_of([&] { rig.camera("nobody"); }), HasSubstr("not_found: "));
+    EXPECT_THAT(failure_of([&] { rig.create_camera("lobby"); }), HasSubstr("already_exists: "));
     client::CameraOptions wrong;
     wrong.size = {1, 1};
-    EXPECT_THAT(error_of([&] { camera.set(wrong); }), HasSubstr("invalid_argument: "));
-    EXPECT_THAT(error_of([&] { camera.snapshot("picture.gif"); }), HasSubstr("invalid_argument: "));
+    EXPECT_THAT(failure_of([&] { camera.set(wrong); }), HasSubstr("invalid_argument: "));
+    EXPECT_THAT(failure_of([&] { camera.snapshot("picture.gif"); }), HasSubstr("invalid_argument: "));
     EXPECT_EQ(rig.cameras().size(), 1u);
     camera.remove();
-    EXPECT_THAT(error_of([&] { camera.get(); }), HasSubstr("not_found: "));
+    EXPECT_THAT(failure_of([&] { camera.get(); }), HasSubstr("not_found: "));
 }
 
 TEST(Client, NobodyThereIsUnavailableAndSaysWhatToDo) {
     TemporaryFolder folder;
-    EXPECT_THAT(error_of([&] { rig_at((folder / "s").string()); }),
+    EXPECT_THAT(failure_of([&] { rig_at((folder / "s").string()); }),
                 AllOf(HasSubstr("unavailable: "), HasSubstr("camrig serve")));
 }
 
@@ -154,7 +154,7 @@ TEST(Client, ARigThatComesBackIsReachedAgain) {
     ServerHarness harness;
     const auto rig = rig_at(harness.path);
     harness.server.reset();
-    EXPECT_THAT(error_of([&] { rig.status(); }), HasSubstr("unavailable: "));
+    EXPECT_THAT(failure_of([&] { rig.status(); }), HasSubstr("unavailable: "));
     ControlServerOptions options;
     options.unix_path = harness.path;
     options.rpc = &harness.rpc;
@@ -185,7 +185,7 @@ TEST(Client, CamerasOfAFileAreMadeInOrderUntilOneCannotBe) {
     EXPECT_EQ(made[1].name(), "right");
     EXPECT_EQ(made[1].get().fps, client::Rate(10));
     std::ofstream(file) << R"([{"name": "third"}, {"name": "left"}])";
-    EXPECT_THAT(error_of([&] { rig.create_cameras(file); }),
+    EXPECT_THAT(failure_of([&] { rig.create_cameras(file); }),
                 AllOf(HasSubstr("already_exists: "), HasSubstr("cameras.json: cameras[1]")));
     EXPECT_EQ(rig.cameras().size(), 3u);
 }
@@ -194,7 +194,8 @@ TEST(Client, ATokenOpensTheDoorOverTcp) {
     ServerHarness harness({}, true, "open sesame");
     const std::string place = "127.0.0.1:" + std::to_string(harness.server->tcp_port());
     EXPECT_EQ(client::connect({.control = place, .token = "open sesame"}).cameras().size(), 0u);
-    EXPECT_THAT(error_of([&] { client::connect({.control = place, .token = "wrong"}); }), HasSubstr("unauthorized: "));
+    EXPECT_THAT(failure_of([&] { client::connect({.control = place, .token = "wrong"}); }),
+                HasSubstr("unauthorized: "));
 }
 
 }  // namespace
