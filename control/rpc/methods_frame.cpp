@@ -1,7 +1,7 @@
 #include <optional>
 
-#include "core/base/base64.h"
 #include "control/rpc/methods.h"
+#include "core/base/base64.h"
 #include "core/base/json_reader.h"
 #include "core/base/names.h"
 #include "core/frame/kind_format.h"

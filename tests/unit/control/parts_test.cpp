@@ -6,10 +6,10 @@
 #include <unistd.h>
 
 #include "control/client/endpoint.h"
-#include "core/base/base64.h"
 #include "control/rpc/token.h"
 #include "control/rpc/work_thread.h"
 #include "control/server/line_buffer.h"
+#include "core/base/base64.h"
 
 namespace camrig {
 namespace {

@@ -8,8 +8,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "core/camera/calibration_file.h"
 #include "core/base/write_file.h"
+#include "core/camera/calibration_file.h"
 #include "tools/camrig/dataset/labels.h"
 
 namespace camrig {
