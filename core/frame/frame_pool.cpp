@@ -28,7 +28,8 @@ struct FramePool::Shelf {
     }
 
     void put(std::unique_ptr<Frame> frame) {
-        std::deque<std::unique_ptr<Frame>> evicted;  // freed outside the lock: unmapping megabytes takes its time
+        // Freed outside the lock: unmapping megabytes takes its time. No deque: an empty one has memory already.
+        std::vector<std::unique_ptr<Frame>> evicted;
         std::lock_guard lock(mutex);
         const std::size_t bytes = frame->bytes().size();
         if (!open || bytes > max_idle_bytes) {

@@ -38,7 +38,8 @@ LightSet select_lights(std::span<const Light> lights, float exposure, const glm:
         std::uint16_t index;
         bool directional;
     };
-    std::vector<Candidate> candidates;
+    static thread_local std::vector<Candidate> candidates;  // for every mover at every instant: keeps its memory
+    candidates.clear();
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const Light& light = lights[i];
         const double bright = brightness(light, exposure);

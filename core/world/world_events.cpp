@@ -180,6 +180,7 @@ std::vector<Witness> SceneWorld::witnesses() {
 void SceneWorld::run_events() {
     if (!flickers_.empty()) run_flickers();
     const auto first = events_.due(now_ns_, witnesses());
+    if (first.empty()) return;
     std::deque<EventTable::Firing> firings(first.begin(), first.end());
     while (!firings.empty()) {
         const EventTable::Firing firing = std::move(firings.front());

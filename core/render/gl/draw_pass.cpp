@@ -307,8 +307,11 @@ void DrawPass::end_blending() {
 }
 
 void DrawPass::draw_sorted(std::vector<VisibleDraw>& draws) {
-    std::ranges::stable_sort(draws,
-                             [](const VisibleDraw& a, const VisibleDraw& b) { return a.distance_m > b.distance_m; });
+    // By hand, because stable_sort() allocates.
+    for (std::size_t i = 0; i < draws.size(); ++i) draws[i].order = i;
+    std::ranges::sort(draws, [](const VisibleDraw& a, const VisibleDraw& b) {
+        return a.distance_m != b.distance_m ? a.distance_m > b.distance_m : a.order < b.order;
+    });
     draw_opaque(draws);
 }
 

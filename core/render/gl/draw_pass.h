@@ -32,6 +32,7 @@ struct VisibleDraw {
     const IndexRange* range = nullptr;
     StreamBuffer::Piece uniforms;
     double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis
+    std::size_t order = 0;    ///< among draws of one distance
 };
 
 /// Issues the draws of one picture after another. Knows GL state, nothing of cameras, frames or caches.

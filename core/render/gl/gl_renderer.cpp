@@ -111,6 +111,7 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         }
         slot.readback.reset(bytes);
     }
+    instant.pending.reserve(views.size());
     PaintScene scene = paint_scene(slot);
     painter_.prepare(views, scene, slot.targets);
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -192,6 +193,7 @@ Result<Renderer::Finished> GlRenderer::collect() {
     finished.set.world_ns = instant.snapshot->world_ns;
     finished.set.monotonic_ns = instant.monotonic_ns;
     finished.failures = std::move(instant.failures);
+    finished.set.frames.reserve(instant.pending.size());
     for (const Pending& pending : instant.pending) finished.set.frames.push_back(finish(instant, pending));
     return finished;
 }

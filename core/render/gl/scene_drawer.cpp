@@ -83,16 +83,16 @@ void SceneDrawer::restore(const View& view, const ViewPlan& plan, PaintScene& sc
 
 void SceneDrawer::put_back(const ViewPlan& plan, const ColorTarget& color, ViewTargets* targets,
                            SceneChanges& changes) {
-    const std::vector<PixelRect> whole{{0, 0, color.size.width, color.size.height}};
-    std::vector<PixelRect> samples = changes.rects;
-    for (PixelRect& rect : samples) rect = scaled(rect, plan.supersampling);
+    const PixelRect whole{0, 0, color.size.width, color.size.height};
+    samples_.assign(changes.rects.begin(), changes.rects.end());
+    for (PixelRect& rect : samples_) rect = scaled(rect, plan.supersampling);
     // The finished picture of a view stays from instant to instant: only what movers changed in it is put back.
     const bool shows_layer = targets != nullptr && targets->shown_layer == changes.layer->number;
-    layers_.restore_around(*changes.layer, color, shows_layer ? targets->changed : whole, samples,
-                           plan.takes_depth_from_color);
+    const std::span<const PixelRect> changed = shows_layer ? targets->changed : std::span(&whole, 1);
+    layers_.restore_around(*changes.layer, color, changed, samples_, plan.takes_depth_from_color);
     if (targets != nullptr) {
         targets->shown_layer = changes.layer->number;
-        targets->changed = std::move(samples);
+        targets->changed.swap(samples_);
     }
     changes.is_put_back = true;
 }

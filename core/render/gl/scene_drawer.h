@@ -98,6 +98,7 @@ private:
     std::vector<VisibleDraw> moving_opaque_;
     std::vector<VisibleDraw> blended_;
     std::vector<VisibleDraw> touching_;
+    std::vector<PixelRect> samples_;
 };
 
 }  // namespace camrig
