@@ -11,8 +11,9 @@ from .plan import FULL_HD, VGA, Plan, table
 # What was tried for rows that may be missed, with what it gave; said beside those that are.
 TRIED = {
     "moving": "Drawing near things first: no difference (the hall's rooms hide little behind each other). Textures decoded from sRGB after filtering "
-    "instead of before: 10 % less CPU, but filtering in the wrong space, up to several codes off. Two thirds of the time is shading pixels.",
-    "lockstep": "The stages of one instant follow each other: one camera alone cannot fill two cores.",
+    "instead of before: 10 % less CPU, but filtering in the wrong space, up to several codes off. Textures that need no decoding (linear half floats): within the noise. Two thirds of the time is shading pixels.",
+    "lockstep": "The stages of one instant follow each other: one camera alone cannot fill two cores. Submitting the next instant before the last is "
+    "read: nothing, llvmpipe's read waits for both.",
     "jpeg": "The accurate DCT is as fast as the fast one. Encoders share the cores with the rasteriser.",
 }
 
