@@ -2,12 +2,13 @@
 
 import os
 import pathlib
+import select
 import subprocess
 import sys
 
 import pytest
 
-from conftest import REPOSITORY
+from conftest import REPOSITORY, wait_until
 
 CAMRIG = pathlib.Path(os.environ["CAMRIG_BIN"]).resolve()
 BUILD = next(folder for folder in CAMRIG.parents if (folder / "cmake_install.cmake").exists() and (folder / "CMakeCache.txt").exists())
@@ -127,6 +128,49 @@ def test_shells_complete_commands_and_options_from_the_definitions(installed):
     fish = installed / "share/fish/vendor_completions.d/camrig.fish"
     offered = run("fish", "--no-config", "-c", f"source {fish}; complete -C 'camrig camera cre'")
     assert offered.startswith("create")
+
+
+class Zsh:
+    """A zsh at a terminal, as a person has it."""
+
+    def __init__(self, functions):
+        self._terminal, end = os.openpty()
+        environment = {"TERM": "dumb", "PATH": f"{CAMRIG.parent}:/usr/bin:/bin", "HOME": "/nonexistent", "COLUMNS": "200"}
+        self.process = subprocess.Popen(["zsh", "-f", "-i"], stdin=end, stdout=end, stderr=end, env=environment, start_new_session=True)
+        os.close(end)
+        self.type(f"fpath=({functions} $fpath); autoload -Uz compinit; compinit -u -D; echo re''ady\n")
+        self.wait("ready\r")
+
+    def type(self, text):
+        os.write(self._terminal, text.encode())
+
+    def wait(self, words):
+        """Until these words have been shown."""
+        shown = b""
+
+        def is_shown():
+            nonlocal shown
+            if select.select([self._terminal], [], [], 0)[0]:
+                shown += os.read(self._terminal, 65536)
+            return words.encode() in shown
+
+        wait_until(is_shown, what=f"'{words}' from zsh")
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        os.close(self._terminal)
+
+
+def test_zsh_completes_what_a_person_types(installed):
+    zsh = Zsh(installed / "share/zsh/vendor-completions")
+    try:
+        for typed, completed in (("camrig camera cre", "camrig camera create "), ("camrig camera create eye --vf", "--vfov-deg "), ("camrig vie", "camrig view ")):
+            zsh.type(typed + "\t")
+            zsh.wait(completed)
+            zsh.type("\x15")  # the line is forgotten
+    finally:
+        zsh.close()
 
 
 def test_the_service_is_a_good_unit_and_hardened(installed, tmp_path):

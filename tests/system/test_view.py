@@ -163,6 +163,7 @@ def test_three_cameras_placed_by_mouse_come_back_after_a_restart(rig, display, v
 def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_told(rig, display, view):
     cam = rig.camera("main")
     display.click(60, 65)  # its name in the list
+    wait_until(lambda: display.picture()[65, 245].sum() > 60, what="the line in the list to be marked")
     display.key("ctrl+d")
     wait_until(lambda: "main_2" in names(rig), what="the duplicate")
     twin = rig.camera("main_2")

@@ -5,10 +5,17 @@
 
 namespace camrig::view {
 
+namespace {
+
+/// Seen from behind, a camera's handle lies on its body: it is the body then that one means.
+constexpr double body_advantage_px = 3;
+
+}  // namespace
+
 const GripPoint* nearest_grip(std::span<const GripPoint> grips, glm::dvec2 mouse, double reach_px) {
     const GripPoint* nearest = nullptr;
     for (const GripPoint& one : grips) {
-        const double distance = glm::length(one.screen - mouse);
+        const double distance = glm::length(one.screen - mouse) - (one.grip == Grip::handle ? 0 : body_advantage_px);
         if (distance > reach_px) continue;
         reach_px = distance;
         nearest = &one;

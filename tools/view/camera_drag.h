@@ -20,7 +20,7 @@ struct GripPoint {
     glm::dvec2 screen{0.0};
 };
 
-/// The grip nearest to the mouse, within reach_px; of several as near, the last.
+/// The grip nearest to the mouse, within reach_px or so; of a body and a handle that are about as near, the body.
 const GripPoint* nearest_grip(std::span<const GripPoint> grips, glm::dvec2 mouse, double reach_px = 12);
 
 /// A camera that is being dragged from `start`.

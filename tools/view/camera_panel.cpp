@@ -1,5 +1,5 @@
 #include <array>
-#include <cstdio>
+#include <cmath>
 #include <numbers>
 #include <span>
 
@@ -54,7 +54,10 @@ void edit_pose(Session& session, const client::CameraState& camera) {
     std::array<double, 3> position{pose.position.x, pose.position.y, pose.position.z};
     const PanTiltRoll now = angles_of(pose.orientation);
     std::array<double, 3> angles{};
-    for (std::size_t i = 0; i < 3; ++i) angles[i] = std::array{now.pan, now.tilt, now.roll}[i] * 180 / std::numbers::pi;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double degrees = std::array{now.pan, now.tilt, now.roll}[i] * 180 / std::numbers::pi;
+        angles[i] = std::abs(degrees) < 1e-9 ? 0 : degrees;  // rounding would show as -0.00
+    }
     bool is_changed =
         ImGui::InputScalarN("position m", ImGuiDataType_Double, position.data(), 3, nullptr, nullptr, "%.3f");
     is_changed =

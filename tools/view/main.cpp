@@ -56,14 +56,15 @@ void obey(Session& session, Window::Key pressed) {
 
 void draw(Session& session, ImVec2 size, const std::vector<Window::Key>& keys) {
     session.update();
-    if (!ImGui::GetIO().WantTextInput)
-        for (const Window::Key key : keys) obey(session, key);
     const float middle = std::max(100.0F, size.x - list_width - camera_width);
     const float above = std::max(100.0F, size.y - timeline_height);
     draw_camera_list(session, {{0, 0}, {list_width, size.y}});
     draw_scene(session, {{list_width, 0}, {middle, above}});
     draw_camera(session, {{list_width + middle, 0}, {camera_width, size.y}});
     draw_timeline(session, {{list_width, above}, {middle, timeline_height}});
+    // After the mouse: a key that follows a click is about what was clicked.
+    if (!ImGui::GetIO().WantTextInput)
+        for (const Window::Key key : keys) obey(session, key);
 }
 
 /// As tools/camrig/cli_view.cpp gives them, in this order.

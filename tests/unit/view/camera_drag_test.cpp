@@ -62,6 +62,9 @@ TEST(NearestGrip, IsTheOneUnderTheMouseOrNone) {
     EXPECT_EQ(nearest_grip(grips, {15, 10})->camera, "b");
     EXPECT_EQ(nearest_grip(grips, {58, 12})->grip, Grip::handle);
     EXPECT_EQ(nearest_grip(grips, {40, 10}), nullptr);
+    // Seen from behind: body and handle in one place.
+    const std::array<GripPoint, 2> behind{{{"c", Grip::body, {30, 30.5}}, {"c", Grip::handle, {30, 30}}}};
+    EXPECT_EQ(nearest_grip(behind, {30, 30})->grip, Grip::body);
 }
 
 }  // namespace
