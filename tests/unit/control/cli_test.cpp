@@ -22,6 +22,7 @@ struct Outcome {
     std::string out, err;
     ServeOptions serve;
     PythonCommand python;
+    std::vector<std::string> view;
 };
 
 Outcome run(std::vector<std::string> arguments) {
@@ -35,7 +36,12 @@ Outcome run(std::vector<std::string> arguments) {
         result.python = command;
         return 7;
     };
-    result.code = run_cli(std::move(arguments), {.serve = serve, .out = out, .err = err, .python = python});
+    const auto view = [&](const std::vector<std::string>& words) {
+        result.view = words;
+        return 8;
+    };
+    result.code =
+        run_cli(std::move(arguments), {.serve = serve, .out = out, .err = err, .python = python, .view = view});
     result.out = out.str();
     result.err = err.str();
     return result;
@@ -57,6 +63,13 @@ protected:
 
     ServerHarness harness;
 };
+
+TEST(CliView, GivesTheWindowItsPlaceAndTheFileOfTheArrangement) {
+    const Outcome done = run({"view", "--control", "/run/rig", "--file", "mine.json", "--height", "600"});
+    EXPECT_EQ(done.code, 8);
+    EXPECT_THAT(done.view, testing::ElementsAre("/run/rig", "", "mine.json", "1280", "600"));
+    EXPECT_EQ(run({"view", "--width", "3"}).code, 2);
+}
 
 TEST_F(Cli, CameraCreateTakesEveryOption) {
     const json camera = json_of({"camera",     "create",       "lobby",
@@ -152,6 +165,10 @@ TEST_F(Cli, FilesOfCamerasAreOneAListOrAnObject) {
     const Outcome twice = at_rig({"camera", "create", "--file", file(R"([{"name":"e"},{"name":"a"}])")});
     EXPECT_EQ(twice.code, 1);
     EXPECT_THAT(twice.err, AllOf(HasSubstr("cameras.json: cameras[1]"), HasSubstr("those before it were made")));
+    const auto changed =
+        json_of({"camera", "create", "--file", file(R"([{"name":"a","fps":5},{"name":"f"}])"), "--replace"});
+    EXPECT_EQ(changed["cameras"].size(), 2u);
+    EXPECT_EQ(json_of({"camera", "get", "a"})["fps"], 5);
     EXPECT_EQ(at_rig({"camera", "create", "--file", file("{")}).code, 1);
     EXPECT_THAT(at_rig({"camera", "create", "--file", file("7")}).err, HasSubstr("must be a camera"));
     EXPECT_THAT(at_rig({"camera", "create", "--file", (folder / "none").string()}).err, HasSubstr("cannot be read"));
