@@ -18,6 +18,12 @@ struct Depths {
     std::string worst;
 };
 
+/// How far a person's disc reaches into the walls of an area; negative: how far it stays off them.
+inline double depth_in_walls(const WalkArea& walls, glm::dvec2 place) {
+    const double distance = walls.wall_distance(place);
+    return person_radius_m + (walls.contains(place) ? -distance : distance);
+}
+
 /// `seated`: people whose names begin so belong to the furniture.
 inline Depths watch(World& world, const Area& area, TimeNs duration_ns, std::string_view seated = "/") {
     const WalkArea walls(area, 0.0);
@@ -32,9 +38,7 @@ inline Depths watch(World& world, const Area& area, TimeNs duration_ns, std::str
         for (std::size_t i = 0; i < people.size(); ++i) {
             const glm::dvec2 a(people[i]->position);
             depths.walked_m += glm::length(people[i]->velocity) * static_cast<double>(every_ns) * 1e-9;
-            const double off =
-                walls.contains(a) ? person_radius_m - walls.wall_distance(a) : person_radius_m + walls.wall_distance(a);
-            depths.walls_m = std::max(depths.walls_m, off);
+            depths.walls_m = std::max(depths.walls_m, depth_in_walls(walls, a));
             for (std::size_t j = i + 1; j < people.size(); ++j) {
                 const double depth = 2.0 * person_radius_m - glm::distance(a, glm::dvec2(people[j]->position));
                 if (depth <= depths.bodies_m) continue;

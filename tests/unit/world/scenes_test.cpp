@@ -45,12 +45,16 @@ struct Traffic {
     std::string worst;
 };
 
-double gap_to_box(const glm::dvec2& p, const Instance& car, double length, double width) {
-    const glm::dvec3 ahead = car.orientation * glm::inverse(car.info->heading_from_model) * glm::dvec3(1, 0, 0);
-    const glm::dvec2 x = glm::normalize(glm::dvec2(ahead)), to = p - glm::dvec2(car.position);
+double gap_to_box(const glm::dvec2& p, const glm::dvec3& middle, const glm::dvec3& ahead, double length, double width) {
+    const glm::dvec2 x = glm::normalize(glm::dvec2(ahead)), to = p - glm::dvec2(middle);
     const double u = std::abs(glm::dot(to, x)) - length / 2.0;
     const double v = std::abs(x.x * to.y - x.y * to.x) - width / 2.0;
     return u > 0.0 && v > 0.0 ? std::hypot(u, v) : std::max(u, v);
+}
+
+double gap_to_box(const glm::dvec2& p, const Instance& car, double length, double width) {
+    const glm::dvec3 ahead = car.orientation * glm::inverse(car.info->heading_from_model) * glm::dvec3(1, 0, 0);
+    return gap_to_box(p, car.position, ahead, length, width);
 }
 
 TEST(Street, CarsKeepTheirDistanceAndSparePeopleForTenMinutes) {
@@ -116,6 +120,42 @@ TEST(Street, CarsKeepTheirDistanceAndSparePeopleForTenMinutes) {
     EXPECT_GT(crossed, 40);
     for (const EventRecord& record : world->take_records())
         for (const std::string& problem : record.errors) ADD_FAILURE() << record.event << ": " << problem;
+}
+
+TEST(Street, NobodyWalksThroughAWallOrAParkedCarInTenMinutes) {
+    const auto world = coarse("scenes/street.json", 100 * ns_per_ms);
+    ASSERT_TRUE(world);
+    const WalkArea walls(world->scene().areas.at("walkway"),
+                         0.0);  // pavements and crossing, less trees, posts, benches, bins
+    std::vector<const ObjectSpec*> parked;
+    for (const ObjectSpec& object : world->scene().objects)
+        if (object.object_class == "car") parked.push_back(&object);
+    ASSERT_GE(parked.size(), 13u);
+    double deepest_m = -1e9, parked_gap_m = 1e9, walked_m = 0.0;
+    std::string worst;
+    for (TimeNs t = 100 * ns_per_ms; t <= 600 * ns_per_s; t += 100 * ns_per_ms) {
+        world->advance_to(t);
+        const auto snapshot = world->snapshot(t);
+        for (const Instance& mover : snapshot->movers) {
+            if (mover.info->object_class != "person") continue;
+            const glm::dvec2 place(mover.position);
+            walked_m += glm::length(mover.velocity) * 0.1;
+            if (const double depth = depth_in_walls(walls, place); depth > deepest_m) {
+                deepest_m = depth;
+                worst = mover.info->name + " at " + std::to_string(static_cast<double>(t) * 1e-9) + " s";
+            }
+            // A parked car's model has its front along the file's +z, world -y; the longest is 4.9 m, the widest 1.9 m.
+            for (const ObjectSpec* car : parked)
+                parked_gap_m = std::min(
+                    parked_gap_m, gap_to_box(place, car->position, car->orientation * glm::dvec3(0, -1, 0), 4.9, 1.9) -
+                                      person_radius_m);
+        }
+    }
+    std::cout << "deepest in a wall " << deepest_m << " m (" << worst << "), nearest parked car " << parked_gap_m
+              << " m; walked " << walked_m << " m\n";
+    EXPECT_LT(deepest_m, 0.02);
+    EXPECT_GT(parked_gap_m, 0.0);
+    EXPECT_GT(walked_m, 18 * 600 * 0.3);
 }
 
 }  // namespace
