@@ -1,7 +1,9 @@
 """Computes the hall's light and turns it into what the renderer multiplies its ambient light with.
 
 The picture the renderer makes is albedo * (ambient(normal) * baked + directional light); the bake stores what the
-directional light lacks to the computed light: baked = (light - directional) / ambient.
+directional light lacks to the computed light: baked = (light - directional) / ambient. Where the hall shades itself from the
+directional light, only the levels without shadows draw it; SHADED of the computed light is baked there in any case, or those places
+were black with shadows.
 """
 
 import numpy as np
@@ -28,6 +30,7 @@ KEY = {
     "direction": (-0.35, 0.62, -0.70),
 }  # soft light from the southern windows and the entrance
 SELF_LIT = {"ceiling": 0.22}  # emissive share, because the ambient light from below is weak
+SHADED = 0.5
 FLOOR_LEVEL = 0.84  # the floor's median light in the picture
 
 
@@ -112,7 +115,7 @@ def bake(parts, plan, size):
             shoulder(room.map[y : y + h, x : x + w].reshape(-1) * exposure)
             - SELF_LIT.get(part.material, 0) / ALBEDO[part.material]
         )
-        share = (level - key_light(normals)) / ambient(normals)
+        share = np.maximum(level - key_light(normals), SHADED * level) / ambient(normals)
         block = np.clip(share, 0.02, 1).reshape(h, w)
         out[y - 1 : y + h + 1, x - 1 : x + w + 1] = np.pad(block, 1, mode="edge")
     props = {}
