@@ -15,7 +15,7 @@ from test_docs import blocks
 from test_install import BUILD, CAMRIG, run
 from virtual_display import VirtualDisplay
 
-pytestmark = pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep", args=["--quality", "fast"])
+pytestmark = [pytest.mark.slow, pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep", args=["--quality", "fast"])]
 
 
 @pytest.fixture(scope="module")

@@ -115,6 +115,7 @@ def expect_same(found, expected):
         assert one["intrinsics"] == pytest.approx(other["intrinsics"]) and one["lens"] == other["lens"]
 
 
+@pytest.mark.slow
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep", args=["--quality", "fast"])
 def test_three_cameras_placed_by_mouse_come_back_after_a_restart(rig, display, view, tmp_path):
     places = [(420, 470), (560, 520), (760, 480)]
