@@ -201,29 +201,30 @@ TEST(Quality, BakedOcclusionDarkensTheSurroundingsAtEveryLevelAndNeverTheLights)
 
 TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
     const glm::dvec3 towards = glm::normalize(glm::dvec3(-1.0, -0.8, 0.5));
-    for (const bool is_mirrored : {false, true}) {
-        for (const bool has_tangents : {false, true}) {
-            for (const glm::dvec2 lean : {glm::dvec2(0.6, 0.0), glm::dvec2(0.0, 0.6)}) {
-                Primitive wall = rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});  // u to the right (-y), v down (-z)
-                if (is_mirrored)
-                    for (glm::vec2& uv : wall.texcoords[0]) uv.x = -uv.x;
-                const double right = is_mirrored ? -1.0 : 1.0;
-                if (has_tangents) wall.tangents.assign(4, glm::vec4(0, -right, 0, right));
-                auto model = model_of(wall, surface(glm::vec3(0.5f), 1.0f));
-                const auto code = [](double x) { return static_cast<std::uint8_t>(std::lround((x + 1.0) * 127.5)); };
-                model->images.push_back({.size = {1, 1}, .rgba = {code(lean.x), code(lean.y), code(0.8), 255}});
-                model->textures.push_back({.image = 0, .sampler = {}});
-                model->materials[0].normal_texture = {.texture = 0};
-                TestWorld world;
-                world.environment = darkness();
-                world.lights = {light_of(LightType::directional, 0.9f, {}, -towards)};
-                world.objects = {instance_of(model)};
-                const TestCamera camera{.size = {33, 33}, .focal_px = 32, .quality = Quality::beautiful};
-                const glm::dvec3 n(-0.8, -lean.x * right, lean.y);
-                EXPECT_NEAR(linear_of(draw(world, camera).red(16, 16)),
-                            0.9 * gltf_reflection(n, {-1, 0, 0}, towards, 0.5, 1.0, 0.0), 0.012)
-                    << is_mirrored << has_tangents << lean.x;
-            }
+    for (const int variant : {0, 1, 2, 3, 4, 5, 6, 7}) {
+        const bool is_mirrored = variant & 1, has_tangents = variant & 2, is_reflected = variant & 4;
+        for (const glm::dvec2 lean : {glm::dvec2(0.6, 0.0), glm::dvec2(0.0, 0.6)}) {
+            Primitive wall = rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});  // u to the right (-y), v down (-z)
+            if (is_mirrored)
+                for (glm::vec2& uv : wall.texcoords[0]) uv.x = -uv.x;
+            const float along = is_mirrored ? -1.0f : 1.0f;
+            if (has_tangents) wall.tangents.assign(4, glm::vec4(0, -along, 0, along));
+            auto model = model_of(wall, surface(glm::vec3(0.5f), 1.0f));
+            if (is_reflected) model->nodes[0].matrix[1] *= -1.0;  // y turned round
+            const auto code = [](double x) { return static_cast<std::uint8_t>(std::lround((x + 1.0) * 127.5)); };
+            model->images.push_back({.size = {1, 1}, .rgba = {code(lean.x), code(lean.y), code(0.8), 255}});
+            model->textures.push_back({.image = 0, .sampler = {}});
+            model->materials[0].normal_texture = {.texture = 0};
+            TestWorld world;
+            world.environment = darkness();
+            world.lights = {light_of(LightType::directional, 0.9f, {}, -towards)};
+            world.objects = {instance_of(model)};
+            const TestCamera camera{.size = {33, 33}, .focal_px = 32, .quality = Quality::beautiful};
+            const double right = is_mirrored != is_reflected ? -1.0 : 1.0;
+            const glm::dvec3 n(-0.8, -lean.x * right, lean.y);
+            EXPECT_NEAR(linear_of(draw(world, camera).red(16, 16)),
+                        0.9 * gltf_reflection(n, {-1, 0, 0}, towards, 0.5, 1.0, 0.0), 0.012)
+                << is_mirrored << has_tangents << is_reflected << lean.x;
         }
     }
 }

@@ -79,7 +79,9 @@ void main() {
     out_position = p;
 #endif
 #ifdef HAS_TANGENT
-    out_tangent = vec4(rotate(in_tangent.xyz), in_tangent.w);
+    // A mirroring turns the cross product of normal and tangent round, but not the bitangent.
+    mat3 world_from_local = mat3(draw.position_rows[0].xyz, draw.position_rows[1].xyz, draw.position_rows[2].xyz);
+    out_tangent = vec4(rotate(in_tangent.xyz), in_tangent.w * sign(determinant(world_from_local)));
 #endif
 #ifdef VERTEX_LIGHT
     n = normalize(n);
