@@ -54,8 +54,9 @@ void obey(Session& session, Window::Key pressed) {
     if (pressed.key == GLFW_KEY_SPACE && session.model.world.mode == "realtime") session.play_or_pause();
 }
 
-void draw(Session& session, ImVec2 size, const std::vector<Window::Key>& keys) {
+void draw(Session& session, ImVec2 size, const Window::Input& input) {
     session.update();
+    session.pressed_at = input.pressed_at.value_or(ImGui::GetIO().MousePos);
     const float middle = std::max(100.0F, size.x - list_width - camera_width);
     const float above = std::max(100.0F, size.y - timeline_height);
     draw_camera_list(session, {{0, 0}, {list_width, size.y}});
@@ -64,7 +65,7 @@ void draw(Session& session, ImVec2 size, const std::vector<Window::Key>& keys) {
     draw_timeline(session, {{list_width, above}, {middle, timeline_height}});
     // After the mouse: a key that follows a click is about what was clicked.
     if (!ImGui::GetIO().WantTextInput)
-        for (const Window::Key key : keys) obey(session, key);
+        for (const Window::Key key : input.keys) obey(session, key);
 }
 
 /// As tools/camrig/cli_view.cpp gives them, in this order.
@@ -91,7 +92,7 @@ int run(const Options& options) {
     left_behind = [rig, own] { rig.call("camera.delete", {{"name", own}}); };
     std::atexit(delete_left_behind);
     Session session(rig, own, std::filesystem::absolute(options.file), &Window::redraw);
-    (*window)->run(stop, [&](ImVec2 size, const auto& keys) { draw(session, size, keys); });
+    (*window)->run(stop, [&](ImVec2 size, const auto& input) { draw(session, size, input); });
     left_behind = nullptr;  // from here on by the session's end
     return 0;
 }

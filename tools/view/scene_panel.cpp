@@ -88,11 +88,12 @@ void drag(Session& session, const Sight& sight, const std::vector<GripPoint>& gr
     const ImGuiIO& io = ImGui::GetIO();
     const Ray ray = sight.ray(point_of(io.MousePos));
     if (is_hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-        const GripPoint* grip = nearest_grip(grips, point_of(io.MousePos));
+        const GripPoint* grip = nearest_grip(grips, point_of(session.pressed_at));
         session.selected = grip ? grip->camera : "";
         if (const auto* camera = session.model.find(session.selected)) {
             const Grip how = grip->grip == Grip::body && io.KeyShift ? Grip::lift : grip->grip;
-            session.drag.emplace(camera->name, how, session.pose_of_camera(*camera), ray, frustum_m);
+            session.drag.emplace(camera->name, how, session.pose_of_camera(*camera),
+                                 sight.ray(point_of(session.pressed_at)), frustum_m);
         }
     }
     if (!session.drag) return;

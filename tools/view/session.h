@@ -36,6 +36,7 @@ struct Session {
     std::string notice;  ///< what has just happened: saved, refused, ...
 
     std::optional<CameraDrag> drag;
+    ImVec2 pressed_at;  ///< where the left mouse button went down, of a press in this turn
     /// Poses that were dragged to and are not in the model yet.
     std::map<std::string, Pose> moved;
 

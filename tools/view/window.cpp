@@ -43,11 +43,20 @@ Result<std::unique_ptr<Window>> Window::open(int width, int height, const std::s
 Window::Window(GLFWwindow* window) : window_(window) {
     ::glfwMakeContextCurrent(window_);
     ::glfwSwapInterval(1);
-    // Dear ImGui before 1.87 asks which keys are down once a turn, so it misses one that is tapped between two turns.
+    // Dear ImGui before 1.87 asks once a turn which keys are down and where the mouse is, so it misses a key that is
+    // tapped between two turns, and takes a button to have been pressed where the mouse is some time after.
     ::glfwSetWindowUserPointer(window_, this);
     ::glfwSetKeyCallback(window_, [](GLFWwindow* self, int key, int, int action, int modifiers) {
-        auto& keys = static_cast<Window*>(::glfwGetWindowUserPointer(self))->keys_;
+        auto& keys = static_cast<Window*>(::glfwGetWindowUserPointer(self))->input_.keys;
         if (action == GLFW_PRESS && keys.size() < max_keys) keys.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
+    });
+    ::glfwSetCursorPosCallback(window_, [](GLFWwindow* self, double x, double y) {
+        static_cast<Window*>(::glfwGetWindowUserPointer(self))->mouse_ = {static_cast<float>(x), static_cast<float>(y)};
+    });
+    ::glfwSetMouseButtonCallback(window_, [](GLFWwindow* self, int button, int action, int) {
+        auto& window_of_it = *static_cast<Window*>(::glfwGetWindowUserPointer(self));
+        if (button == GLFW_MOUSE_BUTTON_LEFT && action == GLFW_PRESS)
+            window_of_it.input_.pressed_at = window_of_it.mouse_;
     });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // nothing is written beside what is asked for
@@ -64,7 +73,7 @@ Window::~Window() {
     ::glfwTerminate();
 }
 
-void Window::run(const std::atomic<bool>& stop, const std::function<void(ImVec2, const std::vector<Key>&)>& draw) {
+void Window::run(const std::atomic<bool>& stop, const std::function<void(ImVec2, const Input&)>& draw) {
     int turns = turns_after_input;
     while (!stop && !::glfwWindowShouldClose(window_)) {
         const double before = ::glfwGetTime();
@@ -73,7 +82,7 @@ void Window::run(const std::atomic<bool>& stop, const std::function<void(ImVec2,
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
-        draw(ImGui::GetIO().DisplaySize, std::exchange(keys_, {}));
+        draw(ImGui::GetIO().DisplaySize, std::exchange(input_, {}));
         ImGui::Render();
         int width = 0, height = 0;
         ::glfwGetFramebufferSize(window_, &width, &height);

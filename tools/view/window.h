@@ -3,6 +3,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,9 +29,14 @@ public:
         int key = 0;
         bool with_ctrl = false;
     };
+    /// What came since the last turn.
+    struct Input {
+        std::vector<Key> keys = {};
+        std::optional<ImVec2> pressed_at = {};  ///< where the left mouse button went down last
+    };
     /// Draws until the window is closed or `stop` is set: when there is input or redraw() was called, and now and then
-    /// without. `keys`: pressed since the last turn.
-    void run(const std::atomic<bool>& stop, const std::function<void(ImVec2 size, const std::vector<Key>& keys)>& draw);
+    /// without.
+    void run(const std::atomic<bool>& stop, const std::function<void(ImVec2 size, const Input& input)>& draw);
     /// From any thread: there is something new to draw.
     static void redraw();
 
@@ -40,7 +46,8 @@ private:
     static constexpr std::size_t max_keys = 64;
 
     GLFWwindow* window_;
-    std::vector<Key> keys_;
+    Input input_;
+    ImVec2 mouse_;  ///< at the event that is being handled
 };
 
 }  // namespace camrig::view
