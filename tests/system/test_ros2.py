@@ -19,6 +19,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import camrig
 from conftest import wait_until
+from rtsp_client import gst_reads
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -360,9 +361,7 @@ def test_the_pipelines_for_gscam2_play(rig, tmp_path):
     subprocess.run(command(rig, "ros2", "files", tmp_path), check=True, env=environment, stdout=subprocess.DEVNULL)
     for camera in ("h264", "jpeg"):
         pipeline = yaml.safe_load((tmp_path / "gscam2" / f"{camera}.yaml").read_text())["/**"]["ros__parameters"]["gscam_config"]
-        wanted = ["!", "video/x-raw,format=RGB,width=64,height=48", "!", "identity", "eos-after=5", "!", "fakesink", "sync=false"]
-        done = subprocess.run(["gst-launch-1.0", *pipeline.split(), *wanted], capture_output=True, text=True, timeout=90)
-        assert done.returncode == 0 and "EOS" in done.stdout, f"{pipeline}\n{done.stdout}\n{done.stderr}"
+        gst_reads(f"{pipeline} ! video/x-raw,format=RGB,width=64,height=48 ! identity eos-after=5 ! fakesink sync=false")
 
 
 def ros_reads(calibration):
