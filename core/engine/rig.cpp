@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <set>
 
 #include <spdlog/spdlog.h>
@@ -80,9 +79,8 @@ TimeNs Rig::world_now_ns(TimeNs monotonic_ns) const {
 void Rig::tick(TimeNs monotonic_ns) {
     thread_.check();
     if (drawing_) {
-        draw_turn(*drawing_);
-        if (drawing_->drawn < drawing_->views.size()) return;
-        finish_turns();
+        draw_turn();
+        if (drawing_) return;
     } else if (clock_.running()) {
         run_realtime(monotonic_ns);
     } else {
@@ -110,14 +108,17 @@ void Rig::run_realtime(TimeNs monotonic_ns) {
         clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
     }
     drawing_ = begin_instant(instant_ns, clock_.monotonic_at(instant_ns));
-    draw_turn(*drawing_);
-    if (drawing_->drawn == drawing_->views.size()) finish_turns();
+    draw_turn();
+}
+
+void Rig::draw_turn() {
+    const TimeNs views = std::max(min_turn_views, turn_ns / view_cost_ns_);
+    publish(draw_some(*drawing_, static_cast<std::size_t>(views)), nullptr);
+    if (drawing_->is_done()) drawing_.reset();
 }
 
 void Rig::finish_turns() {
-    if (!drawing_) return;
-    Drawing drawing = *std::exchange(drawing_, std::nullopt);
-    publish(finish_instant(std::move(drawing)), nullptr);
+    while (drawing_) draw_turn();
 }
 
 void Rig::account_skipped(TimeNs instant_ns) {
@@ -149,7 +150,10 @@ void Rig::advance_step(TimeNs monotonic_ns) {
     StepJob& job = steps_.front();
     // The next instant is drawn while the last one is on its way; it is published when that has arrived.
     const TimeNs next_ns = schedule_.next_due_ns();
-    if (!job.ready && next_ns <= job.target_ns) job.ready = finish_instant(begin_instant(next_ns, monotonic_now_ns()));
+    if (!job.ready && next_ns <= job.target_ns) {
+        Drawing drawing = begin_instant(next_ns, monotonic_now_ns());
+        job.ready = draw_some(drawing, drawing.views.size());
+    }
 
     if (job.latch && !job.latch->is_open()) {
         if (monotonic_ns < job.deadline_ns) return;
@@ -218,8 +222,7 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
     move_cameras(world_ns);
     Drawing drawing;
     drawing.snapshot = world_->snapshot(world_ns);
-    drawing.set.world_ns = world_ns;
-    drawing.set.monotonic_ns = monotonic_ns;
+    drawing.monotonic_ns = monotonic_ns;
     world_time_.record(monotonic_now_ns() - start_ns);
 
     for (const auto& due : schedule_.take(world_ns)) {
@@ -241,42 +244,34 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
     return drawing;
 }
 
-void Rig::draw_turn(Drawing& drawing) {
-    draw_some(drawing, static_cast<std::size_t>(std::max(min_turn_views, turn_ns / view_cost_ns_)));
-}
-
-void Rig::draw_some(Drawing& drawing, std::size_t count) {
+FrameSet Rig::draw_some(Drawing& drawing, std::size_t count) {
     std::vector<View> views;
-    for (; drawing.drawn < drawing.views.size() && views.size() < count; ++drawing.drawn) {
+    std::vector<CameraEntry*> entries;
+    std::vector<bool> is_wanted;
+    for (; !drawing.is_done() && views.size() < count; ++drawing.drawn) {
         const View& view = drawing.views[drawing.drawn];
-        if (cameras_.find_id(view.camera)) views.push_back(view);  // not deleted meanwhile
-    }
-    if (views.empty()) return;
-    const TimeNs start_ns = monotonic_now_ns();
-    FrameSet part = draw(drawing.snapshot, drawing.set.monotonic_ns, views);
-    std::ranges::move(part.frames, std::back_inserter(drawing.set.frames));
-    const TimeNs cost_ns = (monotonic_now_ns() - start_ns) / static_cast<TimeNs>(views.size());
-    view_cost_ns_ = std::max(TimeNs{1}, (3 * view_cost_ns_ + cost_ns) / 4);
-}
-
-FrameSet Rig::finish_instant(Drawing drawing) {
-    draw_some(drawing, drawing.views.size());
-    const auto frame_of = [&](const View& view) -> FrameRef {
-        const auto found = std::ranges::find(drawing.set.frames, view.camera,
-                                             [](const FrameRef& frame) { return frame->info().camera_id; });
-        return found == drawing.set.frames.end() ? nullptr : *found;
-    };
-    for (std::size_t i = 0; i < drawing.views.size(); ++i) {
-        const View& view = drawing.views[i];
         CameraEntry* entry = cameras_.find_id(view.camera);
-        if (!entry) continue;
-        const FrameRef frame = frame_of(view);
-        if (frame && entry->latest.sequence == view.sequence) entry->latest.color = frame;
-        if (!drawing.is_wanted[i]) continue;
-        ++entry->due;
-        ++(frame ? entry->rendered : entry->dropped);
+        if (!entry) continue;  // deleted meanwhile
+        views.push_back(view);
+        entries.push_back(entry);
+        is_wanted.push_back(drawing.is_wanted[drawing.drawn]);
     }
-    return std::move(drawing.set);
+    const TimeNs start_ns = monotonic_now_ns();
+    FrameSet set = draw(drawing.snapshot, drawing.monotonic_ns, views);
+    if (!views.empty()) {
+        const TimeNs cost_ns = (monotonic_now_ns() - start_ns) / static_cast<TimeNs>(views.size());
+        view_cost_ns_ = std::max(TimeNs{1}, (3 * view_cost_ns_ + cost_ns) / 4);
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const auto frame = std::ranges::find(set.frames, views[i].camera,
+                                             [](const FrameRef& drawn) { return drawn->info().camera_id; });
+        const bool is_drawn = frame != set.frames.end();
+        if (is_drawn && entries[i]->latest.sequence == views[i].sequence) entries[i]->latest.color = *frame;
+        if (!is_wanted[i]) continue;
+        ++entries[i]->due;
+        ++(is_drawn ? entries[i]->rendered : entries[i]->dropped);
+    }
+    return set;
 }
 
 FrameSet Rig::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) {

@@ -56,13 +56,15 @@ private:
         std::function<void(Result<WorldState>)> done;
     };
 
-    /// An instant while it is drawn, in turns of some views, so that commands need not wait for all of it.
+    /// An instant while it is drawn, in turns of some views: what was drawn goes out and is encoded while the rest is
+    /// drawn, and commands need not wait for all of it.
     struct Drawing {
         SnapshotRef snapshot;
+        TimeNs monotonic_ns = 0;
         std::vector<View> views;
         std::vector<bool> is_wanted;  ///< by readers; a view may be drawn for a waiter alone
         std::size_t drawn = 0;        ///< views
-        FrameSet set;
+        bool is_done() const { return drawn == views.size(); }
     };
 
     Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
@@ -73,12 +75,11 @@ private:
     void advance_step(TimeNs monotonic_ns);
     /// The world at this instant, and what is to be drawn of it.
     Drawing begin_instant(TimeNs world_ns, TimeNs monotonic_ns);
-    /// As many views as take about `turn_ns`.
-    void draw_turn(Drawing& drawing);
-    void draw_some(Drawing& drawing, std::size_t count);
-    /// Draws what is left.
-    FrameSet finish_instant(Drawing drawing);
-    /// The instant in turns is drawn to its end now and published.
+    /// The next views of it, and what became of them in the books.
+    FrameSet draw_some(Drawing& drawing, std::size_t count);
+    /// Draws and publishes as many views as take about `turn_ns`.
+    void draw_turn();
+    /// The instant in turns is drawn to its end now.
     void finish_turns();
     void account_skipped(TimeNs instant_ns);
     /// Where the camera is in this snapshot. Without its actor a mounted camera stays where it was.
