@@ -56,7 +56,8 @@ void obey(Session& session, Window::Key pressed) {
 
 void draw(Session& session, ImVec2 size, const Window::Input& input) {
     session.update();
-    session.pressed_at = input.pressed_at.value_or(ImGui::GetIO().MousePos);
+    session.pressed_at = input.pressed_at;
+    session.released_at = input.released_at;
     const float middle = std::max(100.0F, size.x - list_width - camera_width);
     const float above = std::max(100.0F, size.y - timeline_height);
     draw_camera_list(session, {{0, 0}, {list_width, size.y}});

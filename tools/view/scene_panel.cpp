@@ -86,21 +86,28 @@ void draw_camera_in_world(const Session& session, const Sight& sight, const clie
 
 void drag(Session& session, const Sight& sight, const std::vector<GripPoint>& grips, bool is_hovered) {
     const ImGuiIO& io = ImGui::GetIO();
-    const Ray ray = sight.ray(point_of(io.MousePos));
-    if (is_hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-        const GripPoint* grip = nearest_grip(grips, point_of(session.pressed_at));
+    const auto drag_to = [&](ImVec2 mouse) {
+        if (const auto* camera = session.model.find(session.drag->camera()))
+            session.move_camera(*camera, session.drag->to(sight.ray(point_of(mouse))));
+    };
+    if (session.drag && session.released_at) {
+        const ImVec2 before{io.MousePos.x - io.MouseDelta.x, io.MousePos.y - io.MouseDelta.y};
+        if (session.released_at->x != before.x || session.released_at->y != before.y) drag_to(*session.released_at);
+        session.drag.reset();
+    }
+    if (is_hovered && session.pressed_at) {
+        const glm::dvec2 pressed_at = point_of(*session.pressed_at);
+        const GripPoint* grip = nearest_grip(grips, pressed_at);
         session.selected = grip ? grip->camera : "";
         if (const auto* camera = session.model.find(session.selected)) {
             const Grip how = grip->grip == Grip::body && io.KeyShift ? Grip::lift : grip->grip;
-            session.drag.emplace(camera->name, how, session.pose_of_camera(*camera),
-                                 sight.ray(point_of(session.pressed_at)), frustum_m);
+            session.drag.emplace(camera->name, how, session.pose_of_camera(*camera), sight.ray(pressed_at), frustum_m);
         }
     }
     if (!session.drag) return;
-    const auto* camera = session.model.find(session.drag->camera());
-    const bool has_moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
-    if (camera && has_moved) session.move_camera(*camera, session.drag->to(ray));
-    if (!camera || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) session.drag.reset();
+    if (io.MouseDelta.x != 0 || io.MouseDelta.y != 0) drag_to(io.MousePos);
+    const bool is_there = session.model.find(session.drag->camera()) != nullptr;
+    if (!is_there || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) session.drag.reset();
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ struct Session {
     std::string notice;  ///< what has just happened: saved, refused, ...
 
     std::optional<CameraDrag> drag;
-    ImVec2 pressed_at;  ///< where the left mouse button went down, of a press in this turn
+    std::optional<ImVec2> pressed_at, released_at;  ///< the left mouse button in this turn
     /// Poses that were dragged to and are not in the model yet.
     std::map<std::string, Pose> moved;
 

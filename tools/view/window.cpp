@@ -44,7 +44,8 @@ Window::Window(GLFWwindow* window) : window_(window) {
     ::glfwMakeContextCurrent(window_);
     ::glfwSwapInterval(1);
     // Dear ImGui before 1.87 asks once a turn which keys are down and where the mouse is, so it misses a key that is
-    // tapped between two turns, and takes a button to have been pressed where the mouse is some time after.
+    // tapped between two turns, does not notice that a button was let go and pressed again, and takes it to have been
+    // pressed where the mouse is some time after.
     ::glfwSetWindowUserPointer(window_, this);
     ::glfwSetKeyCallback(window_, [](GLFWwindow* self, int key, int, int action, int modifiers) {
         auto& keys = static_cast<Window*>(::glfwGetWindowUserPointer(self))->input_.keys;
@@ -55,8 +56,8 @@ Window::Window(GLFWwindow* window) : window_(window) {
     });
     ::glfwSetMouseButtonCallback(window_, [](GLFWwindow* self, int button, int action, int) {
         auto& window_of_it = *static_cast<Window*>(::glfwGetWindowUserPointer(self));
-        if (button == GLFW_MOUSE_BUTTON_LEFT && action == GLFW_PRESS)
-            window_of_it.input_.pressed_at = window_of_it.mouse_;
+        if (button != GLFW_MOUSE_BUTTON_LEFT) return;
+        (action == GLFW_PRESS ? window_of_it.input_.pressed_at : window_of_it.input_.released_at) = window_of_it.mouse_;
     });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // nothing is written beside what is asked for

@@ -32,7 +32,9 @@ public:
     /// What came since the last turn.
     struct Input {
         std::vector<Key> keys = {};
-        std::optional<ImVec2> pressed_at = {};  ///< where the left mouse button went down last
+        /// Where the left mouse button went down and up last. In a turn that comes late both may be there: the end of
+        /// one drag and the beginning of the next, or a tap.
+        std::optional<ImVec2> pressed_at = {}, released_at = {};
     };
     /// Draws until the window is closed or `stop` is set: when there is input or redraw() was called, and now and then
     /// without.
