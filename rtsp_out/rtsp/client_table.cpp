@@ -154,7 +154,10 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
 
 void ClientTable::let_go(TimeNs monotonic_ns) {
     for (const Departed& one : departed_) gst_rtsp_client_close(one.client.get());  // its sockets at once
-    while (!departed_.empty() && monotonic_ns - departed_.front().since_ns >= afterlife_ns) departed_.pop_front();
+    const auto is_over = [&] {
+        return departed_.size() > limits_.connections || monotonic_ns - departed_.front().since_ns >= afterlife_ns;
+    };
+    while (!departed_.empty() && is_over()) departed_.pop_front();
 }
 
 std::vector<GObjectHandle<GstRTSPClient>> ClientTable::clients_of(const std::string& path) const {
