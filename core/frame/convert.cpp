@@ -169,11 +169,15 @@ Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat f
     if (size != info.size) {
         FrameInfo scaled_info = info;
         scaled_info.size = size;
+        // Changed rows are those of the frame, and a scaled row is made of several.
+        scaled_info.same_as = -1;
+        scaled_info.changed_rows.clear();
         std::shared_ptr<Frame> scaled = pool.acquire(std::move(scaled_info));
         scale_rgba({frame->bytes().data(), info.size}, size, scaled->mutable_bytes().data());
         if (format == PixelFormat::rgba8) return scaled;
         source = std::move(scaled);
     }
+    // Every layout makes a row, and a pair of rows from an even one on, of these alone: what changed, changed.
     FrameInfo target_info = source->info();
     target_info.format = format;
     std::shared_ptr<Frame> target = pool.acquire(std::move(target_info));

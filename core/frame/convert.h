@@ -25,8 +25,8 @@ namespace camrig {
 /// format. When it scales to another layout it allocates a scaled copy; converted() takes that from a pool.
 Result<void> convert(const Frame& rgba, PixelFormat format, ImageSize size, std::span<std::byte> out);
 
-/// The same as a frame of its own, with the info of the first. A frame that already is as wanted comes back itself, of
-/// whatever format.
+/// The same as a frame of its own, with the info of the first (what it is the same as is forgotten when it is scaled).
+/// A frame that already is as wanted comes back itself, of whatever format.
 Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size);
 
 }  // namespace camrig

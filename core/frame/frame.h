@@ -10,6 +10,7 @@
 #include "core/base/ids.h"
 #include "core/base/image_size.h"
 #include "core/base/time.h"
+#include "core/frame/changed_rows.h"
 #include "core/frame/pixel_format.h"
 
 namespace camrig {
@@ -34,6 +35,10 @@ struct FrameInfo {
     ImageSize size;
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
+    /// Sequence of an earlier frame of this camera, kind, format and size that this one equals, byte for byte, in all
+    /// rows outside of changed_rows; -1: not known.
+    std::int64_t same_as = -1;
+    ChangedRows changed_rows{};
 };
 
 /// Pixels of one picture, top row first, rows without padding, planes one after the other (see pixel_format.h).

@@ -143,6 +143,36 @@ TEST(Converted, CarriesTheInstantAndGivesItsMemoryBack) {
     EXPECT_EQ(pool.idle_bytes(), 32U * 24 * 4 + 32 * 24 * 2);
 }
 
+TEST(Converted, KnowsWhichRowsChangedUnlessItIsScaled) {
+    FramePool pool;
+    const Frame first = test::noise({33, 47});
+    FrameInfo info = first.info();
+    info.sequence += 1;
+    info.same_as = first.info().sequence;
+    info.changed_rows.add(16, 32);
+    std::vector<std::byte> bytes(first.bytes().begin(), first.bytes().end());
+    std::fill(bytes.begin() + 16 * 33 * 4, bytes.begin() + 32 * 33 * 4, std::byte{77});
+    const auto second = std::make_shared<const Frame>(info, std::move(bytes));
+
+    const auto planes = converted(pool, second, PixelFormat::jpeg_i420, {}).value();
+    EXPECT_EQ(planes->info().same_as, first.info().sequence);
+    EXPECT_EQ(planes->info().changed_rows, info.changed_rows);
+    const auto before = converted_bytes(first, PixelFormat::jpeg_i420);
+    const auto differs = [&](int from, int to) {
+        return !std::equal(before.begin() + from, before.begin() + to, planes->bytes().begin() + from);
+    };
+    const int u = 33 * 47, v = u + 17 * 24, end = v + 17 * 24;
+    EXPECT_FALSE(differs(0, 16 * 33) || differs(32 * 33, u)) << "Y";
+    EXPECT_FALSE(differs(u, u + 8 * 17) || differs(u + 16 * 17, v)) << "U";
+    EXPECT_FALSE(differs(v, v + 8 * 17) || differs(v + 16 * 17, end)) << "V";
+    EXPECT_TRUE(differs(16 * 33, 32 * 33));
+
+    const auto small = converted(pool, second, PixelFormat::rgba8, {16, 24}).value();
+    EXPECT_EQ(small->info().same_as, -1);
+    EXPECT_EQ(small->info().changed_rows, ChangedRows{});
+    EXPECT_EQ(converted(pool, second, PixelFormat::gray8, {16, 24}).value()->info().same_as, -1);
+}
+
 TEST(Converted, WhatIsNoColourIsRefused) {
     FramePool pool;
     const auto depth = std::make_shared<const Frame>(test::noise({16, 16}, PixelFormat::depth32f));
