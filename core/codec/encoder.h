@@ -24,9 +24,15 @@ public:
     virtual Result<BytesRef> encode(const Frame& frame) = 0;
 };
 
+struct JpegOptions {
+    /// Restart markers after every 16 rows, and only those rows are compressed that may differ from the last frame
+    /// encoded (FrameInfo::same_as). The same bytes as without that knowledge. false: no restart markers.
+    bool strips = true;
+};
+
 /// Baseline JFIF, 4:2:0, accurate integer DCT, standard Huffman tables (RFC 2435 needs them), no EXIF.
 /// quality 1..100 on libjpeg's scale. Takes rgba8, bgr24, rgb24, gray8 and jpeg_i420 frames.
-Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality);
+Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, JpegOptions options = {});
 
 /// 8-bit RGB from rgba8/rgb24/bgr24, 8-bit gray, or 16-bit gray from depth32f (millimetres, 0 = nothing or
 /// beyond 65.535 m) and id32 (ids; above 65535 is an error). `level` 0..9 of zlib; 1 is fast.

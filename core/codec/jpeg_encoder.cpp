@@ -1,137 +1,115 @@
 #include <algorithm>
-#include <cstring>
 #include <string>
-
-#include <turbojpeg.h>
 
 #include "core/codec/bytes_recycler.h"
 #include "core/codec/encoder.h"
+#include "core/codec/jpeg_strips.h"
 
+// A standing camera's picture differs from its last one where something moved. Its JPEG is made of strips of 16 rows
+// with restart markers between, which depend on nothing outside of their rows: those that did not change are copied
+// from the last JPEG, the others are compressed. The result is, byte for byte, what compressing the whole picture
+// gives.
 namespace camrig {
 namespace {
 
-const std::uint8_t* as_u8(const std::byte* bytes) {
-    return reinterpret_cast<const std::uint8_t*>(bytes);
-}
-
-struct TurboJpegDeleter {
-    void operator()(void* handle) const { tjDestroy(handle); }
-};
-using TurboJpeg = std::unique_ptr<void, TurboJpegDeleter>;
-
-/// The accurate integer DCT: with AVX2 the fast one gains nothing (measured with libjpeg-turbo 2.1.5) and costs up to
-/// several dB at high qualities.
-constexpr int flags = TJFLAG_ACCURATEDCT | TJFLAG_NOREALLOC;
-
 class JpegEncoder : public Encoder {
 public:
-    JpegEncoder(TurboJpeg compressor, int quality) : compressor_(std::move(compressor)), quality_(quality) {}
+    JpegEncoder(std::unique_ptr<JpegStripCompressor> compressor, bool strips)
+        : compressor_(std::move(compressor)), has_strips_(strips) {}
 
     Result<BytesRef> encode(const Frame& frame) override {
         const FrameInfo& info = frame.info();
-        // 65500 is libjpeg's own limit (JPEG_MAX_DIMENSION).
-        if (info.size.width < 1 || info.size.height < 1 || info.size.width > 65500 || info.size.height > 65500) {
-            return error(ErrorKind::invalid_argument, "jpeg: no picture of " + info.size.to_string());
+        const int strip_count = has_strips_ ? (info.size.height + jpeg_strip_rows - 1) / jpeg_strip_rows : 1;
+        const bool knows_the_rest = equals_last(info);
+        const auto is_kept = [&](int strip) { return knows_the_rest && !info.changed_rows.contains_band(strip); };
+
+        int first_changed = 0;
+        while (first_changed < strip_count && is_kept(first_changed)) ++first_changed;
+        if (knows_the_rest && first_changed == strip_count) {
+            last_.sequence = info.sequence;
+            return last_.jpeg;
         }
-        reserve(info.size);
-        unsigned long bytes = capacity_;
-        int failed = 0;
-        switch (info.format) {
-            case PixelFormat::rgba8:
-                failed = compress(frame, TJPF_RGBX, 4, TJSAMP_420, bytes);
-                break;
-            case PixelFormat::rgb24:
-                failed = compress(frame, TJPF_RGB, 3, TJSAMP_420, bytes);
-                break;
-            case PixelFormat::bgr24:
-                failed = compress(frame, TJPF_BGR, 3, TJSAMP_420, bytes);
-                break;
-            case PixelFormat::gray8:
-                failed = compress(frame, TJPF_GRAY, 1, TJSAMP_GRAY, bytes);
-                break;
-            case PixelFormat::jpeg_i420:
-                failed = compress_planes(frame, bytes);
-                break;
-            default:
-                return error(ErrorKind::unsupported,
-                             "jpeg: cannot encode " + std::string(to_string(info.format)) +
-                                 "; convert it to rgba8, bgr24, rgb24, gray8 or jpeg_i420 first");
+
+        auto jpeg = recycler_.acquire();
+        starts_.clear();
+        if (knows_the_rest) append(*jpeg, last_.head());
+        for (int strip = 0; strip < strip_count;) {
+            if (is_kept(strip)) {
+                append_strip(*jpeg, last_.strip(strip));
+                ++strip;
+                continue;
+            }
+            int end = strip + 1;
+            while (end < strip_count && !is_kept(end)) ++end;
+            const int end_row = has_strips_ ? std::min(end * jpeg_strip_rows, info.size.height) : info.size.height;
+            const auto made = compressor_->compress(frame, strip * jpeg_strip_rows, end_row);
+            if (!made) return std::unexpected(made.error());
+            if (jpeg->empty()) append(*jpeg, (*made)->head);
+            for (const auto bytes : (*made)->strips) append_strip(*jpeg, bytes);
+            strip = end;
         }
-        if (failed != 0) {
-            return error(ErrorKind::internal, std::string("jpeg: ") + tjGetErrorStr2(compressor_.get()));
-        }
-        return recycler_.copy_of(std::span(buffer_.get(), bytes));
+        append_marker(*jpeg, 0xd9);
+        CHECK(std::ssize(starts_) == strip_count);
+
+        last_ = {info.camera_id, info.sequence, info.size, info.format, std::move(jpeg), {}};
+        std::swap(last_.starts, starts_);
+        return last_.jpeg;
     }
 
 private:
-    /// Room for the worst case, so that the compressor never allocates. Left uninitialised: only the pages that a
-    /// picture really fills are ever touched.
-    void reserve(ImageSize size) {
-        const unsigned long needed = tjBufSize(size.width, size.height, TJSAMP_420);
-        if (needed <= capacity_) return;
-        buffer_ = std::make_unique_for_overwrite<std::byte[]>(needed);
-        capacity_ = needed;
-    }
+    /// The last JPEG made, with what it shows.
+    struct Last {
+        CameraId camera{};
+        std::int64_t sequence = -1;
+        ImageSize size;
+        PixelFormat format = PixelFormat::rgba8;
+        BytesRef jpeg;
+        std::vector<std::size_t> starts;  ///< of each strip's bytes in it
 
-    int compress(const Frame& frame, int pixel_format, int pixel_bytes, int sampling, unsigned long& bytes) {
-        const auto [width, height] = frame.info().size;
-        auto* target = reinterpret_cast<unsigned char*>(buffer_.get());
-        return tjCompress2(compressor_.get(), as_u8(frame.bytes().data()), width, width * pixel_bytes, height,
-                           pixel_format, &target, &bytes, sampling, quality_, flags);
-    }
-
-    int compress_planes(const Frame& frame, unsigned long& bytes) {
-        const auto [width, height] = frame.info().size;
-        const int half_width = (width + 1) / 2;
-        const std::uint8_t* const luma = as_u8(frame.bytes().data());
-        const std::uint8_t* const u = luma + frame.info().size.pixels();
-        const std::uint8_t* const v = u + static_cast<std::ptrdiff_t>(half_width) * ((height + 1) / 2);
-        const unsigned char* planes[3] = {luma, u, v};
-        const int strides[3] = {width, half_width, half_width};
-        auto* target = reinterpret_cast<unsigned char*>(buffer_.get());
-        if (width % 2 == 0 && height % 2 == 0) {
-            return tjCompressFromYUVPlanes(compressor_.get(), planes, width, strides, height, TJSAMP_420, &target,
-                                           &bytes, quality_, flags);
+        std::span<const std::byte> head() const { return std::span(*jpeg).first(starts.front()); }
+        /// Two bytes of a marker stand after each.
+        std::span<const std::byte> strip(int i) const {
+            const auto n = static_cast<std::size_t>(i);
+            const std::size_t end = n + 1 < starts.size() ? starts[n + 1] : jpeg->size();
+            return std::span(*jpeg).subspan(starts[n], end - 2 - starts[n]);
         }
-        // TurboJPEG wants a luma plane of even size and would read past ours.
-        const int even_strides[3] = {pad_luma(luma, width, height), half_width, half_width};
-        planes[0] = as_u8(even_luma_.data());
-        return tjCompressFromYUVPlanes(compressor_.get(), planes, width, even_strides, height, TJSAMP_420, &target,
-                                       &bytes, quality_, flags);
+    };
+
+    bool equals_last(const FrameInfo& info) const {
+        return has_strips_ && last_.jpeg && info.same_as >= 0 && info.same_as == last_.sequence &&
+               info.camera_id == last_.camera && info.size == last_.size && info.format == last_.format;
     }
 
-    /// Fills even_luma_ with the plane and a copy of its last column and row; returns its width.
-    int pad_luma(const std::uint8_t* luma, int width, int height) {
-        const int even_width = width + width % 2;
-        const int even_height = height + height % 2;
-        even_luma_.resize(static_cast<std::size_t>(even_width) * static_cast<std::size_t>(even_height));
-        for (int y = 0; y < even_height; ++y) {
-            const std::uint8_t* const from = luma + static_cast<std::ptrdiff_t>(std::min(y, height - 1)) * width;
-            std::byte* const to = even_luma_.data() + static_cast<std::ptrdiff_t>(y) * even_width;
-            std::memcpy(to, from, static_cast<std::size_t>(width));
-            to[even_width - 1] = std::byte{from[width - 1]};
-        }
-        return even_width;
+    static void append(std::vector<std::byte>& jpeg, std::span<const std::byte> bytes) {
+        jpeg.insert(jpeg.end(), bytes.begin(), bytes.end());
+    }
+    static void append_marker(std::vector<std::byte>& jpeg, int code) {
+        jpeg.push_back(std::byte{0xff});
+        jpeg.push_back(static_cast<std::byte>(code));
+    }
+    void append_strip(std::vector<std::byte>& jpeg, std::span<const std::byte> bytes) {
+        if (!starts_.empty()) append_marker(jpeg, 0xd0 + static_cast<int>((starts_.size() - 1) % 8));
+        starts_.push_back(jpeg.size());
+        append(jpeg, bytes);
     }
 
-    TurboJpeg compressor_;
-    int quality_;
-    std::unique_ptr<std::byte[]> buffer_;
-    unsigned long capacity_ = 0;
-    std::vector<std::byte> even_luma_;
+    std::unique_ptr<JpegStripCompressor> compressor_;
+    const bool has_strips_;
+    Last last_;
+    std::vector<std::size_t> starts_;  ///< of the JPEG that is being made
     BytesRecycler recycler_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality) {
+Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, JpegOptions options) {
     if (quality < 1 || quality > 100) {
         return error(ErrorKind::invalid_argument,
                      "jpeg: quality is " + std::to_string(quality) + "; it goes from 1 to 100");
     }
-    TurboJpeg compressor(tjInitCompress());
-    if (!compressor) return error(ErrorKind::resource_exhausted, std::string("jpeg: ") + tjGetErrorStr2(nullptr));
-    return std::make_unique<JpegEncoder>(std::move(compressor), quality);
+    auto compressor = JpegStripCompressor::create(quality, options.strips);
+    if (!compressor) return std::unexpected(compressor.error());
+    return std::make_unique<JpegEncoder>(std::move(*compressor), options.strips);
 }
 
 }  // namespace camrig

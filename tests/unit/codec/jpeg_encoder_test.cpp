@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -105,6 +106,31 @@ TEST(JpegEncoder, PlanesGiveThePictureThatPixelsGive) {
     }
 }
 
+TEST(JpegEncoder, RestartMarkersChangeNoPixel) {
+    auto with = create_jpeg_encoder(90).value(), without = create_jpeg_encoder(90, {.strips = false}).value();
+    for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {33, 7}}) {
+        for (const PixelFormat format : {PixelFormat::rgba8, PixelFormat::jpeg_i420, PixelFormat::gray8}) {
+            const Frame picture = as_format(test::noise(size), format);
+            EXPECT_TRUE(decode(*with->encode(picture).value()).rgba == decode(*without->encode(picture).value()).rgba)
+                << size.to_string() << " " << to_string(format);
+        }
+    }
+}
+
+TEST(JpegEncoder, WithoutRestartMarkersItMakesWhatTurboJpegMakes) {
+    const Frame picture = test::noise({321, 241});
+    tjhandle handle = tjInitCompress();
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    ASSERT_EQ(tjCompress2(handle, reinterpret_cast<const unsigned char*>(picture.bytes().data()), 321, 0, 241,
+                          TJPF_RGBX, &bytes, &size, TJSAMP_420, 85, TJFLAG_ACCURATEDCT),
+              0);
+    const BytesRef ours = create_jpeg_encoder(85, {.strips = false}).value()->encode(picture).value();
+    EXPECT_TRUE(std::ranges::equal(*ours, std::as_bytes(std::span(bytes, size))));
+    tjFree(bytes);
+    tjDestroy(handle);
+}
+
 TEST(JpegEncoder, GrayHasOneComponent) {
     auto encoder = create_jpeg_encoder(90).value();
     EXPECT_EQ(decode(*encoder->encode(as_format(test::smooth({64, 48}), PixelFormat::gray8)).value()).subsampling,
@@ -124,7 +150,8 @@ TEST(JpegEncoder, HeadersAreWhatRtpAndOldDecodersNeed) {
     for (std::size_t i = 2; at(i + 1) != 0xda; i += 2U + static_cast<std::size_t>(at(i + 2) << 8 | at(i + 3))) {
         ASSERT_EQ(at(i), 0xff);
         const int marker = at(i + 1);
-        EXPECT_TRUE(marker == 0xe0 || marker == 0xdb || marker == 0xc0 || marker == 0xc4) << std::hex << marker;
+        EXPECT_TRUE(marker == 0xe0 || marker == 0xdb || marker == 0xc0 || marker == 0xc4 || marker == 0xdd)
+            << std::hex << marker;
         baseline = baseline || marker == 0xc0;
         if (marker == 0xc4) huffman_bytes += static_cast<std::size_t>(at(i + 2) << 8 | at(i + 3)) - 2;
     }

@@ -65,6 +65,25 @@ void jpeg(benchmark::State& state, PixelFormat format) {
     encode(state, create_jpeg_encoder(default_jpeg_quality), format);
 }
 
+void jpeg_without_strips(benchmark::State& state) {
+    encode(state, create_jpeg_encoder(default_jpeg_quality, {.strips = false}), PixelFormat::rgba8);
+}
+
+/// A standing camera: of each hundred rows so many changed since the last frame, in one piece.
+void jpeg_changed(benchmark::State& state, int percent) {
+    const FrameRef frame = picture(size_of(state));
+    auto encoder = create_jpeg_encoder(default_jpeg_quality);
+    CHECK(encoder);
+    FrameInfo info = frame->info();
+    info.same_as = info.sequence;
+    const int rows = info.size.height * percent / 100;
+    info.changed_rows.add((info.size.height - rows) / 2, (info.size.height + rows) / 2);
+    const Frame next(info, {frame->bytes().begin(), frame->bytes().end()});
+    benchmark::DoNotOptimize((*encoder)->encode(*frame));
+    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize((*encoder)->encode(next));
+    count_pixels(state);
+}
+
 void png(benchmark::State& state) {
     encode(state, create_png_encoder(), PixelFormat::rgba8);
 }
@@ -91,6 +110,10 @@ BENCHMARK_CAPTURE(convert_to, bgr24, PixelFormat::bgr24)->Apply(sizes);
 BENCHMARK_CAPTURE(convert_to, jpeg_i420, PixelFormat::jpeg_i420)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg, from_rgba8, PixelFormat::rgba8)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg, from_yuv_planes, PixelFormat::jpeg_i420)->Apply(sizes);
+BENCHMARK(jpeg_without_strips)->Apply(sizes);
+BENCHMARK_CAPTURE(jpeg_changed, half_of_the_rows, 50)->Apply(sizes);
+BENCHMARK_CAPTURE(jpeg_changed, a_fifth_of_the_rows, 20)->Apply(sizes);
+BENCHMARK_CAPTURE(jpeg_changed, no_row, 0)->Apply(sizes);
 BENCHMARK(png)->Apply(sizes);
 BENCHMARK(code_strip)->Apply(sizes);
 
