@@ -45,33 +45,6 @@ JSAMPROW samples(const std::byte* bytes) {
     return reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(bytes));
 }
 
-/// Rows of a plane as libjpeg wants them given: as many as it asks for, the last one again below the picture, and each
-/// as wide as whole blocks are.
-class PlaneRows {
-public:
-    static constexpr int max_rows = jpeg_strip_rows;
-
-    JSAMPARRAY point_at(const std::byte* plane, int width, int height, int first_row, int rows) {
-        const int blocks_width = (width + DCTSIZE - 1) / DCTSIZE * DCTSIZE;
-        if (blocks_width != width) padded_.resize(static_cast<std::size_t>(blocks_width) * max_rows);
-        for (int i = 0; i < rows; ++i) {
-            const std::byte* row = plane + static_cast<std::ptrdiff_t>(std::min(first_row + i, height - 1)) * width;
-            if (blocks_width != width) {
-                std::byte* const copy = padded_.data() + static_cast<std::ptrdiff_t>(i) * blocks_width;
-                std::memcpy(copy, row, static_cast<std::size_t>(width));
-                std::fill(copy + width, copy + blocks_width, row[width - 1]);
-                row = copy;
-            }
-            rows_[static_cast<std::size_t>(i)] = samples(row);
-        }
-        return rows_.data();
-    }
-
-private:
-    std::array<JSAMPROW, max_rows> rows_{};
-    std::vector<std::byte> padded_;
-};
-
 int number_at(const std::byte* bytes) {
     return std::to_integer<int>(bytes[0]) << 8 | std::to_integer<int>(bytes[1]);
 }
@@ -107,6 +80,33 @@ void take_apart(std::span<const std::byte> jpeg, JpegStrips& parts) {
 
 /// libjpeg's state, with errors that come back as values and a buffer that grows to what the pictures need.
 struct JpegStripCompressor::Libjpeg {
+    /// Rows of a plane as libjpeg wants them given: as many as it asks for, the last one again below the picture, and
+    /// each as wide as whole blocks are.
+    class PlaneRows {
+    public:
+        static constexpr int max_rows = jpeg_strip_rows;
+
+        JSAMPARRAY point_at(const std::byte* plane, int width, int height, int first_row, int rows) {
+            const int blocks_width = (width + DCTSIZE - 1) / DCTSIZE * DCTSIZE;
+            if (blocks_width != width) padded_.resize(static_cast<std::size_t>(blocks_width) * max_rows);
+            for (int i = 0; i < rows; ++i) {
+                const std::byte* row = plane + static_cast<std::ptrdiff_t>(std::min(first_row + i, height - 1)) * width;
+                if (blocks_width != width) {
+                    std::byte* const copy = padded_.data() + static_cast<std::ptrdiff_t>(i) * blocks_width;
+                    std::memcpy(copy, row, static_cast<std::size_t>(width));
+                    std::fill(copy + width, copy + blocks_width, row[width - 1]);
+                    row = copy;
+                }
+                rows_[static_cast<std::size_t>(i)] = samples(row);
+            }
+            return rows_.data();
+        }
+
+    private:
+        std::array<JSAMPROW, max_rows> rows_{};
+        std::vector<std::byte> padded_;
+    };
+
     jpeg_compress_struct compress{};
     jpeg_error_mgr errors{};
     jpeg_destination_mgr destination{};

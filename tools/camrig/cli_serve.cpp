@@ -63,6 +63,9 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
                      "people far away are drawn with fewer triangles where that shows less than this; 0: never")
         ->check(CLI::Range(0.0, 16.0))
         ->capture_default_str();
+    serve->add_flag_callback(
+        "--plain-jpeg", [options] { options->jpeg.strips = false; },
+        "no restart markers in JPEG: pictures are compressed in full each time, also where nothing moved");
     serve
         ->add_option("--ready-fd", options->ready_fd,
                      "writes one JSON line with control, http and rtsp here when ready")

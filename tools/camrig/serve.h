@@ -21,6 +21,7 @@ struct ServeOptions {
     std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
     std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
     EngineOptions engine;
+    JpegOptions jpeg;
     int ready_fd = -1;
 };
 
