@@ -1,5 +1,7 @@
 """What makes a rig fast must not be seen: each switch on and off, on the hall."""
 
+import urllib.request
+
 import numpy as np
 import pytest
 
@@ -37,3 +39,36 @@ def test_coarser_people_stay_within_a_quarter_of_a_pixel():
     assert 0 < changed < 0.25 * border, f"{changed} of {border} border pixels"
     differences = [np.abs(a.astype(int) - b.astype(int)) for (a, _, _), (b, _, _) in zip(coarse, full)]
     assert np.mean(differences) < 0.2, "sRGB codes, mean over the pictures"
+
+
+def next_part(stream):
+    """Sequence and JPEG of the next part of an MJPEG stream."""
+    fields = {}
+    for line in iter(stream.readline, b""):
+        name, _, value = line.decode().strip().partition(": ")
+        if value:
+            fields[name] = value
+        elif fields:
+            break
+    return int(fields["X-Sequence"]), stream.read(int(fields["Content-Length"]))
+
+
+@pytest.mark.parametrize("args", [(), ("--plain-jpeg",)])
+def test_a_stream_has_the_bytes_of_snapshots(args):
+    """A stream compresses what changed since its last picture, a snapshot everything."""
+    with camrig.start("scenes/hall.json", mode="lockstep", device="cpu", args=args) as rig:
+        cam = rig.create_camera("lobby_2", place="lobby", size=(640, 360), fps=25)
+        with urllib.request.urlopen(cam.url(), timeout=60) as stream:
+            last, _ = next_part(stream)
+            for step in range(10):
+                if step == 4:
+                    cam.set(controls={"brightness": 0.2})
+                if step == 7:
+                    cam.set(vfov_deg=50)
+                rig.step(seconds=0.04)
+                with urllib.request.urlopen(cam.url("jpg"), timeout=60) as answer:
+                    shown, snapshot = int(answer.headers["X-Sequence"]), answer.read()
+                while last < shown:
+                    last, streamed = next_part(stream)
+                assert last == shown and streamed == snapshot, f"step {step}"
+                assert (b"\xff\xd0" in snapshot) == (not args), "a restart marker"
