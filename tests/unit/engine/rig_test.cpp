@@ -100,12 +100,21 @@ TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstant) {
 
 TEST_F(RigTest, ACameraThatIsDeletedInTheMiddleIsNotDrawn) {
     begin_instant();
-    ASSERT_TRUE(call(DeleteCamera{name_of(camera_count - 1)}));
-    ASSERT_TRUE(call(DeleteCamera{name_of(0)}));
+    const std::size_t next = drawn.size();
+    ASSERT_LT(next + 3, camera_count);
+    std::vector<CameraId> expected = ids;
+    // The last, one in the middle of those left, the next to be drawn, and one that is drawn already.
+    for (const std::size_t gone : {camera_count - 1, next + 2, next, std::size_t{0}}) {
+        ASSERT_TRUE(call(DeleteCamera{name_of(gone)}));
+        if (gone != 0) expected.erase(expected.begin() + static_cast<std::ptrdiff_t>(gone));
+    }
     finish_instant();
-    EXPECT_EQ(drawn.size(), camera_count - 1);
-    EXPECT_EQ(drawn.back(), ids[camera_count - 2]);
-    ASSERT_TRUE(sinks[1]->wait_for_units(1));
+    EXPECT_EQ(drawn, expected) << "all others once, in order";
+    EXPECT_GT(rig->wake_time_ns(), monotonic_now_ns()) << "the instant has ended";
+    for (const std::size_t later : {next + 1, next + 3, camera_count - 2}) {
+        ASSERT_TRUE(sinks[later]->wait_for_units(1)) << later;
+        EXPECT_EQ(report_of(later).rendered, 1U) << later;
+    }
 }
 
 TEST_F(RigTest, AChangeInTheMiddleShowsFromTheNextInstantOn) {
