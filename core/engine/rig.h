@@ -64,6 +64,7 @@ private:
         std::vector<View> views;
         std::vector<bool> is_wanted;  ///< by readers; a view may be drawn for a waiter alone
         std::size_t drawn = 0;        ///< views
+        std::size_t min_turn_views = 1;
         bool is_done() const { return drawn == views.size(); }
     };
 
@@ -77,7 +78,7 @@ private:
     Drawing begin_instant(TimeNs world_ns, TimeNs monotonic_ns);
     /// The next views of it, and what became of them in the books.
     FrameSet draw_some(Drawing& drawing, std::size_t count);
-    /// Draws and publishes as many views as take about `turn_ns`.
+    /// Draws and publishes the views of one turn.
     void draw_turn();
     /// The instant in turns is drawn to its end now.
     void finish_turns();

@@ -38,8 +38,10 @@ protected:
     void SetUp() override {
         auto scene = std::make_shared<Scene>();
         EngineOptions options;
+        made_after_ns = monotonic_now_ns();
         auto made = Rig::create(scene, options, std::make_unique<NotingRenderer>(pool, drawn), bus, [] {});
         ASSERT_TRUE(made) << made.error().message;
+        made_before_ns = monotonic_now_ns();
         rig = std::move(*made);
         for (std::size_t i = 0; i < camera_count; ++i) {
             CreateCamera command{.name = name_of(i), .place = {}, .patch = {}};
@@ -50,10 +52,12 @@ protected:
             subscriptions.push_back(bus.subscribe(name_of(i), {}, {"test", "", {}}, sinks.back(), {}).value());
         }
     }
-    /// The instant after a second has begun, and one turn of it is drawn.
+    /// The instant after a second has begun, less than 1 ms late, and one turn of it is drawn.
     void begin_instant() {
         drawn.clear();
-        rig->tick(monotonic_now_ns() + ns_per_s);
+        for (TimeNs now_ns = made_after_ns + ns_per_s; drawn.empty() && now_ns <= made_before_ns + ns_per_s + ns_per_ms;
+             now_ns += ns_per_ms)
+            rig->tick(now_ns);
         ASSERT_FALSE(drawn.empty());
         ASSERT_LT(drawn.size(), camera_count);
         ASSERT_LE(rig->wake_time_ns(), monotonic_now_ns()) << "the rest is due at once";
@@ -74,6 +78,7 @@ protected:
         return *std::ranges::find(cameras, name_of(index), &CameraReport::name);
     }
 
+    TimeNs made_after_ns = 0, made_before_ns = 0;  ///< the world began between the two
     std::vector<CameraId> drawn;
     std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
     LocalFrameBus bus{{1, pool}};
@@ -96,6 +101,20 @@ TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstant) {
         EXPECT_EQ(sinks[i]->units().front().info.world_ns, sinks[0]->units().front().info.world_ns);
         EXPECT_EQ(report_of(i).rendered, 1U);
     }
+}
+
+TEST_F(RigTest, OnTimeAPictureGoesOutBeforeTheNextIsDrawn) {
+    begin_instant();
+    EXPECT_EQ(drawn.size(), 1U);
+    EXPECT_TRUE(sinks.front()->wait_for_units(1));
+}
+
+TEST_F(RigTest, AnInstantThatBeginsLateIsDrawnInLargerTurns) {
+    drawn.clear();
+    rig->tick(made_before_ns + ns_per_s + 11 * ns_per_ms);
+    EXPECT_EQ(drawn.size(), 4U);
+    finish_instant();
+    EXPECT_EQ(drawn, ids);
 }
 
 TEST_F(RigTest, ACameraThatIsDeletedInTheMiddleIsNotDrawn) {
