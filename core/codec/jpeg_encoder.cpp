@@ -51,8 +51,12 @@ public:
         append_marker(*jpeg, 0xd9);
         CHECK(std::ssize(starts_) == strip_count);
 
-        last_ = {info.camera_id, info.sequence, info.size, info.format, std::move(jpeg), {}};
         std::swap(last_.starts, starts_);
+        last_.camera = info.camera_id;
+        last_.sequence = info.sequence;
+        last_.size = info.size;
+        last_.format = info.format;
+        last_.jpeg = std::move(jpeg);
         return last_.jpeg;
     }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/stream/transcoder.h"
 #include "tests/render/support/test_rig.h"
 
 // In steady state a picture costs no memory: what is needed was there the instant before. Counted are all blocks of C++
@@ -95,6 +96,39 @@ TEST(SteadyState, APictureTakesNoMemory) {
     RecordProperty("blocks_an_instant_of_eight", static_cast<int>(of_eight));
     std::printf("blocks an instant: %d of one view, %d of eight\n", static_cast<int>(of_one),
                 static_cast<int>(of_eight));
+}
+
+/// Blocks that bringing one frame into this format takes once everything is warm. Of each frame other rows changed.
+std::uint64_t blocks_a_unit(const MediaFormat& format) {
+    constexpr ImageSize size{320, 200};
+    auto pool = std::make_shared<FramePool>();
+    auto transcoder = Transcoder::create(format, pool, std::make_shared<TranscodeTimers>()).value();
+    constexpr int warm_up = 8, counted_frames = 16;
+    std::vector<FrameRef> frames;
+    for (int n = 0; n < warm_up + counted_frames; ++n) {
+        FrameInfo info;
+        info.camera = std::make_shared<const std::string>("lobby");
+        info.sequence = n;
+        info.size = size;
+        info.same_as = n - 1;
+        info.changed_rows.add(13 * (n % 4), 13 * (n % 4) + 40);
+        std::vector<std::byte> bytes(bytes_of(PixelFormat::rgba8, size));
+        for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(i >> 6);
+        frames.push_back(std::make_shared<const Frame>(std::move(info), std::move(bytes)));
+    }
+    std::uint64_t before = 0;
+    for (int n = 0; n < warm_up + counted_frames; ++n) {
+        if (n == warm_up) before = blocks;
+        EXPECT_TRUE(transcoder->transcode(frames[static_cast<std::size_t>(n)]).has_value());
+    }
+    return (blocks - before) / counted_frames;
+}
+
+TEST(SteadyState, AUnitForReadersTakesNoMemoryButTheCountOfItsReaders) {
+    EXPECT_LE(blocks_a_unit({Codec::jpeg, {}, 90, {}}), 1u);
+    EXPECT_LE(blocks_a_unit({Codec::raw, PixelFormat::yuyv, 0, {}}), 1u);
+    EXPECT_LE(blocks_a_unit({Codec::raw, PixelFormat::i420, 0, {160, 100}}), 2u) << "scaled first";
+    EXPECT_EQ(blocks_a_unit({Codec::raw, PixelFormat::rgba8, 0, {}}), 0u);
 }
 
 }  // namespace
