@@ -1,5 +1,6 @@
 #include "core/frame/convert.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string>
@@ -46,83 +47,92 @@ struct Rows {
     }
 };
 
+/// Rows first <= y < end of a picture; first is even, and so is end unless it is the picture's height.
+struct Range {
+    int first, end;
+};
+
 /// One row of Y, U and V on the stack, between planes and packed formats.
 constexpr std::size_t max_row = std::size_t{2} * max_image_size.width;
 
-void write_luma(YuvRange range, Rows rows, std::byte* out) {
-    for (int y = 0; y < rows.size.height; ++y) {
-        luma_row(range, rows[y], rows.size.width, out + static_cast<std::ptrdiff_t>(y) * rows.size.width);
+void write_luma(YuvRange codes, Rows rows, Range range, std::byte* out) {
+    for (int y = range.first; y < range.end; ++y) {
+        luma_row(codes, rows[y], rows.size.width, out + static_cast<std::ptrdiff_t>(y) * rows.size.width);
     }
 }
 
-void write_planar(YuvRange range, Rows rows, std::byte* out) {
-    const int half_width = (rows.size.width + 1) / 2;
+void write_planar(YuvRange codes, Rows rows, Range range, std::byte* out) {
+    const std::ptrdiff_t half_width = (rows.size.width + 1) / 2;
     const int half_height = (rows.size.height + 1) / 2;
-    std::byte* u = out + rows.size.pixels();
-    std::byte* v = u + static_cast<std::ptrdiff_t>(half_width) * half_height;
-    write_luma(range, rows, out);
-    for (int y = 0; y < half_height; ++y, u += half_width, v += half_width) {
-        chroma_row(range, rows[2 * y], rows[2 * y + 1], rows.size.width, u, v);
+    std::byte* const u = out + rows.size.pixels();
+    std::byte* const v = u + half_width * half_height;
+    write_luma(codes, rows, range, out);
+    for (int y = range.first / 2; y < (range.end + 1) / 2; ++y) {
+        chroma_row(codes, rows[2 * y], rows[2 * y + 1], rows.size.width, u + y * half_width, v + y * half_width);
     }
 }
 
-void write_nv12(Rows rows, std::byte* out) {
+void write_nv12(Rows rows, Range range, std::byte* out) {
     const int half_width = (rows.size.width + 1) / 2;
     std::array<std::byte, max_row> row;
     std::byte* const u = row.data();
     std::byte* const v = u + half_width;
-    write_luma(YuvRange::limited, rows, out);
+    write_luma(YuvRange::limited, rows, range, out);
     out += rows.size.pixels();
-    for (int y = 0; y < (rows.size.height + 1) / 2; ++y, out += 2 * half_width) {
+    for (int y = range.first / 2; y < (range.end + 1) / 2; ++y) {
         chroma_row(YuvRange::limited, rows[2 * y], rows[2 * y + 1], rows.size.width, u, v);
-        libyuv::MergeUVPlane(as_u8(u), half_width, as_u8(v), half_width, as_u8(out), 2 * half_width, half_width, 1);
+        libyuv::MergeUVPlane(as_u8(u), half_width, as_u8(v), half_width,
+                             as_u8(out + static_cast<std::ptrdiff_t>(y) * 2 * half_width), 2 * half_width, half_width,
+                             1);
     }
 }
 
-void write_yuyv(Rows rows, std::byte* out) {
+void write_yuyv(Rows rows, Range range, std::byte* out) {
     const int half_width = (rows.size.width + 1) / 2;
     std::array<std::byte, max_row> row;
     std::byte* const luma = row.data();
     std::byte* const u = luma + 2 * half_width;
     std::byte* const v = u + half_width;
-    for (int y = 0; y < rows.size.height; ++y, out += 4 * half_width) {
+    for (int y = range.first; y < range.end; ++y) {
         luma_row(YuvRange::limited, rows[y], rows.size.width, luma);
         if (rows.size.width % 2 == 1) luma[rows.size.width] = luma[rows.size.width - 1];
         chroma_row(YuvRange::limited, rows[y], rows[y], rows.size.width, u, v);
-        libyuv::I422ToYUY2(as_u8(luma), 2 * half_width, as_u8(u), half_width, as_u8(v), half_width, as_u8(out),
-                           4 * half_width, 2 * half_width, 1);
+        libyuv::I422ToYUY2(as_u8(luma), 2 * half_width, as_u8(u), half_width, as_u8(v), half_width,
+                           as_u8(out + static_cast<std::ptrdiff_t>(y) * 4 * half_width), 4 * half_width, 2 * half_width,
+                           1);
     }
 }
 
 /// libyuv names pixels as little-endian numbers: our R G B A bytes are its ABGR. Its ARGBToX work on any byte order;
 /// "RGB24" keeps the order of the first three bytes and "RAW" reverses it.
-void write_same_size(Rows rows, PixelFormat format, std::byte* out) {
-    const auto [width, height] = rows.size;
-    const std::uint8_t* const in = as_u8(rows.pixels);
+void write_rows(Rows rows, Range range, PixelFormat format, std::byte* out) {
+    const int width = rows.size.width, count = range.end - range.first;
+    const std::byte* const in = rows[range.first];
+    std::byte* const out_24 = out + static_cast<std::ptrdiff_t>(range.first) * 3 * width;
     switch (format) {
         case PixelFormat::rgba8:
-            std::memcpy(out, rows.pixels, bytes_of(format, rows.size));
+            std::memcpy(out + (in - rows.pixels), in, bytes_of(format, {width, count}));
             return;
         case PixelFormat::rgb24:
-            libyuv::ARGBToRGB24(in, 4 * width, as_u8(out), 3 * width, width, height);
+            libyuv::ARGBToRGB24(as_u8(in), 4 * width, as_u8(out_24), 3 * width, width, count);
             return;
         case PixelFormat::bgr24:
-            libyuv::ARGBToRAW(in, 4 * width, as_u8(out), 3 * width, width, height);
+            libyuv::ARGBToRAW(as_u8(in), 4 * width, as_u8(out_24), 3 * width, width, count);
             return;
         case PixelFormat::yuyv:
-            write_yuyv(rows, out);
+            write_yuyv(rows, range, out);
             return;
         case PixelFormat::i420:
-            write_planar(YuvRange::limited, rows, out);
+            write_planar(YuvRange::limited, rows, range, out);
             return;
         case PixelFormat::nv12:
-            write_nv12(rows, out);
+            write_nv12(rows, range, out);
             return;
         case PixelFormat::jpeg_i420:
-            write_planar(YuvRange::full, rows, out);
+            write_planar(YuvRange::full, rows, range, out);
             return;
         case PixelFormat::gray8:
-            write_luma(YuvRange::full, rows, out);
+            write_luma(YuvRange::full, rows, range, out);
             return;
         case PixelFormat::depth32f:
         case PixelFormat::id32:
@@ -130,6 +140,52 @@ void write_same_size(Rows rows, PixelFormat format, std::byte* out) {
             break;
     }
     CHECK(!"a colour format");
+}
+
+void write_same_size(Rows rows, PixelFormat format, std::byte* out) {
+    write_rows(rows, {0, rows.size.height}, format, out);
+}
+
+/// Copies rows between two pictures of this format: of planes with a row for each two, those of the range.
+void copy_rows(PixelFormat format, ImageSize size, Range range, const std::byte* from, std::byte* to) {
+    const bool has_half_planes =
+        format == PixelFormat::i420 || format == PixelFormat::jpeg_i420 || format == PixelFormat::nv12;
+    const auto row_bytes =
+        static_cast<std::ptrdiff_t>(has_half_planes ? size.width : bytes_of(format, {size.width, 1}));
+    const auto copy = [&](std::ptrdiff_t plane, std::ptrdiff_t bytes, int first, int end) {
+        std::memcpy(to + plane + first * bytes, from + plane + first * bytes,
+                    static_cast<std::size_t>((end - first) * bytes));
+    };
+    copy(0, row_bytes, range.first, range.end);
+    if (!has_half_planes) return;
+    const std::ptrdiff_t half_width = (size.width + 1) / 2, half_height = (size.height + 1) / 2;
+    const int first = range.first / 2, end = (range.end + 1) / 2;
+    if (format == PixelFormat::nv12) return copy(size.pixels(), 2 * half_width, first, end);
+    copy(size.pixels(), half_width, first, end);
+    copy(size.pixels() + half_width * half_height, half_width, first, end);
+}
+
+/// What write_same_size() gives, when `last` is what it gave of the frame that this one is the same as.
+void write_changed(const Frame& frame, const Frame& last, Frame& out) {
+    const auto [width, height] = frame.info().size;
+    const ChangedRows& changed = frame.info().changed_rows;
+    const PixelFormat format = out.info().format;
+    constexpr int band_rows = ChangedRows::band_rows;
+    for (int band = 0, end = 0; band * band_rows < height; band = end) {
+        const bool is_new = changed.contains_band(band);
+        end = band + 1;
+        while (end * band_rows < height && changed.contains_band(end) == is_new) ++end;
+        const Range range{band * band_rows, std::min(end * band_rows, height)};
+        std::byte* const bytes = out.mutable_bytes().data();
+        is_new ? write_rows({frame.bytes().data(), {width, height}}, range, format, bytes)
+               : copy_rows(format, {width, height}, range, last.bytes().data(), bytes);
+    }
+}
+
+/// True when `last` shows the frame that `info` says it is the same as.
+bool follows(const FrameInfo& info, const FrameInfo& last) {
+    return info.same_as >= 0 && info.same_as == last.sequence && info.camera_id == last.camera_id &&
+           info.kind == last.kind;
 }
 
 void scale_rgba(Rows from, ImageSize size, std::byte* out) {
@@ -159,7 +215,8 @@ Result<void> convert(const Frame& rgba, PixelFormat format, ImageSize size, std:
     return {};
 }
 
-Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size) {
+Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size,
+                           const FrameRef& last) {
     const FrameInfo& info = frame->info();
     if (size == ImageSize{}) size = info.size;
     if (format == info.format && size == info.size) return frame;
@@ -181,7 +238,13 @@ Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat f
     FrameInfo target_info = source->info();
     target_info.format = format;
     std::shared_ptr<Frame> target = pool.acquire(std::move(target_info));
-    write_same_size({source->bytes().data(), size}, format, target->mutable_bytes().data());
+    const bool knows_the_rest =
+        last && last->info().format == format && last->info().size == size && follows(source->info(), last->info());
+    if (knows_the_rest) {
+        write_changed(*source, *last, *target);
+    } else {
+        write_same_size({source->bytes().data(), size}, format, target->mutable_bytes().data());
+    }
     return target;
 }
 

@@ -27,6 +27,9 @@ Result<void> convert(const Frame& rgba, PixelFormat format, ImageSize size, std:
 
 /// The same as a frame of its own, with the info of the first (what it is the same as is forgotten when it is scaled).
 /// A frame that already is as wanted comes back itself, of whatever format.
-Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size);
+/// `last` may be what it made, in the same format and size, of an earlier frame: when this frame is the same as that
+/// one (FrameInfo::same_as), only the rows that changed are converted and the others copied. The same bytes.
+Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size,
+                           const FrameRef& last = nullptr);
 
 }  // namespace camrig

@@ -45,9 +45,11 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
     const PixelFormat pixels = format_.codec == Codec::raw && is_color ? format_.pixels : frame->info().format;
     if (size != frame->info().size || pixels != frame->info().format) {
         const ScopedTimer timer(timers_->convert);
-        auto converted_frame = converted(*pool_, current, pixels, size);
+        auto converted_frame = converted(*pool_, current, pixels, size, last_converted_);
         if (!converted_frame) return std::unexpected(converted_frame.error());
         current = std::move(*converted_frame);
+        // Kept only where frames say what they equal: a picture for each output is memory.
+        last_converted_ = current->info().same_as >= 0 ? current : nullptr;
     }
     MediaUnit unit;
     unit.info = current->info();

@@ -32,6 +32,7 @@ private:
     std::shared_ptr<FramePool> pool_;
     std::shared_ptr<TranscodeTimers> timers_;
     std::unique_ptr<Encoder> encoder_;
+    FrameRef last_converted_;  ///< to copy from what did not change; null where that is not known
 };
 
 /// "jpeg q90", "raw yuyv 640x480": for statistics and messages.

@@ -173,6 +173,74 @@ TEST(Converted, KnowsWhichRowsChangedUnlessItIsScaled) {
     EXPECT_EQ(converted(pool, second, PixelFormat::gray8, {16, 24}).value()->info().same_as, -1);
 }
 
+/// The frame that follows, with new pixels in some rows.
+FrameRef changed(const FrameRef& frame, int first_row, int end_row) {
+    FrameInfo info = frame->info();
+    info.same_as = info.sequence++;
+    info.changed_rows.clear();
+    info.changed_rows.add(first_row, end_row);
+    std::vector<std::byte> bytes(frame->bytes().begin(), frame->bytes().end());
+    const std::ptrdiff_t row_bytes = 4 * std::ptrdiff_t{info.size.width};
+    for (auto i = bytes.begin() + first_row * row_bytes; i != bytes.begin() + end_row * row_bytes; ++i)
+        *i ^= std::byte{0x5a};
+    return std::make_shared<const Frame>(std::move(info), std::move(bytes));
+}
+
+constexpr PixelFormat written_formats[] = {PixelFormat::bgr24, PixelFormat::rgb24, PixelFormat::yuyv,
+                                           PixelFormat::i420,  PixelFormat::nv12,  PixelFormat::jpeg_i420,
+                                           PixelFormat::gray8};
+
+TEST(Converted, WhatDidNotChangeIsCopiedAndNobodyCanTell) {
+    for (const ImageSize size : {ImageSize{64, 64}, {33, 47}, {17, 16}, {50, 81}}) {
+        for (const PixelFormat format : written_formats) {
+            FramePool pool;
+            FrameRef frame = std::make_shared<const Frame>(test::noise(size));
+            FrameRef last = converted(pool, frame, format, {}).value();
+            const int h = size.height;
+            for (const auto& [first, end] : {std::pair{0, 0}, {0, 1}, {h - 1, h}, {3, h / 2}, {h / 2, h}, {0, h}}) {
+                frame = changed(frame, first, end);
+                const FrameRef quick = converted(pool, frame, format, {}, last).value();
+                const FrameRef full = converted(pool, frame, format, {}).value();
+                ASSERT_TRUE(std::ranges::equal(quick->bytes(), full->bytes()))
+                    << size.to_string() << " " << to_string(format) << ", rows from " << first << " to " << end;
+                last = quick;
+            }
+        }
+    }
+}
+
+TEST(Converted, OnlyWhatChangedIsConvertedWhereTheLastOneIsKnown) {
+    FramePool pool;
+    const auto first = std::make_shared<const Frame>(test::noise({64, 64}));
+    const FrameRef second = changed(first, 20, 30);
+    for (const PixelFormat format : written_formats) {
+        FrameInfo info = first->info();
+        info.format = format;
+        // A last picture of nothing but 7s shows how much was taken from it.
+        const auto sevens = [&](const FrameInfo& last_info, const FrameRef& frame) {
+            const auto last = std::make_shared<const Frame>(
+                last_info, std::vector<std::byte>(bytes_of(last_info.format, last_info.size), std::byte{7}));
+            const FrameRef out = converted(pool, frame, format, {}, last).value();
+            const auto count = std::ranges::count(out->bytes(), std::byte{7});
+            return static_cast<double>(count) / static_cast<double>(out->bytes().size());
+        };
+        EXPECT_NEAR(sevens(info, second), 0.75, 0.02) << to_string(format) << ": 48 of 64 rows";
+        FrameInfo other = info;
+        other.sequence -= 1;
+        EXPECT_LT(sevens(other, second), 0.1) << "a frame was left out";
+        other = info;
+        other.camera_id = CameraId{8};
+        EXPECT_LT(sevens(other, second), 0.1) << "another camera";
+        other = info;
+        other.size = {64, 80};
+        EXPECT_LT(sevens(other, second), 0.1) << "another size";
+        other = info;
+        other.format = PixelFormat::rgba8;
+        EXPECT_LT(sevens(other, second), 0.1) << "another layout";
+        EXPECT_LT(sevens(info, first), 0.1) << "not known";
+    }
+}
+
 TEST(Converted, WhatIsNoColourIsRefused) {
     FramePool pool;
     const auto depth = std::make_shared<const Frame>(test::noise({16, 16}, PixelFormat::depth32f));

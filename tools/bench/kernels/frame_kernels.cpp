@@ -53,6 +53,24 @@ void convert_to(benchmark::State& state, PixelFormat format) {
     count_pixels(state);
 }
 
+/// The next frame of a standing camera: of each hundred rows so many changed since the last one, in one piece.
+FrameRef next_of(const Frame& frame, int percent) {
+    FrameInfo info = frame.info();
+    info.same_as = info.sequence;
+    const int rows = info.size.height * percent / 100;
+    info.changed_rows.add((info.size.height - rows) / 2, (info.size.height + rows) / 2);
+    return std::make_shared<const Frame>(info, std::vector(frame.bytes().begin(), frame.bytes().end()));
+}
+
+void convert_changed(benchmark::State& state, PixelFormat format, int percent) {
+    FramePool pool;
+    const FrameRef frame = picture(size_of(state)), next = next_of(*frame, percent);
+    const auto last = converted(pool, frame, format, {});
+    CHECK(last);
+    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize(converted(pool, next, format, {}, *last));
+    count_pixels(state);
+}
+
 void encode(benchmark::State& state, Result<std::unique_ptr<Encoder>> encoder, PixelFormat format) {
     FramePool pool;
     const auto frame = converted(pool, picture(size_of(state)), format, {});
@@ -69,18 +87,12 @@ void jpeg_without_strips(benchmark::State& state) {
     encode(state, create_jpeg_encoder(default_jpeg_quality, {.strips = false}), PixelFormat::rgba8);
 }
 
-/// A standing camera: of each hundred rows so many changed since the last frame, in one piece.
 void jpeg_changed(benchmark::State& state, int percent) {
-    const FrameRef frame = picture(size_of(state));
+    const FrameRef frame = picture(size_of(state)), next = next_of(*frame, percent);
     auto encoder = create_jpeg_encoder(default_jpeg_quality);
     CHECK(encoder);
-    FrameInfo info = frame->info();
-    info.same_as = info.sequence;
-    const int rows = info.size.height * percent / 100;
-    info.changed_rows.add((info.size.height - rows) / 2, (info.size.height + rows) / 2);
-    const Frame next(info, {frame->bytes().begin(), frame->bytes().end()});
     benchmark::DoNotOptimize((*encoder)->encode(*frame));
-    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize((*encoder)->encode(next));
+    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize((*encoder)->encode(*next));
     count_pixels(state);
 }
 
@@ -108,6 +120,10 @@ BENCHMARK_CAPTURE(convert_to, nv12, PixelFormat::nv12)->Apply(sizes);
 BENCHMARK_CAPTURE(convert_to, yuyv, PixelFormat::yuyv)->Apply(sizes);
 BENCHMARK_CAPTURE(convert_to, bgr24, PixelFormat::bgr24)->Apply(sizes);
 BENCHMARK_CAPTURE(convert_to, jpeg_i420, PixelFormat::jpeg_i420)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_changed, i420_all_rows, PixelFormat::i420, 100)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_changed, i420_half_of_the_rows, PixelFormat::i420, 50)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_changed, i420_a_fifth_of_the_rows, PixelFormat::i420, 20)->Apply(sizes);
+BENCHMARK_CAPTURE(convert_changed, yuyv_half_of_the_rows, PixelFormat::yuyv, 50)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg, from_rgba8, PixelFormat::rgba8)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg, from_yuv_planes, PixelFormat::jpeg_i420)->Apply(sizes);
 BENCHMARK(jpeg_without_strips)->Apply(sizes);
