@@ -1,6 +1,7 @@
 #include "core/render/detail_levels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <meshoptimizer.h>
@@ -43,6 +44,12 @@ std::vector<DetailLevel> make_detail_levels(const Primitive& primitive) {
         levels.push_back(std::move(level));
     }
     return levels;
+}
+
+double detail_error_scale(const Box& bind, const Box& bounds, const glm::dmat4& world_from_local) {
+    const double growth = glm::length(glm::dvec3(bounds.max) - glm::dvec3(bounds.min)) /
+                          std::max(1e-9, double{glm::length(bind.max - bind.min)});
+    return growth * std::cbrt(std::abs(glm::determinant(glm::dmat3(world_from_local))));
 }
 
 double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box, double error) {

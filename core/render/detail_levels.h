@@ -21,6 +21,10 @@ struct DetailLevel {
 /// in the bind pose.
 std::vector<DetailLevel> make_detail_levels(const Primitive& primitive);
 
+/// What errors of a mesh are multiplied with where it is drawn: the skeleton may scale what it carries, so they grow as
+/// its bounds do, and with its place in the world.
+double detail_error_scale(const Box& bind, const Box& bounds, const glm::dmat4& world_from_local);
+
 /// Length in pixels that `error` metres have at most, anywhere in a box in front of the camera; infinite where the box
 /// reaches behind the image plane.
 double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box, double error);

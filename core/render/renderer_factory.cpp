@@ -1,20 +1,44 @@
 #include "core/render/renderer_factory.h"
 
+#include <algorithm>
+#include <thread>
+
 #include "core/render/null_renderer.h"
+#include "core/render/software/cpu_renderer.h"
 #ifdef CAMRIG_HAS_GL
 #include "core/render/gl/gl_renderer.h"
 #endif
 
 namespace camrig {
 
-Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options) {
-    CHECK(options.pool != nullptr);
-    if (options.device == "null") return std::make_unique<NullRenderer>(options.pool);
+namespace {
+
+Result<std::unique_ptr<Renderer>> create_gl_renderer(const RendererOptions& options) {
 #ifdef CAMRIG_HAS_GL
     return GlRenderer::create(options);
 #else
-    return error(ErrorKind::unsupported, "this build has no GL renderer; the device can only be 'null'");
+    return error(ErrorKind::unsupported, "this build has no GL renderer; the device can only be 'cpu' or 'null'");
 #endif
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options) {
+    CHECK(options.pool != nullptr);
+    if (options.device == "null") return std::make_unique<NullRenderer>(options.pool);
+    if (options.device != "cpu") {
+        auto on_device = create_gl_renderer(options);
+        if (on_device || !options.device.empty()) return on_device;
+    }
+    RendererOptions for_the_rest = options;
+    for_the_rest.device = "llvmpipe";
+    const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    return std::make_unique<CpuRenderer>(
+        SoftwareDrawer::Options{.pool = options.pool,
+                                .static_layer_bytes = options.static_layer_bytes,
+                                .max_detail_error_px = options.max_detail_error_px,
+                                .threads = options.raster_threads > 0 ? options.raster_threads : cores},
+        [for_the_rest] { return create_gl_renderer(for_the_rest); });
 }
 
 }  // namespace camrig

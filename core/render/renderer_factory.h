@@ -11,8 +11,8 @@
 namespace camrig {
 
 struct RendererOptions {
-    /// "null": deterministic pattern, no GL. "cpu": Mesa llvmpipe. "N": EGL device N. "": a hardware device if there is
-    /// one, else llvmpipe.
+    /// "null": deterministic pattern, no GL. "cpu": camrig's own rasteriser, and Mesa llvmpipe for what it does not draw
+    /// (CpuRenderer). "llvmpipe": all by that. "N": EGL device N. "": a hardware device if there is one, else "cpu".
     std::string device;
     std::shared_ptr<FramePool> pool;
     /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.
@@ -21,7 +21,7 @@ struct RendererOptions {
     double max_detail_error_px = 0.25;
     /// Pixels come to host memory as from a GPU on a CPU rasteriser too: the same bytes, slower; for tests.
     bool buffered_readback = false;
-    int raster_threads = 0;  ///< llvmpipe: threads of the rasteriser; 0 = as many as cores
+    int raster_threads = 0;  ///< threads that rasterise on the CPU; 0 = as many as cores
 };
 
 /// Errors say which devices there are.

@@ -50,8 +50,9 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
             "--quality", [options](const std::string& name) { options->engine.quality = *parse_quality(name); },
             "fast, simple (default) or beautiful")
         ->check(CLI::IsMember({"fast", "simple", "beautiful"}));
-    serve->add_option("--device", options->engine.renderer.device,
-                      "EGL device N, or cpu; default: the first with hardware, else cpu");
+    serve->add_option(
+        "--device", options->engine.renderer.device,
+        "EGL device N, cpu, or llvmpipe (all by Mesa's rasteriser); default: the first with hardware, else cpu");
     serve
         ->add_option_function<int>(
             "--static-layer-mb",

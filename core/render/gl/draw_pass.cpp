@@ -15,18 +15,11 @@ glm::vec4 row(const glm::dmat3& m, int i, double w = 0.0) {
 
 DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item) {
     const glm::dmat3 m(optical_from_local);
-    // Normals go with the cofactor matrix: right under non-uniform scale and defined even when the matrix is singular.
-    glm::dmat3 cofactor(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
-    double largest = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) largest = std::max(largest, std::abs(cofactor[i][j]));
-    }
-    if (largest > 0.0) cofactor *= (item.is_mirrored ? -1.0 : 1.0) / largest;
-
+    const glm::dmat3 normals = normals_from(optical_from_local, item.is_mirrored);
     DrawBlock block{};
     for (int i = 0; i < 3; ++i) {
         block.position_rows[i] = row(m, i, optical_from_local[3][i]);
-        block.normal_rows[i] = row(cofactor, i);
+        block.normal_rows[i] = row(normals, i);
     }
     block.ids = glm::uvec4(static_cast<std::uint32_t>(item.object), 0u, 0u, 0u);
     return block;
@@ -48,19 +41,11 @@ LocalLightBlock local_block(const Light& light, const ViewTransform& view, float
             glm::vec4(direction, spot_offset)};
 }
 
-double scale_of(const glm::dmat4& m) {
-    return std::cbrt(std::abs(glm::determinant(glm::dmat3(m))));
-}
-
 /// The coarsest level of a mesh whose error in metres `is_fine`.
 template <typename IsFine>
 const IndexRange& coarsest_range(const SceneItem& item, const IsFine& is_fine) {
     const GpuPrimitive& primitive = *item.primitive;
-    // A skeleton may scale what it carries: the error grows as the bounds do.
-    const Box& bind = primitive.source->bounds;
-    const double growth = glm::length(glm::dvec3(item.bounds.max) - glm::dvec3(item.bounds.min)) /
-                          std::max(1e-9, double{glm::length(bind.max - bind.min)});
-    const double scale = growth * scale_of(item.world_from_local);
+    const double scale = detail_error_scale(primitive.source->bounds, item.bounds, item.world_from_local);
     const IndexRange* chosen = &primitive.full;
     for (const IndexRange& level : primitive.coarser) {
         if (!is_fine(level.error * scale)) break;

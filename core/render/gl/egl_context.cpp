@@ -55,7 +55,7 @@ std::string describe(const std::vector<Device>& devices) {
     for (std::size_t i = 0; i < devices.size(); ++i) {
         text += std::to_string(i) + " (" + devices[i].label + "), ";
     }
-    return text + "cpu";
+    return text + "cpu, llvmpipe";
 }
 
 EGLDisplay display_of(const Device& device) {
@@ -134,26 +134,27 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
     const auto open_software = [&]() -> Result<std::unique_ptr<EglContext>> {
         for (const Device& device : devices) {
             if (!device.is_software) continue;
-            if (auto context = try_open(display_of(device), "device cpu")) return context;
+            if (auto context = try_open(display_of(device), "device llvmpipe")) return context;
         }
         // A Mesa without a software device in its list: the surfaceless platform, told to use its CPU rasteriser.
         setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
-        auto context = try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device cpu");
+        auto context = try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device llvmpipe");
         if (context && !(*context)->is_software()) {
             return error(ErrorKind::unavailable,
-                         "device cpu: Mesa's software rasteriser is not installed (package "
+                         "device llvmpipe: Mesa's software rasteriser is not installed (package "
                          "libgl1-mesa-dri)");
         }
         return context;
     };
 
-    if (options.device == "cpu") return open_software();
+    if (options.device == "llvmpipe") return open_software();
     if (options.device.empty()) {
         for (const Device& device : devices) {
             if (device.is_software) continue;
-            if (auto context = try_open(display_of(device), device.label)) return context;
+            auto context = try_open(display_of(device), device.label);
+            if (context && !(*context)->is_software()) return context;
         }
-        return open_software();
+        return error(ErrorKind::unavailable, "no hardware with OpenGL 4.5; " + describe(devices));
     }
 
     std::size_t index = 0;

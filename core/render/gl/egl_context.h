@@ -9,8 +9,8 @@
 namespace camrig {
 
 struct EglContextOptions {
-    /// "cpu": Mesa's software device, also beside a vendor's driver. "N": EGL device N. "": the first hardware device
-    /// that gives OpenGL 4.5 core, else the software device.
+    /// "llvmpipe": Mesa's software device, also beside a vendor's driver. "N": EGL device N. "": the first hardware
+    /// device that gives OpenGL 4.5 core; an error (unavailable) if there is none.
     std::string device;
     int raster_threads = 0;  ///< llvmpipe: threads of its rasteriser, 0 = one per core; the first context decides
 };

@@ -152,23 +152,6 @@ GLenum mode_of(Topology topology) {
     return GL_TRIANGLES;
 }
 
-std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
-    std::vector<JointBox> boxes;
-    for (std::size_t v = 0; v < primitive.joints.size(); ++v) {
-        for (int k = 0; k < 4; ++k) {
-            if (!(primitive.weights[v][k] > 0.0f)) continue;
-            const std::size_t joint = primitive.joints[v][k];
-            if (joint >= boxes.size()) boxes.resize(joint + 1);
-            JointBox& entry = boxes[joint];
-            const glm::vec3 point = primitive.positions[v];
-            entry.box.min = entry.is_used ? glm::min(entry.box.min, point) : point;
-            entry.box.max = entry.is_used ? glm::max(entry.box.max, point) : point;
-            entry.is_used = true;
-        }
-    }
-    return boxes;
-}
-
 /// Collects the vertex and index bytes of all primitives and where each begins.
 struct GeometryUploader {
     std::vector<std::byte> vertices;

@@ -6,6 +6,7 @@
 #include "core/render/gl/gl_objects.h"
 #include "core/render/gl/sampler_cache.h"
 #include "core/render/gl/shader_key.h"
+#include "core/render/placement.h"
 #include "core/world/model.h"
 
 namespace camrig {
@@ -18,12 +19,6 @@ enum VertexAttribute : GLuint {
     attribute_uv0,
     attribute_uv1,
     attribute_color
-};
-
-/// What one joint of a skin moves: box of its vertices in the mesh's bind space.
-struct JointBox {
-    Box box;
-    bool is_used = false;
 };
 
 /// A piece of GpuModel::indices, and how far its surface is from the full one (local units).

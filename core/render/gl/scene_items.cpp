@@ -3,52 +3,6 @@
 #include <algorithm>
 
 namespace camrig {
-namespace {
-
-glm::dmat4 world_from_model(const Instance& instance) {
-    glm::dmat4 result(glm::mat3_cast(instance.orientation) * instance.scale);
-    result[3] = glm::dvec4(instance.position, 1.0);
-    return result;
-}
-
-Box bounds_of(std::span<const glm::vec3> points) {
-    Box box{points.front(), points.front()};
-    for (const glm::vec3& point : points) {
-        box.min = glm::min(box.min, point);
-        box.max = glm::max(box.max, point);
-    }
-    return box;
-}
-
-glm::vec3 extent_along(const glm::dmat4& m, glm::dvec3 half) {
-    return glm::vec3(glm::abs(glm::dvec3(m[0])) * half.x + glm::abs(glm::dvec3(m[1])) * half.y +
-                     glm::abs(glm::dvec3(m[2])) * half.z);
-}
-
-void grow(Box& box, bool& is_empty, const glm::dmat4& m, const Box& local) {
-    const glm::vec3 centre(m * glm::dvec4(0.5 * (glm::dvec3(local.min) + glm::dvec3(local.max)), 1.0));
-    const glm::vec3 half = extent_along(m, 0.5 * (glm::dvec3(local.max) - glm::dvec3(local.min)));
-    box.min = is_empty ? centre - half : glm::min(box.min, centre - half);
-    box.max = is_empty ? centre + half : glm::max(box.max, centre + half);
-    is_empty = false;
-}
-
-/// Bounds of a skinned primitive without skinning it: a skinned vertex is a weighted mean of where its joints carry
-/// it, so it lies in the hull of the boxes of each joint's own vertices, carried by that joint.
-Box skinned_bounds(const Model& model, const PosedModel& pose, int node, const GpuPrimitive& primitive) {
-    const Skin& skin = model.skins[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].skin)];
-    Box box;
-    bool is_empty = true;
-    for (std::size_t j = 0; j < primitive.joint_boxes.size(); ++j) {
-        const auto& reach = primitive.joint_boxes[j];
-        if (!reach.is_used) continue;
-        const auto joint = static_cast<std::size_t>(skin.joints[j]);
-        grow(box, is_empty, pose.model_from_node[joint] * skin.inverse_bind[j], reach.box);
-    }
-    return box;
-}
-
-}  // namespace
 
 int LightTable::add(const LightSet& set) {
     const auto found = std::ranges::find(sets_, set);
@@ -111,7 +65,7 @@ void SceneItems::add_node(const Instance& instance, const GpuModel& model, const
             // Tangents are not carried along; the shader derives a frame from the picture instead.
             item.key.has_tangent = false;
             if (source.skin >= 0 && primitive.source->targets.empty()) {
-                item.bounds = skinned_bounds(*model.source, pose, node, primitive);
+                item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
             } else {
                 const auto* made = reinterpret_cast<const glm::vec3*>(deformed(item, stream).positions.data);
                 item.bounds = bounds_of({made, primitive.source->positions.size()});
@@ -119,12 +73,8 @@ void SceneItems::add_node(const Instance& instance, const GpuModel& model, const
         }
         item.is_mirrored = glm::determinant(glm::dmat3(item.world_from_local)) < 0.0;
 
-        const glm::dvec3 half = 0.5 * (glm::dvec3(item.bounds.max) - glm::dvec3(item.bounds.min));
-        const glm::dvec3 centre = 0.5 * (glm::dvec3(item.bounds.max) + glm::dvec3(item.bounds.min));
         if (item.key.lit) {
-            const LightSet set =
-                select_lights(lights, exposure, glm::dvec3(item.world_from_local * glm::dvec4(centre, 1.0)),
-                              glm::length(extent_along(item.world_from_local, half)));
+            const LightSet set = lights_around(lights, exposure, item.world_from_local, item.bounds);
             item.light_set = light_sets.add(set);
             item.key.directional_lights = set.directional;
             item.key.local_lights = set.local;

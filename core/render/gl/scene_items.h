@@ -9,6 +9,7 @@
 #include "core/render/gl/gpu_model.h"
 #include "core/render/gl/stream_buffer.h"
 #include "core/render/light_selection.h"
+#include "core/render/placement.h"
 #include "core/world/posed_model.h"
 #include "core/world/snapshot.h"
 

@@ -1,26 +1,14 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
 
-#include "core/base/ids.h"
-#include "core/camera/pose.h"
 #include "core/render/gl/view_target.h"
+#include "core/render/layer_table.h"
 #include "core/render/pixel_rect.h"
-#include "core/render/renderer.h"
 
 namespace camrig {
-
-/// All that a camera's picture of what does not move follows from: equal keys, equal bytes.
-struct StaticLayerKey {
-    std::uint64_t spec_revision = 0;  ///< size, optics, lens, antialiasing, near, far
-    Pose pose;
-    Quality quality = Quality::simple;
-    std::uint64_t statics = 0;  ///< which static set, as the renderer counts them: objects, lights, environment
-    friend bool operator==(const StaticLayerKey&, const StaticLayerKey&) = default;
-};
 
 /// Static layers. Surveillance cameras stand still and most of what they see never moves, so colour and depth (ids and
 /// normals, where asked for) of the static opaque geometry are drawn once per key, and copied each instant; movers are
@@ -30,9 +18,7 @@ struct StaticLayerKey {
 /// Where movers are few, even less is done: the picture as it is without them, blended surfaces and all, is kept too,
 /// and only in the rectangles that movers may touch is it built up again from the opaque layer.
 ///
-/// Layers are of the source picture, before samples are resolved and the lens is looked through. A camera gets one when
-/// it is seen a second time with the same key: one that moves pays nothing. Memory is bounded; a layer that was not
-/// used for a while makes room, one in use never does, so that too many cameras do not push each other out in turn.
+/// Layers are of the source picture, before samples are resolved and the lens is looked through.
 class StaticLayers {
 public:
     /// Of one camera. What is not kept yet is empty.
@@ -43,11 +29,11 @@ public:
         std::optional<TruthTarget> truth;
         std::uint64_t number = 0;  ///< of these colours: no two layers that were ever kept have the same
     };
-    StaticLayers(const GlFunctions& gl, std::int64_t max_bytes) : gl_(gl), max_bytes_(max_bytes) {}
+    StaticLayers(const GlFunctions& gl, std::int64_t max_bytes) : gl_(gl), table_(max_bytes) {}
 
-    void next_instant() { ++instant_; }
+    void next_instant() { table_.next_instant(); }
     /// Null while the camera moves, and always when max_bytes is 0. Good until the next call.
-    Layer* layer_of(CameraId camera, const StaticLayerKey& key);
+    Layer* layer_of(CameraId camera, const StaticLayerKey& key) { return table_.layer_of(camera, key); }
     /// Copies the static part of a picture into the layer, if there is room.
     void keep(Layer& layer, const ColorTarget& drawn);
     /// `drawn` is the source of `layer.color` with what is blended on top; it becomes that source again. If there is no
@@ -61,33 +47,17 @@ public:
     /// its depth, for more to be drawn there. Depth elsewhere is left as it is unless `all_depth`.
     void restore_around(const Layer& layer, const ColorTarget& to, std::span<const PixelRect> changed,
                         std::span<const PixelRect> rects, bool all_depth);
-    void forget(CameraId camera);
+    void forget(CameraId camera) { table_.forget(camera); }
 
-    RenderCounters counters() const;
-
-    /// A layer that was not used for so many instants may be freed for another.
-    static constexpr std::uint64_t kept_instants = 64;
+    RenderCounters counters() const { return table_.counters(); }
 
 private:
-    struct Entry {
-        StaticLayerKey key;
-        Layer layer;
-        std::int64_t bytes = 0;
-        std::uint64_t used_at = 0;
-    };
     template <typename T>
     void add(Layer& layer, std::optional<T>& place, Result<T> made, const T& drawn);
-    void drop(Entry& entry);
-    bool make_room(std::int64_t bytes);
-    Entry& entry_of(Layer& layer);
 
     const GlFunctions& gl_;
-    std::int64_t max_bytes_;
-    std::int64_t bytes_ = 0;
-    std::uint64_t instant_ = 0;
+    LayerTable<Layer> table_;
     std::uint64_t numbers_ = 0;
-    std::uint64_t kept_ = 0, reused_ = 0, stale_ = 0, evicted_ = 0;
-    std::map<CameraId, Entry> entries_;
 };
 
 }  // namespace camrig

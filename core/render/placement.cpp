@@ -1,0 +1,89 @@
+#include "core/render/placement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace camrig {
+namespace {
+
+glm::vec3 extent_along(const glm::dmat4& m, glm::dvec3 half) {
+    return glm::vec3(glm::abs(glm::dvec3(m[0])) * half.x + glm::abs(glm::dvec3(m[1])) * half.y +
+                     glm::abs(glm::dvec3(m[2])) * half.z);
+}
+
+void grow(Box& box, bool& is_empty, const glm::dmat4& m, const Box& local) {
+    const glm::vec3 centre(m * glm::dvec4(0.5 * (glm::dvec3(local.min) + glm::dvec3(local.max)), 1.0));
+    const glm::vec3 half = extent_along(m, 0.5 * (glm::dvec3(local.max) - glm::dvec3(local.min)));
+    box.min = is_empty ? centre - half : glm::min(box.min, centre - half);
+    box.max = is_empty ? centre + half : glm::max(box.max, centre + half);
+    is_empty = false;
+}
+
+}  // namespace
+
+std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
+    std::vector<JointBox> boxes;
+    for (std::size_t v = 0; v < primitive.joints.size(); ++v) {
+        for (int k = 0; k < 4; ++k) {
+            if (!(primitive.weights[v][k] > 0.0f)) continue;
+            const std::size_t joint = primitive.joints[v][k];
+            if (joint >= boxes.size()) boxes.resize(joint + 1);
+            JointBox& entry = boxes[joint];
+            const glm::vec3 point = primitive.positions[v];
+            entry.box.min = entry.is_used ? glm::min(entry.box.min, point) : point;
+            entry.box.max = entry.is_used ? glm::max(entry.box.max, point) : point;
+            entry.is_used = true;
+        }
+    }
+    return boxes;
+}
+
+glm::dmat4 world_from_model(const Instance& instance) {
+    glm::dmat4 result(glm::mat3_cast(instance.orientation) * instance.scale);
+    result[3] = glm::dvec4(instance.position, 1.0);
+    return result;
+}
+
+Box bounds_of(std::span<const glm::vec3> points) {
+    Box box{points.front(), points.front()};
+    for (const glm::vec3& point : points) {
+        box.min = glm::min(box.min, point);
+        box.max = glm::max(box.max, point);
+    }
+    return box;
+}
+
+Box skinned_bounds(const Model& model, const PosedModel& pose, int node, std::span<const JointBox> boxes) {
+    // A skinned vertex is a weighted mean of where its joints carry it, so it lies in the hull of the boxes of each
+    // joint's own vertices, carried by that joint.
+    const Skin& skin = model.skins[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].skin)];
+    Box box;
+    bool is_empty = true;
+    for (std::size_t j = 0; j < boxes.size(); ++j) {
+        if (!boxes[j].is_used) continue;
+        const auto joint = static_cast<std::size_t>(skin.joints[j]);
+        grow(box, is_empty, pose.model_from_node[joint] * skin.inverse_bind[j], boxes[j].box);
+    }
+    return box;
+}
+
+LightSet lights_around(std::span<const Light> lights, float exposure, const glm::dmat4& world_from_local,
+                       const Box& bounds) {
+    const glm::dvec3 half = 0.5 * (glm::dvec3(bounds.max) - glm::dvec3(bounds.min));
+    const glm::dvec3 centre = 0.5 * (glm::dvec3(bounds.max) + glm::dvec3(bounds.min));
+    return select_lights(lights, exposure, glm::dvec3(world_from_local * glm::dvec4(centre, 1.0)),
+                         glm::length(extent_along(world_from_local, half)));
+}
+
+glm::dmat3 normals_from(const glm::dmat4& optical_from_local, bool is_mirrored) {
+    const glm::dmat3 m(optical_from_local);
+    glm::dmat3 cofactor(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
+    double largest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) largest = std::max(largest, std::abs(cofactor[i][j]));
+    }
+    if (largest > 0.0) cofactor *= (is_mirrored ? -1.0 : 1.0) / largest;
+    return cofactor;
+}
+
+}  // namespace camrig

@@ -1,0 +1,94 @@
+#include "core/render/software/cpu_renderer.h"
+
+#include <algorithm>
+
+#include "core/render/view_frames.h"
+
+namespace camrig {
+
+Result<void> CpuRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
+    thread_.check();
+    CHECK(in_flight() < max_in_flight);
+    if (snapshot != snapshot_) {
+        snapshot_ = snapshot;
+        drawer_.begin_instant(snapshot);
+    }
+    Instant instant;
+    instant.world_ns = snapshot->world_ns;
+    instant.monotonic_ns = monotonic_ns;
+    std::vector<const View*> drawn_here;
+    for (const View& view : views) {
+        instant.order.push_back(view.camera);
+        const bool is_here = wants(view, FrameKind::color) && drawer_.can_draw(view);
+        if (is_here) drawn_here.push_back(&view);
+        View rest = view;
+        if (is_here) rest.kinds[static_cast<int>(FrameKind::color)] = false;
+        if (std::ranges::any_of(rest.kinds, std::identity{})) instant.rest.push_back(std::move(rest));
+    }
+    if (!instant.rest.empty()) {
+        if (other_ == nullptr) {
+            auto made = make_other_();
+            if (!made) return std::unexpected(made.error());
+            other_ = std::move(*made);
+        }
+        if (auto asked = other_->submit(snapshot, monotonic_ns, instant.rest); !asked) return asked;
+        instant.asks_other = true;
+    }
+    drawer_.draw(drawn_here, monotonic_ns, instant.frames);
+    submitted_.push_back(std::move(instant));
+    return {};
+}
+
+Result<Renderer::Finished> CpuRenderer::collect() {
+    thread_.check();
+    CHECK(!submitted_.empty());
+    Instant instant = std::move(submitted_.front());
+    submitted_.pop_front();
+    Finished finished;
+    finished.set.world_ns = instant.world_ns;
+    finished.set.monotonic_ns = instant.monotonic_ns;
+    finished.set.frames = std::move(instant.frames);
+    if (!instant.asks_other) return finished;
+    auto others = other_->collect();
+    if (!others) return std::unexpected(others.error());
+    finished.failures = std::move(others->failures);
+    auto& frames = finished.set.frames;
+    frames.insert(frames.end(), others->set.frames.begin(), others->set.frames.end());
+    const auto place = [&](const FrameRef& frame) {
+        return std::pair(std::ranges::find(instant.order, frame->info().camera_id), frame->info().kind);
+    };
+    std::ranges::sort(frames, [&](const FrameRef& a, const FrameRef& b) { return place(a) < place(b); });
+    return finished;
+}
+
+void CpuRenderer::forget(CameraId camera) {
+    thread_.check();
+    drawer_.forget(camera);
+    if (other_ != nullptr) other_->forget(camera);
+}
+
+RenderCounters CpuRenderer::counters() const {
+    RenderCounters sum = drawer_.counters();
+    if (other_ == nullptr) return sum;
+    const RenderCounters others = other_->counters();
+    sum.layers += others.layers;
+    sum.layer_bytes += others.layer_bytes;
+    sum.layers_drawn += others.layers_drawn;
+    sum.layers_reused += others.layers_reused;
+    sum.layers_stale += others.layers_stale;
+    sum.layers_evicted += others.layers_evicted;
+    sum.views += others.views;
+    sum.views_in_parts += others.views_in_parts;
+    sum.meshes_skinned += others.meshes_skinned;
+    sum.meshes_unseen += others.meshes_unseen;
+    sum.draws += others.draws;
+    sum.draws_coarse += others.draws_coarse;
+    return sum;
+}
+
+std::string CpuRenderer::description() const {
+    const std::string own = "camrig's rasteriser (" + std::string(has_wide_lanes() ? "AVX2" : "SSE2") + ")";
+    return other_ == nullptr ? own : own + "; " + other_->description();
+}
+
+}  // namespace camrig

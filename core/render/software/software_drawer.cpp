@@ -1,0 +1,332 @@
+#include "core/render/software/software_drawer.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/render/view_frames.h"
+
+namespace camrig {
+namespace {
+
+/// Vertices are snapped to 1/256 pixel in 32 bits (geometry.h).
+constexpr int max_side = 16384;
+/// Of what moves in one view; more are joined.
+constexpr std::size_t max_rects = 16;
+
+template <typename T>
+void copy(const Plane<T>& from, const Plane<T>& to, const PixelRect& rect) {
+    const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
+    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to.row(y) + rect.x0, from.row(y) + rect.x0, bytes);
+}
+
+template <typename T>
+void copy(const Plane<T>& from, const Plane<T>& to) {
+    std::memcpy(to.data(), from.data(), from.count() * sizeof(T));
+}
+
+std::uint32_t pixel_of(const glm::vec3& linear) {
+    return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
+           0xFFu << 24;
+}
+
+void sort_by_distance(std::vector<ViewDraw>& draws) {
+    // By hand, because stable_sort() allocates.
+    for (std::size_t i = 0; i < draws.size(); ++i) draws[i].order = i;
+    std::ranges::sort(draws, [](const ViewDraw& a, const ViewDraw& b) {
+        return a.distance_m != b.distance_m ? a.distance_m > b.distance_m : a.order < b.order;
+    });
+}
+
+bool is_blended(const SoftwareItem& item) {
+    return item.primitive->material->alpha_mode == AlphaMode::blend;
+}
+
+PixelRect hull_of(std::span<const PixelRect> rects) {
+    PixelRect hull = rects.front();
+    for (const PixelRect& rect : rects)
+        hull = {std::min(hull.x0, rect.x0), std::min(hull.y0, rect.y0), std::max(hull.x1, rect.x1),
+                std::max(hull.y1, rect.y1)};
+    return hull;
+}
+
+}  // namespace
+
+SoftwareDrawer::SoftwareDrawer(const Options& options)
+    : options_(options), team_(std::max(1, options.threads)), layers_(options.static_layer_bytes) {
+    while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
+}
+
+void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
+    meshes_skinned_ += movers_.made();
+    meshes_unseen_ += movers_.unseen();
+    snapshot_ = snapshot;
+    layers_.next_instant();
+    const Environment& environment = snapshot->statics->environment;
+    const std::span<const Light> lights = snapshot->statics->lights;
+    // By identity, not by revision: two worlds may count alike.
+    if (snapshot->statics != static_set_) {
+        static_set_ = snapshot->statics;
+        ++statics_number_;
+        statics_.clear();
+        for (const Instance& object : static_set_->objects) statics_.add(object, models_, lights, environment.exposure);
+        blended_statics_.clear();
+        for (const SoftwareItem& item : statics_.items()) {
+            if (item.deformation >= 0) statics_.deform(item);
+            if (is_blended(item)) blended_statics_.push_back(&item);
+        }
+        models_.evict_unused();
+    }
+    movers_.clear();
+    for (const Instance& mover : snapshot->movers) movers_.add(mover, models_, lights, environment.exposure);
+}
+
+bool SoftwareDrawer::can_draw(const View& view) const {
+    const CameraSpec& spec = *view.spec;
+    return std::max(spec.size.width, spec.size.height) <= max_side && view.quality != Quality::beautiful &&
+           spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
+           antialias_of(spec, view.quality) == Antialias::none && statics_.has_only_triangles() &&
+           movers_.has_only_triangles();
+}
+
+void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
+    const CameraSpec& spec = *view.spec;
+    work.view = &view;
+    work.scope.transform = make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m);
+    work.scope.frustum = make_frustum(work.scope.transform, spec.far_m);
+    work.scope.quality = view.quality;
+    work.scope.max_detail_error_px = options_.max_detail_error_px;
+    work.scope.environment = &static_set_->environment;
+    work.scope.lights = static_set_->lights;
+    work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, statics_number_});
+    work.target = &targets_[view.camera];
+    if (work.target->canvas.size != spec.size) {
+        *work.target = {};
+        work.target->canvas = {spec.size, Plane<std::uint32_t>(spec.size), Plane<float>(spec.size)};
+    }
+    work.movers.clear();
+    work.blended.clear();
+    work.rects.clear();
+    work.draws = work.draws_coarse = 0;
+    for (const SoftwareItem& item : movers_.items()) {
+        auto draw = work.scope.draw_of(item);
+        if (!draw) continue;
+        const auto rect =
+            screen_bounds(work.scope.transform, draw->optical_from_local, item.bounds.min, item.bounds.max);
+        if (!rect) continue;
+        work.rects.push_back(*rect);
+        (is_blended(item) ? work.blended : work.movers).push_back(*draw);
+    }
+}
+
+void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
+    unmade_.clear();
+    for (const ViewWork* work : works) {
+        for (const auto* list : {&work->movers, &work->blended}) {
+            for (const ViewDraw& draw : *list) {
+                if (draw.item->deformation >= 0 && !movers_.deformed(*draw.item).is_done &&
+                    std::ranges::find(unmade_, draw.item) == unmade_.end())
+                    unmade_.push_back(draw.item);
+            }
+        }
+    }
+    team_.run(unmade_.size(), [&](int, std::size_t i) { movers_.deform(*unmade_[i]); });
+}
+
+void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames) {
+    while (works_.size() < views.size()) works_.emplace_back();
+    in_work_.clear();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        prepare(*views[i], works_[i]);
+        in_work_.push_back(&works_[i]);
+    }
+    deform_seen(in_work_);
+    if (views.size() >= static_cast<std::size_t>(team_.size())) {
+        team_.run(views.size(), [&](int worker, std::size_t i) {
+            draw_view(*in_work_[i], scratch_[static_cast<std::size_t>(worker)], 1, monotonic_ns);
+        });
+    } else {
+        // Few views: all threads together on each, in pieces of its rows.
+        for (ViewWork* work : in_work_) draw_view(*work, scratch_.front(), team_.size(), monotonic_ns);
+    }
+    for (ViewWork* work : in_work_) {
+        frames.push_back(std::move(work->frame));
+        ++views_;
+        views_in_parts_ += work->is_in_parts;
+        draws_ += work->draws;
+        draws_coarse_ += work->draws_coarse;
+        if (work->is_in_parts) layers_.count_reused();
+    }
+}
+
+void SoftwareDrawer::draw_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns) {
+    const View& view = *work.view;
+    const ImageSize size = view.spec->size;
+    const auto needed = static_cast<std::size_t>(size.pixels());
+    if (scratch.numbers.count() < needed || scratch.numbers_size != size) {
+        scratch.numbers = TriangleNumbers(size);
+        scratch.numbers_size = size;
+        std::memset(scratch.numbers.data(), 0, scratch.numbers.count() * sizeof(std::uint32_t));
+    }
+    scratch.geometry.begin_view(work.scope);
+    scratch.first_triangle = 0;
+    work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
+    if (work.is_in_parts) {
+        draw_changes(work, scratch, bands);
+    } else {
+        draw_all(work, scratch, bands);
+    }
+    auto frame = acquire_frame(*options_.pool, view, FrameKind::color, snapshot_->world_ns, monotonic_ns);
+    const std::size_t row_bytes = static_cast<std::size_t>(size.width) * 4;
+    const Plane<std::uint32_t>& color = work.target->canvas.color;
+    if (color.stride() == size.width) {
+        std::memcpy(frame->mutable_bytes().data(), color.data(), row_bytes * static_cast<std::size_t>(size.height));
+    } else {
+        for (int y = 0; y < size.height; ++y)
+            std::memcpy(frame->mutable_bytes().data() + static_cast<std::size_t>(y) * row_bytes, color.row(y),
+                        row_bytes);
+    }
+    finish_color(view, *frame);
+    work.frame = std::move(frame);
+}
+
+const ViewDraw& SoftwareDrawer::add(ViewWork& work, Scratch& scratch, const ViewDraw& draw) {
+    ++work.draws;
+    work.draws_coarse += draw.level->error > 0.0f;
+    return scratch.geometry.add(draw, draw.is_static ? statics_ : movers_);
+}
+
+void SoftwareDrawer::draw_opaque(Scratch& scratch, const Canvas& canvas, std::span<const PixelRect> rects, int bands) {
+    const auto count = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
+    if (count == scratch.first_triangle || rects.empty()) return;
+    const PixelRect hull = hull_of(rects);
+    team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
+        const auto row = [&](std::size_t i) { return hull.y0 + hull.height() * static_cast<int>(i) / bands; };
+        const int y0 = row(band), y1 = row(band + 1);
+        // What was added lies in the rectangles: once for all of them.
+        find_visible(scratch.geometry, scratch.first_triangle, count - scratch.first_triangle,
+                     {hull.x0, y0, hull.x1, y1}, canvas, scratch.numbers);
+        for (const PixelRect& rect : rects)
+            shade_visible(scratch.geometry, {rect.x0, std::max(rect.y0, y0), rect.x1, std::min(rect.y1, y1)}, canvas,
+                          scratch.numbers);
+    });
+    scratch.first_triangle = count;
+}
+
+void SoftwareDrawer::draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws,
+                                  std::span<const PixelRect> rects) {
+    sort_by_distance(draws);
+    for (ViewDraw& draw : draws) draw = add(work, scratch, draw);
+    for (const PixelRect& rect : rects) {
+        for (const ViewDraw& draw : draws)
+            blend(scratch.geometry, draw.first_triangle, draw.triangle_count, rect, work.target->canvas);
+    }
+    scratch.first_triangle = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
+}
+
+void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
+    Target& target = *work.target;
+    const Layer& layer = *work.layer;
+    const Canvas& canvas = target.canvas;
+    work.rects = disjoint_cover(std::move(work.rects), max_rects);
+    const Plane<std::uint32_t>& finished = layer.finished ? layer.finished : layer.color;
+    if (target.shown_layer != layer.number) {
+        copy(finished, canvas.color);
+    } else {
+        for (const PixelRect& rect : target.changed) copy(finished, canvas.color, rect);
+    }
+    for (const PixelRect& rect : work.rects) {
+        if (layer.finished) copy(layer.color, canvas.color, rect);
+        copy(layer.depth, canvas.depth, rect);
+    }
+    target.shown_layer = layer.number;
+    target.changed.assign(work.rects.begin(), work.rects.end());
+
+    for (const ViewDraw& draw : work.movers) add(work, scratch, draw);
+    draw_opaque(scratch, canvas, work.rects, bands);
+    scratch.blended.clear();
+    for (const SoftwareItem* item : blended_statics_) {
+        auto draw = work.scope.draw_of(*item);
+        if (!draw) continue;
+        const auto bounds =
+            screen_bounds(work.scope.transform, draw->optical_from_local, item->bounds.min, item->bounds.max);
+        if (!bounds || std::ranges::none_of(work.rects, [&](const PixelRect& r) { return r.intersects(*bounds); }))
+            continue;
+        draw->is_static = true;
+        scratch.blended.push_back(*draw);
+    }
+    scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
+    draw_blended(work, scratch, scratch.blended, work.rects);
+}
+
+void SoftwareDrawer::draw_all(ViewWork& work, Scratch& scratch, int bands) {
+    Target& target = *work.target;
+    const Canvas& canvas = target.canvas;
+    const Environment& environment = *work.scope.environment;
+    std::fill_n(canvas.color.data(), canvas.color.count(), pixel_of(environment.background * environment.exposure));
+    std::fill_n(canvas.depth.data(), canvas.depth.count(), 0.0f);
+    target.shown_layer = 0;
+    const PixelRect whole = scratch.geometry.whole();
+    const std::span<const PixelRect> everywhere(&whole, 1);
+    scratch.blended.clear();
+    for (const SoftwareItem& item : statics_.items()) {
+        auto draw = work.scope.draw_of(item);
+        if (!draw) continue;
+        draw->is_static = true;
+        if (is_blended(item)) {
+            scratch.blended.push_back(*draw);
+        } else {
+            add(work, scratch, *draw);
+        }
+    }
+    if (work.layer != nullptr) {
+        draw_opaque(scratch, canvas, everywhere, bands);
+        keep(work, scratch);
+    }
+    for (const ViewDraw& draw : work.movers) add(work, scratch, draw);
+    draw_opaque(scratch, canvas, everywhere, bands);
+    scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
+    draw_blended(work, scratch, scratch.blended, everywhere);
+}
+
+void SoftwareDrawer::keep(ViewWork& work, Scratch& scratch) {
+    const Canvas& canvas = work.target->canvas;
+    const bool has_blended = !scratch.blended.empty();
+    const std::int64_t bytes = (has_blended ? 2 : 1) * canvas.color.bytes() + canvas.depth.bytes();
+    Layer& layer = *work.layer;
+    {
+        const std::lock_guard lock(layers_mutex_);
+        if (!layers_.make_room(bytes)) return;
+        layers_.charge(layer, bytes);
+        layers_.count_kept();
+        layer.number = ++layer_number_;
+    }
+    layer.color = Plane<std::uint32_t>(canvas.size);
+    layer.depth = Plane<float>(canvas.size);
+    copy(canvas.color, layer.color);
+    copy(canvas.depth, layer.depth);
+    if (!has_blended) return;
+    std::vector<ViewDraw> blended = scratch.blended;
+    const PixelRect whole = scratch.geometry.whole();
+    draw_blended(work, scratch, blended, {&whole, 1});
+    layer.finished = Plane<std::uint32_t>(canvas.size);
+    copy(canvas.color, layer.finished);
+    copy(layer.color, canvas.color);
+}
+
+void SoftwareDrawer::forget(CameraId camera) {
+    targets_.erase(camera);
+    layers_.forget(camera);
+}
+
+RenderCounters SoftwareDrawer::counters() const {
+    RenderCounters counters = layers_.counters();
+    counters.views = views_;
+    counters.views_in_parts = views_in_parts_;
+    counters.meshes_skinned = meshes_skinned_ + movers_.made();
+    counters.meshes_unseen = meshes_unseen_ + movers_.unseen();
+    counters.draws = draws_;
+    counters.draws_coarse = draws_coarse_;
+    return counters;
+}
+
+}  // namespace camrig

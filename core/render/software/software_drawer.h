@@ -1,0 +1,106 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/frame/frame_pool.h"
+#include "core/render/layer_table.h"
+#include "core/render/renderer.h"
+#include "core/render/software/rasterizer.h"
+#include "core/render/software/thread_team.h"
+
+namespace camrig {
+
+/// Colour pictures by camrig's own rasteriser: no GL, several views at once. Qualities fast and simple, triangles, no
+/// lens but the pinhole, one sample a pixel: what most cameras of a rig are. Whoever asks draws other views elsewhere.
+///
+/// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
+/// picture with what is blended over them. Each instant only the rectangles that movers touch are put back and drawn.
+/// The bytes are those of a full draw, because a pixel follows from its triangle alone (rasterizer.h).
+class SoftwareDrawer {
+public:
+    struct Options {
+        std::shared_ptr<FramePool> pool;
+        std::int64_t static_layer_bytes = 0;
+        double max_detail_error_px = 0.0;
+        int threads = 1;
+    };
+    explicit SoftwareDrawer(const Options& options);
+
+    void begin_instant(const SnapshotRef& snapshot);
+    /// Whether the colour picture of a view of the present instant can be drawn here.
+    bool can_draw(const View& view) const;
+    /// The colour frames of the views, in their order.
+    void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
+    void forget(CameraId camera);
+    RenderCounters counters() const;
+
+private:
+    /// What is kept of a camera that stands still.
+    struct Layer {
+        Plane<std::uint32_t> color;
+        Plane<float> depth;
+        Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
+        std::uint64_t number = 0;       ///< no two that were ever kept have the same; 0: nothing is kept yet
+    };
+    /// The picture of a camera, which stays from instant to instant.
+    struct Target {
+        Canvas canvas;
+        std::uint64_t shown_layer = 0;  ///< what it shows outside of `changed`; 0: nothing that is kept
+        std::vector<PixelRect> changed;
+    };
+    struct ViewWork {
+        const View* view = nullptr;
+        ViewScope scope;
+        Layer* layer = nullptr;
+        Target* target = nullptr;
+        std::vector<ViewDraw> movers, blended;
+        std::vector<PixelRect> rects;  ///< where movers are, if a layer is kept
+        FrameRef frame;
+        bool is_in_parts = false;
+        std::uint64_t draws = 0, draws_coarse = 0;
+    };
+    /// What a thread needs to draw a view.
+    struct Scratch {
+        ViewGeometry geometry;
+        std::uint32_t first_triangle = 0;  ///< of those that are not drawn yet
+        TriangleNumbers numbers;
+        ImageSize numbers_size;
+        std::vector<ViewDraw> blended;
+    };
+
+    void prepare(const View& view, ViewWork& work);
+    void deform_seen(std::span<ViewWork* const> works);
+    void draw_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns);
+    void draw_changes(ViewWork& work, Scratch& scratch, int bands);
+    void draw_all(ViewWork& work, Scratch& scratch, int bands);
+    const ViewDraw& add(ViewWork& work, Scratch& scratch, const ViewDraw& draw);
+    /// Draws what was added since the last time.
+    void draw_opaque(Scratch& scratch, const Canvas& canvas, std::span<const PixelRect> rects, int bands);
+    void draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws, std::span<const PixelRect> rects);
+    /// The canvas holds the opaque statics: keeps them, and how they look with what is blended over them.
+    void keep(ViewWork& work, Scratch& scratch);
+
+    Options options_;
+    ThreadTeam team_;
+    SoftwareModels models_;
+    SoftwareItems statics_, movers_;
+    std::vector<const SoftwareItem*> blended_statics_;
+    SnapshotRef snapshot_;
+    std::shared_ptr<const StaticSet> static_set_;
+    std::uint64_t statics_number_ = 0, layer_number_ = 0;
+    LayerTable<Layer> layers_;
+    std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
+    std::map<CameraId, Target> targets_;
+    std::deque<ViewWork> works_;
+    std::vector<ViewWork*> in_work_;
+    std::deque<Scratch> scratch_;
+    std::vector<const SoftwareItem*> unmade_;
+    std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
+    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
+};
+
+}  // namespace camrig
