@@ -122,7 +122,7 @@ def _stages(run: runs.Realtime) -> str:
     stages = run.reading.stages
     rows = [[name, s["count"], *(f"{s[key]:.2f}" for key in ("mean_ms", "p50_ms", "p99_ms", "p999_ms", "max_ms"))] for name, s in stages.items() if s["count"]]
     kept = ", ".join(f"{name} {value}" for name, value in run.reading.renderer.items())
-    return ("\n\nStages of the run with 12 cameras (ms; `wakeup`, `world`, `submit`, `collect` and `publish` are per instant, `convert` and `encode` per picture; since the rig's start, "
+    return ("\n\nStages of the run with 12 cameras (ms; `wakeup` and `world` are per instant, `submit`, `collect` and `publish` per turn of it, `convert` and `encode` per picture; since the rig's start, "
             "first pictures included):\n\n" + table(["stage", "count", "mean", "p50", "p99", "p99.9", "max"], rows) + f"\n\nWhat its renderer kept and saved: {kept}."
             + figure("stages", "Stages of 12 cameras, median, per instant",
-                     stacked(["12 cameras"], {name: [s["p50_ms"] * s["count"] / max(1, stages["submit"]["count"])] for name, s in stages.items() if s["count"] and name != "wakeup"}, "ms")))
+                     stacked(["12 cameras"], {name: [s["p50_ms"] * s["count"] / max(1, stages["wakeup"]["count"])] for name, s in stages.items() if s["count"] and name != "wakeup"}, "ms")))
