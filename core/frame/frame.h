@@ -52,6 +52,11 @@ public:
     std::span<const std::byte> bytes() const { return bytes_; }
     /// For the maker of the frame only, before it is shared.
     std::span<std::byte> mutable_bytes() { return bytes_; }
+    void mark_changes(std::int64_t same_as, const ChangedRows& rows) {
+        info_.same_as = same_as;
+        info_.changed_rows = rows;
+    }
+    void mark_changed(int first_row, int end_row) { info_.changed_rows.add(first_row, end_row); }
     std::vector<std::byte> take_bytes() && { return std::move(bytes_); }
 
 private:

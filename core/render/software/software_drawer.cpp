@@ -107,6 +107,8 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.blended.clear();
     work.rects.clear();
     work.draws = work.draws_coarse = 0;
+    work.same_as = -1;
+    work.changed_rows.clear();
     for (const SoftwareItem& item : movers_.items()) {
         auto draw = work.scope.draw_of(item);
         if (!draw) continue;
@@ -176,6 +178,9 @@ void SoftwareDrawer::draw_view(ViewWork& work, Scratch& scratch, int bands, Time
         draw_all(work, scratch, bands);
     }
     auto frame = acquire_frame(*options_.pool, view, FrameKind::color, snapshot_->world_ns, monotonic_ns);
+    // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
+    frame->mark_changes(work.same_as, work.changed_rows);
+    work.target->sequence = view.sequence;
     const std::size_t row_bytes = static_cast<std::size_t>(size.width) * 4;
     const Plane<std::uint32_t>& color = work.target->canvas.color;
     if (color.stride() == size.width) {
@@ -232,7 +237,12 @@ void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
     if (target.shown_layer != layer.number) {
         copy(finished, canvas.color);
     } else {
-        for (const PixelRect& rect : target.changed) copy(finished, canvas.color, rect);
+        work.same_as = target.sequence;
+        for (const PixelRect& rect : target.changed) {
+            copy(finished, canvas.color, rect);
+            work.changed_rows.add(rect.y0, rect.y1);
+        }
+        for (const PixelRect& rect : work.rects) work.changed_rows.add(rect.y0, rect.y1);
     }
     for (const PixelRect& rect : work.rects) {
         if (layer.finished) copy(layer.color, canvas.color, rect);

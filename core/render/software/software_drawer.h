@@ -51,6 +51,7 @@ private:
         Canvas canvas;
         std::uint64_t shown_layer = 0;  ///< what it shows outside of `changed`; 0: nothing that is kept
         std::vector<PixelRect> changed;
+        std::int64_t sequence = -1;  ///< of the frame that showed it last
     };
     struct ViewWork {
         const View* view = nullptr;
@@ -61,6 +62,8 @@ private:
         std::vector<PixelRect> rects;  ///< where movers are, if a layer is kept
         FrameRef frame;
         bool is_in_parts = false;
+        std::int64_t same_as = -1;  ///< as of FrameInfo
+        ChangedRows changed_rows;
         std::uint64_t draws = 0, draws_coarse = 0;
     };
     /// What a thread needs to draw a view.
