@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include <gtest/gtest.h>
 
@@ -44,7 +45,9 @@ std::array<int, 4> Picture::at(int x, int y) const {
 
 Renderer& cpu_renderer() {
     static const std::unique_ptr<Renderer> renderer = [] {
-        auto made = create_renderer({.device = "cpu", .pool = std::make_shared<FramePool>()});
+        const char* const device = std::getenv("CAMRIG_TEST_DEVICE");
+        auto made =
+            create_renderer({.device = device != nullptr ? device : "cpu", .pool = std::make_shared<FramePool>()});
         if (!made) throw std::runtime_error(made.error().message);
         return std::move(*made);
     }();

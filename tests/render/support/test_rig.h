@@ -30,7 +30,8 @@ struct Picture {
     int red(int x, int y) const { return at(x, y)[0]; }
 };
 
-/// The renderer on the CPU device; one per test program (contexts are slow to make).
+/// The renderer of the device that CAMRIG_TEST_DEVICE names, "cpu" if it names none; one per test program (contexts are
+/// slow to make).
 Renderer& cpu_renderer();
 
 Picture draw(const TestWorld& world, const TestCamera& camera);
