@@ -61,6 +61,25 @@ struct ClippedCorner {
     glm::dvec3 shares;
 };
 
+/// Fills in a triangle of these corners; false if it shows no pixel. Half of all triangles show their backs and most of
+/// far people's lie between the pixels: no branch would guess which.
+bool make_triangle(const ViewDraw& draw, const ScreenVertex* vertices, const std::array<std::uint32_t, 3>& corners,
+                   ScreenTriangle& triangle) {
+    const ScreenVertex &a = vertices[corners[0]], &b = vertices[corners[1]], &c = vertices[corners[2]];
+    const auto has_middles = [](std::int32_t p, std::int32_t q, std::int32_t r) {
+        return (std::max(p, std::max(q, r)) & -subpixels) >= std::min(p, std::min(q, r));
+    };
+    const std::int64_t area = std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{c.x - a.x} * (b.y - a.y);
+    // Rows run down, so what is counter-clockwise in the world is negative here.
+    const bool is_turned = area < 0, is_front = is_turned != draw.item->is_mirrored;
+    triangle.vertices = {corners[0], corners[is_turned ? 2 : 1], corners[is_turned ? 1 : 2]};
+    triangle.is_front = is_front;
+    triangle.inverse_area = static_cast<double>(is_turned ? -area : area);
+    const bool is_seen = is_front || draw.primitive->material->double_sided;
+    return (static_cast<int>(is_seen) & static_cast<int>(area != 0) & static_cast<int>(has_middles(a.x, b.x, c.x)) &
+            static_cast<int>(has_middles(a.y, b.y, c.y))) != 0;
+}
+
 }  // namespace
 
 void ViewGeometry::begin_view(const ViewScope& scope) {
@@ -196,40 +215,31 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
     }
 }
 
-void ViewGeometry::assemble(ViewDraw& draw) {
+void ViewGeometry::assemble(const ViewDraw& draw) {
     constexpr unsigned beside = outside_left | outside_right | outside_top | outside_bottom | outside_near;
     const std::vector<std::uint32_t>& indices = draw.level->indices;
+    const std::size_t first = triangles_.size();
+    triangles_.resize(first + indices.size() / 3);
+    ScreenTriangle* next = triangles_.data() + first;
+    to_clip_.clear();
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
         const std::array<std::uint32_t, 3> corners{indices[i], indices[i + 1], indices[i + 2]};
         const unsigned a = outside_[corners[0]], b = outside_[corners[1]], c = outside_[corners[2]];
         if ((a & b & c & beside) != 0) continue;
         if (((a | b | c) & (outside_near | outside_guard)) != 0) {
-            clip(draw, corners);
-        } else {
-            add_triangle(
-                draw, {draw.first_vertex + corners[0], draw.first_vertex + corners[1], draw.first_vertex + corners[2]});
+            to_clip_.push_back(corners);
+            continue;
         }
+        next += make_triangle(
+            draw, vertices_.data(),
+            {draw.first_vertex + corners[0], draw.first_vertex + corners[1], draw.first_vertex + corners[2]}, *next);
     }
-}
-
-void ViewGeometry::add_triangle(const ViewDraw& draw, const std::array<std::uint32_t, 3>& vertices) {
-    const ScreenVertex &a = vertices_[vertices[0]], &b = vertices_[vertices[1]], &c = vertices_[vertices[2]];
-    // No middle of a pixel inside: most triangles of far people.
-    const auto is_between = [](std::int32_t p, std::int32_t q, std::int32_t r) {
-        return (std::max({p, q, r}) & -subpixels) < std::min({p, q, r});
-    };
-    if (is_between(a.x, b.x, c.x) || is_between(a.y, b.y, c.y)) return;
-    const std::int64_t area = std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{c.x - a.x} * (b.y - a.y);
-    if (area == 0) return;
-    // Rows run down, so what is counter-clockwise in the world is negative here.
-    const bool is_front = (area < 0) != draw.item->is_mirrored;
-    if (!is_front && !draw.primitive->material->double_sided) return;
-    ScreenTriangle& triangle = triangles_.emplace_back();
-    triangle.vertices = vertices;
-    if (area < 0) std::swap(triangle.vertices[1], triangle.vertices[2]);
-    triangle.draw = static_cast<std::uint32_t>(draws_.size()) & 0x7FFFFFFFu;
-    triangle.is_front = is_front;
-    triangle.inverse_area = 1.0 / static_cast<double>(std::abs(area));
+    triangles_.resize(static_cast<std::size_t>(next - triangles_.data()));
+    for (const auto& corners : to_clip_) clip(draw, corners);
+    for (std::size_t i = first; i < triangles_.size(); ++i) {
+        triangles_[i].draw = static_cast<std::uint32_t>(draws_.size()) & 0x7FFFFFFFu;
+        triangles_[i].inverse_area = 1.0 / triangles_[i].inverse_area;
+    }
 }
 
 VertexValues ViewGeometry::values_of(const ViewDraw& draw, std::uint32_t vertex) const {
@@ -304,7 +314,11 @@ void ViewGeometry::clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>
             made.ambient += values[k].ambient * share;
         }
     }
-    for (std::uint32_t i = 2; i < count; ++i) add_triangle(draw, {first, first + i - 1, first + i});
+    for (std::uint32_t i = 2; i < count; ++i) {
+        ScreenTriangle triangle;
+        if (make_triangle(draw, vertices_.data(), {first, first + i - 1, first + i}, triangle))
+            triangles_.push_back(triangle);
+    }
 }
 
 }  // namespace camrig

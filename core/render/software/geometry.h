@@ -122,9 +122,8 @@ private:
     const SurfaceLights* lights_of(const LightSet& set);
     void project(const ViewDraw& draw);
     void light_vertices(ViewDraw& draw);
-    void assemble(ViewDraw& draw);
+    void assemble(const ViewDraw& draw);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
-    void add_triangle(const ViewDraw& draw, const std::array<std::uint32_t, 3>& vertices);
     ScreenVertex on_screen(const glm::dvec3& p) const;
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
@@ -136,6 +135,7 @@ private:
     std::vector<ScreenVertex> vertices_;
     std::vector<std::uint8_t> outside_;  ///< per vertex of the draw: which planes it is beyond
     std::vector<ScreenTriangle> triangles_;
+    std::vector<std::array<std::uint32_t, 3>> to_clip_;
     std::vector<VertexValues> clipped_;
     std::vector<VertexLight> vertex_lights_;
 };

@@ -290,8 +290,13 @@ struct Rgba {
 using Texel4 = float __attribute__((vector_size(16)));
 
 CAMRIG_LANES Texel4 loaded(const Texel& texel) {
-    using Stored = std::uint16_t __attribute__((vector_size(8)));
-    return __builtin_convertvector(std::bit_cast<Stored>(texel), Texel4);
+    // 16 bits to 32 by zeros between them: the compiler converts such short vectors one by one.
+    using Halves = std::uint16_t __attribute__((vector_size(16)));
+    using Words = std::int32_t __attribute__((vector_size(16)));
+    using Pair = std::int64_t __attribute__((vector_size(16)));
+    const auto halves = reinterpret_cast<Halves>(Pair{std::bit_cast<std::int64_t>(texel), 0});
+    return __builtin_convertvector(
+        reinterpret_cast<Words>(__builtin_shufflevector(halves, Halves{}, 0, 8, 1, 8, 2, 8, 3, 8)), Texel4);
 }
 
 /// The two texels beside a coordinate, with the share of the second.
@@ -486,6 +491,44 @@ CAMRIG_LANES void store(std::uint32_t* row, int x, IntLanes mask, IntLanes value
     *at = mask ? values : *at;
 }
 
+/// find_visible for a triangle of few pixels, as most of people's are: false if it has more. The same arithmetic.
+CAMRIG_LANES bool find_small(const Setup& s, const PixelRect& rect, const Canvas& canvas,
+                             const TriangleNumbers& numbers, std::uint32_t number) {
+    constexpr int bits = 8, side = 4;
+    const ScreenVertex &a = *s.at[0], &b = *s.at[1], &c = *s.at[2];
+    const std::int32_t least_x = std::min(a.x, std::min(b.x, c.x)), most_x = std::max(a.x, std::max(b.x, c.x));
+    const std::int32_t least_y = std::min(a.y, std::min(b.y, c.y)), most_y = std::max(a.y, std::max(b.y, c.y));
+    if (most_x - least_x >= side * subpixels || most_y - least_y >= side * subpixels) return false;
+    const int x0 = std::max(rect.x0, (least_x + subpixels - 1) >> bits), x1 = std::min(rect.x1, (most_x >> bits) + 1);
+    const int y0 = std::max(rect.y0, (least_y + subpixels - 1) >> bits), y1 = std::min(rect.y1, (most_y >> bits) + 1);
+    if (x0 >= x1 || y0 >= y1) return true;
+    const int first = x0 & -lane_count;
+    if (first != ((x1 - 1) & -lane_count)) return false;
+    const DepthPlane depth = depth_plane(s);
+    std::array<std::int32_t, 3> row{}, bias{};  // at the first pixel of the group
+    for (std::size_t i = 0; i < 3; ++i) {
+        bias[i] = s.dy[i] < 0 || (s.dy[i] == 0 && s.dx[i] > 0) ? 0 : -1;
+        row[i] = static_cast<std::int32_t>(edge(s, i, std::int64_t{first} * subpixels, std::int64_t{y0} * subpixels));
+    }
+    for (int y = y0; y < y1; ++y) {
+        const float base = static_cast<float>(depth.base + static_cast<double>(row[1]) * depth.second +
+                                              static_cast<double>(row[2]) * depth.third);
+        float* const kept = canvas.depth.row(y);
+        for (int x = x0; x < x1; ++x) {
+            const std::int32_t steps = (x - first) * subpixels;
+            const std::int32_t outside = (row[0] + bias[0] - s.dy[0] * steps) | (row[1] + bias[1] - s.dy[1] * steps) |
+                                         (row[2] + bias[2] - s.dy[2] * steps);
+            if (outside < 0) continue;
+            const float z = base + static_cast<float>(x - first) * depth.dx;
+            if (!(z > kept[x])) continue;
+            kept[x] = z;
+            numbers.row(y)[x] = number;
+        }
+        for (std::size_t i = 0; i < 3; ++i) row[i] += s.dx[i] * subpixels;
+    }
+    return true;
+}
+
 CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                                     const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers) {
     const ScreenVertex* const vertices = geometry.vertices().data();
@@ -495,6 +538,7 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
         const Material& material = *draw.primitive->material;
         const bool is_masked = material.alpha_mode == AlphaMode::mask;
         const Setup s = set_up(vertices, triangle);
+        if (!is_masked && find_small(s, rect, canvas, numbers, i + 1)) continue;
         rasterize(s, rect, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             auto* const kept = reinterpret_cast<Lanes*>(canvas.depth.row(y) + x);
             mask &= depth > *kept;
