@@ -16,27 +16,42 @@ Result<void> CpuRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std:
     Instant instant;
     instant.world_ns = snapshot->world_ns;
     instant.monotonic_ns = monotonic_ns;
-    std::vector<const View*> drawn_here;
+    instant.order.reserve(views.size());
+    instant.frames.reserve(views.size());
+    drawn_here_.clear();
     for (const View& view : views) {
         instant.order.push_back(view.camera);
         const bool is_here = wants(view, FrameKind::color) && drawer_.can_draw(view);
-        if (is_here) drawn_here.push_back(&view);
-        View rest = view;
-        if (is_here) rest.kinds[static_cast<int>(FrameKind::color)] = false;
-        if (std::ranges::any_of(rest.kinds, std::identity{})) instant.rest.push_back(std::move(rest));
+        if (is_here) drawn_here_.push_back(&view);
+        const auto wanted = std::ranges::count(view.kinds, true);
+        if (wanted == (is_here ? 1 : 0)) continue;
+        instant.rest.push_back(view);
+        if (is_here) instant.rest.back().kinds[static_cast<int>(FrameKind::color)] = false;
     }
     if (!instant.rest.empty()) {
-        if (other_ == nullptr) {
-            auto made = make_other_();
-            if (!made) return std::unexpected(made.error());
-            other_ = std::move(*made);
+        if (auto asked = ask_other(snapshot, monotonic_ns, instant.rest); asked) {
+            instant.asks_other = true;
+        } else {
+            for (const View& view : instant.rest)
+                instant.failures.push_back({view.camera, at(*view.name, asked.error()).error()});
         }
-        if (auto asked = other_->submit(snapshot, monotonic_ns, instant.rest); !asked) return asked;
-        instant.asks_other = true;
     }
-    drawer_.draw(drawn_here, monotonic_ns, instant.frames);
+    drawer_.draw(drawn_here_, monotonic_ns, instant.frames);
     submitted_.push_back(std::move(instant));
     return {};
+}
+
+Result<void> CpuRenderer::ask_other(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
+    if (other_ == nullptr && !other_failed_) {
+        auto made = make_other_();
+        if (made) {
+            other_ = std::move(*made);
+        } else {
+            other_failed_ = made.error();
+        }
+    }
+    if (other_ == nullptr) return std::unexpected(*other_failed_);
+    return other_->submit(std::move(snapshot), monotonic_ns, views);
 }
 
 Result<Renderer::Finished> CpuRenderer::collect() {
@@ -48,10 +63,11 @@ Result<Renderer::Finished> CpuRenderer::collect() {
     finished.set.world_ns = instant.world_ns;
     finished.set.monotonic_ns = instant.monotonic_ns;
     finished.set.frames = std::move(instant.frames);
+    finished.failures = std::move(instant.failures);
     if (!instant.asks_other) return finished;
     auto others = other_->collect();
     if (!others) return std::unexpected(others.error());
-    finished.failures = std::move(others->failures);
+    finished.failures.insert(finished.failures.end(), others->failures.begin(), others->failures.end());
     auto& frames = finished.set.frames;
     frames.insert(frames.end(), others->set.frames.begin(), others->set.frames.end());
     const auto place = [&](const FrameRef& frame) {

@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <functional>
+#include <optional>
 
 #include "core/base/thread_check.h"
 #include "core/render/software/software_drawer.h"
@@ -34,10 +35,14 @@ private:
         bool asks_other = false;
     };
 
+    Result<void> ask_other(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views);
+
     SoftwareDrawer drawer_;
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
+    std::optional<Error> other_failed_;  ///< why it could not be made
     SnapshotRef snapshot_;
+    std::vector<const View*> drawn_here_;
     std::deque<Instant> submitted_;
     ThreadCheck thread_;
 };
