@@ -1,140 +1,169 @@
+#include <array>
 #include <cmath>
-#include <csetjmp>
 #include <limits>
+#include <memory>
+#include <span>
 #include <string>
 
-#include <png.h>
+#include <libdeflate.h>
 
 #include "core/codec/bytes_recycler.h"
 #include "core/codec/encoder.h"
 
+// PNG (ISO/IEC 15948): signature, IHDR, sRGB where it is a picture to be looked at, one IDAT, IEND.
+//
+// The rows are written here and compressed by libdeflate in one piece: half the time of libpng with zlib and 5 % fewer
+// bytes (decision 0070). Every row is filtered by "sub", the difference to the pixel on the left: rendered pictures are
+// smooth, and a search among all filters costs more than it saves.
 namespace camrig {
 namespace {
 
-/// All that one PNG needs. Kept outside the function that calls setjmp, so that nothing of it lives on the stack that
-/// libpng's longjmp jumps over.
-struct Job {
-    ImageSize size;
-    const std::byte* pixels = nullptr;
-    int pixel_bytes = 0;  ///< of a pixel in `pixels`
-    int color_type = PNG_COLOR_TYPE_RGB;
-    int bit_depth = 8;
-    bool bgr = false;
-    int level = 1;
-    std::vector<std::byte>* out = nullptr;
-    std::string message;
-    std::jmp_buf failed;
+constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr std::uint8_t gray_color = 0, rgb_color = 2;
+constexpr std::uint8_t perceptual_intent = 0;
+constexpr std::uint8_t sub_filter = 1;
+
+using Bytes = std::vector<std::byte>;
+
+struct Compressor {
+    void operator()(libdeflate_compressor* compressor) const { libdeflate_free_compressor(compressor); }
 };
 
-void on_write(png_structp png, png_bytep data, png_size_t length) {
-    auto& out = *static_cast<Job*>(png_get_io_ptr(png))->out;
-    const auto* const bytes = reinterpret_cast<const std::byte*>(data);
-    out.insert(out.end(), bytes, bytes + length);
-}
-void on_flush(png_structp) {}
-void on_error(png_structp png, png_const_charp message) {
-    auto& job = *static_cast<Job*>(png_get_error_ptr(png));
-    job.message = message;
-    std::longjmp(job.failed, 1);
-}
-void on_warning(png_structp, png_const_charp) {}
+/// Writes one row for the compressor: filter type, then of each pixel the difference to the one on its left.
+using FilterRow = void (*)(const std::uint8_t* pixels, int width, std::uint8_t* out);
 
-void write_rows(png_structp png, png_infop info, const Job& job) {
-    png_set_write_fn(png, const_cast<Job*>(&job), on_write, on_flush);
-    // Rendered pictures are smooth: "sub" (difference to the left neighbour) compresses nearly as well as libpng's
-    // search among all filters and costs a fraction of it. At level 0 nothing is gained by any.
-    png_set_filter(png, PNG_FILTER_TYPE_BASE, job.level == 0 ? PNG_FILTER_NONE : PNG_FILTER_SUB);
-    png_set_compression_level(png, job.level);
-    png_set_compression_buffer_size(png, 1 << 16);
-    png_set_IHDR(png, info, static_cast<png_uint_32>(job.size.width), static_cast<png_uint_32>(job.size.height),
-                 job.bit_depth, job.color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
-    if (job.bit_depth == 8) png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-    png_write_info(png, info);
-    if (job.pixel_bytes == 4) png_set_filler(png, 0, PNG_FILLER_AFTER);
-    if (job.bgr) png_set_bgr(png);
-    const auto row_bytes = static_cast<std::ptrdiff_t>(job.size.width) * job.pixel_bytes;
-    for (int y = 0; y < job.size.height; ++y) {
-        png_write_row(png, reinterpret_cast<png_const_bytep>(job.pixels + y * row_bytes));
+template <int in_bytes, int out_bytes, bool is_reversed = false>
+void filter_row(const std::uint8_t* pixels, int width, std::uint8_t* out) {
+    const auto from = [](int i) { return is_reversed ? out_bytes - 1 - i : i; };
+    *out++ = sub_filter;
+    for (int i = 0; i < out_bytes; ++i) out[i] = pixels[from(i)];
+    for (int x = 1; x < width; ++x) {
+        const std::uint8_t* const left = pixels + static_cast<std::ptrdiff_t>(x - 1) * in_bytes;
+        std::uint8_t* const filtered = out + static_cast<std::ptrdiff_t>(x) * out_bytes;
+        for (int i = 0; i < out_bytes; ++i)
+            filtered[i] = static_cast<std::uint8_t>(left[in_bytes + from(i)] - left[from(i)]);
     }
-    png_write_end(png, info);
 }
 
-bool write_png(Job& job) {
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
-    png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-    if (info == nullptr) {
-        png_destroy_write_struct(&png, nullptr);
-        job.message = "out of memory";
-        return false;
-    }
-    if (setjmp(job.failed) != 0) {
-        png_destroy_write_struct(&png, &info);
-        return false;
-    }
-    write_rows(png, info, job);
-    png_destroy_write_struct(&png, &info);
-    return true;
-}
+/// What is to be encoded, as it lies in memory.
+struct Picture {
+    ImageSize size;
+    const std::byte* pixels = nullptr;
+    int in_bytes = 0;   ///< of a pixel
+    int out_bytes = 0;  ///< of a pixel in the file
+    FilterRow filter = nullptr;
+    std::uint8_t bit_depth = 8;
+    std::uint8_t color = rgb_color;
+};
 
 void put_u16(std::byte* out, std::uint32_t value) {
     out[0] = static_cast<std::byte>(value >> 8);
     out[1] = static_cast<std::byte>(value & 255U);
 }
 
+void put_u32(std::byte* out, std::uint32_t value) {
+    put_u16(out, value >> 16);
+    put_u16(out + 2, value & 0xffffU);
+}
+
+void append(Bytes& out, std::span<const std::uint8_t> bytes) {
+    const auto* const data = reinterpret_cast<const std::byte*>(bytes.data());
+    out.insert(out.end(), data, data + bytes.size());
+}
+
+/// Makes a chunk of what `out` has from `start` on: room for a length, four letters, data.
+void finish_chunk(Bytes& out, std::size_t start, std::string_view type) {
+    put_u32(out.data() + start, static_cast<std::uint32_t>(out.size() - start - 8));
+    for (std::size_t i = 0; i < 4; ++i) out[start + 4 + i] = static_cast<std::byte>(type[i]);
+    const std::uint32_t crc = libdeflate_crc32(0, out.data() + start + 4, out.size() - start - 4);
+    out.resize(out.size() + 4);
+    put_u32(out.data() + out.size() - 4, crc);
+}
+
+void append_chunk(Bytes& out, std::string_view type, std::span<const std::uint8_t> data) {
+    const std::size_t start = out.size();
+    out.resize(start + 8);
+    append(out, data);
+    finish_chunk(out, start, type);
+}
+
+void append_header(Bytes& out, const Picture& picture) {
+    std::array<std::byte, 8> size{};
+    put_u32(size.data(), static_cast<std::uint32_t>(picture.size.width));
+    put_u32(size.data() + 4, static_cast<std::uint32_t>(picture.size.height));
+    std::array<std::uint8_t, 13> header{};  // the last three: deflate, the five filters, not interlaced
+    for (std::size_t i = 0; i < size.size(); ++i) header[i] = static_cast<std::uint8_t>(size[i]);
+    header[8] = picture.bit_depth;
+    header[9] = picture.color;
+    append_chunk(out, "IHDR", header);
+}
+
 class PngEncoder : public Encoder {
 public:
-    explicit PngEncoder(int level) { job_.level = level; }
+    using CompressorPtr = std::unique_ptr<libdeflate_compressor, Compressor>;
+    explicit PngEncoder(CompressorPtr compressor) : compressor_(std::move(compressor)) {}
 
     Result<BytesRef> encode(const Frame& frame) override {
-        if (auto good = prepare(frame); !good) return std::unexpected(good.error());
+        auto picture = picture_of(frame);
+        if (!picture) return std::unexpected(picture.error());
         auto out = recycler_.acquire();
-        job_.out = out.get();
-        if (!write_png(job_)) return error(ErrorKind::internal, "png: " + job_.message);
+        append(*out, signature);
+        append_header(*out, *picture);
+        if (picture->bit_depth == 8) append_chunk(*out, "sRGB", std::array{perceptual_intent});
+        append_pixels(*out, *picture);
+        append_chunk(*out, "IEND", {});
         return out;
     }
 
 private:
-    Result<void> prepare(const Frame& frame) {
+    void append_pixels(Bytes& out, const Picture& picture) {
+        const auto width = static_cast<std::size_t>(picture.size.width);
+        const std::size_t row_bytes = 1 + width * static_cast<std::size_t>(picture.out_bytes);
+        const std::size_t in_row_bytes = width * static_cast<std::size_t>(picture.in_bytes);
+        rows_.resize(row_bytes * static_cast<std::size_t>(picture.size.height));
+        const auto* pixels = reinterpret_cast<const std::uint8_t*>(picture.pixels);
+        for (std::size_t at = 0; at < rows_.size(); at += row_bytes, pixels += in_row_bytes)
+            picture.filter(pixels, picture.size.width, rows_.data() + at);
+
+        const std::size_t start = out.size(), data = start + 8;
+        out.resize(data + libdeflate_zlib_compress_bound(compressor_.get(), rows_.size()));
+        const std::size_t length = libdeflate_zlib_compress(compressor_.get(), rows_.data(), rows_.size(),
+                                                            out.data() + data, out.size() - data);
+        CHECK(length > 0);
+        out.resize(data + length);
+        finish_chunk(out, start, "IDAT");
+    }
+
+    Result<Picture> picture_of(const Frame& frame) {
         const FrameInfo& info = frame.info();
         if (info.size.width < 1 || info.size.height < 1) {
             return error(ErrorKind::invalid_argument, "png: no picture of " + info.size.to_string());
         }
-        job_.size = info.size;
-        job_.pixels = frame.bytes().data();
-        job_.bgr = info.format == PixelFormat::bgr24;
-        job_.bit_depth = 8;
-        job_.color_type = PNG_COLOR_TYPE_RGB;
+        const std::byte* const pixels = frame.bytes().data();
         switch (info.format) {
             case PixelFormat::rgba8:
-                job_.pixel_bytes = 4;
-                return {};
+                return Picture{info.size, pixels, 4, 3, filter_row<4, 3>};
             case PixelFormat::rgb24:
+                return Picture{info.size, pixels, 3, 3, filter_row<3, 3>};
             case PixelFormat::bgr24:
-                job_.pixel_bytes = 3;
-                return {};
+                return Picture{info.size, pixels, 3, 3, filter_row<3, 3, true>};
             case PixelFormat::gray8:
-                job_.pixel_bytes = 1;
-                job_.color_type = PNG_COLOR_TYPE_GRAY;
-                return {};
+                return Picture{info.size, pixels, 1, 1, filter_row<1, 1>, 8, gray_color};
             case PixelFormat::depth32f:
-                return prepare_depth(frame);
+                return depth_picture(frame);
             case PixelFormat::id32:
-                return prepare_ids(frame);
+                return id_picture(frame);
             default:
                 return error(ErrorKind::unsupported, "png: cannot encode " + std::string(to_string(info.format)) +
                                                          "; it takes rgba8, rgb24, bgr24, gray8, depth32f and id32");
         }
     }
 
-    void use_gray16() {
-        job_.pixels = gray16_.data();
-        job_.pixel_bytes = 2;
-        job_.bit_depth = 16;
-        job_.color_type = PNG_COLOR_TYPE_GRAY;
+    Picture gray16_picture(ImageSize size) const {
+        return Picture{size, gray16_.data(), 2, 2, filter_row<2, 2>, 16, gray_color};
     }
 
-    Result<void> prepare_depth(const Frame& frame) {
+    Result<Picture> depth_picture(const Frame& frame) {
         const auto* const metres = reinterpret_cast<const float*>(frame.bytes().data());
         const auto pixels = static_cast<std::size_t>(frame.info().size.pixels());
         gray16_.resize(pixels * 2);
@@ -143,11 +172,10 @@ private:
             const bool shown = mm > 0 && mm <= std::numeric_limits<std::uint16_t>::max();  // false for NaN
             put_u16(gray16_.data() + 2 * i, shown ? static_cast<std::uint32_t>(mm) : 0U);
         }
-        use_gray16();
-        return {};
+        return gray16_picture(frame.info().size);
     }
 
-    Result<void> prepare_ids(const Frame& frame) {
+    Result<Picture> id_picture(const Frame& frame) {
         const auto* const ids = reinterpret_cast<const std::uint32_t*>(frame.bytes().data());
         const auto pixels = static_cast<std::size_t>(frame.info().size.pixels());
         gray16_.resize(pixels * 2);
@@ -158,12 +186,12 @@ private:
             }
             put_u16(gray16_.data() + 2 * i, ids[i]);
         }
-        use_gray16();
-        return {};
+        return gray16_picture(frame.info().size);
     }
 
-    Job job_;
-    std::vector<std::byte> gray16_;
+    CompressorPtr compressor_;
+    Bytes gray16_;                    ///< of ids and depth
+    std::vector<std::uint8_t> rows_;  ///< filtered
     BytesRecycler recycler_;
 };
 
@@ -174,7 +202,9 @@ Result<std::unique_ptr<Encoder>> create_png_encoder(int level) {
         return error(ErrorKind::invalid_argument,
                      "png: level is " + std::to_string(level) + "; it goes from 0 (stored) to 9 (smallest)");
     }
-    return std::make_unique<PngEncoder>(level);
+    PngEncoder::CompressorPtr compressor(libdeflate_alloc_compressor(level));
+    if (!compressor) return error(ErrorKind::resource_exhausted, "png: no memory for the compressor");
+    return std::make_unique<PngEncoder>(std::move(compressor));
 }
 
 }  // namespace camrig

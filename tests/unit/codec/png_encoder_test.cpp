@@ -28,7 +28,9 @@ struct Source {
     std::size_t at = 0;
 };
 
-std::vector<std::uint16_t> decode_gray16(const std::vector<std::byte>& bytes, ImageSize size) {
+/// Opens for reading, through libpng's full interface, what `use` then looks at.
+template <typename Use>
+void read_with_libpng(const std::vector<std::byte>& bytes, Use use) {
     Source source{&bytes};
     png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
     png_infop info = png_create_info_struct(png);
@@ -38,16 +40,31 @@ std::vector<std::uint16_t> decode_gray16(const std::vector<std::byte>& bytes, Im
         from.at += length;
     });
     png_read_info(png, info);
-    EXPECT_EQ(png_get_bit_depth(png, info), 16);
-    EXPECT_EQ(png_get_color_type(png, info), PNG_COLOR_TYPE_GRAY);
-    png_set_swap(png);
-    std::vector<std::uint16_t> pixels(static_cast<std::size_t>(size.pixels()));
-    for (int y = 0; y < size.height; ++y) {
-        png_read_row(png, reinterpret_cast<png_bytep>(pixels.data() + static_cast<std::ptrdiff_t>(y) * size.width),
-                     nullptr);
-    }
+    use(png, info);
     png_destroy_read_struct(&png, &info, nullptr);
+}
+
+std::vector<std::uint16_t> decode_gray16(const std::vector<std::byte>& bytes, ImageSize size) {
+    std::vector<std::uint16_t> pixels(static_cast<std::size_t>(size.pixels()));
+    read_with_libpng(bytes, [&](png_structp png, png_infop info) {
+        EXPECT_EQ(png_get_bit_depth(png, info), 16);
+        EXPECT_EQ(png_get_color_type(png, info), PNG_COLOR_TYPE_GRAY);
+        png_set_swap(png);
+        for (int y = 0; y < size.height; ++y) {
+            png_read_row(png, reinterpret_cast<png_bytep>(pixels.data() + static_cast<std::ptrdiff_t>(y) * size.width),
+                         nullptr);
+        }
+    });
     return pixels;
+}
+
+bool says_srgb(const std::vector<std::byte>& bytes) {
+    bool says = false;
+    read_with_libpng(bytes, [&](png_structp png, png_infop info) {
+        int intent = -1;
+        says = png_get_sRGB(png, info, &intent) != 0 && intent == PNG_sRGB_INTENT_PERCEPTUAL;
+    });
+    return says;
 }
 
 template <typename T>
@@ -117,6 +134,21 @@ TEST(PngEncoder, IdsComeBackExactlyAndAreNeverCut) {
     const auto refused = encoder->encode(frame_of(PixelFormat::id32, {1, 1}, std::vector<std::uint32_t>{65536}));
     EXPECT_EQ(refused.error().kind, ErrorKind::unsupported);
     EXPECT_NE(refused.error().message.find("65536"), std::string::npos);
+}
+
+TEST(PngEncoder, PicturesToLookAtAreSrgbAndNumbersAreNot) {
+    auto encoder = create_png_encoder().value();
+    EXPECT_TRUE(says_srgb(*encoder->encode(test::smooth({16, 16})).value()));
+    const auto ids = frame_of(PixelFormat::id32, {2, 1}, std::vector<std::uint32_t>{1, 2});
+    EXPECT_FALSE(says_srgb(*encoder->encode(ids).value()));
+}
+
+TEST(PngEncoder, HigherLevelsAreSmallerAndZeroStores) {
+    const Frame picture = test::smooth({320, 240});
+    const auto bytes_at = [&](int level) { return create_png_encoder(level).value()->encode(picture).value()->size(); };
+    EXPECT_GE(bytes_at(0), 320U * 240U * 3U);
+    EXPECT_LT(bytes_at(1), bytes_at(0) / 4);
+    EXPECT_LE(bytes_at(9), bytes_at(1));
 }
 
 TEST(PngEncoder, BadInputIsAnError) {
