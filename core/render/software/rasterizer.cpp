@@ -323,10 +323,10 @@ CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, Wrap wrap, bo
         first = first < 0.0f ? last : first;
         first = first > last ? first - size : first;
         second = second > last ? second - size : second;
-    } else {
-        first = min(max(first, Lanes{}), last);
-        second = min(max(second, Lanes{}), last);
     }
+    // With any wrap: coordinates of no number, or beyond what floor() holds, read some texel, but one of the image.
+    first = min(max(first, Lanes{}), last);
+    second = min(max(second, Lanes{}), last);
     return {truncated(first), truncated(second), is_linear ? at - low : Lanes{}};
 }
 

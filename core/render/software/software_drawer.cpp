@@ -1,6 +1,7 @@
 #include "core/render/software/software_drawer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "core/render/view_frames.h"
@@ -35,6 +36,12 @@ void sort_by_distance(std::vector<ViewDraw>& draws) {
     std::ranges::sort(draws, [](const ViewDraw& a, const ViewDraw& b) {
         return a.distance_m != b.distance_m ? a.distance_m > b.distance_m : a.order < b.order;
     });
+}
+
+/// Triangles are cut max_side / 2 or more beside a picture and its principal point, which may lie far outside of it.
+bool is_within_reach(double principal_point, int side) {
+    return std::abs(principal_point) + std::max(std::abs(principal_point), std::abs(side - principal_point)) <=
+           max_side;
 }
 
 bool is_blended(const SoftwareItem& item) {
@@ -82,7 +89,8 @@ void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
 
 bool SoftwareDrawer::can_draw(const View& view) const {
     const CameraSpec& spec = *view.spec;
-    return std::max(spec.size.width, spec.size.height) <= max_side && view.quality != Quality::beautiful &&
+    return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
+           is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
            spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
            antialias_of(spec, view.quality) == Antialias::none && statics_.has_only_triangles() &&
            movers_.has_only_triangles();
