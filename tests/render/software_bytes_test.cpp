@@ -1,0 +1,384 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/render/software/software_drawer.h"
+#include "tests/render/support/gallery.h"
+
+// camrig's rasteriser for itself: no gaps, nothing twice, the same bytes however the work is done.
+namespace camrig {
+namespace {
+
+std::unique_ptr<SoftwareDrawer> drawer(SoftwareDrawer::Options options = {}) {
+    options.pool = std::make_shared<FramePool>();
+    return std::make_unique<SoftwareDrawer>(options);
+}
+
+SoftwareDrawer::Options with_layers(std::int64_t bytes = std::int64_t{64} << 20) {
+    SoftwareDrawer::Options options;
+    options.static_layer_bytes = bytes;
+    return options;
+}
+
+std::vector<FrameRef> drawn(SoftwareDrawer& by, const SnapshotRef& snapshot, const std::vector<View>& views) {
+    by.begin_instant(snapshot);
+    std::vector<const View*> asked;
+    for (const View& view : views) {
+        EXPECT_TRUE(by.can_draw(view));
+        asked.push_back(&view);
+    }
+    std::vector<FrameRef> frames;
+    by.draw(asked, 0, frames);
+    return frames;
+}
+
+Picture drawn(const TestWorld& world, const TestCamera& camera) {
+    const auto by = drawer();
+    return {drawn(*by, world.snapshot(), {camera.view()}).at(0)};
+}
+
+bool are_equal(const FrameRef& a, const FrameRef& b) {
+    return std::ranges::equal(a->bytes(), b->bytes());
+}
+
+double random(std::uint64_t stream, std::uint64_t i) {
+    return random_unit(4, stream, i);
+}
+
+/// 2 m in front of the test camera; at 128 px focal length a metre is 64 pixels.
+constexpr double wall_m = 2.0, focal_px = 128.0, px_m = wall_m / focal_px;
+
+/// A grid over more than the picture whose corners are moved, those of large cells some onto middles and corners of
+/// pixels, but never so far that it folds over: by less than a third of a cell.
+std::vector<glm::vec3> shaken_grid(int columns, int rows, double width_px, double height_px, std::uint64_t stream) {
+    std::vector<glm::dvec2> corners;
+    for (int i = 0; i <= rows; ++i) {
+        for (int j = 0; j <= columns; ++j) {
+            const auto n = static_cast<std::uint64_t>(i * (columns + 1) + j);
+            glm::dvec2 at((j - 0.5 * columns + 0.25 * random(stream, 3 * n)) * width_px,
+                          (i - 0.5 * rows + 0.25 * random(stream, 3 * n + 1)) * height_px);
+            const bool is_rounded = random(stream, 3 * n + 2) < 0.3;
+            if (is_rounded && width_px >= 8.0) at.x = std::round(2.0 * at.x) / 2.0;
+            if (is_rounded && height_px >= 8.0) at.y = std::round(2.0 * at.y) / 2.0;
+            corners.push_back(at);
+        }
+    }
+    std::vector<glm::vec3> result;
+    const auto add = [&](int i, int j) {
+        const glm::dvec2 at = corners[static_cast<std::size_t>(i * (columns + 1) + j)] * px_m;
+        result.emplace_back(wall_m, -at.x, -at.y);
+    };
+    for (int i = 0; i < rows; ++i) {
+        for (int j = 0; j < columns; ++j) {
+            add(i, j), add(i + 1, j), add(i + 1, j + 1);
+            add(i, j), add(i + 1, j + 1), add(i, j + 1);
+        }
+    }
+    return result;
+}
+
+/// Slivers from one point to a ring around the picture.
+std::vector<glm::vec3> fan(int count, glm::dvec2 middle_px) {
+    std::vector<glm::vec3> result;
+    const auto rim = [&](int i) {
+        const double angle = 2.0 * std::numbers::pi * i / count;
+        return glm::vec3(glm::dvec3(wall_m, 300.0 * px_m * std::cos(angle), 300.0 * px_m * std::sin(angle)));
+    };
+    for (int i = 0; i < count; ++i) {
+        result.emplace_back(wall_m, -middle_px.x * px_m, -middle_px.y * px_m);
+        result.push_back(rim(i));
+        result.push_back(rim((i + 1) % count));
+    }
+    return result;
+}
+
+/// Covers every pixel from `first_row` on, once: opaque it leaves no background, half clear it is blended once.
+void expect_watertight(const std::vector<glm::vec3>& corners, ImageSize size, int first_row, const std::string& what) {
+    for (const bool is_blended : {false, true}) {
+        Material material = colored(glm::vec3(1.0f), true);
+        material.double_sided = true;
+        if (is_blended) {
+            material.alpha_mode = AlphaMode::blend;
+            material.base_color.a = 0.5f;
+        }
+        TestWorld world;
+        world.objects = {instance_of(model_of(triangles(corners), material))};
+        const Picture picture = drawn(world, {.size = size, .focal_px = focal_px});
+        int wrong = 0;
+        for (int y = first_row; y < size.height; ++y) {
+            for (int x = 0; x < size.width; ++x) wrong += picture.red(x, y) != srgb_code(is_blended ? 0.5 : 1.0);
+        }
+        EXPECT_EQ(wrong, 0) << what << (is_blended ? ", half clear" : ", opaque") << ": pixels of "
+                            << size.width * (size.height - first_row);
+    }
+}
+
+TEST(Watertight, WhatSharesEdgesLeavesNoGapAndDrawsNoPixelTwice) {
+    // Even sizes put the middles of pixels at halves of the grid's numbers, odd ones at wholes.
+    for (const ImageSize size : {ImageSize{128, 96}, ImageSize{127, 95}}) {
+        for (std::uint64_t stream = 1; stream <= 4; ++stream) {
+            const std::string which = size.to_string() + ", shaken " + std::to_string(stream);
+            expect_watertight(shaken_grid(24, 18, 10.0, 10.0, stream), size, 0, "large " + which);
+            expect_watertight(shaken_grid(160, 120, 1.3, 1.3, stream), size, 0, "of a pixel " + which);
+            expect_watertight(shaken_grid(800, 6, 0.25, 40.0, stream), size, 0, "slivers up " + which);
+            expect_watertight(shaken_grid(6, 800, 40.0, 0.25, stream), size, 0, "slivers across " + which);
+            expect_watertight(shaken_grid(2, 2, 4000.0, 3000.0, stream), size, 0, "huge " + which);
+        }
+        expect_watertight(fan(2000, {0.0, 0.0}), size, 0, "fan " + size.to_string());
+        expect_watertight(fan(2000, {17.3, -20.9}), size, 0, "fan aside " + size.to_string());
+    }
+}
+
+TEST(Watertight, WhatIsClippedToo) {
+    // A floor through and behind the camera, far past all sides of the picture.
+    std::vector<glm::vec3> floor;
+    for (const glm::vec3& at : shaken_grid(12, 12, 1.0, 1.0, 9))
+        floor.emplace_back(at.z / px_m * 900.0, at.y / px_m * 900.0, -0.9);
+    expect_watertight(floor, {128, 96}, 60, "floor");
+    std::vector<glm::vec3> slivers;
+    for (const glm::vec3& at : fan(500, {3.0, 2.0})) slivers.emplace_back(at.z * 100.0f, at.y * 100.0f, -0.9f);
+    expect_watertight(slivers, {128, 96}, 60, "slivers of a floor");
+}
+
+TEST(HardGeometry, WhatHasNoAreaOrIsNoNumberIsNotDrawnAndHarmsNothing) {
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    TestWorld good = gallery();
+    const Picture expected = drawn(good, {.size = {97, 61}, .focal_px = 70.0});
+    for (const float bad : {nan, inf, -inf, 3e38f, -3e38f}) {
+        for (int corner = 0; corner < 8; ++corner) {
+            // Some of the coordinates of two corners.
+            Primitive p = triangles(
+                {{2, 0, 0}, {2, 0, 0}, {2, 0, 0}, {2, 1, 0}, {2, 0, 0}, {2, -1, 0}, {3, 1, 1}, {1, -1, 0}, {2, 1, 0}});
+            p.bounds = {glm::vec3(-10.0f), glm::vec3(10.0f)};
+            for (int axis = 0; axis < 3; ++axis) {
+                if ((corner >> axis & 1) != 0) p.positions[6][axis] = bad;
+            }
+            if (corner == 0) p.positions[6] = p.positions[7];
+            TestWorld world = gallery();
+            world.objects.push_back(instance_of(model_of(p, colored({1, 0, 0}, true)), {}, 90));
+            const Picture picture = drawn(world, {.size = {97, 61}, .focal_px = 70.0});
+            if (corner == 0 || std::isnan(bad)) {
+                EXPECT_TRUE(are_equal(picture.frame, expected.frame)) << bad << ", coordinates " << corner;
+            }
+        }
+    }
+}
+
+TEST(HardGeometry, TextureCoordinatesMayBeAnyNumber) {
+    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    for (const float bad : {nan, inf, -inf, 3e38f, -3e38f, 1e10f, -1e10f, 2147483648.0f, -2147483648.0f, 1.7e7f}) {
+        for (const Wrap wrap : {Wrap::repeat, Wrap::clamp_to_edge, Wrap::mirrored_repeat}) {
+            for (const Filter filter : {Filter::nearest, Filter::linear}) {
+                for (const bool mipmaps : {false, true}) {
+                    auto model = model_of(rectangle({2, 0, 0}, {0, -1, 0}, {0, 0, 1}), colored(glm::vec3(1.0f), true));
+                    model->images.push_back(patterned({37, 20}));
+                    model->textures.push_back({.image = 0, .sampler = {wrap, wrap, filter, filter, mipmaps}});
+                    model->materials[0].base_color_texture.texture = 0;
+                    // All of them; and one, so that the numbers between are large or none, too.
+                    auto& at = model->meshes[0].primitives[0].texcoords[0];
+                    TestWorld world;
+                    at[1].x = bad;
+                    world.objects.push_back(instance_of(model));
+                    EXPECT_EQ(drawn(world, {.size = {33, 33}, .focal_px = 32}).at(16, 16)[3], 255);
+                    at.assign(at.size(), glm::vec2(bad, -bad));
+                    world.objects = {instance_of(model)};
+                    EXPECT_EQ(drawn(world, {.size = {33, 33}, .focal_px = 32}).at(16, 16)[3], 255);
+                }
+            }
+        }
+    }
+}
+
+TEST(HardGeometry, AMillionTrianglesAreDrawn) {
+    const std::vector<glm::vec3> corners = shaken_grid(1024, 512, 0.2, 0.25, 3);
+    ASSERT_EQ(corners.size(), 3u << 20);
+    expect_watertight(corners, {128, 96}, 0, "2^20 triangles");
+}
+
+TEST(HardGeometry, APrincipalPointFarAsideLeavesNothingOut) {
+    // A crop of a larger sensor: whatever draws it, the wall is seen.
+    TestWorld world;
+    for (const double c : {-7000.0, 7000.0, -9000.0, 9000.0, -1e6, 1e6}) {
+        const TestCamera camera{.size = {64, 48}, .intrinsics = Intrinsics{1000.0, 1000.0, c, -c}};
+        const double x = (31.5 - c) / 1000.0, y = (23.5 + c) / 1000.0;
+        const glm::vec3 middle(glm::dvec3(1.0, -x, -y));
+        world.objects = {
+            instance_of(model_of(rectangle(middle, {0, -0.1, 0}, {0, 0, 0.1}), colored(glm::vec3(1.0f), true)))};
+        const auto by = drawer();
+        const View view = camera.view();
+        by->begin_instant(world.snapshot());
+        if (!by->can_draw(view)) continue;
+        EXPECT_LT(std::abs(c), 9000.0) << "cannot be held in 1/256 pixels of 32 bits";
+        EXPECT_EQ(drawn(world, camera).red(31, 23), 255) << c;
+    }
+}
+
+TEST(SameBytes, AnyNumberOfThreads) {
+    Film film("hall");
+    std::vector<std::unique_ptr<SoftwareDrawer>> drawers;
+    for (const int threads : {1, 2, 3}) {
+        auto options = with_layers();
+        options.threads = threads;
+        options.max_detail_error_px = 0.25;
+        drawers.push_back(drawer(options));
+    }
+    // More views than threads: each thread a view; fewer: all of them together on one.
+    std::vector<View> views;
+    for (const char* name : {"lobby", "entrance", "gallery"})
+        views.push_back(film.view(name, {320 + 7 * static_cast<int>(views.size()), 181},
+                                  static_cast<std::uint32_t>(views.size() + 1)));
+    views[1].quality = Quality::fast;
+    for (int n = 0; n < 4; ++n) {
+        const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
+        const std::vector<View> asked(views.begin(), views.begin() + (n % 2 == 0 ? 3 : 1));
+        std::vector<std::vector<FrameRef>> results;
+        for (const auto& by : drawers) results.push_back(drawn(*by, snapshot, asked));
+        for (std::size_t i = 0; i < asked.size(); ++i) {
+            EXPECT_TRUE(are_equal(results[0][i], results[1][i])) << "2 threads, instant " << n << ", view " << i;
+            EXPECT_TRUE(are_equal(results[0][i], results[2][i])) << "3 threads, instant " << n << ", view " << i;
+        }
+    }
+}
+
+/// Snapshots of the gallery whose movers go through the picture. The statics are the same ones.
+SnapshotRef moment(const SnapshotRef& first, int n) {
+    auto snapshot = std::make_shared<Snapshot>(*first);
+    snapshot->movers[0].position = {4.0, -1.6 + 0.23 * n, -0.5};
+    snapshot->movers[1].position = {2.6 + 0.1 * n, 0.9 - 0.17 * n, -0.2 + 0.05 * n};
+    return snapshot;
+}
+
+TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
+    const SnapshotRef first = gallery().snapshot();
+    // Room for two layers of the four.
+    const auto kept = drawer(with_layers(2 * 3 * 4 * 168 * 100 + 1000)), full = drawer();
+    std::vector<View> views;
+    for (std::uint32_t n = 1; n <= 4; ++n)
+        views.push_back(TestCamera{.eye = {0.0, 0.1 * n, 0.0}, .size = {161, 100}, .focal_px = 110.0}.view(n));
+    for (int n = 0; n < 160; ++n) {
+        if (n == 8) kept->forget(views[0].camera);
+        if (n == 12) {
+            views[0] = TestCamera{.size = {90, 70}, .focal_px = 60.0}.view(1);
+        } else if (n == 16) {
+            views[1].quality = Quality::fast;
+        } else if (n == 20) {
+            views[1].quality = Quality::simple;
+            views[2].pose.position.z += 0.1;
+        } else if (n == 24) {
+            views.erase(views.begin());  // not drawn for longer than a layer is kept: the others have its room
+        } else if (n == 150) {
+            views.insert(views.begin(), TestCamera{.size = {161, 100}, .focal_px = 110.0}.view(1));
+        }
+        if (n > 30 && n < 148 && n % 20 != 0) {
+            kept->begin_instant(moment(first, n));
+            std::vector<FrameRef> unseen;
+            kept->draw(std::vector<const View*>{&views[n % 3 == 0]}, 0, unseen);
+            continue;
+        }
+        const SnapshotRef snapshot = moment(first, n % 20);
+        const auto a = drawn(*kept, snapshot, views), b = drawn(*full, snapshot, views);
+        ASSERT_EQ(a.size(), views.size());
+        for (std::size_t i = 0; i < a.size(); ++i)
+            ASSERT_TRUE(are_equal(a[i], b[i])) << "instant " << n << ", view " << i;
+    }
+    const RenderCounters counters = kept->counters();
+    EXPECT_GT(counters.layers_reused, 50u);
+    EXPECT_GT(counters.layers_stale, 0u);
+    EXPECT_GT(counters.layers_evicted, 0u);
+    EXPECT_EQ(full->counters().layers_reused, 0u);
+}
+
+/// Whether all bytes of a frame in the bands that it calls unchanged are those of the frame that it names.
+class Claims {
+public:
+    void check(const FrameRef& frame, const std::string& what) {
+        const FrameInfo& info = frame->info();
+        auto& earlier = frames_[info.camera_id];
+        ++count;
+        if (info.same_as >= 0) {
+            ++named;
+            ASSERT_TRUE(earlier.contains(info.same_as)) << what << ": no frame " << info.same_as << " before";
+            const Frame& other = *earlier[info.same_as];
+            ASSERT_EQ(other.info().size, info.size) << what;
+            const auto row_bytes = static_cast<std::size_t>(info.size.width) * 4;
+            for (int y = 0; y < info.size.height; ++y) {
+                ++rows;
+                if (info.changed_rows.contains_band(y / ChangedRows::band_rows)) continue;
+                ++unchanged;
+                const std::size_t at = static_cast<std::size_t>(y) * row_bytes;
+                ASSERT_TRUE(
+                    std::ranges::equal(frame->bytes().subspan(at, row_bytes), other.bytes().subspan(at, row_bytes)))
+                    << what << ", row " << y;
+            }
+        }
+        earlier[info.sequence] = frame;
+    }
+    double unchanged_share() const { return static_cast<double>(unchanged) / rows; }
+
+    int count = 0, named = 0;
+    std::int64_t rows = 0, unchanged = 0;
+
+private:
+    std::map<CameraId, std::map<std::int64_t, FrameRef>> frames_;
+};
+
+TEST(ChangedRows, OfTheHallAreAllThatChanged) {
+    Film film("hall");
+    const auto by = drawer(with_layers());
+    std::vector<View> views;
+    for (const char* name : {"lobby", "entrance", "gallery"})
+        views.push_back(film.view(name, {320, 240}, static_cast<std::uint32_t>(views.size() + 1)));
+    auto striped = std::make_shared<CameraSpec>(*views[1].spec);
+    striped->code_strip = true;
+    views[1].spec = striped;
+    Claims claims;
+    for (int n = 0; n < 50; ++n) {
+        for (View& view : views) view.sequence = 10 + n;
+        if (n == 20) {
+            auto spec = std::make_shared<CameraSpec>(*views[0].spec);
+            spec->controls.brightness = 0.2;
+            views[0].spec = spec;
+            views[0].spec_revision += 1000;
+        }
+        if (n == 30) views[2].pose.position.z += 0.2;
+        for (const FrameRef& frame : drawn(*by, film.at(2 * ns_per_s + n * 40 * ns_per_ms), views))
+            claims.check(frame, *frame->info().camera + ", instant " + std::to_string(n));
+    }
+    EXPECT_EQ(claims.count, 150);
+    // All but those before and when a layer is made, shown for the first time: three cameras, two changes.
+    EXPECT_GE(claims.named, 150 - 3 * 5);
+    EXPECT_GT(claims.unchanged_share(), 0.1) << "people are not everywhere";
+    EXPECT_LT(claims.unchanged_share(), 0.95) << "but somewhere";
+}
+
+TEST(ChangedRows, AreThoseOfMoversBeforeAndNow) {
+    TestWorld world = gallery();
+    const SnapshotRef first = world.snapshot();
+    const auto by = drawer(with_layers());
+    View view = TestCamera{.size = {320, 240}, .focal_px = 200.0}.view();
+    Claims claims;
+    for (int n = 0; n < 30; ++n) {
+        view.sequence = n;
+        auto snapshot = std::make_shared<Snapshot>(*first);
+        // Up, away, and back: nothing moves in some instants, nothing is there in others.
+        snapshot->movers[0].position = {4.0, 0.0, -1.0 + 0.3 * (n / 2 % 8)};
+        snapshot->movers[1].position = {3.0, 0.5, n % 5 == 0 ? 50.0 : 0.2};
+        for (Instance& mover : snapshot->movers) mover.scale *= 0.3;
+        if (n == 15) {
+            // Another world with the same things in it: nothing is known of it.
+            auto statics = std::make_shared<StaticSet>(*first->statics);
+            statics->environment.background = {0.9f, 0.1f, 0.1f};
+            snapshot->statics = statics;
+        }
+        claims.check(drawn(*by, snapshot, {view}).at(0), "instant " + std::to_string(n));
+    }
+    EXPECT_GT(claims.unchanged_share(), 0.4);
+    EXPECT_GE(claims.named, 20);
+}
+
+}  // namespace
+}  // namespace camrig

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "core/world/world.h"
+#include "tests/render/support/test_rig.h"
+
+/// What the rasterisers of a CPU are tried on.
+namespace camrig {
+
+/// Smooth and rough at once: gradients with a checker on them, alpha from 0 to 255.
+Image patterned(ImageSize size);
+
+/// A ball of so many rings with the normals of a sphere, texture coordinates and a colour per vertex.
+Primitive ball(float radius, int rings);
+
+/// A floor that reaches behind the camera and far away, and on it a surface of every sort: masked, blended,
+/// double sided, mirrored, vertex colours, emission, occlusion, unlit, lights of all three kinds. Mirrored and glass
+/// move.
+TestWorld gallery();
+
+/// A scene of the repository, told in instants. The statics of all snapshots are the same ones.
+class Film {
+public:
+    explicit Film(const std::string& scene);
+    /// Instants must not go back.
+    SnapshotRef at(TimeNs world_ns);
+    /// The camera of the scene of this name, at this size.
+    View view(const std::string& camera, ImageSize size, std::uint32_t number) const;
+
+private:
+    std::unique_ptr<World> world_;
+};
+
+}  // namespace camrig
