@@ -72,7 +72,7 @@ def start(
 ) -> Rig:
     """Starts `camrig serve SCENE` with a private control socket and free ports, and waits until it is ready.
 
-    mode (realtime, lockstep), device (EGL device number or "cpu"), seed, overload (drop, slow), quality (fast, simple,
+    mode (realtime, lockstep), device (EGL device number, "cpu", or "llvmpipe": all by Mesa's rasteriser), seed, overload (drop, slow), quality (fast, simple,
     beautiful), http, rtsp, tcp (ports; 0: any free one) are the options of that command; ``args`` are further ones. ``env`` adds
     to the environment. The rig ends with close(), with the context manager, or with this Python program.
     """
