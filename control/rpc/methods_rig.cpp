@@ -53,8 +53,7 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
          .summary =
              "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output received = "
              "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way. In the middle "
-             "of "
-             "an instant, cameras whose turn is still to come count one frame less.",
+             "of an instant, cameras whose turn is still to come count one frame less.",
          .params = {},
          .result = {{"world_ns", "integer", "world time", false, "ns"},
                     {"monotonic_ns", "integer", "CLOCK_MONOTONIC", false, "ns"},
@@ -65,8 +64,7 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                     {"stages", "array of objects",
                      "name, count, mean_ms, p50_ms, p99_ms, p999_ms and max_ms since the start. wakeup: how late an "
                      "instant began; world: per instant; submit, collect and publish: per turn of an instant, of one "
-                     "camera or "
-                     "several; convert and encode: per picture; truth: per answer"},
+                     "camera or several; convert and encode: per picture; truth: per answer"},
                     {"renderer", "object",
                      "what the renderer keeps and saves: static layers, pictures drawn in parts, skinned meshes made "
                      "and left out, draw calls"}},
