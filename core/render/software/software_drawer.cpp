@@ -48,6 +48,11 @@ bool is_blended(const SoftwareItem& item) {
     return item.primitive->material->alpha_mode == AlphaMode::blend;
 }
 
+/// Where a band of a picture begins that is cut into so many.
+int first_row(int height, int bands, std::size_t band) {
+    return height * static_cast<int>(band) / bands;
+}
+
 PixelRect hull_of(std::span<const PixelRect> rects) {
     PixelRect hull = rects.front();
     for (const PixelRect& rect : rects)
@@ -189,15 +194,13 @@ void SoftwareDrawer::draw_view(ViewWork& work, Scratch& scratch, int bands, Time
     // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
     frame->mark_changes(work.same_as, work.changed_rows);
     work.target->sequence = view.sequence;
-    const std::size_t row_bytes = static_cast<std::size_t>(size.width) * 4;
     const Plane<std::uint32_t>& color = work.target->canvas.color;
-    if (color.stride() == size.width) {
-        std::memcpy(frame->mutable_bytes().data(), color.data(), row_bytes * static_cast<std::size_t>(size.height));
-    } else {
-        for (int y = 0; y < size.height; ++y)
-            std::memcpy(frame->mutable_bytes().data() + static_cast<std::size_t>(y) * row_bytes, color.row(y),
-                        row_bytes);
-    }
+    const std::size_t row_bytes = static_cast<std::size_t>(size.width) * sizeof(std::uint32_t);
+    std::byte* const to = frame->mutable_bytes().data();
+    team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
+        for (int y = first_row(size.height, bands, band); y < first_row(size.height, bands, band + 1); ++y)
+            std::memcpy(to + static_cast<std::size_t>(y) * row_bytes, color.row(y), row_bytes);
+    });
     finish_color(view, *frame);
     work.frame = std::move(frame);
 }
@@ -213,8 +216,8 @@ void SoftwareDrawer::draw_opaque(Scratch& scratch, const Canvas& canvas, std::sp
     if (count == scratch.first_triangle || rects.empty()) return;
     const PixelRect hull = hull_of(rects);
     team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
-        const auto row = [&](std::size_t i) { return hull.y0 + hull.height() * static_cast<int>(i) / bands; };
-        const int y0 = row(band), y1 = row(band + 1);
+        const int y0 = hull.y0 + first_row(hull.height(), bands, band);
+        const int y1 = hull.y0 + first_row(hull.height(), bands, band + 1);
         // What was added lies in the rectangles: once for all of them.
         find_visible(scratch.geometry, scratch.first_triangle, count - scratch.first_triangle,
                      {hull.x0, y0, hull.x1, y1}, canvas, scratch.numbers);

@@ -24,7 +24,7 @@ CPU milliseconds are of the daemon alone, user and system; they hold still when 
 
 The renderer works the same on a GPU: pixels come to host memory through a ring of mapped buffers behind fences (`ReadbackMode::buffered`), and
 `tests/render/gpu_test.cpp` holds that path to the same bytes on the CPU, and a hardware EGL device to what the CPU draws (skipped by name where there is none, as here):
-all numbers below are of llvmpipe.
+all numbers below are of the device `cpu`: colour of qualities `fast` and `simple` by the own rasteriser, all else by llvmpipe.
 """
 
 
