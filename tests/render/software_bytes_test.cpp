@@ -244,6 +244,27 @@ TEST(SameBytes, AnyNumberOfThreads) {
     }
 }
 
+TEST(SameBytes, WithAndWithoutWideLanes) {
+    if (!has_wide_lanes()) GTEST_SKIP() << "this CPU has none";
+    auto options = with_layers();
+    const auto wide = drawer(options);
+    options.wide_lanes = false;
+    const auto narrow = drawer(options);
+    Film film("hall");
+    const SnapshotRef surfaces = gallery().snapshot(), people = film.at(3 * ns_per_s);
+    for (const Quality quality : {Quality::fast, Quality::simple}) {
+        View aside = TestCamera{.size = {321, 243}, .focal_px = 220.0, .quality = quality}.view(1);
+        View lobby = film.view("lobby", {320, 180}, 2);
+        lobby.quality = quality;
+        for (int n = 0; n < 3; ++n) {
+            for (const auto& [snapshot, view] : {std::pair(surfaces, aside), std::pair(people, lobby)}) {
+                EXPECT_TRUE(are_equal(drawn(*wide, snapshot, {view}).at(0), drawn(*narrow, snapshot, {view}).at(0)))
+                    << to_string(quality) << ", camera " << *view.name << ", picture " << n;
+            }
+        }
+    }
+}
+
 /// Snapshots of the gallery whose movers go through the picture. The statics are the same ones.
 SnapshotRef moment(const SnapshotRef& first, int n) {
     auto snapshot = std::make_shared<Snapshot>(*first);

@@ -94,6 +94,7 @@ struct ViewScope {
     Frustum frustum;
     Quality quality = Quality::simple;
     double max_detail_error_px = 0.0;  ///< 0: every mesh in full
+    bool wide_lanes = false;           ///< drawn with instructions for all lanes at once
     const Environment* environment = nullptr;
     std::span<const Light> lights;
 

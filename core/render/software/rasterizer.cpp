@@ -669,19 +669,19 @@ bool has_wide_lanes() {
 
 void find_visible(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                   const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers) {
-    if (has_wide_lanes()) return find_visible_wide(geometry, first_triangle, count, rect, canvas, numbers);
+    if (geometry.scope().wide_lanes) return find_visible_wide(geometry, first_triangle, count, rect, canvas, numbers);
     find_visible_body(geometry, first_triangle, count, rect, canvas, numbers);
 }
 
 void shade_visible(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
                    const TriangleNumbers& numbers) {
-    if (has_wide_lanes()) return shade_visible_wide(geometry, rect, canvas, numbers);
+    if (geometry.scope().wide_lanes) return shade_visible_wide(geometry, rect, canvas, numbers);
     shade_visible_body(geometry, rect, canvas, numbers);
 }
 
 void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count, const PixelRect& rect,
            const Canvas& canvas) {
-    if (has_wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas);
+    if (geometry.scope().wide_lanes) return blend_wide(geometry, first_triangle, count, rect, canvas);
     blend_body(geometry, first_triangle, count, rect, canvas, linear_of_code());
 }
 

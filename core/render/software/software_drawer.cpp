@@ -108,6 +108,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.scope.frustum = make_frustum(work.scope.transform, spec.far_m);
     work.scope.quality = view.quality;
     work.scope.max_detail_error_px = options_.max_detail_error_px;
+    work.scope.wide_lanes = options_.wide_lanes;
     work.scope.environment = &static_set_->environment;
     work.scope.lights = static_set_->lights;
     work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, statics_number_});

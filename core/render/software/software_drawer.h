@@ -27,6 +27,7 @@ public:
         std::int64_t static_layer_bytes = 0;
         double max_detail_error_px = 0.0;
         int threads = 1;
+        bool wide_lanes = has_wide_lanes();  ///< false: as on a CPU without them, for tests
     };
     explicit SoftwareDrawer(const Options& options);
 
