@@ -16,7 +16,7 @@ namespace {
 constexpr TimeNs idle_tick_ns = 100 * ns_per_ms;
 /// Policy slow: how late a picture may be before the world waits.
 constexpr TimeNs slow_tolerance_ns = 20 * ns_per_ms;
-/// For so long an instant is drawn, one view at least, before that goes out and commands have their turn: encoders
+/// For so long an instant is drawn, two views at least, before that goes out and commands have their turn: encoders
 /// begin while the rest is drawn, and the first camera's reader need not wait for the last camera.
 constexpr TimeNs turn_ns = ns_per_ms;
 /// An instant that begins so late tells that the machine is full. Then pictures a second matter more than the age of

@@ -103,9 +103,9 @@ TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstant) {
     }
 }
 
-TEST_F(RigTest, OnTimeAPictureGoesOutBeforeTheNextIsDrawn) {
+TEST_F(RigTest, OnTimeTwoPicturesGoOutBeforeTheNextIsDrawn) {
     begin_instant();
-    EXPECT_EQ(drawn.size(), 1U);
+    EXPECT_EQ(drawn.size(), 2U);
     EXPECT_TRUE(sinks.front()->wait_for_units(1));
 }
 
