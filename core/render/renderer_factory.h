@@ -11,8 +11,9 @@
 namespace camrig {
 
 struct RendererOptions {
-    /// "null": deterministic pattern, no GL. "cpu": camrig's own rasteriser, and Mesa llvmpipe for what it does not draw
-    /// (CpuRenderer). "llvmpipe": all by that. "N": EGL device N. "": a hardware device if there is one, else "cpu".
+    /// "null": deterministic pattern, no GL. "cpu": camrig's own rasteriser, and Mesa llvmpipe for what it does not
+    /// draw (CpuRenderer). "llvmpipe": all by that. "N": EGL device N. "": a hardware device if there is one, else
+    /// "cpu".
     std::string device;
     std::shared_ptr<FramePool> pool;
     /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.

@@ -138,7 +138,8 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
         }
         // A Mesa without a software device in its list: the surfaceless platform, told to use its CPU rasteriser.
         setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
-        auto context = try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device llvmpipe");
+        auto context =
+            try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device llvmpipe");
         if (context && !(*context)->is_software()) {
             return error(ErrorKind::unavailable,
                          "device llvmpipe: Mesa's software rasteriser is not installed (package "
