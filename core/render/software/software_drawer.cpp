@@ -16,6 +16,7 @@ constexpr std::size_t max_rects = 16;
 
 template <typename T>
 void copy(const Plane<T>& from, const Plane<T>& to, const PixelRect& rect) {
+    if (rect.width() <= 0) return;
     const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
     for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to.row(y) + rect.x0, from.row(y) + rect.x0, bytes);
 }
@@ -48,9 +49,9 @@ bool is_blended(const SoftwareItem& item) {
     return item.primitive->material->alpha_mode == AlphaMode::blend;
 }
 
-/// Where a band of a picture begins that is cut into so many.
-int first_row(int height, int bands, std::size_t band) {
-    return height * static_cast<int>(band) / bands;
+/// May be of less than no height.
+PixelRect common(const PixelRect& a, const PixelRect& b) {
+    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
 PixelRect hull_of(std::span<const PixelRect> rects) {
@@ -198,8 +199,8 @@ void SoftwareDrawer::draw_view(ViewWork& work, Scratch& scratch, int bands, Time
     const Plane<std::uint32_t>& color = work.target->canvas.color;
     const std::size_t row_bytes = static_cast<std::size_t>(size.width) * sizeof(std::uint32_t);
     std::byte* const to = frame->mutable_bytes().data();
-    team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
-        for (int y = first_row(size.height, bands, band); y < first_row(size.height, bands, band + 1); ++y)
+    in_bands({0, 0, size.width, size.height}, bands, [&](const PixelRect& band) {
+        for (int y = band.y0; y < band.y1; ++y)
             std::memcpy(to + static_cast<std::size_t>(y) * row_bytes, color.row(y), row_bytes);
     });
     finish_color(view, *frame);
@@ -212,31 +213,39 @@ const ViewDraw& SoftwareDrawer::add(ViewWork& work, Scratch& scratch, const View
     return scratch.geometry.add(draw, draw.is_static ? statics_ : movers_);
 }
 
+template <typename Work>
+void SoftwareDrawer::in_bands(const PixelRect& rect, int bands, const Work& work) {
+    team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
+        const auto row = [&](std::size_t i) { return rect.y0 + rect.height() * static_cast<int>(i) / bands; };
+        work(PixelRect{rect.x0, row(band), rect.x1, row(band + 1)});
+    });
+}
+
 void SoftwareDrawer::draw_opaque(Scratch& scratch, const Canvas& canvas, std::span<const PixelRect> rects, int bands) {
     const auto count = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
     if (count == scratch.first_triangle || rects.empty()) return;
     const PixelRect hull = hull_of(rects);
-    team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
-        const int y0 = hull.y0 + first_row(hull.height(), bands, band);
-        const int y1 = hull.y0 + first_row(hull.height(), bands, band + 1);
+    in_bands(hull, bands, [&](const PixelRect& band) {
         // What was added lies in the rectangles: once for all of them.
-        find_visible(scratch.geometry, scratch.first_triangle, count - scratch.first_triangle,
-                     {hull.x0, y0, hull.x1, y1}, canvas, scratch.numbers);
+        find_visible(scratch.geometry, scratch.first_triangle, count - scratch.first_triangle, band, canvas,
+                     scratch.numbers);
         for (const PixelRect& rect : rects)
-            shade_visible(scratch.geometry, {rect.x0, std::max(rect.y0, y0), rect.x1, std::min(rect.y1, y1)}, canvas,
-                          scratch.numbers);
+            shade_visible(scratch.geometry, common(rect, band), canvas, scratch.numbers);
     });
     scratch.first_triangle = count;
 }
 
 void SoftwareDrawer::draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws,
-                                  std::span<const PixelRect> rects) {
+                                  std::span<const PixelRect> rects, int bands) {
     sort_by_distance(draws);
     for (ViewDraw& draw : draws) draw = add(work, scratch, draw);
-    for (const PixelRect& rect : rects) {
-        for (const ViewDraw& draw : draws)
-            blend(scratch.geometry, draw.first_triangle, draw.triangle_count, rect, work.target->canvas);
-    }
+    in_bands(scratch.geometry.whole(), bands, [&](const PixelRect& band) {
+        for (const PixelRect& rect : rects) {
+            for (const ViewDraw& draw : draws)
+                blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band),
+                      work.target->canvas);
+        }
+    });
     scratch.first_triangle = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
 }
 
@@ -246,20 +255,23 @@ void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
     const Canvas& canvas = target.canvas;
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
     const Plane<std::uint32_t>& finished = layer.finished ? layer.finished : layer.color;
-    if (target.shown_layer != layer.number) {
-        copy(finished, canvas.color);
-    } else {
+    const bool shows_layer = target.shown_layer == layer.number;
+    const PixelRect whole = scratch.geometry.whole();
+    if (shows_layer) {
         work.same_as = target.sequence;
-        for (const PixelRect& rect : target.changed) {
-            copy(finished, canvas.color, rect);
-            work.changed_rows.add(rect.y0, rect.y1);
+        for (const auto* rects : {&target.changed, &work.rects}) {
+            for (const PixelRect& rect : *rects) work.changed_rows.add(rect.y0, rect.y1);
         }
-        for (const PixelRect& rect : work.rects) work.changed_rows.add(rect.y0, rect.y1);
+    } else {
+        target.changed.assign(1, whole);
     }
-    for (const PixelRect& rect : work.rects) {
-        if (layer.finished) copy(layer.color, canvas.color, rect);
-        copy(layer.depth, canvas.depth, rect);
-    }
+    in_bands(whole, bands, [&](const PixelRect& band) {
+        for (const PixelRect& rect : target.changed) copy(finished, canvas.color, common(rect, band));
+        for (const PixelRect& rect : work.rects) {
+            if (layer.finished) copy(layer.color, canvas.color, common(rect, band));
+            copy(layer.depth, canvas.depth, common(rect, band));
+        }
+    });
     target.shown_layer = layer.number;
     target.changed.assign(work.rects.begin(), work.rects.end());
 
@@ -277,7 +289,7 @@ void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
         scratch.blended.push_back(*draw);
     }
     scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
-    draw_blended(work, scratch, scratch.blended, work.rects);
+    draw_blended(work, scratch, scratch.blended, work.rects, bands);
 }
 
 void SoftwareDrawer::draw_all(ViewWork& work, Scratch& scratch, int bands) {
@@ -307,7 +319,7 @@ void SoftwareDrawer::draw_all(ViewWork& work, Scratch& scratch, int bands) {
     for (const ViewDraw& draw : work.movers) add(work, scratch, draw);
     draw_opaque(scratch, canvas, everywhere, bands);
     scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
-    draw_blended(work, scratch, scratch.blended, everywhere);
+    draw_blended(work, scratch, scratch.blended, everywhere, bands);
 }
 
 void SoftwareDrawer::keep(ViewWork& work, Scratch& scratch) {
@@ -329,7 +341,7 @@ void SoftwareDrawer::keep(ViewWork& work, Scratch& scratch) {
     if (!has_blended) return;
     std::vector<ViewDraw> blended = scratch.blended;
     const PixelRect whole = scratch.geometry.whole();
-    draw_blended(work, scratch, blended, {&whole, 1});
+    draw_blended(work, scratch, blended, {&whole, 1}, 1);
     layer.finished = Plane<std::uint32_t>(canvas.size);
     copy(canvas.color, layer.finished);
     copy(layer.color, canvas.color);

@@ -84,7 +84,11 @@ private:
     const ViewDraw& add(ViewWork& work, Scratch& scratch, const ViewDraw& draw);
     /// Draws what was added since the last time.
     void draw_opaque(Scratch& scratch, const Canvas& canvas, std::span<const PixelRect> rects, int bands);
-    void draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws, std::span<const PixelRect> rects);
+    void draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws, std::span<const PixelRect> rects,
+                      int bands);
+    /// work(rows of the rectangle) for that many bands of it, by all threads where it is more than one.
+    template <typename Work>
+    void in_bands(const PixelRect& rect, int bands, const Work& work);
     /// The canvas holds the opaque statics: keeps them, and how they look with what is blended over them.
     void keep(ViewWork& work, Scratch& scratch);
 
