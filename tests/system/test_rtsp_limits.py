@@ -124,10 +124,10 @@ def test_two_hundred_cameras_come_and_go_and_leave_nothing_behind(rig, process):
                 reader = RtspReader(cam.url("rtsp"))
                 take(reader, 1)
             cam.delete()
-        wait_until(lambda: process.threads() <= threads + 4, what="threads to end") if count > 50 else time.sleep(0.5)
+        wait_until(lambda: process.threads() <= threads + 4, what="threads to end") if count > 100 else time.sleep(0.5)
 
     threads = process.threads()
-    live(30)
+    live(100)  # until the allocator has seen what streams that start and end ask of it
     rss, fds, threads = process.rss_kib(), process.fds(), process.threads()
     live(200)
     wait_until(lambda: process.fds() <= fds + 4, what="descriptors to be closed")

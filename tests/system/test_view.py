@@ -44,7 +44,8 @@ class View:
 
         def is_same():
             shown = self.display.picture()[0:SCENE_HEIGHT, SCENE_X:SCENE_X + SCENE_WIDTH].astype(int)
-            return np.median(np.abs(shown - self.rig.camera(self.own).frame().image)) < 3
+            own = self.rig.camera(self.own).frame().image  # of the size before, until the camera's next instant
+            return own.shape == shown.shape and np.median(np.abs(shown - own)) < 3
 
         wait_until(is_same, what="the world in the window")
 

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -28,6 +29,7 @@ namespace {
 
 constexpr std::size_t max_token_bytes = 4096;
 constexpr std::size_t max_truths_waiting = 64;
+constexpr int max_heaps = 2;
 
 int fail(const Error& why) {
     std::fprintf(stderr, "camrig: %s\n", why.message.c_str());
@@ -100,6 +102,8 @@ void tell_ready(int fd, const nlohmann::json& facts) {
 
 int run_serve(const ServeOptions& options) {
     std::signal(SIGPIPE, SIG_IGN);
+    // glibc gives new threads heaps of their own, which streams that come and go would leave behind half empty.
+    mallopt(M_ARENA_MAX, max_heaps);
     StopSignal stop;
 
     auto token = read_token(options.token_file);

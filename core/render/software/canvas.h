@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <new>
@@ -10,6 +11,15 @@ namespace camrig {
 
 /// So many neighbouring pixels are worked on at once (lanes.h).
 inline constexpr int lane_count = 8;
+
+/// The rows of a Plane, by value: what is written through them cannot change where they are.
+template <typename T>
+struct Rows {
+    T* data = nullptr;
+    std::ptrdiff_t stride = 0;
+
+    T* operator()(int y) const { return data + y * stride; }
+};
 
 /// A picture in memory with rows of whole groups of lanes, aligned to them.
 template <typename T>
@@ -30,6 +40,7 @@ public:
     std::int64_t bytes() const { return static_cast<std::int64_t>(count_ * sizeof(T)); }
     T* data() const { return data_.get(); }
     T* row(int y) const { return data_.get() + static_cast<std::ptrdiff_t>(y) * stride_; }
+    Rows<T> rows() const { return {data_.get(), stride_}; }
 
 private:
     struct Free {

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 #include "core/render/software/canvas.h"
 
@@ -13,6 +18,8 @@ namespace camrig {
 
 using Lanes = float __attribute__((vector_size(32)));
 using IntLanes = std::int32_t __attribute__((vector_size(32)));
+using Doubles4 = double __attribute__((vector_size(32)));
+using Words4 = std::int64_t __attribute__((vector_size(32)));
 
 /// For code that is compiled once for each instruction set, inlined into a function that names it.
 #define CAMRIG_LANES [[gnu::always_inline]] inline
@@ -47,11 +54,36 @@ CAMRIG_LANES Lanes floor(Lanes value) {
     const Lanes whole = __builtin_convertvector(truncated(value), Lanes);
     return whole > value ? whole - 1.0f : whole;
 }
-/// Whether any lane of a mask (0 or -1) is set.
-CAMRIG_LANES bool any(IntLanes mask) {
-    using Words = std::int64_t __attribute__((vector_size(32)));
-    const Words words = reinterpret_cast<Words>(mask);
-    return (words[0] | words[1] | words[2] | words[3]) != 0;
+/// Eight doubles.
+struct Doubles {
+    Doubles4 low, high;
+};
+CAMRIG_LANES Doubles operator+(const Doubles& a, const Doubles& b) {
+    return {a.low + b.low, a.high + b.high};
+}
+CAMRIG_LANES Doubles operator-(const Doubles& a, const Doubles& b) {
+    return {a.low - b.low, a.high - b.high};
+}
+CAMRIG_LANES Doubles operator*(const Doubles& a, const Doubles& b) {
+    return {a.low * b.low, a.high * b.high};
+}
+CAMRIG_LANES Doubles operator*(const Doubles& a, double b) {
+    return {a.low * b, a.high * b};
+}
+CAMRIG_LANES Doubles operator-(double a, const Doubles& b) {
+    return {a - b.low, a - b.high};
+}
+CAMRIG_LANES Doubles operator-(const Doubles& a) {
+    return {-a.low, -a.high};
+}
+CAMRIG_LANES Doubles widened(IntLanes value) {
+    return {__builtin_convertvector(__builtin_shufflevector(value, value, 0, 1, 2, 3), Doubles4),
+            __builtin_convertvector(__builtin_shufflevector(value, value, 4, 5, 6, 7), Doubles4)};
+}
+CAMRIG_LANES Lanes narrowed(const Doubles& value) {
+    using Floats4 = float __attribute__((vector_size(16)));
+    return __builtin_shufflevector(__builtin_convertvector(value.low, Floats4),
+                                   __builtin_convertvector(value.high, Floats4), 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
 struct Lanes3 {
@@ -71,6 +103,58 @@ CAMRIG_LANES Lanes3 operator*(const Lanes3& a, Lanes b) {
 }
 CAMRIG_LANES Lanes dot(const Lanes3& a, const Lanes3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// All that code for two instruction sets differs in; the results are the same. gather: what lies at from[at[k]] for
+/// each lane k; of 64 bits for lanes 0 to 3 or 4 to 7. bits: one for each lane of a mask that is set.
+struct PlainIsa {
+    static inline unsigned bits(const IntLanes& mask) {
+        unsigned made = 0;
+        for (int k = 0; k < lane_count; ++k) made |= static_cast<unsigned>(mask[k] < 0) << k;
+        return made;
+    }
+    static inline void gather(const float* from, const IntLanes& at, Lanes& to) {
+        for (int k = 0; k < lane_count; ++k) to[k] = from[at[k]];
+    }
+    template <int half>
+    static inline void gather(const std::int64_t* from, const IntLanes& at, Words4& to) {
+        for (int k = 0; k < 4; ++k) to[k] = from[at[4 * half + k]];
+    }
+};
+#if defined(__x86_64__)
+struct Avx2Isa {
+    [[gnu::target("avx2")]] static inline unsigned bits(const IntLanes& mask) {
+        return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+    }
+    [[gnu::target("avx2")]] static inline void gather(const float* from, const IntLanes& at, Lanes& to) {
+        to = _mm256_i32gather_ps(from, reinterpret_cast<__m256i>(at), 4);
+    }
+    template <int half>
+    [[gnu::target("avx2")]] static inline void gather(const std::int64_t* from, const IntLanes& at, Words4& to) {
+        const __m128i four = _mm256_extracti128_si256(reinterpret_cast<__m256i>(at), half);
+        to = reinterpret_cast<Words4>(_mm256_i32gather_epi64(reinterpret_cast<const long long*>(from), four, 8));
+    }
+};
+#else
+using Avx2Isa = PlainIsa;
+#endif
+
+template <typename Isa>
+CAMRIG_LANES Lanes gathered(const float* from, IntLanes at) {
+    Lanes made;
+    Isa::gather(from, at, made);
+    return made;
+}
+template <typename Isa>
+CAMRIG_LANES IntLanes gathered(const std::int32_t* from, IntLanes at) {
+    return reinterpret_cast<IntLanes>(gathered<Isa>(reinterpret_cast<const float*>(from), at));
+}
+template <typename Isa>
+CAMRIG_LANES Doubles gathered(const double* from, IntLanes at) {
+    Words4 low, high;
+    Isa::template gather<0>(reinterpret_cast<const std::int64_t*>(from), at, low);
+    Isa::template gather<1>(reinterpret_cast<const std::int64_t*>(from), at, high);
+    return {reinterpret_cast<Doubles4>(low), reinterpret_cast<Doubles4>(high)};
 }
 
 }  // namespace camrig

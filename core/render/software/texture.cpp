@@ -30,27 +30,27 @@ Tap tap_of(int index, int small, int large) {
     return {static_cast<std::size_t>(first), static_cast<std::size_t>(std::min(first + 1, large - 1)), at - first};
 }
 
-TextureLevel halved(const TextureLevel& large) {
-    TextureLevel small{.width = std::max(1, large.width / 2), .height = std::max(1, large.height / 2), .texels = {}};
-    small.texels.reserve(static_cast<std::size_t>(small.width) * static_cast<std::size_t>(small.height));
+/// Fills level `number` from the one before.
+void halve(SoftwareImage& image, std::size_t number) {
+    const SoftwareImage::Level &large = image.levels[number - 1], &small = image.levels[number];
+    const Texel* const from = image.texels.data() + large.first;
+    Texel* to = image.texels.data() + small.first;
     const auto stride = static_cast<std::size_t>(large.width);
     for (int y = 0; y < small.height; ++y) {
         const Tap row = tap_of(y, small.height, large.height);
-        for (int x = 0; x < small.width; ++x) {
+        for (int x = 0; x < small.width; ++x, ++to) {
             const Tap column = tap_of(x, small.width, large.width);
-            Texel& texel = small.texels.emplace_back();
-            for (std::size_t c = 0; c < texel.size(); ++c) {
+            for (std::size_t c = 0; c < to->size(); ++c) {
                 const auto across = [&](std::size_t r) {
-                    const double a = large.texels[r * stride + column.first][c];
-                    const double b = large.texels[r * stride + column.second][c];
+                    const double a = from[r * stride + column.first][c];
+                    const double b = from[r * stride + column.second][c];
                     return a + (b - a) * column.share;
                 };
                 const double top = across(row.first);
-                texel[c] = static_cast<std::uint16_t>(std::lround(top + (across(row.second) - top) * row.share));
+                (*to)[c] = static_cast<std::uint16_t>(std::lround(top + (across(row.second) - top) * row.share));
             }
         }
     }
-    return small;
 }
 
 }  // namespace
@@ -58,16 +58,19 @@ TextureLevel halved(const TextureLevel& large) {
 SoftwareImage make_software_image(const Image& image, bool is_color) {
     static const Codes srgb = make_codes(true), plain = make_codes(false);
     const Codes& codes = is_color ? srgb : plain;
-    TextureLevel full{.width = image.size.width, .height = image.size.height, .texels = {}};
-    full.texels.resize(static_cast<std::size_t>(image.size.pixels()));
-    for (std::size_t i = 0; i < full.texels.size(); ++i) {
-        const std::uint8_t* const from = image.rgba.data() + 4 * i;
-        full.texels[i] = {codes[from[0]], codes[from[1]], codes[from[2]], plain[from[3]]};
-    }
     SoftwareImage made;
-    made.levels.push_back(std::move(full));
-    while (std::max(made.levels.back().width, made.levels.back().height) > 1)
-        made.levels.push_back(halved(made.levels.back()));
+    std::size_t count = 0;
+    for (ImageSize size = image.size;; size = {std::max(1, size.width / 2), std::max(1, size.height / 2)}) {
+        made.levels.push_back({size.width, size.height, static_cast<std::int32_t>(count)});
+        count += static_cast<std::size_t>(size.pixels());
+        if (std::max(size.width, size.height) == 1) break;
+    }
+    made.texels.resize(count);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(image.size.pixels()); ++i) {
+        const std::uint8_t* const from = image.rgba.data() + 4 * i;
+        made.texels[i] = {codes[from[0]], codes[from[1]], codes[from[2]], plain[from[3]]};
+    }
+    for (std::size_t number = 1; number < made.levels.size(); ++number) halve(made, number);
     return made;
 }
 

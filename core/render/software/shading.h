@@ -1,0 +1,121 @@
+#pragma once
+
+#include "core/render/software/sampling.h"
+#include "core/render/software/surface_point.h"
+
+/// The colour of the points of a surface that a group of pixels shows: core/render/shaders for the CPU.
+namespace camrig {
+
+struct Rgba {
+    Lanes3 rgb;
+    Lanes a;
+};
+
+template <typename Isa, std::size_t channels>
+CAMRIG_LANES std::array<Lanes, channels> sampled(const ViewDraw& draw, TextureSlot slot, const SurfacePoints& points) {
+    const auto& at = points.textures[slot];
+    return sample<Isa, channels>(*draw.textures[slot], at.u, at.v, at.step2,
+                                 draw.primitive->material->alpha_mode == AlphaMode::opaque);
+}
+
+template <typename Isa>
+CAMRIG_LANES Rgba base_color(const ViewDraw& draw, const SurfacePoints& points) {
+    const glm::vec4& factor = draw.primitive->material->base_color;
+    Rgba base{{lanes(factor.r), lanes(factor.g), lanes(factor.b)}, lanes(factor.a)};
+    if (draw.colors != nullptr) {
+        base.rgb = base.rgb * Lanes3{points.color[0], points.color[1], points.color[2]};
+        base.a = base.a * points.color[3];
+    }
+    if (draw.textures[base_color_slot] != nullptr) {
+        const auto texture = sampled<Isa, 4>(draw, base_color_slot, points);
+        base.rgb = base.rgb * Lanes3{texture[0], texture[1], texture[2]};
+        base.a = base.a * texture[3];
+    }
+    return base;
+}
+
+CAMRIG_LANES Lanes3 splat(const glm::vec3& v) {
+    return {lanes(v.x), lanes(v.y), lanes(v.z)};
+}
+
+CAMRIG_LANES Lanes3 hemisphere(const ViewLight& light, const Lanes3& n) {
+    return splat(light.ground) + splat(light.sky - light.ground) * (0.5f + 0.5f * dot(n, splat(light.up)));
+}
+
+/// Everything that reaches a Lambert surface but the ambient part (as lighting.glsl).
+CAMRIG_LANES Lanes3 lambert(const SurfaceLights& lights, const Lanes3& n, const Lanes3& position) {
+    Lanes3 sum{};
+    for (const SurfaceLight& light : lights.directional)
+        sum = sum + splat(light.color) * max(dot(n, splat(light.towards)), Lanes{});
+    for (const SurfaceLight& light : lights.local) {
+        const Lanes3 towards = splat(light.position) - position;
+        const Lanes distance2 = max(dot(towards, towards), lanes(1e-8f));
+        const Lanes3 direction = towards * (1.0f / sqrt(distance2));
+        const Lanes ratio2 = distance2 * light.inverse_range2;
+        const Lanes window = clamp01(1.0f - ratio2 * ratio2);
+        const Lanes cone = clamp01(-dot(direction, splat(light.direction)) * light.spot_scale + light.spot_offset);
+        sum = sum + splat(light.color) * (window * cone * cone / distance2 * max(dot(n, direction), Lanes{}));
+    }
+    return sum;
+}
+
+CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                                  int x, int y, Lanes occlusion) {
+    const ViewLight& light = geometry.light();
+    if (draw.vertex_lights >= 0) {
+        return points.light + points.ambient * (occlusion - 1.0f);
+    }
+    const glm::mat3& m = draw.optical_from_normal;
+    Lanes3 n = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
+    n = n * (1.0f / sqrt(max(dot(n, n), lanes(1e-30f))));
+    const Intrinsics& k = geometry.scope().transform.intrinsics;
+    const auto inverse_fx = static_cast<float>(1.0 / k.fx), inverse_fy = static_cast<float>(1.0 / k.fy);
+    const Lanes ray_x = (lane_numbers() + static_cast<float>(x - k.cx)) * inverse_fx;
+    const float ray_y = static_cast<float>(y - k.cy) * inverse_fy;
+    const Lanes3 position{ray_x * points.z, ray_y * points.z, points.z};
+    return hemisphere(light, n) * occlusion + lambert(*draw.lights, n, position);
+}
+
+/// x^(1/2.4) fitted by two square roots, as srgb.glsl: at most 0.03 of a code of 255 from IEC 61966-2-1.
+CAMRIG_LANES Lanes srgb(Lanes c) {
+    c = clamp01(c);
+    const Lanes root = sqrt(c);
+    const Lanes high =
+        0.91269030f * root + 0.25450221f * sqrt(root) + c * (0.03564411f * root - 0.13222371f) - 0.07051239f;
+    return c <= 0.0031308f ? 12.92f * c : high;
+}
+
+CAMRIG_LANES IntLanes code(Lanes value) {
+    return truncated(value * 255.0f + 0.5f);
+}
+
+/// Linear light of a group of pixels.
+template <typename Isa>
+CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points, int x, int y) {
+    const Material& material = *draw.primitive->material;
+    const Rgba color = base_color<Isa>(draw, points);
+    const float exposure = geometry.light().exposure;
+    if (!draw.primitive->is_lit) return {color.rgb * lanes(exposure), color.a};
+    Lanes occlusion = lanes(1.0f);
+    if (draw.textures[occlusion_slot] != nullptr) {
+        const Lanes red = sampled<Isa, 1>(draw, occlusion_slot, points)[0];
+        occlusion = 1.0f + material.occlusion_strength * (red - 1.0f);
+    }
+    Lanes3 emissive = splat(material.emissive * exposure);
+    if (draw.textures[emissive_slot] != nullptr) {
+        const auto texture = sampled<Isa, 3>(draw, emissive_slot, points);
+        emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
+    }
+    return {color.rgb * surface_light(geometry, draw, points, x, y, occlusion) + emissive, color.a};
+}
+
+CAMRIG_LANES IntLanes pixels_of(const Lanes3& srgb_color) {
+    return code(srgb_color.x) | (code(srgb_color.y) << 8) | (code(srgb_color.z) << 16) | (IntLanes{} + (255 << 24));
+}
+
+CAMRIG_LANES void store(std::uint32_t* row, int x, IntLanes mask, IntLanes values) {
+    auto* const at = reinterpret_cast<IntLanes*>(row + x);
+    *at = mask ? values : *at;
+}
+
+}  // namespace camrig

@@ -1,0 +1,280 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/render/software/coverage.h"
+
+/// What a triangle's vertices carry, at the pixels of a group: perspective-correct, with the steps to the next pixels.
+/// A group shows one triangle or one of the same draw in each pixel; both take the same operations in the same order,
+/// so a pixel has the same bits whatever is beside it.
+namespace camrig {
+
+/// What shading needs to know of the points of a surface that a group of pixels shows. What the draw does not have is
+/// not set.
+struct SurfacePoints {
+    Lanes z;
+    Lanes3 normal;               ///< local, towards the seen side
+    std::array<Lanes, 4> color;  ///< of the vertices
+    /// Coordinates, and the square of the longer of their steps to the next pixel and row, in texels of the full size.
+    struct {
+        Lanes u, v, step2;
+    } textures[texture_slot_count];
+    Lanes3 light;    ///< quality fast
+    Lanes3 ambient;  ///< quality fast
+};
+
+/// A corner of a triangle of a draw.
+struct Corner {
+    std::uint32_t vertex;         ///< of the mesh
+    const VertexValues* clipped;  ///< what clipping made; null: of the mesh
+};
+
+CAMRIG_LANES Corner corner_of(const ViewGeometry& geometry, const ViewDraw& draw, std::uint32_t vertex) {
+    const std::uint32_t own = vertex - draw.first_vertex;
+    if (own < draw.vertex_count) return {own, nullptr};
+    return {own, &geometry.clipped()[draw.first_clipped + own - draw.vertex_count]};
+}
+
+/// Where the values of the vertices of a draw are.
+struct VertexAttribute {
+    const float* of_mesh;    ///< of the first vertex
+    std::int32_t stride;     ///< to the next one's, in floats
+    std::size_t of_clipped;  ///< in VertexValues, in bytes
+};
+
+CAMRIG_LANES const float* values_at(const Corner& corner, const VertexAttribute& attribute) {
+    if (corner.clipped != nullptr)
+        return reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(corner.clipped) +
+                                              attribute.of_clipped);
+    return attribute.of_mesh + static_cast<std::ptrdiff_t>(corner.vertex) * attribute.stride;
+}
+
+/// The shares of the second and third vertex in the plane of the screen, and their steps. V is float or Lanes.
+template <typename V>
+struct ScreenShares {
+    Lanes second, third;
+    V second_dx, third_dx, second_dy, third_dy;
+};
+
+/// One triangle for all pixels of a group.
+class OneTriangle {
+public:
+    using Value = float;
+
+    CAMRIG_LANES OneTriangle(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
+                             const Setup& setup)
+        : setup_(setup), is_front_(triangle.is_front) {
+        for (std::size_t i = 0; i < 3; ++i) corners_[i] = corner_of(geometry, draw, triangle.vertices[i]);
+    }
+
+    /// x is the first pixel of the group.
+    CAMRIG_LANES ScreenShares<float> shares(int x, int y) const {
+        const Setup& s = setup_;
+        const std::int64_t px = std::int64_t{x} * subpixels, py = std::int64_t{y} * subpixels;
+        const double scale = s.inverse_area * subpixels;
+        ScreenShares<float> made;
+        made.second_dx = static_cast<float>(-s.dy[1] * scale);
+        made.third_dx = static_cast<float>(-s.dy[2] * scale);
+        made.second_dy = static_cast<float>(s.dx[1] * scale);
+        made.third_dy = static_cast<float>(s.dx[2] * scale);
+        made.second = static_cast<float>(static_cast<double>(edge(s, 1, px, py)) * s.inverse_area) +
+                      lane_numbers() * made.second_dx;
+        made.third = static_cast<float>(static_cast<double>(edge(s, 2, px, py)) * s.inverse_area) +
+                     lane_numbers() * made.third_dx;
+        return made;
+    }
+    CAMRIG_LANES float inverse_z(std::size_t corner) const { return setup_.at[corner]->inverse_z; }
+    CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return is_front_ ? front : back; }
+
+    template <std::size_t size>
+    CAMRIG_LANES std::array<float, size> values(std::size_t corner, const VertexAttribute& attribute) const {
+        const float* const from = values_at(corners_[corner], attribute);
+        std::array<float, size> made;
+        for (std::size_t i = 0; i < size; ++i) made[i] = from[i];
+        return made;
+    }
+
+private:
+    const Setup& setup_;
+    std::array<Corner, 3> corners_;
+    bool is_front_;
+};
+
+/// A triangle for each pixel of a group, all of one draw.
+template <typename Isa>
+class TriangleOfEach {
+public:
+    using Value = Lanes;
+
+    /// numbers: of triangles, from 1; none is 0.
+    CAMRIG_LANES TriangleOfEach(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers)
+        : geometry_(geometry), draw_(draw) {
+        static_assert(sizeof(ScreenTriangle) == 24 && sizeof(ScreenVertex) == 16);
+        const ScreenTriangle* const triangles = geometry.triangles().data();
+        const auto* const words = reinterpret_cast<const std::int32_t*>(triangles);
+        const IntLanes index = numbers - 1;
+        inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 3);
+        front_ = gathered<Isa>(words + 3, index * 6) < 0;  // is_front is the highest bit
+        IntLanes clipped{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const IntLanes vertex = gathered<Isa>(words + i, index * 6);
+            const ScreenVertex* const vertices = geometry.vertices().data();
+            x_[i] = gathered<Isa>(&vertices->x, vertex * 4);
+            y_[i] = gathered<Isa>(&vertices->y, vertex * 4);
+            inverse_z_[i] = gathered<Isa>(&vertices->inverse_z, vertex * 4);
+            vertex_[i] = vertex - static_cast<std::int32_t>(draw.first_vertex);
+            clipped |= vertex_[i] >= static_cast<std::int32_t>(draw.vertex_count);
+        }
+        has_clipped_ = Isa::bits(clipped) != 0;
+    }
+
+    /// As OneTriangle::shares; coordinates are below 2^24, so these doubles are whole numbers too.
+    CAMRIG_LANES ScreenShares<Lanes> shares(int x, int y) const {
+        const Doubles scale = inverse_area_ * static_cast<double>(subpixels);
+        const Edge second = edge_from(2, 0), third = edge_from(0, 1);
+        ScreenShares<Lanes> made;
+        made.second_dx = narrowed(-second.dy * scale);
+        made.third_dx = narrowed(-third.dy * scale);
+        made.second_dy = narrowed(second.dx * scale);
+        made.third_dy = narrowed(third.dx * scale);
+        made.second = narrowed(second.at(x, y) * inverse_area_) + lane_numbers() * made.second_dx;
+        made.third = narrowed(third.at(x, y) * inverse_area_) + lane_numbers() * made.third_dx;
+        return made;
+    }
+    CAMRIG_LANES Lanes inverse_z(std::size_t corner) const { return inverse_z_[corner]; }
+    CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return front_ ? front : back; }
+
+    template <std::size_t size>
+    CAMRIG_LANES std::array<Lanes, size> values(std::size_t corner, const VertexAttribute& attribute) const {
+        std::array<Lanes, size> made;
+        const IntLanes vertex = vertex_[corner];
+        if (has_clipped_) [[unlikely]] {
+            for (int k = 0; k < lane_count; ++k) {
+                const auto of = static_cast<std::uint32_t>(vertex[k]) + draw_.first_vertex;
+                const float* const from = values_at(corner_of(geometry_, draw_, of), attribute);
+                for (std::size_t i = 0; i < size; ++i) made[i][k] = from[i];
+            }
+        } else {
+            for (std::size_t i = 0; i < size; ++i)
+                made[i] = gathered<Isa>(attribute.of_mesh + i, vertex * attribute.stride);
+        }
+        return made;
+    }
+
+private:
+    struct Edge {
+        Doubles dx, dy, from_x, from_y;
+
+        CAMRIG_LANES Doubles at(int x, int y) const {
+            return dx * (static_cast<double>(y * subpixels) - from_y) -
+                   dy * (static_cast<double>(x * subpixels) - from_x);
+        }
+    };
+    CAMRIG_LANES Edge edge_from(std::size_t from, std::size_t to) const {
+        return {widened(x_[to] - x_[from]), widened(y_[to] - y_[from]), widened(x_[from]), widened(y_[from])};
+    }
+
+    const ViewGeometry& geometry_;
+    const ViewDraw& draw_;
+    Doubles inverse_area_;
+    IntLanes front_;
+    std::array<IntLanes, 3> vertex_, x_, y_;  ///< vertex: of the draw
+    std::array<Lanes, 3> inverse_z_;
+    bool has_clipped_;
+};
+
+/// Where the pixels of a group lie on their triangles, and how that changes to the right and down.
+struct Place {
+    Lanes z;
+    Lanes second, third;  ///< shares of the second and third vertex in space
+    Lanes second_dx, third_dx, second_dy, third_dy;
+};
+
+template <typename Triangles>
+CAMRIG_LANES Place place_at(const Triangles& triangles, int x, int y) {
+    using V = Triangles::Value;
+    const ScreenShares<V> screen = triangles.shares(x, y);
+    const V a = triangles.inverse_z(0), b = triangles.inverse_z(1), c = triangles.inverse_z(2);
+    const Lanes second = screen.second * b, third = screen.third * c;
+    Place place;
+    place.z = 1.0f / ((1.0f - screen.second - screen.third) * a + second + third);
+    place.second = second * place.z;
+    place.third = third * place.z;
+    const V w_dx = screen.second_dx * (b - a) + screen.third_dx * (c - a);
+    const V w_dy = screen.second_dy * (b - a) + screen.third_dy * (c - a);
+    place.second_dx = (screen.second_dx * b - place.second * w_dx) * place.z;
+    place.third_dx = (screen.third_dx * c - place.third * w_dx) * place.z;
+    place.second_dy = (screen.second_dy * b - place.second * w_dy) * place.z;
+    place.third_dy = (screen.third_dy * c - place.third * w_dy) * place.z;
+    return place;
+}
+
+/// x is the first pixel of the group.
+template <typename Triangles>
+CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDraw& draw, const Triangles& triangles,
+                                     int x, int y) {
+    using V = Triangles::Value;
+    const Place place = place_at(triangles, x, y);
+    const auto between = [&](V a, V b, V c) __attribute__((always_inline)) {
+        return a + place.second * (b - a) + place.third * (c - a);
+    };
+    const auto interpolated = [&]<std::size_t size>(const VertexAttribute& attribute) __attribute__((always_inline)) {
+        const std::array<V, size> a = triangles.template values<size>(0, attribute);
+        const std::array<V, size> b = triangles.template values<size>(1, attribute);
+        const std::array<V, size> c = triangles.template values<size>(2, attribute);
+        std::array<Lanes, size> made;
+        for (std::size_t i = 0; i < size; ++i) made[i] = between(a[i], b[i], c[i]);
+        return made;
+    };
+    const auto vector = [&](const VertexAttribute& attribute) __attribute__((always_inline)) {
+        const std::array<Lanes, 3> v = interpolated.template operator()<3>(attribute);
+        return Lanes3{v[0], v[1], v[2]};
+    };
+    const auto where_front = [&](const Lanes3& front, const Lanes3& back) __attribute__((always_inline)) {
+        return Lanes3{triangles.where_front(front.x, back.x), triangles.where_front(front.y, back.y),
+                      triangles.where_front(front.z, back.z)};
+    };
+
+    SurfacePoints points;
+    points.z = place.z;
+    if (draw.colors != nullptr)
+        points.color = interpolated.template operator()<4>({&draw.colors->x, 4, offsetof(VertexValues, color)});
+    if (draw.vertex_lights >= 0) {
+        const VertexLight& made = geometry.vertex_lights()[static_cast<std::size_t>(draw.vertex_lights)];
+        constexpr auto stride = static_cast<std::int32_t>(sizeof(VertexLight) / sizeof(float));
+        points.light = where_front(vector({&made.light.x, stride, offsetof(VertexValues, light)}),
+                                   vector({&made.light_behind.x, stride, offsetof(VertexValues, light_behind)}));
+        const Lanes3 ambient = vector({&made.ambient.x, stride, offsetof(VertexValues, ambient)});
+        const glm::vec3 both = geometry.light().sky + geometry.light().ground;
+        points.ambient = where_front(ambient, {both.x - ambient.x, both.y - ambient.y, both.z - ambient.z});
+    } else if (draw.primitive->is_lit) {
+        const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
+        points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
+    }
+    for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
+        if (draw.textures[slot] == nullptr) continue;
+        const SampledTexture& texture = *draw.textures[slot];
+        const VertexAttribute attribute{&texture.coordinates.front().x, 2,
+                                        offsetof(VertexValues, coordinates) + slot * sizeof(glm::vec2)};
+        const std::array<V, 2> a = triangles.template values<2>(0, attribute);
+        const std::array<V, 2> b = triangles.template values<2>(1, attribute);
+        const std::array<V, 2> c = triangles.template values<2>(2, attribute);
+        auto& at = points.textures[slot];
+        at.u = between(a[0], b[0], c[0]);
+        at.v = between(a[1], b[1], c[1]);
+        const SoftwareImage& image = *texture.image;
+        const auto width = static_cast<float>(image.levels.front().width);
+        const auto height = static_cast<float>(image.levels.front().height);
+        const V second_u = (b[0] - a[0]) * width, second_v = (b[1] - a[1]) * height;
+        const V third_u = (c[0] - a[0]) * width, third_v = (c[1] - a[1]) * height;
+        const Lanes u_dx = place.second_dx * second_u + place.third_dx * third_u;
+        const Lanes v_dx = place.second_dx * second_v + place.third_dx * third_v;
+        const Lanes u_dy = place.second_dy * second_u + place.third_dy * third_u;
+        const Lanes v_dy = place.second_dy * second_v + place.third_dy * third_v;
+        at.step2 = max(u_dx * u_dx + v_dx * v_dx, u_dy * u_dy + v_dy * v_dy);
+    }
+    return points;
+}
+
+}  // namespace camrig
