@@ -31,20 +31,17 @@ CAMRIG_LANES bool find_small(const Setup& s, const PixelRect& rect, Rows<float> 
         bias[i] = s.dy[i] < 0 || (s.dy[i] == 0 && s.dx[i] > 0) ? 0 : -1;
         row[i] = static_cast<std::int32_t>(edge(s, i, std::int64_t{first} * subpixels, std::int64_t{y0} * subpixels));
     }
+    const IntLanes from = int_lane_numbers();
+    std::array<IntLanes, 3> across{};
+    for (std::size_t i = 0; i < 3; ++i) across[i] = from * (-s.dy[i] * subpixels) + bias[i];
+    const IntLanes beside = (from + (first - x0)) | ((x1 - 1 - first) - from);
     for (int y = y0; y < y1; ++y) {
-        const float base = static_cast<float>(depth.base + static_cast<double>(row[1]) * depth.second +
-                                              static_cast<double>(row[2]) * depth.third);
-        float* const kept = depths(y);
-        for (int x = x0; x < x1; ++x) {
-            const std::int32_t steps = (x - first) * subpixels;
-            const std::int32_t outside = (row[0] + bias[0] - s.dy[0] * steps) | (row[1] + bias[1] - s.dy[1] * steps) |
-                                         (row[2] + bias[2] - s.dy[2] * steps);
-            if (outside < 0) continue;
-            const float z = base + static_cast<float>(x - first) * depth.dx;
-            if (!(z > kept[x])) continue;
-            kept[x] = z;
-            numbers(y)[x] = number;
-        }
+        auto* const kept = reinterpret_cast<Lanes*>(depths(y) + first);
+        const IntLanes outside = (across[0] + row[0]) | (across[1] + row[1]) | (across[2] + row[2]) | beside;
+        const Lanes z = depth_at(depth, row[1], row[2]);
+        const IntLanes mask = (outside >= 0) & (z > *kept);
+        *kept = mask ? z : *kept;
+        store(numbers(y), first, mask, IntLanes{} + static_cast<std::int32_t>(number));
         for (std::size_t i = 0; i < 3; ++i) row[i] += s.dx[i] * subpixels;
     }
     return true;
