@@ -45,8 +45,8 @@ struct FrameInfo {
 /// Immutable once it is shared; its memory goes back to the pool when the last reference is gone.
 class Frame {
 public:
-    Frame(FrameInfo frame_info, std::vector<std::byte> bytes)
-        : info_(std::move(frame_info)), bytes_(std::move(bytes)) {}
+    Frame(FrameInfo frame_info, std::vector<std::byte> bytes, std::uint64_t held = 0)
+        : info_(std::move(frame_info)), bytes_(std::move(bytes)), held_(held) {}
 
     const FrameInfo& info() const { return info_; }
     std::span<const std::byte> bytes() const { return bytes_; }
@@ -59,9 +59,17 @@ public:
     void mark_changed(int first_row, int end_row) { info_.changed_rows.add(first_row, end_row); }
     std::vector<std::byte> take_bytes() && { return std::move(bytes_); }
 
+    /// A number for what the bytes are once the frame is made, from whoever made it and never used before; 0: none.
+    void mark_content(std::uint64_t mark) { mark_ = mark; }
+    std::uint64_t content_mark() const { return mark_; }
+    /// The mark of what these bytes were when the memory came from the pool: the maker need not write again what it
+    /// knows to be there.
+    std::uint64_t held_before() const { return held_; }
+
 private:
     FrameInfo info_;
     std::vector<std::byte> bytes_;
+    std::uint64_t held_ = 0, mark_ = 0;
 };
 
 using FrameRef = std::shared_ptr<const Frame>;

@@ -14,12 +14,19 @@ struct FramePool::Shelf {
     std::size_t max_idle_bytes = 0;
     bool open = true;  ///< false once the pool is gone: returning frames are freed
 
-    /// The newest idle frame whose buffer has exactly this size (its memory is the warmest); null if there is none.
-    /// Cameras come in few sizes and formats, so an exact match is the rule, and it needs no clearing of new bytes.
-    std::unique_ptr<Frame> take(std::size_t bytes) {
+    /// The newest idle frame whose buffer has exactly this size (its memory is the warmest), one of this camera before
+    /// others; null if there is none. Cameras come in few sizes and formats, so an exact match is the rule, and it
+    /// needs no clearing of new bytes.
+    std::unique_ptr<Frame> take(std::size_t bytes, CameraId camera) {
         std::lock_guard lock(mutex);
-        const auto found =
-            std::find_if(idle.rbegin(), idle.rend(), [&](const auto& frame) { return frame->bytes().size() == bytes; });
+        auto found = idle.rend();
+        for (auto at = idle.rbegin(); at != idle.rend(); ++at) {
+            if ((*at)->bytes().size() != bytes) continue;
+            if (found == idle.rend()) found = at;
+            if ((*at)->content_mark() == 0 || (*at)->info().camera_id != camera) continue;
+            found = at;
+            break;
+        }
         if (found == idle.rend()) return nullptr;
         std::unique_ptr<Frame> frame = std::move(*found);
         idle.erase(std::next(found).base());
@@ -62,9 +69,10 @@ FramePool::~FramePool() {
 
 std::shared_ptr<Frame> FramePool::acquire(FrameInfo info) {
     const std::size_t bytes = bytes_of(info.format, info.size);
-    std::unique_ptr<Frame> frame = shelf_->take(bytes);
+    std::unique_ptr<Frame> frame = shelf_->take(bytes, info.camera_id);
     if (frame) {
-        *frame = Frame(std::move(info), std::move(*frame).take_bytes());
+        const std::uint64_t held = frame->content_mark();
+        *frame = Frame(std::move(info), std::move(*frame).take_bytes(), held);
     } else {
         frame = std::make_unique<Frame>(std::move(info), std::vector<std::byte>(bytes));
     }

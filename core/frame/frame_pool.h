@@ -20,8 +20,8 @@ public:
     FramePool(const FramePool&) = delete;
     FramePool& operator=(const FramePool&) = delete;
 
-    /// A frame with room for info.format and info.size; the content is undefined. Fill it, then hand it on as a
-    /// FrameRef.
+    /// A frame with room for info.format and info.size; the content is undefined, or what Frame::held_before() says.
+    /// Memory that held a frame of the same camera comes first. Fill it, then hand it on as a FrameRef.
     std::shared_ptr<Frame> acquire(FrameInfo info);
 
     std::size_t idle_bytes() const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -29,20 +30,29 @@ public:
     static constexpr std::size_t alignment = lane_count * sizeof(T);
 
     Plane() = default;
+    /// All 0.
     explicit Plane(ImageSize size)
-        : stride_((size.width + lane_count - 1) / lane_count * lane_count),
-          count_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(size.height)),
-          data_(static_cast<T*>(::operator new(count_ * sizeof(T), std::align_val_t{alignment}))) {}
+        : stride_(stride_for(size)),
+          count_(static_cast<std::size_t>(bytes_for(size)) / sizeof(T)),
+          data_(static_cast<T*>(::operator new(count_ * sizeof(T), std::align_val_t{alignment}))) {
+        std::fill_n(data_.get(), count_, T{});
+    }
+
+    static std::int64_t bytes_for(ImageSize size) {
+        return std::int64_t{stride_for(size)} * size.height * std::int64_t{sizeof(T)};
+    }
+    /// Makes this a plane of that size; what it held lies anywhere then.
+    void fit(ImageSize size) {
+        if (static_cast<std::size_t>(bytes_for(size)) > count_ * sizeof(T)) *this = Plane(size);
+        stride_ = stride_for(size);
+    }
 
     explicit operator bool() const { return data_ != nullptr; }
-    int stride() const { return stride_; }
-    std::size_t count() const { return count_; }
-    std::int64_t bytes() const { return static_cast<std::int64_t>(count_ * sizeof(T)); }
-    T* data() const { return data_.get(); }
-    T* row(int y) const { return data_.get() + static_cast<std::ptrdiff_t>(y) * stride_; }
     Rows<T> rows() const { return {data_.get(), stride_}; }
 
 private:
+    static int stride_for(ImageSize size) { return (size.width + lane_count - 1) / lane_count * lane_count; }
+
     struct Free {
         void operator()(T* data) const { ::operator delete(data, std::align_val_t{alignment}); }
     };
@@ -51,11 +61,10 @@ private:
     std::unique_ptr<T[], Free> data_;
 };
 
-/// What a view is drawn into.
+/// What a view is drawn into: rows of whole groups of lanes; those of depth are aligned to them.
 struct Canvas {
-    ImageSize size;
-    Plane<std::uint32_t> color;  ///< rgba8
-    Plane<float> depth;
+    Rows<std::uint32_t> color;  ///< rgba8
+    Rows<float> depth;
 };
 
 }  // namespace camrig

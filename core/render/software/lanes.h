@@ -18,6 +18,7 @@ namespace camrig {
 
 using Lanes = float __attribute__((vector_size(32)));
 using IntLanes = std::int32_t __attribute__((vector_size(32)));
+using LooseIntLanes = std::int32_t __attribute__((vector_size(32), aligned(4), may_alias));  ///< anywhere in memory
 using Doubles4 = double __attribute__((vector_size(32)));
 using Words4 = std::int64_t __attribute__((vector_size(32)));
 

@@ -51,7 +51,7 @@ template <typename Isa>
 CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                                     const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers) {
     const ScreenVertex* const vertices = geometry.vertices().data();
-    const Rows<float> depths = canvas.depth.rows();
+    const Rows<float> depths = canvas.depth;
     const Rows<std::uint32_t> number_rows = numbers.rows();
     for (std::uint32_t i = first; i < first + count; ++i) {
         const ScreenTriangle& triangle = geometry.triangles()[i];
@@ -87,7 +87,7 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                                      const TriangleNumbers& numbers) {
     const ScreenVertex* const vertices = geometry.vertices().data();
     const ScreenTriangle* const triangles = geometry.triangles().data();
-    const Rows<std::uint32_t> colors = canvas.color.rows(), number_rows = numbers.rows();
+    const Rows<std::uint32_t> colors = canvas.color, number_rows = numbers.rows();
     for (int y = rect.y0; y < rect.y1; ++y) {
         for (int x = rect.x0 & -lane_count; x < rect.x1; x += lane_count) {
             std::uint32_t* const of_group = number_rows(y) + x;
@@ -139,8 +139,8 @@ template <typename Isa>
 CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                              const PixelRect& rect, const Canvas& canvas, const std::array<float, 256>& linear) {
     const ScreenVertex* const vertices = geometry.vertices().data();
-    const Rows<float> depths = canvas.depth.rows();
-    const Rows<std::uint32_t> colors = canvas.color.rows();
+    const Rows<float> depths = canvas.depth;
+    const Rows<std::uint32_t> colors = canvas.color;
     for (std::uint32_t i = first; i < first + count; ++i) {
         const ScreenTriangle& triangle = geometry.triangles()[i];
         const ViewDraw& draw = geometry.draws()[triangle.draw];
@@ -150,7 +150,7 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
             const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), x, y);
-            const IntLanes pixels = *reinterpret_cast<const IntLanes*>(colors(y) + x);
+            const IntLanes pixels = *reinterpret_cast<const LooseIntLanes*>(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);
             };

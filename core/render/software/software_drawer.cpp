@@ -1,9 +1,12 @@
 #include "core/render/software/software_drawer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 
+#include "core/frame/code_strip.h"
+#include "core/frame/tone.h"
 #include "core/render/view_frames.h"
 
 namespace camrig {
@@ -15,15 +18,25 @@ constexpr int max_side = 16384;
 constexpr std::size_t max_rects = 16;
 
 template <typename T>
-void copy(const Plane<T>& from, const Plane<T>& to, const PixelRect& rect) {
+void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
     if (rect.width() <= 0) return;
     const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
-    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to.row(y) + rect.x0, from.row(y) + rect.x0, bytes);
+    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
 }
 
 template <typename T>
-void copy(const Plane<T>& from, const Plane<T>& to) {
-    std::memcpy(to.data(), from.data(), from.count() * sizeof(T));
+void fill(Rows<T> rows, ImageSize size, T value) {
+    for (int y = 0; y < size.height; ++y) std::fill_n(rows(y), size.width, value);
+}
+
+Rows<std::uint32_t> rows_of(Frame& frame) {
+    return {reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data()), frame.info().size.width};
+}
+
+/// Never the same twice, whatever drawer asks.
+std::uint64_t next_mark() {
+    static std::atomic<std::uint64_t> last = 0;
+    return ++last;
 }
 
 std::uint32_t pixel_of(const glm::vec3& linear) {
@@ -113,17 +126,11 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.scope.environment = &static_set_->environment;
     work.scope.lights = static_set_->lights;
     work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, statics_number_});
-    work.target = &targets_[view.camera];
-    if (work.target->canvas.size != spec.size) {
-        *work.target = {};
-        work.target->canvas = {spec.size, Plane<std::uint32_t>(spec.size), Plane<float>(spec.size)};
-    }
+    work.history = &histories_[view.camera];
     work.movers.clear();
     work.blended.clear();
     work.rects.clear();
     work.draws = work.draws_coarse = 0;
-    work.same_as = -1;
-    work.changed_rows.clear();
     for (const SoftwareItem& item : movers_.items()) {
         auto draw = work.scope.draw_of(item);
         if (!draw) continue;
@@ -178,33 +185,40 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
 void SoftwareDrawer::draw_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns) {
     const View& view = *work.view;
     const ImageSize size = view.spec->size;
-    const auto needed = static_cast<std::size_t>(size.pixels());
-    if (scratch.numbers.count() < needed || scratch.numbers_size != size) {
-        scratch.numbers = TriangleNumbers(size);
-        scratch.numbers_size = size;
-        std::memset(scratch.numbers.data(), 0, scratch.numbers.count() * sizeof(std::uint32_t));
-    }
+    work.is_in_frame = size.width % lane_count == 0;
+    scratch.numbers.fit(size);
+    scratch.depth.fit(size);
+    if (!work.is_in_frame) scratch.color.fit(size);
     scratch.geometry.begin_view(work.scope);
     scratch.first_triangle = 0;
+    work.frame = acquire_frame(*options_.pool, view, FrameKind::color, snapshot_->world_ns, monotonic_ns);
+    work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
     work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
     if (work.is_in_parts) {
         draw_changes(work, scratch, bands);
     } else {
         draw_all(work, scratch, bands);
     }
-    auto frame = acquire_frame(*options_.pool, view, FrameKind::color, snapshot_->world_ns, monotonic_ns);
-    // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
-    frame->mark_changes(work.same_as, work.changed_rows);
-    work.target->sequence = view.sequence;
-    const Plane<std::uint32_t>& color = work.target->canvas.color;
-    const std::size_t row_bytes = static_cast<std::size_t>(size.width) * sizeof(std::uint32_t);
-    std::byte* const to = frame->mutable_bytes().data();
-    in_bands({0, 0, size.width, size.height}, bands, [&](const PixelRect& band) {
-        for (int y = band.y0; y < band.y1; ++y)
-            std::memcpy(to + static_cast<std::size_t>(y) * row_bytes, color.row(y), row_bytes);
-    });
-    finish_color(view, *frame);
-    work.frame = std::move(frame);
+    finish_color(view, *work.frame);
+    remember(work);
+}
+
+void SoftwareDrawer::remember(ViewWork& work) {
+    const View& view = *work.view;
+    History& history = *work.history;
+    history.sequence = view.sequence;
+    history.last = (history.last + 1) % history.frames.size();
+    Shown& shown = history.frames[history.last];
+    shown.mark = 0;
+    shown.layer = work.is_in_parts ? work.layer->number : 0;
+    shown.rects.assign(work.rects.begin(), work.rects.end());
+    if (!work.is_in_parts || !changes_nothing(view.spec->controls)) return;
+    if (view.spec->code_strip) {
+        const ImageSize size = view.spec->size;
+        shown.rects.push_back({0, 0, size.width, std::min(size.height, code_strip_rows * code_strip_cell(size))});
+    }
+    shown.mark = next_mark();
+    work.frame->mark_content(shown.mark);
 }
 
 const ViewDraw& SoftwareDrawer::add(ViewWork& work, Scratch& scratch, const ViewDraw& draw) {
@@ -242,38 +256,40 @@ void SoftwareDrawer::draw_blended(ViewWork& work, Scratch& scratch, std::vector<
     in_bands(scratch.geometry.whole(), bands, [&](const PixelRect& band) {
         for (const PixelRect& rect : rects) {
             for (const ViewDraw& draw : draws)
-                blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band),
-                      work.target->canvas);
+                blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas);
         }
     });
     scratch.first_triangle = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
 }
 
 void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
-    Target& target = *work.target;
     const Layer& layer = *work.layer;
-    const Canvas& canvas = target.canvas;
+    const Canvas& canvas = work.canvas;
+    const History& history = *work.history;
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
-    const Plane<std::uint32_t>& finished = layer.finished ? layer.finished : layer.color;
-    const bool shows_layer = target.shown_layer == layer.number;
     const PixelRect whole = scratch.geometry.whole();
-    if (shows_layer) {
-        work.same_as = target.sequence;
-        for (const auto* rects : {&target.changed, &work.rects}) {
-            for (const PixelRect& rect : *rects) work.changed_rows.add(rect.y0, rect.y1);
-        }
-    } else {
-        target.changed.assign(1, whole);
+    // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
+    if (const Shown& last = history.frames[history.last]; last.layer == layer.number) {
+        ChangedRows rows;
+        for (const PixelRect& rect : last.rects) rows.add(rect.y0, rect.y1);
+        for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
+        work.frame->mark_changes(history.sequence, rows);
     }
+    const std::uint64_t held = work.frame->held_before();
+    const auto found = std::ranges::find_if(history.frames, [&](const Shown& shown) {
+        return held != 0 && shown.mark == held && shown.layer == layer.number;
+    });
+    const std::span<const PixelRect> stale =
+        found == history.frames.end() ? std::span<const PixelRect>(&whole, 1) : std::span(found->rects);
+    const Rows<std::uint32_t> picture = rows_of(*work.frame), color = layer.color.rows();
+    const Rows<std::uint32_t> finished = layer.finished ? layer.finished.rows() : color;
     in_bands(whole, bands, [&](const PixelRect& band) {
-        for (const PixelRect& rect : target.changed) copy(finished, canvas.color, common(rect, band));
+        for (const PixelRect& rect : stale) copy(finished, picture, common(rect, band));
         for (const PixelRect& rect : work.rects) {
-            if (layer.finished) copy(layer.color, canvas.color, common(rect, band));
-            copy(layer.depth, canvas.depth, common(rect, band));
+            if (!work.is_in_frame || layer.finished) copy(color, canvas.color, common(rect, band));
+            copy(layer.depth.rows(), canvas.depth, common(rect, band));
         }
     });
-    target.shown_layer = layer.number;
-    target.changed.assign(work.rects.begin(), work.rects.end());
 
     for (const ViewDraw& draw : work.movers) add(work, scratch, draw);
     draw_opaque(scratch, canvas, work.rects, bands);
@@ -290,16 +306,17 @@ void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
     }
     scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
     draw_blended(work, scratch, scratch.blended, work.rects, bands);
+    if (work.is_in_frame) return;
+    for (const PixelRect& rect : work.rects) copy(canvas.color, picture, rect);
 }
 
 void SoftwareDrawer::draw_all(ViewWork& work, Scratch& scratch, int bands) {
-    Target& target = *work.target;
-    const Canvas& canvas = target.canvas;
+    const Canvas& canvas = work.canvas;
     const Environment& environment = *work.scope.environment;
-    std::fill_n(canvas.color.data(), canvas.color.count(), pixel_of(environment.background * environment.exposure));
-    std::fill_n(canvas.depth.data(), canvas.depth.count(), 0.0f);
-    target.shown_layer = 0;
     const PixelRect whole = scratch.geometry.whole();
+    const ImageSize size = work.view->spec->size;
+    fill(canvas.color, size, pixel_of(environment.background * environment.exposure));
+    fill(canvas.depth, size, 0.0f);
     const std::span<const PixelRect> everywhere(&whole, 1);
     scratch.blended.clear();
     for (const SoftwareItem& item : statics_.items()) {
@@ -320,12 +337,15 @@ void SoftwareDrawer::draw_all(ViewWork& work, Scratch& scratch, int bands) {
     draw_opaque(scratch, canvas, everywhere, bands);
     scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
     draw_blended(work, scratch, scratch.blended, everywhere, bands);
+    if (!work.is_in_frame) copy(canvas.color, rows_of(*work.frame), whole);
 }
 
 void SoftwareDrawer::keep(ViewWork& work, Scratch& scratch) {
-    const Canvas& canvas = work.target->canvas;
+    const Canvas& canvas = work.canvas;
+    const PixelRect whole = scratch.geometry.whole();
+    const ImageSize size = work.view->spec->size;
     const bool has_blended = !scratch.blended.empty();
-    const std::int64_t bytes = (has_blended ? 2 : 1) * canvas.color.bytes() + canvas.depth.bytes();
+    const std::int64_t bytes = (has_blended ? 3 : 2) * Plane<float>::bytes_for(size);
     Layer& layer = *work.layer;
     {
         const std::lock_guard lock(layers_mutex_);
@@ -334,21 +354,20 @@ void SoftwareDrawer::keep(ViewWork& work, Scratch& scratch) {
         layers_.count_kept();
         layer.number = ++layer_number_;
     }
-    layer.color = Plane<std::uint32_t>(canvas.size);
-    layer.depth = Plane<float>(canvas.size);
-    copy(canvas.color, layer.color);
-    copy(canvas.depth, layer.depth);
+    layer.color = Plane<std::uint32_t>(size);
+    layer.depth = Plane<float>(size);
+    copy(canvas.color, layer.color.rows(), whole);
+    copy(canvas.depth, layer.depth.rows(), whole);
     if (!has_blended) return;
     std::vector<ViewDraw> blended = scratch.blended;
-    const PixelRect whole = scratch.geometry.whole();
     draw_blended(work, scratch, blended, {&whole, 1}, 1);
-    layer.finished = Plane<std::uint32_t>(canvas.size);
-    copy(canvas.color, layer.finished);
-    copy(layer.color, canvas.color);
+    layer.finished = Plane<std::uint32_t>(size);
+    copy(canvas.color, layer.finished.rows(), whole);
+    copy(layer.color.rows(), canvas.color, whole);
 }
 
 void SoftwareDrawer::forget(CameraId camera) {
-    targets_.erase(camera);
+    histories_.erase(camera);
     layers_.forget(camera);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <memory>
@@ -47,24 +48,29 @@ private:
         Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
         std::uint64_t number = 0;       ///< no two that were ever kept have the same; 0: nothing is kept yet
     };
-    /// The picture of a camera, which stays from instant to instant.
-    struct Target {
-        Canvas canvas;
-        std::uint64_t shown_layer = 0;  ///< what it shows outside of `changed`; 0: nothing that is kept
-        std::vector<PixelRect> changed;
-        std::int64_t sequence = -1;  ///< of the frame that showed it last
+    /// What a frame showed: a layer, and other things in some rectangles.
+    struct Shown {
+        std::uint64_t mark = 0;   ///< Frame::content_mark; 0: none
+        std::uint64_t layer = 0;  ///< 0: none that is kept
+        std::vector<PixelRect> rects;
+    };
+    /// The last frames of a camera, in a ring.
+    struct History {
+        std::array<Shown, 8> frames;
+        std::size_t last = 0;
+        std::int64_t sequence = -1;  ///< of the last
     };
     struct ViewWork {
         const View* view = nullptr;
         ViewScope scope;
         Layer* layer = nullptr;
-        Target* target = nullptr;
+        History* history = nullptr;
         std::vector<ViewDraw> movers, blended;
         std::vector<PixelRect> rects;  ///< where movers are, if a layer is kept
-        FrameRef frame;
+        std::shared_ptr<Frame> frame;
+        Canvas canvas;
+        bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
         bool is_in_parts = false;
-        std::int64_t same_as = -1;  ///< as of FrameInfo
-        ChangedRows changed_rows;
         std::uint64_t draws = 0, draws_coarse = 0;
     };
     /// What a thread needs to draw a view.
@@ -72,13 +78,15 @@ private:
         ViewGeometry geometry;
         std::uint32_t first_triangle = 0;  ///< of those that are not drawn yet
         TriangleNumbers numbers;
-        ImageSize numbers_size;
+        Plane<float> depth;
+        Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes
         std::vector<ViewDraw> blended;
     };
 
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
     void draw_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns);
+    /// Brings the frame up to date, which may hold an earlier picture of the camera.
     void draw_changes(ViewWork& work, Scratch& scratch, int bands);
     void draw_all(ViewWork& work, Scratch& scratch, int bands);
     const ViewDraw& add(ViewWork& work, Scratch& scratch, const ViewDraw& draw);
@@ -89,6 +97,8 @@ private:
     /// work(rows of the rectangle) for that many bands of it, by all threads where it is more than one.
     template <typename Work>
     void in_bands(const PixelRect& rect, int bands, const Work& work);
+    /// Notes what the frame shows, for the frames that follow.
+    void remember(ViewWork& work);
     /// The canvas holds the opaque statics: keeps them, and how they look with what is blended over them.
     void keep(ViewWork& work, Scratch& scratch);
 
@@ -102,7 +112,7 @@ private:
     std::uint64_t statics_number_ = 0, layer_number_ = 0;
     LayerTable<Layer> layers_;
     std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
-    std::map<CameraId, Target> targets_;
+    std::map<CameraId, History> histories_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
     std::deque<Scratch> scratch_;

@@ -53,6 +53,35 @@ TEST(FramePool, KeepsNoMoreThanItsBoundAndDropsTheOldest) {
     EXPECT_LE(pool.idle_bytes(), 2 * one) << "a buffer over the bound is freed at once";
 }
 
+TEST(FramePool, ACameraGetsTheMemoryOfItsOwnFrameAndLearnsWhatItHolds) {
+    FramePool pool;
+    const auto of_camera = [&](std::uint32_t camera) {
+        FrameInfo info = frame_info({16, 16});
+        info.camera_id = CameraId(camera);
+        return pool.acquire(info);
+    };
+    auto own = of_camera(1), other = of_camera(2), plain = of_camera(1);
+    EXPECT_EQ(own->held_before(), 0U) << "new memory";
+    own->mark_content(71);
+    other->mark_content(72);
+    const std::byte *const own_memory = own->bytes().data(), *const other_memory = other->bytes().data();
+    own.reset();
+    other.reset();
+    plain.reset();  // the newest
+
+    own = of_camera(1);
+    EXPECT_EQ(own->bytes().data(), own_memory);
+    EXPECT_EQ(own->held_before(), 71U);
+    EXPECT_EQ(own->content_mark(), 0U) << "what is written next has no mark yet";
+    own.reset();
+    own = of_camera(1);
+    EXPECT_EQ(own->held_before(), 0U) << "somebody wrote there";
+    plain = of_camera(3);
+    other = of_camera(3);
+    EXPECT_EQ(other->bytes().data(), other_memory);
+    EXPECT_EQ(other->held_before(), 72U);
+}
+
 TEST(FramePool, FramesMayOutliveThePool) {
     FrameRef survivor;
     {
