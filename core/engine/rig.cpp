@@ -16,12 +16,14 @@ namespace {
 constexpr TimeNs idle_tick_ns = 100 * ns_per_ms;
 /// Policy slow: how late a picture may be before the world waits.
 constexpr TimeNs slow_tolerance_ns = 20 * ns_per_ms;
-/// For so long an instant is drawn, two views at least, before that goes out and commands have their turn: encoders
+/// For so long an instant is drawn, some views at least, before that goes out and commands have their turn: encoders
 /// begin while the rest is drawn, and the first camera's reader need not wait for the last camera.
 constexpr TimeNs turn_ns = ns_per_ms;
+constexpr std::size_t turn_views = 2;  ///< one a core: fewer are drawn in pieces
 /// An instant that begins so late tells that the machine is full. Then pictures a second matter more than the age of
-/// the first, and a turn has more views: fewer would leave the device idle between turns.
+/// the first, and a turn has more views: at the end of each the threads that draw wait for the slowest of them.
 constexpr TimeNs late_ns = 10 * ns_per_ms;
+constexpr TimeNs late_turn_ns = 40 * ns_per_ms;
 constexpr std::size_t late_turn_views = 4;
 /// What a view is taken to cost before one was drawn.
 constexpr TimeNs first_view_cost_ns = 8 * ns_per_ms;
@@ -111,12 +113,14 @@ void Rig::run_realtime(TimeNs monotonic_ns) {
         clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
     }
     drawing_ = begin_instant(instant_ns, clock_.monotonic_at(instant_ns));
-    if (now_ns - next_ns > late_ns) drawing_->min_turn_views = late_turn_views;
+    drawing_->is_late = now_ns - next_ns > late_ns;
     draw_turn();
 }
 
 void Rig::draw_turn() {
-    const auto views = std::max(drawing_->min_turn_views, static_cast<std::size_t>(turn_ns / view_cost_ns_));
+    const TimeNs time_ns = drawing_->is_late ? late_turn_ns : turn_ns;
+    const std::size_t least = drawing_->is_late ? late_turn_views : turn_views;
+    const std::size_t views = std::max(least, static_cast<std::size_t>(time_ns / view_cost_ns_));
     publish(draw_some(*drawing_, views), nullptr);
     if (drawing_->is_done()) drawing_.reset();
 }

@@ -62,9 +62,9 @@ private:
         SnapshotRef snapshot;
         TimeNs monotonic_ns = 0;
         std::vector<View> views;
-        std::vector<bool> is_wanted;     ///< by readers; a view may be drawn for a waiter alone
-        std::size_t drawn = 0;           ///< views
-        std::size_t min_turn_views = 2;  ///< one a core: fewer are drawn in pieces
+        std::vector<bool> is_wanted;  ///< by readers; a view may be drawn for a waiter alone
+        std::size_t drawn = 0;        ///< views
+        bool is_late = false;         ///< it began long after it was due
         bool is_done() const { return drawn == views.size(); }
     };
 
