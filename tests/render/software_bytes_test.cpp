@@ -313,6 +313,73 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
     EXPECT_EQ(full->counters().layers_reused, 0u);
 }
 
+TEST(SameBytes, WhateverTheMemoryOfAFrameHeld) {
+    // Frames are given back after no, few and many instants: memory comes back with the last picture of its camera, an
+    // older one, one of before a change, another camera's, or none.
+    const SnapshotRef first = gallery().snapshot();
+    const auto kept = drawer(with_layers()), full = drawer();
+    std::vector<View> views;
+    for (const int width : {160, 161, 160}) {
+        const auto number = static_cast<std::uint32_t>(views.size() + 1);
+        views.push_back(
+            TestCamera{.eye = {0.0, 0.1 * number, 0.0}, .size = {width, 100}, .focal_px = 110.0}.view(number));
+    }
+    const auto change = [](View& view, auto change_spec) {
+        auto spec = std::make_shared<CameraSpec>(*view.spec);
+        change_spec(*spec);
+        view.spec = spec;
+        view.spec_revision += 1000;
+    };
+    std::vector<FrameRef> held;
+    int reused = 0;
+    for (int n = 0; n < 90; ++n) {
+        for (View& view : views) view.sequence = 3 * n;
+        if (n == 20) change(views[0], [](CameraSpec& spec) { spec.controls.brightness = 0.2; });
+        if (n == 35) change(views[0], [](CameraSpec& spec) { spec.controls.brightness = 0.0; });
+        if (n == 40) change(views[2], [](CameraSpec& spec) { spec.code_strip = true; });
+        if (n == 65) kept->forget(views[2].camera);
+        if (n == 75) views[0].pose.position.z += 0.1;
+        const SnapshotRef snapshot = moment(first, n % 17);
+        const auto a = drawn(*kept, snapshot, views), b = drawn(*full, snapshot, views);
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            ASSERT_TRUE(are_equal(a[i], b[i])) << "instant " << n << ", view " << i;
+            reused += a[i]->held_before() != 0;
+            if (random(7, static_cast<std::uint64_t>(3 * n) + i) < 0.5) held.push_back(a[i]);
+        }
+        while (held.size() > 7 || (n % 10 == 9 && !held.empty())) {
+            const double pick = random(8, static_cast<std::uint64_t>(n)) * static_cast<double>(held.size());
+            held.erase(held.begin() + static_cast<std::ptrdiff_t>(pick));
+        }
+    }
+    EXPECT_GT(reused, 60) << "of 270";
+}
+
+TEST(Blending, WhatIsFartherIsDrawnFirst) {
+    const auto pane = [](double distance_m, glm::vec3 color, std::uint32_t id) {
+        Material material = colored(color, true);
+        material.alpha_mode = AlphaMode::blend;
+        material.base_color.a = 0.5f;
+        material.double_sided = true;
+        return instance_of(model_of(rectangle(glm::vec3(0.0f), {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}), material),
+                           {distance_m, 0.0, 0.0}, id);
+    };
+    const Instance red = pane(3.0, {1.0f, 0.0f, 0.0f}, 1), green = pane(2.0, {0.0f, 1.0f, 0.0f}, 2);
+    for (const bool has_movers : {false, true}) {
+        for (const bool red_first : {false, true}) {
+            TestWorld world;
+            world.objects = {red_first ? red : green};
+            (has_movers ? world.movers : world.objects).push_back(red_first ? green : red);
+            const auto by = drawer(with_layers());
+            View view = TestCamera{.size = {64, 48}, .focal_px = focal_px}.view();
+            for (int n = 0; n < 4; ++n) {
+                const Picture picture{drawn(*by, world.snapshot(), {view}).at(0)};
+                EXPECT_EQ(picture.at(32, 24)[0], srgb_code(0.25)) << has_movers << red_first << ", picture " << n;
+                EXPECT_EQ(picture.at(32, 24)[1], srgb_code(0.5)) << has_movers << red_first << ", picture " << n;
+            }
+        }
+    }
+}
+
 /// Whether all bytes of a frame in the bands that it calls unchanged are those of the frame that it names.
 class Claims {
 public:

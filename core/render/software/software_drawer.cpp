@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/frame/code_strip.h"
 #include "core/frame/tone.h"
 #include "core/render/view_frames.h"
 
@@ -212,11 +211,8 @@ void SoftwareDrawer::remember(ViewWork& work) {
     shown.mark = 0;
     shown.layer = work.is_in_parts ? work.layer->number : 0;
     shown.rects.assign(work.rects.begin(), work.rects.end());
+    // A code strip lies in the same place in all frames of a layer, and is drawn anew.
     if (!work.is_in_parts || !changes_nothing(view.spec->controls)) return;
-    if (view.spec->code_strip) {
-        const ImageSize size = view.spec->size;
-        shown.rects.push_back({0, 0, size.width, std::min(size.height, code_strip_rows * code_strip_cell(size))});
-    }
     shown.mark = next_mark();
     work.frame->mark_content(shown.mark);
 }
