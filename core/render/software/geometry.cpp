@@ -205,13 +205,15 @@ void ViewGeometry::project(const ViewDraw& draw) {
 
 void ViewGeometry::light_vertices(ViewDraw& draw) {
     draw.vertex_lights = static_cast<std::ptrdiff_t>(vertex_lights_.size());
-    vertex_lights_.reserve(vertex_lights_.size() + draw.vertex_count);
-    for (std::uint32_t i = 0; i < draw.vertex_count; ++i) {
+    vertex_lights_.resize(vertex_lights_.size() + draw.vertex_count);
+    VertexLight* const to = vertex_lights_.data() + draw.vertex_lights;
+    const bool has_back = draw.primitive->material->double_sided;
+    for (const std::uint32_t i : draw.level->vertices) {
         const glm::vec3 p(draw.optical_from_local * glm::dvec4(draw.positions[i], 1.0));
         const glm::vec3 n = glm::normalize(draw.optical_from_normal * draw.normals[i]);
-        vertex_lights_.push_back({.light = hemisphere(light_, n) + lambert(*draw.lights, n, p),
-                                  .light_behind = hemisphere(light_, -n) + lambert(*draw.lights, -n, p),
-                                  .ambient = hemisphere(light_, n)});
+        to[i].ambient = hemisphere(light_, n);
+        to[i].light = to[i].ambient + lambert(*draw.lights, n, p);
+        if (has_back) to[i].light_behind = hemisphere(light_, -n) + lambert(*draw.lights, -n, p);
     }
 }
 

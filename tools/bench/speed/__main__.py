@@ -12,7 +12,7 @@ from dataclasses import replace
 import camrig
 
 from . import REPOSITORY
-from .meter import machine
+from .meter import machine, processor_seconds
 from .parts import ALL, QUICK, Plan
 
 PAGE = REPOSITORY / "docs" / "speed.md"
@@ -51,12 +51,14 @@ def main() -> int:
     with camrig.start("scenes/minimal.json", mode="lockstep", device="cpu") as rig:
         renderer = rig.call("server.info")["renderer"]
     for name in arguments.only or ALL:
-        load, begin = os.getloadavg()[0], time.monotonic()
+        load, begin, (all_before, stolen_before) = os.getloadavg()[0], time.monotonic(), processor_seconds()
         print(f"{name} ...", file=sys.stderr, flush=True)
         title, _, rest = ALL[name](plan).partition("\n\n")
+        all_after, stolen_after = processor_seconds()
+        stolen = (stolen_after - stolen_before) / (all_after - all_before)
         # Every part says where it was measured: parts may be renewed on different days and machines.
-        how = (f"Measured on {machine()}, {renderer}; load average before: {load:.1f}; took {time.monotonic() - begin:.0f} s; "
-               f"`python -m tools.bench.speed --only {name}`.")
+        how = (f"Measured on {machine()}, {renderer}; load average before: {load:.1f}; other guests of the host took {100 * stolen:.1f} % of the processors' time; "
+               f"took {time.monotonic() - begin:.0f} s; `python -m tools.bench.speed --only {name}`.")
         text = f"{title}\n\n{how}\n\n{rest}"
         print(text + "\n", flush=True)
         if not arguments.quick:

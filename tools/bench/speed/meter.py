@@ -90,6 +90,13 @@ def machine() -> str:
     return f"{os.cpu_count()} cores of {model[1].strip() if model else 'an unknown processor'}"
 
 
+def processor_seconds() -> tuple[float, float]:
+    """Of all processors since the start: all time that passed, and what the host gave to others while this machine wanted it (proc(5), steal)."""
+    ticks = [int(word) for word in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:]]
+    per_second = os.sysconf("SC_CLK_TCK")
+    return sum(ticks[:8]) / per_second, ticks[7] / per_second
+
+
 def percentile(values: list[float], share: float) -> float:
     """The nearest-rank percentile; nan of nothing."""
     if not values:

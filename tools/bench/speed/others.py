@@ -24,7 +24,7 @@ def other_renderers(plan: Plan) -> list[dict] | None:
     for name in NAMES:
         for cameras in (4, 12):
             seconds = max(1.0, plan.seconds / 15)
-            command = ["timeout", "60", PYTHON, PEERS / "draw.py", name, "--cameras", str(cameras), "--seconds", str(seconds)]
+            command = ["timeout", "150", PYTHON, PEERS / "draw.py", name, "--cameras", str(cameras), "--seconds", str(seconds)]
             done = subprocess.run(command, capture_output=True, text=True, cwd=REPOSITORY)
             if done.returncode != 0:
                 print(f"{name}: {(done.stderr.strip().splitlines() or ['failed'])[-1]}", file=sys.stderr, flush=True)
