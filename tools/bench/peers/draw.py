@@ -38,7 +38,7 @@ def main() -> None:
         count += 1
     wall, used, drawn = time.perf_counter() - begin, time.process_time() - cpu, (count - warm_up) * len(cameras)
     if arguments.picture:
-        Image.fromarray(np.ascontiguousarray(pictures[0][..., :3])).save(arguments.picture)
+        Image.fromarray(np.ascontiguousarray(draw(cameras)[0][..., :3])).save(arguments.picture)
     triangles = sum(len(piece.faces) for piece in pieces)
     print(json.dumps({"name": arguments.renderer, "cameras": len(cameras), "per_second": drawn / wall, "cpu_ms": 1000 * used / drawn, "triangles": triangles}))
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from . import limits, programs, runs
 from .figures import figure, lines
 from .meter import percentile, use_of
-from .others import other_renderers
+from .others import difference_of_tiny, other_renderers
 from .plan import FULL_HD, HD, QUICK, VGA, Plan, table
 from .targets import pictures, targets
 
@@ -173,7 +173,7 @@ def peers(plan: Plan) -> str:
     results = other_renderers(plan)
     if results is None:
         return title + "Not measured: tools/bench/peers/setup was not run."
-    rows = []
+    rows, to_tiny = [], []
     for cameras in (4, 12):
         frames = max(3, plan.steps // (2 * cameras))
         for quality in ("fast", "simple"):
@@ -181,8 +181,12 @@ def peers(plan: Plan) -> str:
             if ours is not None:
                 rows.append([f"camrig, quality `{quality}`", cameras, f"{ours.per_second:.0f}", f"{ours.cpu_ms:.1f}"])
         rows += [[peer["name"], cameras, f"{peer['per_second']:.0f}", f"{peer['cpu_ms']:.1f}"] for peer in results if peer["cameras"] == cameras]
+        tiny = [peer["per_second"] for peer in results if (peer["name"], peer["cameras"]) == ("panda3d-tiny", cameras)]
+        if ours is not None and tiny:
+            to_tiny.append(f"{ours.per_second / tiny[0]:.2f} x with {cameras} cameras")
     return (title + "The hall and eight people as they stand, the same poses, every camera turned before each picture, 640x480 to arrays in host memory, llvmpipe with two threads. Versions are "
-            "those that tools/bench/peers/setup installs; what each does not draw is said in tools/bench/peers/README.md.\n\n" + table(["renderer", "cameras", "frames/s", "CPU ms a frame"], rows))
+            "those that tools/bench/peers/setup installs; what each does not draw is said in tools/bench/peers/README.md.\n\n" + table(["renderer", "cameras", "frames/s", "CPU ms a frame"], rows)
+            + ("\n\n" + difference_of_tiny() + " camrig's `simple` draws of its frames a second: " + ", ".join(to_tiny) + "." if to_tiny else ""))
 
 
 ALL: dict[str, Callable[[Plan], str]] = {
