@@ -14,18 +14,26 @@ struct FramePool::Shelf {
     std::size_t max_idle_bytes = 0;
     bool open = true;  ///< false once the pool is gone: returning frames are freed
 
-    /// The newest idle frame whose buffer has exactly this size (its memory is the warmest), one of this camera before
-    /// others; null if there is none. Cameras come in few sizes and formats, so an exact match is the rule, and it
-    /// needs no clearing of new bytes.
-    std::unique_ptr<Frame> take(std::size_t bytes, CameraId camera) {
+    /// The newest idle frame whose buffer has exactly this size (its memory is the warmest); null if there is none.
+    /// Cameras come in few sizes and formats, so an exact match is the rule, and it needs no clearing of new bytes.
+    /// What a maker has marked goes back to the same camera and kind, and to others only when nothing else is left.
+    std::unique_ptr<Frame> take(std::size_t bytes, const FrameInfo& info) {
+        enum Rank { unfit, of_others, unmarked, own };
+        const auto rank_of = [&](const Frame& frame) {
+            if (frame.bytes().size() != bytes) return unfit;
+            if (frame.content_mark() == 0) return unmarked;
+            const FrameInfo& held = frame.info();
+            return held.camera_id == info.camera_id && held.kind == info.kind && held.format == info.format ? own
+                                                                                                            : of_others;
+        };
         std::lock_guard lock(mutex);
         auto found = idle.rend();
-        for (auto at = idle.rbegin(); at != idle.rend(); ++at) {
-            if ((*at)->bytes().size() != bytes) continue;
-            if (found == idle.rend()) found = at;
-            if ((*at)->content_mark() == 0 || (*at)->info().camera_id != camera) continue;
+        Rank best = unfit;
+        for (auto at = idle.rbegin(); at != idle.rend() && best != own; ++at) {
+            const Rank rank = rank_of(**at);
+            if (rank <= best) continue;
+            best = rank;
             found = at;
-            break;
         }
         if (found == idle.rend()) return nullptr;
         std::unique_ptr<Frame> frame = std::move(*found);
@@ -69,7 +77,7 @@ FramePool::~FramePool() {
 
 std::shared_ptr<Frame> FramePool::acquire(FrameInfo info) {
     const std::size_t bytes = bytes_of(info.format, info.size);
-    std::unique_ptr<Frame> frame = shelf_->take(bytes, info.camera_id);
+    std::unique_ptr<Frame> frame = shelf_->take(bytes, info);
     if (frame) {
         const std::uint64_t held = frame->content_mark();
         *frame = Frame(std::move(info), std::move(*frame).take_bytes(), held);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -55,13 +53,11 @@ CAMRIG_LANES Lanes floor(Lanes value) {
     const Lanes whole = __builtin_convertvector(truncated(value), Lanes);
     return whole > value ? whole - 1.0f : whole;
 }
+
 /// Eight doubles.
 struct Doubles {
     Doubles4 low, high;
 };
-CAMRIG_LANES Doubles operator+(const Doubles& a, const Doubles& b) {
-    return {a.low + b.low, a.high + b.high};
-}
 CAMRIG_LANES Doubles operator-(const Doubles& a, const Doubles& b) {
     return {a.low - b.low, a.high - b.high};
 }

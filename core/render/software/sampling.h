@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
 
 #include "core/render/software/lanes.h"
 #include "core/render/software/software_model.h"

@@ -53,11 +53,12 @@ TEST(FramePool, KeepsNoMoreThanItsBoundAndDropsTheOldest) {
     EXPECT_LE(pool.idle_bytes(), 2 * one) << "a buffer over the bound is freed at once";
 }
 
-TEST(FramePool, ACameraGetsTheMemoryOfItsOwnFrameAndLearnsWhatItHolds) {
+TEST(FramePool, WhatIsMarkedGoesBackToItsCameraAndKind) {
     FramePool pool;
-    const auto of_camera = [&](std::uint32_t camera) {
+    const auto of_camera = [&](std::uint32_t camera, FrameKind kind = FrameKind::color) {
         FrameInfo info = frame_info({16, 16});
         info.camera_id = CameraId(camera);
+        info.kind = kind;
         return pool.acquire(info);
     };
     auto own = of_camera(1), other = of_camera(2), plain = of_camera(1);
@@ -65,21 +66,24 @@ TEST(FramePool, ACameraGetsTheMemoryOfItsOwnFrameAndLearnsWhatItHolds) {
     own->mark_content(71);
     other->mark_content(72);
     const std::byte *const own_memory = own->bytes().data(), *const other_memory = other->bytes().data();
+    const std::byte* const plain_memory = plain->bytes().data();
+    plain.reset();
     own.reset();
-    other.reset();
-    plain.reset();  // the newest
+    other.reset();  // the newest
 
+    const auto depth = of_camera(1, FrameKind::depth);
+    EXPECT_EQ(depth->bytes().data(), plain_memory) << "other kinds leave what is marked";
     own = of_camera(1);
     EXPECT_EQ(own->bytes().data(), own_memory);
     EXPECT_EQ(own->held_before(), 71U);
     EXPECT_EQ(own->content_mark(), 0U) << "what is written next has no mark yet";
     own.reset();
     own = of_camera(1);
+    EXPECT_EQ(own->bytes().data(), own_memory);
     EXPECT_EQ(own->held_before(), 0U) << "somebody wrote there";
-    plain = of_camera(3);
-    other = of_camera(3);
-    EXPECT_EQ(other->bytes().data(), other_memory);
-    EXPECT_EQ(other->held_before(), 72U);
+    const auto third = of_camera(3);
+    EXPECT_EQ(third->bytes().data(), other_memory) << "rather than new memory";
+    EXPECT_EQ(third->held_before(), 72U);
 }
 
 TEST(FramePool, FramesMayOutliveThePool) {
