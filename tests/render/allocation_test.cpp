@@ -65,7 +65,7 @@ std::uint64_t blocks_an_instant(const std::vector<View>& views) {
         world.movers.push_back(instance_of(model_of(box({0.1f, 0.1f, 0.2f}), paint), {3.5, 0.7 * i, 0.1}, id++));
         world.movers.push_back(instance_of(model_of(box({0.1f, 0.1f, 0.2f}), glass), {3.2, 0.7 * i, 0.1}, id++));
     }
-    constexpr int warm_up = 8, counted_instants = 16;
+    constexpr int warm_up = 16, counted_instants = 16;  // eight frames of a camera are remembered
     std::vector<SnapshotRef> moments;
     for (int n = 0; n < warm_up + counted_instants; ++n) {
         auto moment = std::make_shared<Snapshot>(n == 0 ? *world.snapshot() : *moments.front());

@@ -53,16 +53,17 @@ CAMRIG_LANES Lanes depth_at(const DepthPlane& plane, std::int64_t second_edge, s
     return static_cast<float>(base) + lane_numbers() * plane.dx;
 }
 
+/// Those of the rectangle whose middles may be inside; may be none.
+CAMRIG_LANES PixelRect pixels_of(const ScreenTriangle& triangle, const PixelRect& rect) {
+    return {std::max<int>(rect.x0, triangle.x0), std::max<int>(rect.y0, triangle.y0),
+            std::min<int>(rect.x1, triangle.x1), std::min<int>(rect.y1, triangle.y1)};
+}
+
 /// Calls visit(x, y, mask, depth) for all groups of pixels of a row that a triangle covers; x is a multiple of
-/// lane_count.
+/// lane_count. rect: of pixels_of, not empty.
 template <typename Isa, typename Visit>
 CAMRIG_LANES void rasterize(const Setup& s, const PixelRect& rect, const Visit& visit) {
-    constexpr int bits = 8;
-    const auto [least_x, most_x] = std::minmax({s.at[0]->x, s.at[1]->x, s.at[2]->x});
-    const auto [least_y, most_y] = std::minmax({s.at[0]->y, s.at[1]->y, s.at[2]->y});
-    const int x0 = std::max(rect.x0, (least_x + subpixels - 1) >> bits), x1 = std::min(rect.x1, (most_x >> bits) + 1);
-    const int y0 = std::max(rect.y0, (least_y + subpixels - 1) >> bits), y1 = std::min(rect.y1, (most_y >> bits) + 1);
-    if (x0 >= x1 || y0 >= y1) return;
+    const auto [x0, y0, x1, y1] = rect;
     const DepthPlane depth = depth_plane(s);
     const int first = x0 & -lane_count;
     std::array<std::int64_t, 3> row{};   // at the first pixel of a row, of the groups
@@ -74,7 +75,8 @@ CAMRIG_LANES void rasterize(const Setup& s, const PixelRect& rect, const Visit& 
     }
     const IntLanes from = int_lane_numbers();
     constexpr int small = 1 << 14;  // its edges fit into 32 bits
-    if (most_x - least_x < small && most_y - least_y < small) {
+    const auto is_short = [](std::int32_t length) { return length > -small && length < small; };
+    if (std::ranges::all_of(s.dx, is_short) && std::ranges::all_of(s.dy, is_short)) {
         std::array<IntLanes, 3> across{};
         for (std::size_t i = 0; i < 3; ++i) across[i] = from * (-s.dy[i] * subpixels);
         for (int y = y0; y < y1; ++y) {

@@ -6,18 +6,6 @@
 namespace camrig {
 namespace {
 
-/// Beyond, edges are clipped: coordinates stay below 2^23, their products below 2^63.
-constexpr double guard_px = 16384.0;
-
-enum Outside : std::uint8_t {
-    outside_left = 1,
-    outside_right = 2,
-    outside_top = 4,
-    outside_bottom = 8,
-    outside_near = 16,
-    outside_guard = 32,
-};
-
 SurfaceLight surface_light(const Light& light, const ViewTransform& view, float exposure) {
     SurfaceLight made;
     made.color = light.color * light.intensity * exposure;
@@ -60,25 +48,6 @@ struct ClippedCorner {
     glm::dvec3 position;
     glm::dvec3 shares;
 };
-
-/// Fills in a triangle of these corners; false if it shows no pixel. Half of all triangles show their backs and most of
-/// far people's lie between the pixels: no branch would guess which.
-bool make_triangle(const ViewDraw& draw, const ScreenVertex* vertices, const std::array<std::uint32_t, 3>& corners,
-                   ScreenTriangle& triangle) {
-    const ScreenVertex &a = vertices[corners[0]], &b = vertices[corners[1]], &c = vertices[corners[2]];
-    const auto has_middles = [](std::int32_t p, std::int32_t q, std::int32_t r) {
-        return (std::max(p, std::max(q, r)) & -subpixels) >= std::min(p, std::min(q, r));
-    };
-    const std::int64_t area = std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{c.x - a.x} * (b.y - a.y);
-    // Rows run down, so what is counter-clockwise in the world is negative here.
-    const bool is_turned = area < 0, is_front = is_turned != draw.item->is_mirrored;
-    triangle.vertices = {corners[0], corners[is_turned ? 2 : 1], corners[is_turned ? 1 : 2]};
-    triangle.is_front = is_front;
-    triangle.inverse_area = static_cast<double>(is_turned ? -area : area);
-    const bool is_seen = is_front || draw.primitive->material->double_sided;
-    return (static_cast<int>(is_seen) & static_cast<int>(area != 0) & static_cast<int>(has_middles(a.x, b.x, c.x)) &
-            static_cast<int>(has_middles(a.y, b.y, c.y))) != 0;
-}
 
 }  // namespace
 
@@ -161,8 +130,7 @@ const ViewDraw& ViewGeometry::add(ViewDraw draw, const SoftwareItems& items) {
         draw.lights = lights_of(item.lights);
         if (scope_.quality == Quality::fast) light_vertices(draw);
     }
-    project(draw);
-    assemble(draw);
+    add_triangles(draw);
     draw.triangle_count = static_cast<std::uint32_t>(triangles_.size()) - draw.first_triangle;
     return draws_.emplace_back(draw);
 }
@@ -176,31 +144,6 @@ ScreenVertex ViewGeometry::on_screen(const glm::dvec3& p) const {
             .y = static_cast<std::int32_t>(std::lrint(v * subpixels)),
             .depth = static_cast<float>(t.depth_scale + t.depth_shift * inverse),
             .inverse_z = static_cast<float>(inverse)};
-}
-
-void ViewGeometry::project(const ViewDraw& draw) {
-    const ViewTransform& t = scope_.transform;
-    const glm::dmat4& m = draw.optical_from_local;
-    const double left = t.intrinsics.cx + 0.5, right = t.size.width - 0.5 - t.intrinsics.cx;
-    const double top = t.intrinsics.cy + 0.5, bottom = t.size.height - 0.5 - t.intrinsics.cy;
-    const double guard_x = guard_px - std::abs(t.intrinsics.cx), guard_y = guard_px - std::abs(t.intrinsics.cy);
-    vertices_.resize(vertices_.size() + draw.vertex_count);
-    outside_.resize(draw.vertex_count);
-    ScreenVertex* const to = vertices_.data() + draw.first_vertex;
-    for (const std::uint32_t i : draw.level->vertices) {
-        const glm::dvec3 local(draw.positions[i]);
-        const glm::dvec3 p(m[0][0] * local.x + m[1][0] * local.y + m[2][0] * local.z + m[3][0],
-                           m[0][1] * local.x + m[1][1] * local.y + m[2][1] * local.z + m[3][1],
-                           m[0][2] * local.x + m[1][2] * local.y + m[2][2] * local.z + m[3][2]);
-        const double x = t.intrinsics.fx * p.x, y = t.intrinsics.fy * p.y;
-        unsigned outside = (x < -left * p.z ? outside_left : 0) | (x > right * p.z ? outside_right : 0) |
-                           (y < -top * p.z ? outside_top : 0) | (y > bottom * p.z ? outside_bottom : 0) |
-                           (p.z < t.near_m ? outside_near : 0);
-        // Not of a number: never inside.
-        if (!(std::abs(x) <= guard_x * p.z && std::abs(y) <= guard_y * p.z)) outside |= outside_guard;
-        outside_[i] = static_cast<std::uint8_t>(outside);
-        if ((outside & (outside_near | outside_guard)) == 0) to[i] = on_screen(p);
-    }
 }
 
 void ViewGeometry::light_vertices(ViewDraw& draw) {
@@ -217,31 +160,25 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
     }
 }
 
-void ViewGeometry::assemble(const ViewDraw& draw) {
-    constexpr unsigned beside = outside_left | outside_right | outside_top | outside_bottom | outside_near;
-    const std::vector<std::uint32_t>& indices = draw.level->indices;
-    const std::size_t first = triangles_.size();
-    triangles_.resize(first + indices.size() / 3);
-    ScreenTriangle* next = triangles_.data() + first;
-    to_clip_.clear();
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-        const std::array<std::uint32_t, 3> corners{indices[i], indices[i + 1], indices[i + 2]};
-        const unsigned a = outside_[corners[0]], b = outside_[corners[1]], c = outside_[corners[2]];
-        if ((a & b & c & beside) != 0) continue;
-        if (((a | b | c) & (outside_near | outside_guard)) != 0) {
-            to_clip_.push_back(corners);
-            continue;
-        }
-        next += make_triangle(
-            draw, vertices_.data(),
-            {draw.first_vertex + corners[0], draw.first_vertex + corners[1], draw.first_vertex + corners[2]}, *next);
+void ViewGeometry::add_triangles(const ViewDraw& draw) {
+    vertices_.resize(vertices_.size() + draw.vertex_count);
+    outside_.resize(draw.vertex_count);
+    project(scope_.transform, draw.optical_from_local, draw.positions, draw.level->vertices, scope_.wide_lanes,
+            vertices_.data() + draw.first_vertex, outside_.data());
+    for (auto* const list : {&to_clip_, &made_by_clipping_}) {
+        for (auto& corners : *list) corners.clear();
     }
-    triangles_.resize(static_cast<std::size_t>(next - triangles_.data()));
-    for (const auto& corners : to_clip_) clip(draw, corners);
-    for (std::size_t i = first; i < triangles_.size(); ++i) {
-        triangles_[i].draw = static_cast<std::uint32_t>(draws_.size()) & 0x7FFFFFFFu;
-        triangles_[i].inverse_area = 1.0 / triangles_[i].inverse_area;
-    }
+    const TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
+                            .first_vertex = draw.first_vertex,
+                            .is_mirrored = draw.item->is_mirrored,
+                            .is_double_sided = draw.primitive->material->double_sided};
+    const auto add = [&](const TriangleCorners& corners) {
+        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, scope_.wide_lanes, triangles_,
+                 to_clip_);
+    };
+    add(draw.level->triangles);
+    for (std::size_t i = 0; i < to_clip_[0].size(); ++i) clip(draw, {to_clip_[0][i], to_clip_[1][i], to_clip_[2][i]});
+    if (!made_by_clipping_[0].empty()) add(made_by_clipping_);
 }
 
 VertexValues ViewGeometry::values_of(const ViewDraw& draw, std::uint32_t vertex) const {
@@ -316,10 +253,11 @@ void ViewGeometry::clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>
             made.ambient += values[k].ambient * share;
         }
     }
+    // All of it lies on the screen.
+    outside_.resize(outside_.size() + count, 0);
     for (std::uint32_t i = 2; i < count; ++i) {
-        ScreenTriangle triangle;
-        if (make_triangle(draw, vertices_.data(), {first, first + i - 1, first + i}, triangle))
-            triangles_.push_back(triangle);
+        const std::array<std::uint32_t, 3> fan{first, first + i - 1, first + i};
+        for (std::size_t c = 0; c < fan.size(); ++c) made_by_clipping_[c].push_back(fan[c] - draw.first_vertex);
     }
 }
 

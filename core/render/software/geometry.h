@@ -5,29 +5,13 @@
 #include <vector>
 
 #include "core/render/pixel_rect.h"
+#include "core/render/software/screen_triangles.h"
 #include "core/render/software/software_scene.h"
 #include "core/render/view_transform.h"
 #include "core/world/camera_spec.h"
 
 /// From placed meshes to triangles on the screen: the geometry of one view.
 namespace camrig {
-
-/// In 1/256 of a pixel; the middle of pixel (x, y) is at (256 x, 256 y), as OpenCV counts.
-inline constexpr int subpixels = 256;
-
-struct ScreenVertex {
-    std::int32_t x = 0, y = 0;
-    float depth = 0.0f;      ///< reversed: 1 at the near plane, 0 at infinity
-    float inverse_z = 0.0f;  ///< of metres along the optical axis
-};
-
-/// Its corners run so that the area is positive where x points right and y down.
-struct ScreenTriangle {
-    std::array<std::uint32_t, 3> vertices{};  ///< into ViewGeometry::vertices
-    std::uint32_t draw : 31 = 0;              ///< into ViewGeometry::draws
-    std::uint32_t is_front : 1 = 1;           ///< whether its front is seen
-    double inverse_area = 0.0;                ///< 1 / twice its area, in subpixels
-};
 
 enum TextureSlot { base_color_slot, emissive_slot, occlusion_slot, texture_slot_count };
 
@@ -121,9 +105,8 @@ public:
 
 private:
     const SurfaceLights* lights_of(const LightSet& set);
-    void project(const ViewDraw& draw);
     void light_vertices(ViewDraw& draw);
-    void assemble(const ViewDraw& draw);
+    void add_triangles(const ViewDraw& draw);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
     ScreenVertex on_screen(const glm::dvec3& p) const;
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
@@ -134,9 +117,9 @@ private:
     std::size_t lights_used_ = 0;
     std::vector<ViewDraw> draws_;
     std::vector<ScreenVertex> vertices_;
-    std::vector<std::uint8_t> outside_;  ///< per vertex of the draw: which planes it is beyond
+    std::vector<std::int32_t> outside_;  ///< per vertex of the draw: which planes it is beyond
     std::vector<ScreenTriangle> triangles_;
-    std::vector<std::array<std::uint32_t, 3>> to_clip_;
+    TriangleCorners to_clip_, made_by_clipping_;
     std::vector<VertexValues> clipped_;
     std::vector<VertexLight> vertex_lights_;
 };

@@ -64,6 +64,15 @@ CAMRIG_LANES Doubles operator-(const Doubles& a, const Doubles& b) {
 CAMRIG_LANES Doubles operator*(const Doubles& a, const Doubles& b) {
     return {a.low * b.low, a.high * b.high};
 }
+CAMRIG_LANES Doubles operator+(const Doubles& a, const Doubles& b) {
+    return {a.low + b.low, a.high + b.high};
+}
+CAMRIG_LANES Doubles operator+(const Doubles& a, double b) {
+    return {a.low + b, a.high + b};
+}
+CAMRIG_LANES Doubles operator/(double a, const Doubles& b) {
+    return {a / b.low, a / b.high};
+}
 CAMRIG_LANES Doubles operator*(const Doubles& a, double b) {
     return {a.low * b, a.high * b};
 }
@@ -76,6 +85,36 @@ CAMRIG_LANES Doubles operator-(const Doubles& a) {
 CAMRIG_LANES Doubles widened(IntLanes value) {
     return {__builtin_convertvector(__builtin_shufflevector(value, value, 0, 1, 2, 3), Doubles4),
             __builtin_convertvector(__builtin_shufflevector(value, value, 4, 5, 6, 7), Doubles4)};
+}
+CAMRIG_LANES Doubles widened(Lanes value) {
+    return {__builtin_convertvector(__builtin_shufflevector(value, value, 0, 1, 2, 3), Doubles4),
+            __builtin_convertvector(__builtin_shufflevector(value, value, 4, 5, 6, 7), Doubles4)};
+}
+CAMRIG_LANES Doubles magnitude(const Doubles& value) {
+    return {value.low < 0.0 ? -value.low : value.low, value.high < 0.0 ? -value.high : value.high};
+}
+/// A mask of eight doubles as one of eight lanes.
+CAMRIG_LANES IntLanes narrowed(Words4 low, Words4 high) {
+    return __builtin_shufflevector(reinterpret_cast<IntLanes>(low), reinterpret_cast<IntLanes>(high), 0, 2, 4, 6, 8, 10,
+                                   12, 14);
+}
+CAMRIG_LANES IntLanes operator<(const Doubles& a, const Doubles& b) {
+    return narrowed(a.low < b.low, a.high < b.high);
+}
+CAMRIG_LANES IntLanes operator<=(const Doubles& a, const Doubles& b) {
+    return narrowed(a.low <= b.low, a.high <= b.high);
+}
+CAMRIG_LANES Doubles select(IntLanes mask, const Doubles& yes, const Doubles& no) {
+    const auto low = __builtin_convertvector(__builtin_shufflevector(mask, mask, 0, 1, 2, 3), Words4);
+    const auto high = __builtin_convertvector(__builtin_shufflevector(mask, mask, 4, 5, 6, 7), Words4);
+    return {low ? yes.low : no.low, high ? yes.high : no.high};
+}
+/// To the nearest whole number, halves to the even one; for magnitudes below 2^31.
+CAMRIG_LANES IntLanes rounded(const Doubles& value) {
+    using Ints4 = std::int32_t __attribute__((vector_size(16)));
+    constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52: beyond it, doubles are whole numbers
+    return __builtin_shufflevector(__builtin_convertvector(value.low + shift - shift, Ints4),
+                                   __builtin_convertvector(value.high + shift - shift, Ints4), 0, 1, 2, 3, 4, 5, 6, 7);
 }
 CAMRIG_LANES Lanes narrowed(const Doubles& value) {
     using Floats4 = float __attribute__((vector_size(16)));
@@ -134,6 +173,13 @@ struct Avx2Isa {
 };
 #else
 using Avx2Isa = PlainIsa;
+#endif
+
+/// For functions that inline code with Avx2Isa.
+#if defined(__x86_64__)
+#define CAMRIG_WIDE [[gnu::target("avx2")]]
+#else
+#define CAMRIG_WIDE
 #endif
 
 template <typename Isa>

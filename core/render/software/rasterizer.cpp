@@ -12,19 +12,18 @@
 namespace camrig {
 namespace {
 
-/// find_visible for a triangle of few pixels, as most of people's are: false if it has more. The same arithmetic.
-CAMRIG_LANES bool find_small(const Setup& s, const PixelRect& rect, Rows<float> depths, Rows<std::uint32_t> numbers,
+/// Its pixels lie in one group of each row, and few rows.
+CAMRIG_LANES bool is_small(const ScreenTriangle& triangle, const PixelRect& rect) {
+    constexpr int side = 4;
+    return triangle.x1 - triangle.x0 <= side && triangle.y1 - triangle.y0 <= side &&
+           (rect.x0 & -lane_count) == ((rect.x1 - 1) & -lane_count);
+}
+
+/// find_visible for a small triangle, as most of people's are. The same arithmetic.
+CAMRIG_LANES void find_small(const Setup& s, const PixelRect& rect, Rows<float> depths, Rows<std::uint32_t> numbers,
                              std::uint32_t number) {
-    constexpr int bits = 8, side = 4;
-    const ScreenVertex &a = *s.at[0], &b = *s.at[1], &c = *s.at[2];
-    const std::int32_t least_x = std::min(a.x, std::min(b.x, c.x)), most_x = std::max(a.x, std::max(b.x, c.x));
-    const std::int32_t least_y = std::min(a.y, std::min(b.y, c.y)), most_y = std::max(a.y, std::max(b.y, c.y));
-    if (most_x - least_x >= side * subpixels || most_y - least_y >= side * subpixels) return false;
-    const int x0 = std::max(rect.x0, (least_x + subpixels - 1) >> bits), x1 = std::min(rect.x1, (most_x >> bits) + 1);
-    const int y0 = std::max(rect.y0, (least_y + subpixels - 1) >> bits), y1 = std::min(rect.y1, (most_y >> bits) + 1);
-    if (x0 >= x1 || y0 >= y1) return true;
+    const auto [x0, y0, x1, y1] = rect;
     const int first = x0 & -lane_count;
-    if (first != ((x1 - 1) & -lane_count)) return false;
     const DepthPlane depth = depth_plane(s);
     std::array<std::int32_t, 3> row{}, bias{};  // at the first pixel of the group
     for (std::size_t i = 0; i < 3; ++i) {
@@ -44,7 +43,6 @@ CAMRIG_LANES bool find_small(const Setup& s, const PixelRect& rect, Rows<float> 
         store(numbers(y), first, mask, IntLanes{} + static_cast<std::int32_t>(number));
         for (std::size_t i = 0; i < 3; ++i) row[i] += s.dx[i] * subpixels;
     }
-    return true;
 }
 
 template <typename Isa>
@@ -55,12 +53,17 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
     const Rows<std::uint32_t> number_rows = numbers.rows();
     for (std::uint32_t i = first; i < first + count; ++i) {
         const ScreenTriangle& triangle = geometry.triangles()[i];
+        const PixelRect seen = pixels_of(triangle, rect);
+        if (seen.width() <= 0 || seen.height() <= 0) continue;
         const ViewDraw& draw = geometry.draws()[triangle.draw];
         const Material& material = *draw.primitive->material;
         const bool is_masked = material.alpha_mode == AlphaMode::mask;
         const Setup s = set_up(vertices, triangle);
-        if (!is_masked && find_small(s, rect, depths, number_rows, i + 1)) continue;
-        rasterize<Isa>(s, rect, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
+        if (!is_masked && is_small(triangle, seen)) {
+            find_small(s, seen, depths, number_rows, i + 1);
+            continue;
+        }
+        rasterize<Isa>(s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             auto* const kept = reinterpret_cast<Lanes*>(depths(y) + x);
             mask &= depth > *kept;
             if (Isa::bits(mask) == 0) return;
@@ -79,7 +82,7 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
 template <typename Isa>
 CAMRIG_LANES IntLanes draws_of(const ScreenTriangle* triangles, IntLanes number) {
     const IntLanes index = number > 0 ? number - 1 : IntLanes{};
-    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 6) & 0x7FFFFFFF;
+    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & 0x7FFFFFFF;
 }
 
 template <typename Isa>
@@ -144,8 +147,10 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
     for (std::uint32_t i = first; i < first + count; ++i) {
         const ScreenTriangle& triangle = geometry.triangles()[i];
         const ViewDraw& draw = geometry.draws()[triangle.draw];
+        const PixelRect seen = pixels_of(triangle, rect);
+        if (seen.width() <= 0 || seen.height() <= 0) continue;
         const Setup s = set_up(vertices, triangle);
-        rasterize<Isa>(s, rect, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
+        rasterize<Isa>(s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             mask &= depth > *reinterpret_cast<const Lanes*>(depths(y) + x);
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
@@ -165,12 +170,6 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
         });
     }
 }
-
-#if defined(__x86_64__)
-#define CAMRIG_WIDE [[gnu::target("avx2")]]
-#else
-#define CAMRIG_WIDE
-#endif
 
 CAMRIG_WIDE void find_visible_wide(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                                    const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers) {

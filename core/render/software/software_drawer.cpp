@@ -24,8 +24,8 @@ void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
 }
 
 template <typename T>
-void fill(Rows<T> rows, ImageSize size, T value) {
-    for (int y = 0; y < size.height; ++y) std::fill_n(rows(y), size.width, value);
+void fill(Rows<T> rows, const PixelRect& rect, T value) {
+    for (int y = rect.y0; y < rect.y1; ++y) std::fill_n(rows(y) + rect.x0, rect.width(), value);
 }
 
 Rows<std::uint32_t> rows_of(Frame& frame) {
@@ -64,6 +64,12 @@ bool is_blended(const SoftwareItem& item) {
 /// May be of less than no height.
 PixelRect common(const PixelRect& a, const PixelRect& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+}
+
+bool touches(std::span<const PixelRect> rects, const ViewTransform& transform, const ViewDraw& draw) {
+    const Box& box = draw.item->bounds;
+    const auto bounds = screen_bounds(transform, draw.optical_from_local, box.min, box.max);
+    return bounds && std::ranges::any_of(rects, [&](const PixelRect& rect) { return rect.intersects(*bounds); });
 }
 
 PixelRect hull_of(std::span<const PixelRect> rects) {
@@ -163,13 +169,22 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         in_work_.push_back(&works_[i]);
     }
     deform_seen(in_work_);
-    if (views.size() >= static_cast<std::size_t>(team_.size())) {
+    const auto threads = static_cast<std::size_t>(team_.size());
+    if (views.size() >= threads) {
         team_.run(views.size(), [&](int worker, std::size_t i) {
-            draw_view(*in_work_[i], scratch_[static_cast<std::size_t>(worker)], 1, monotonic_ns);
+            ViewWork& work = *in_work_[i];
+            Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
+            begin_view(work, scratch, 1, monotonic_ns);
+            draw_rows(work, scratch, work.whole);
         });
     } else {
-        // Few views: all threads together on each, in pieces of its rows.
-        for (ViewWork* work : in_work_) draw_view(*work, scratch_.front(), team_.size(), monotonic_ns);
+        // Fewer views than threads: each in bands of its rows.
+        team_.run(views.size(),
+                  [&](int, std::size_t i) { begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns); });
+        team_.run(views.size() * threads, [&](int, std::size_t i) {
+            ViewWork& work = *in_work_[i / threads];
+            draw_rows(work, scratch_[i / threads], band_of(work, static_cast<int>(i % threads), team_.size()));
+        });
     }
     for (ViewWork* work : in_work_) {
         frames.push_back(std::move(work->frame));
@@ -181,89 +196,42 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     }
 }
 
-void SoftwareDrawer::draw_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns) {
+PixelRect SoftwareDrawer::band_of(const ViewWork& work, int band, int bands) {
+    // The work lies where the rectangles are.
+    const PixelRect busy = work.rects.empty() ? work.whole : hull_of(work.rects);
+    const auto row = [&](int i) {
+        return i == 0 ? 0 : i == bands ? work.whole.y1 : busy.y0 + busy.height() * i / bands;
+    };
+    return {0, row(band), work.whole.x1, row(band + 1)};
+}
+
+void SoftwareDrawer::begin_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns) {
     const View& view = *work.view;
     const ImageSize size = view.spec->size;
+    work.whole = {0, 0, size.width, size.height};
+    work.bands_left = bands;
     work.is_in_frame = size.width % lane_count == 0;
     scratch.numbers.fit(size);
     scratch.depth.fit(size);
     if (!work.is_in_frame) scratch.color.fit(size);
-    scratch.geometry.begin_view(work.scope);
-    scratch.first_triangle = 0;
     work.frame = acquire_frame(*options_.pool, view, FrameKind::color, snapshot_->world_ns, monotonic_ns);
     work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
     work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
     if (work.is_in_parts) {
-        draw_changes(work, scratch, bands);
+        find_stale(work);
     } else {
-        draw_all(work, scratch, bands);
+        work.rects.assign(1, work.whole);
     }
-    finish_color(view, *work.frame);
-    remember(work);
+    add_triangles(work, scratch);
+    if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
+    // Nobody keeps the statics alone: what movers hide of them is not shaded.
+    if (work.layer == nullptr) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
 }
 
-void SoftwareDrawer::remember(ViewWork& work) {
-    const View& view = *work.view;
-    History& history = *work.history;
-    history.sequence = view.sequence;
-    history.last = (history.last + 1) % history.frames.size();
-    Shown& shown = history.frames[history.last];
-    shown.mark = 0;
-    shown.layer = work.is_in_parts ? work.layer->number : 0;
-    shown.rects.assign(work.rects.begin(), work.rects.end());
-    // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    if (!work.is_in_parts || !changes_nothing(view.spec->controls)) return;
-    shown.mark = next_mark();
-    work.frame->mark_content(shown.mark);
-}
-
-const ViewDraw& SoftwareDrawer::add(ViewWork& work, Scratch& scratch, const ViewDraw& draw) {
-    ++work.draws;
-    work.draws_coarse += draw.level->error > 0.0f;
-    return scratch.geometry.add(draw, draw.is_static ? statics_ : movers_);
-}
-
-template <typename Work>
-void SoftwareDrawer::in_bands(const PixelRect& rect, int bands, const Work& work) {
-    team_.run(static_cast<std::size_t>(bands), [&](int, std::size_t band) {
-        const auto row = [&](std::size_t i) { return rect.y0 + rect.height() * static_cast<int>(i) / bands; };
-        work(PixelRect{rect.x0, row(band), rect.x1, row(band + 1)});
-    });
-}
-
-void SoftwareDrawer::draw_opaque(Scratch& scratch, const Canvas& canvas, std::span<const PixelRect> rects, int bands) {
-    const auto count = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
-    if (count == scratch.first_triangle || rects.empty()) return;
-    const PixelRect hull = hull_of(rects);
-    in_bands(hull, bands, [&](const PixelRect& band) {
-        // What was added lies in the rectangles: once for all of them.
-        find_visible(scratch.geometry, scratch.first_triangle, count - scratch.first_triangle, band, canvas,
-                     scratch.numbers);
-        for (const PixelRect& rect : rects)
-            shade_visible(scratch.geometry, common(rect, band), canvas, scratch.numbers);
-    });
-    scratch.first_triangle = count;
-}
-
-void SoftwareDrawer::draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws,
-                                  std::span<const PixelRect> rects, int bands) {
-    sort_by_distance(draws);
-    for (ViewDraw& draw : draws) draw = add(work, scratch, draw);
-    in_bands(scratch.geometry.whole(), bands, [&](const PixelRect& band) {
-        for (const PixelRect& rect : rects) {
-            for (const ViewDraw& draw : draws)
-                blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas);
-        }
-    });
-    scratch.first_triangle = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
-}
-
-void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
+void SoftwareDrawer::find_stale(ViewWork& work) {
     const Layer& layer = *work.layer;
-    const Canvas& canvas = work.canvas;
     const History& history = *work.history;
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
-    const PixelRect whole = scratch.geometry.whole();
     // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
     if (const Shown& last = history.frames[history.last]; last.layer == layer.number) {
         ChangedRows rows;
@@ -275,91 +243,138 @@ void SoftwareDrawer::draw_changes(ViewWork& work, Scratch& scratch, int bands) {
     const auto found = std::ranges::find_if(history.frames, [&](const Shown& shown) {
         return held != 0 && shown.mark == held && shown.layer == layer.number;
     });
-    const std::span<const PixelRect> stale =
-        found == history.frames.end() ? std::span<const PixelRect>(&whole, 1) : std::span(found->rects);
-    const Rows<std::uint32_t> picture = rows_of(*work.frame), color = layer.color.rows();
-    const Rows<std::uint32_t> finished = layer.finished ? layer.finished.rows() : color;
-    in_bands(whole, bands, [&](const PixelRect& band) {
-        for (const PixelRect& rect : stale) copy(finished, picture, common(rect, band));
-        for (const PixelRect& rect : work.rects) {
-            if (!work.is_in_frame || layer.finished) copy(color, canvas.color, common(rect, band));
-            copy(layer.depth.rows(), canvas.depth, common(rect, band));
-        }
-    });
-
-    for (const ViewDraw& draw : work.movers) add(work, scratch, draw);
-    draw_opaque(scratch, canvas, work.rects, bands);
-    scratch.blended.clear();
-    for (const SoftwareItem* item : blended_statics_) {
-        auto draw = work.scope.draw_of(*item);
-        if (!draw) continue;
-        const auto bounds =
-            screen_bounds(work.scope.transform, draw->optical_from_local, item->bounds.min, item->bounds.max);
-        if (!bounds || std::ranges::none_of(work.rects, [&](const PixelRect& r) { return r.intersects(*bounds); }))
-            continue;
-        draw->is_static = true;
-        scratch.blended.push_back(*draw);
-    }
-    scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
-    draw_blended(work, scratch, scratch.blended, work.rects, bands);
-    if (work.is_in_frame) return;
-    for (const PixelRect& rect : work.rects) copy(canvas.color, picture, rect);
+    work.stale = found == history.frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
 }
 
-void SoftwareDrawer::draw_all(ViewWork& work, Scratch& scratch, int bands) {
-    const Canvas& canvas = work.canvas;
-    const Environment& environment = *work.scope.environment;
-    const PixelRect whole = scratch.geometry.whole();
-    const ImageSize size = work.view->spec->size;
-    fill(canvas.color, size, pixel_of(environment.background * environment.exposure));
-    fill(canvas.depth, size, 0.0f);
-    const std::span<const PixelRect> everywhere(&whole, 1);
-    scratch.blended.clear();
-    for (const SoftwareItem& item : statics_.items()) {
+void SoftwareDrawer::add_triangles(ViewWork& work, Scratch& scratch) {
+    const auto add = [&](const ViewDraw& draw) -> const ViewDraw& {
+        ++work.draws;
+        work.draws_coarse += draw.level->error > 0.0f;
+        return scratch.geometry.add(draw, draw.is_static ? statics_ : movers_);
+    };
+    const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
+    const auto add_static = [&](const SoftwareItem& item) {
         auto draw = work.scope.draw_of(item);
-        if (!draw) continue;
+        if (!draw) return;
         draw->is_static = true;
-        if (is_blended(item)) {
-            scratch.blended.push_back(*draw);
-        } else {
-            add(work, scratch, *draw);
+        if (!is_blended(item)) {
+            add(*draw);
+        } else if (!work.is_in_parts || touches(work.rects, work.scope.transform, *draw)) {
+            scratch.blended_statics.push_back(*draw);
         }
+    };
+    scratch.geometry.begin_view(work.scope);
+    scratch.blended_statics.clear();
+    if (work.is_in_parts) {
+        for (const SoftwareItem* item : blended_statics_) add_static(*item);
+    } else {
+        for (const SoftwareItem& item : statics_.items()) add_static(item);
     }
-    if (work.layer != nullptr) {
-        draw_opaque(scratch, canvas, everywhere, bands);
-        keep(work, scratch);
-    }
-    for (const ViewDraw& draw : work.movers) add(work, scratch, draw);
-    draw_opaque(scratch, canvas, everywhere, bands);
-    scratch.blended.insert(scratch.blended.end(), work.blended.begin(), work.blended.end());
-    draw_blended(work, scratch, scratch.blended, everywhere, bands);
-    if (!work.is_in_frame) copy(canvas.color, rows_of(*work.frame), whole);
+    scratch.statics = {0, count()};
+    for (const ViewDraw& draw : work.movers) add(draw);
+    scratch.movers = {scratch.statics.count, count() - scratch.statics.count};
+    for (ViewDraw& draw : scratch.blended_statics) draw = add(draw);
+    scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
+    for (const ViewDraw& draw : work.blended) scratch.blended.push_back(add(draw));
+    sort_by_distance(scratch.blended_statics);
+    sort_by_distance(scratch.blended);
 }
 
-void SoftwareDrawer::keep(ViewWork& work, Scratch& scratch) {
-    const Canvas& canvas = work.canvas;
-    const PixelRect whole = scratch.geometry.whole();
+void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
-    const bool has_blended = !scratch.blended.empty();
     const std::int64_t bytes = (has_blended ? 3 : 2) * Plane<float>::bytes_for(size);
     Layer& layer = *work.layer;
     {
         const std::lock_guard lock(layers_mutex_);
-        if (!layers_.make_room(bytes)) return;
+        if (!layers_.make_room(bytes)) {
+            work.layer = nullptr;
+            return;
+        }
         layers_.charge(layer, bytes);
         layers_.count_kept();
         layer.number = ++layer_number_;
     }
     layer.color = Plane<std::uint32_t>(size);
     layer.depth = Plane<float>(size);
-    copy(canvas.color, layer.color.rows(), whole);
-    copy(canvas.depth, layer.depth.rows(), whole);
-    if (!has_blended) return;
-    std::vector<ViewDraw> blended = scratch.blended;
-    draw_blended(work, scratch, blended, {&whole, 1}, 1);
-    layer.finished = Plane<std::uint32_t>(size);
-    copy(canvas.color, layer.finished.rows(), whole);
-    copy(layer.color.rows(), canvas.color, whole);
+    if (has_blended) layer.finished = Plane<std::uint32_t>(size);
+}
+
+void SoftwareDrawer::draw_rows(ViewWork& work, Scratch& scratch, const PixelRect& band) {
+    if (work.is_in_parts) {
+        put_back(work, band);
+    } else {
+        draw_statics(work, scratch, band);
+    }
+    draw_opaque(scratch, scratch.movers, work, band);
+    draw_blended(scratch, scratch.blended, work, band);
+    if (!work.is_in_frame) {
+        for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
+    }
+    if (--work.bands_left > 0) return;
+    finish_color(*work.view, *work.frame);
+    remember(work);
+}
+
+void SoftwareDrawer::put_back(ViewWork& work, const PixelRect& band) {
+    const Layer& layer = *work.layer;
+    const Rows<std::uint32_t> color = layer.color.rows();
+    const Rows<std::uint32_t> finished = layer.finished ? layer.finished.rows() : color;
+    for (const PixelRect& rect : work.stale) copy(finished, rows_of(*work.frame), common(rect, band));
+    for (const PixelRect& rect : work.rects) {
+        if (!work.is_in_frame || layer.finished) copy(color, work.canvas.color, common(rect, band));
+        copy(layer.depth.rows(), work.canvas.depth, common(rect, band));
+    }
+}
+
+void SoftwareDrawer::draw_statics(ViewWork& work, Scratch& scratch, const PixelRect& band) {
+    const Canvas& canvas = work.canvas;
+    const Environment& environment = *work.scope.environment;
+    fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
+    fill(canvas.depth, band, 0.0f);
+    if (work.layer == nullptr) return;
+    draw_opaque(scratch, scratch.statics, work, band);
+    const Layer& layer = *work.layer;
+    copy(canvas.color, layer.color.rows(), band);
+    copy(canvas.depth, layer.depth.rows(), band);
+    if (!layer.finished) return;
+    draw_blended(scratch, scratch.blended_statics, work, band);
+    copy(canvas.color, layer.finished.rows(), band);
+    copy(layer.color.rows(), canvas.color, band);
+}
+
+void SoftwareDrawer::draw_opaque(Scratch& scratch, const TriangleRange& triangles, const ViewWork& work,
+                                 const PixelRect& band) {
+    if (triangles.count == 0 || work.rects.empty()) return;
+    const PixelRect hull = common(hull_of(work.rects), band);
+    if (hull.height() <= 0) return;
+    // What is in the range lies in the rectangles: once for all of them.
+    find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
+    for (const PixelRect& rect : work.rects)
+        shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers);
+}
+
+void SoftwareDrawer::draw_blended(const Scratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
+                                  const PixelRect& band) {
+    for (const PixelRect& rect : work.rects) {
+        for (const ViewDraw& draw : draws)
+            blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas);
+    }
+}
+
+void SoftwareDrawer::remember(ViewWork& work) {
+    const View& view = *work.view;
+    History& history = *work.history;
+    history.sequence = view.sequence;
+    history.last = (history.last + 1) % history.frames.size();
+    Shown& shown = history.frames[history.last];
+    shown.mark = 0;
+    shown.layer = work.is_in_parts ? work.layer->number : 0;
+    shown.rects.clear();
+    if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
+    // A code strip lies in the same place in all frames of a layer, and is drawn anew.
+    if (!work.is_in_parts || !changes_nothing(view.spec->controls)) return;
+    shown.mark = next_mark();
+    work.frame->mark_content(shown.mark);
 }
 
 void SoftwareDrawer::forget(CameraId camera) {

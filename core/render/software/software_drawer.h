@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <deque>
 #include <map>
 #include <memory>
@@ -66,41 +67,50 @@ private:
         Layer* layer = nullptr;
         History* history = nullptr;
         std::vector<ViewDraw> movers, blended;
-        std::vector<PixelRect> rects;  ///< where movers are, if a layer is kept
+        PixelRect whole;
+        std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
+        std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
+        std::atomic<int> bands_left = 0;
         std::shared_ptr<Frame> frame;
         Canvas canvas;
         bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
         bool is_in_parts = false;
         std::uint64_t draws = 0, draws_coarse = 0;
     };
-    /// What a thread needs to draw a view.
+    struct TriangleRange {
+        std::uint32_t first = 0, count = 0;
+    };
+    /// What it takes to draw a view.
     struct Scratch {
         ViewGeometry geometry;
-        std::uint32_t first_triangle = 0;  ///< of those that are not drawn yet
+        TriangleRange statics, movers;                   ///< opaque
+        std::vector<ViewDraw> blended_statics, blended;  ///< from far to near; the second with the first
         TriangleNumbers numbers;
         Plane<float> depth;
         Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes
-        std::vector<ViewDraw> blended;
     };
 
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
-    void draw_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns);
-    /// Brings the frame up to date, which may hold an earlier picture of the camera.
-    void draw_changes(ViewWork& work, Scratch& scratch, int bands);
-    void draw_all(ViewWork& work, Scratch& scratch, int bands);
-    const ViewDraw& add(ViewWork& work, Scratch& scratch, const ViewDraw& draw);
-    /// Draws what was added since the last time.
-    void draw_opaque(Scratch& scratch, const Canvas& canvas, std::span<const PixelRect> rects, int bands);
-    void draw_blended(ViewWork& work, Scratch& scratch, std::vector<ViewDraw>& draws, std::span<const PixelRect> rects,
-                      int bands);
-    /// work(rows of the rectangle) for that many bands of it, by all threads where it is more than one.
-    template <typename Work>
-    void in_bands(const PixelRect& rect, int bands, const Work& work);
+    /// Rows of a picture of which each band has about as much work.
+    static PixelRect band_of(const ViewWork& work, int band, int bands);
+    /// All but the pixels, which draw_rows makes for that many bands of rows that cover the picture.
+    void begin_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns);
+    /// The view has a layer: what of the frame's memory, which may hold an earlier picture of the camera, is not so.
+    static void find_stale(ViewWork& work);
+    void add_triangles(ViewWork& work, Scratch& scratch);
+    /// Room to keep what does not move; the view goes on without a layer where there is none.
+    void make_layer(ViewWork& work, bool has_blended);
+    /// Different bands from different threads. The last one finishes the frame.
+    static void draw_rows(ViewWork& work, Scratch& scratch, const PixelRect& band);
+    static void put_back(ViewWork& work, const PixelRect& band);
+    static void draw_statics(ViewWork& work, Scratch& scratch, const PixelRect& band);
+    static void draw_opaque(Scratch& scratch, const TriangleRange& triangles, const ViewWork& work,
+                            const PixelRect& band);
+    static void draw_blended(const Scratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
+                             const PixelRect& band);
     /// Notes what the frame shows, for the frames that follow.
-    void remember(ViewWork& work);
-    /// The canvas holds the opaque statics: keeps them, and how they look with what is blended over them.
-    void keep(ViewWork& work, Scratch& scratch);
+    static void remember(ViewWork& work);
 
     Options options_;
     ThreadTeam team_;
@@ -115,7 +125,7 @@ private:
     std::map<CameraId, History> histories_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
-    std::deque<Scratch> scratch_;
+    std::deque<Scratch> scratch_;  ///< by thread, or by view where they are few
     std::vector<const SoftwareItem*> unmade_;
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
     std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one

@@ -34,9 +34,11 @@ SampledTexture use_of(SoftwareModel& model, const Primitive& primitive, const Te
     return use;
 }
 
-SoftwareLevel level_of(std::vector<std::uint32_t> indices, float error) {
-    SoftwareLevel level{.indices = std::move(indices), .vertices = {}, .error = error};
-    level.vertices = level.indices;
+SoftwareLevel level_of(const std::vector<std::uint32_t>& indices, float error) {
+    SoftwareLevel level{.triangles = {}, .vertices = indices, .error = error};
+    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+        for (std::size_t c = 0; c < 3; ++c) level.triangles[c].push_back(indices[i + c]);
+    }
     std::ranges::sort(level.vertices);
     const auto repeated = std::ranges::unique(level.vertices);
     level.vertices.erase(repeated.begin(), repeated.end());
@@ -62,8 +64,8 @@ std::unique_ptr<SoftwareModel> make_software_model(const ModelRef& source) {
                 made.occlusion = use_of(*model, primitive, made.material->occlusion_texture, false);
             }
             made.levels.push_back(level_of(primitive.indices, 0.0f));
-            for (DetailLevel& level : make_detail_levels(primitive))
-                made.levels.push_back(level_of(std::move(level.indices), level.error));
+            for (const DetailLevel& level : make_detail_levels(primitive))
+                made.levels.push_back(level_of(level.indices, level.error));
             made.joint_boxes = joint_boxes_of(primitive);
             model->has_only_triangles &= primitive.topology == Topology::triangles;
             primitives.push_back(std::move(made));

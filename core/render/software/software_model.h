@@ -7,6 +7,7 @@
 
 #include "core/render/detail_levels.h"
 #include "core/render/placement.h"
+#include "core/render/software/screen_triangles.h"
 #include "core/render/software/texture.h"
 
 namespace camrig {
@@ -20,7 +21,7 @@ struct SampledTexture {
 
 /// The triangles of a level of detail and the vertices that they use, rising.
 struct SoftwareLevel {
-    std::vector<std::uint32_t> indices;
+    TriangleCorners triangles;
     std::vector<std::uint32_t> vertices;
     float error = 0.0f;  ///< as of DetailLevel; 0: the full mesh
 };

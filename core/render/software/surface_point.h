@@ -110,15 +110,15 @@ public:
     /// numbers: of triangles, from 1; none is 0.
     CAMRIG_LANES TriangleOfEach(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers)
         : geometry_(geometry), draw_(draw) {
-        static_assert(sizeof(ScreenTriangle) == 24 && sizeof(ScreenVertex) == 16);
+        static_assert(sizeof(ScreenTriangle) == 32 && sizeof(ScreenVertex) == 16);
         const ScreenTriangle* const triangles = geometry.triangles().data();
         const auto* const words = reinterpret_cast<const std::int32_t*>(triangles);
         const IntLanes index = numbers - 1;
-        inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 3);
-        front_ = gathered<Isa>(words + 3, index * 6) < 0;  // is_front is the highest bit
+        inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 4);
+        front_ = gathered<Isa>(words + 3, index * 8) < 0;  // is_front is the highest bit
         IntLanes clipped{};
         for (std::size_t i = 0; i < 3; ++i) {
-            const IntLanes vertex = gathered<Isa>(words + i, index * 6);
+            const IntLanes vertex = gathered<Isa>(words + i, index * 8);
             const ScreenVertex* const vertices = geometry.vertices().data();
             x_[i] = gathered<Isa>(&vertices->x, vertex * 4);
             y_[i] = gathered<Isa>(&vertices->y, vertex * 4);

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/render/view_transform.h"
+
+/// From vertices in space to triangles on the screen, eight at a time.
+namespace camrig {
+
+/// In 1/256 of a pixel; the middle of pixel (x, y) is at (256 x, 256 y), as OpenCV counts.
+inline constexpr int subpixels = 256;
+/// Beyond, edges are clipped: coordinates stay below 2^23, their products below 2^53.
+inline constexpr double guard_px = 16384.0;
+
+struct ScreenVertex {
+    std::int32_t x = 0, y = 0;
+    float depth = 0.0f;      ///< reversed: 1 at the near plane, 0 at infinity
+    float inverse_z = 0.0f;  ///< of metres along the optical axis
+};
+
+/// Its corners run so that the area is positive where x points right and y down.
+struct ScreenTriangle {
+    std::array<std::uint32_t, 3> vertices{};      ///< into ViewGeometry::vertices
+    std::uint32_t draw : 31 = 0;                  ///< into ViewGeometry::draws
+    std::uint32_t is_front : 1 = 1;               ///< whether its front is seen
+    double inverse_area = 0.0;                    ///< 1 / twice its area, in subpixels
+    std::int16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< the pixels whose middles may be inside: x0 <= x < x1
+};
+
+/// Planes that a vertex is beyond, as bits.
+inline constexpr std::int32_t outside_left = 1, outside_right = 2, outside_top = 4, outside_bottom = 8,
+                              outside_near = 16, outside_guard = 32;
+
+/// The corners of triangles: all first ones, all second ones, all third ones.
+using TriangleCorners = std::array<std::vector<std::uint32_t>, 3>;
+
+/// Where vertices lie on the screen, and what they are beyond. Those beyond the near plane or the guard lie anywhere.
+/// `which`: into all three; `wide`: with instructions for all lanes at once (has_wide_lanes).
+void project(const ViewTransform& view, const glm::dmat4& optical_from_local, const glm::vec3* positions,
+             std::span<const std::uint32_t> which, bool wide, ScreenVertex* to, std::int32_t* outside);
+
+/// How triangles of a draw become ScreenTriangle.
+struct TriangleRule {
+    std::uint32_t draw = 0;
+    std::uint32_t first_vertex = 0;  ///< corners count from here in ViewGeometry::vertices
+    bool is_mirrored = false, is_double_sided = false;
+};
+
+/// Appends the triangles that may show a pixel; those that must be clipped first go to `to_clip`, and the rest nowhere.
+/// `vertices` and `outside`: from rule.first_vertex on.
+void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
+              const TriangleRule& rule, bool wide, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip);
+
+}  // namespace camrig
