@@ -97,27 +97,47 @@ Vector4 transform_normal(const Matrix4& m, const Vector4& n) {
     return {good ? v.x * scale : zero, good ? v.y * scale : zero, good ? v.z * scale : one};
 }
 
-Vector4 gather(std::span<const glm::vec3> from, std::size_t first, std::size_t last) {
-    const auto at = [&](std::size_t i) -> const glm::vec3& { return from[std::min(first + i, last)]; };
-    const glm::vec3 &a = at(0), &b = at(1), &c = at(2), &d = at(3);
+/// What is transformed, and where to.
+struct Vertices {
+    std::span<const glm::vec3> positions, normals;  ///< no normals: all +z
+    std::span<glm::vec3> to_positions, to_normals;
+};
+
+/// of(i): a vector.
+template <typename Of>
+Vector4 four(const Of& of) {
+    const glm::vec3 a = of(0), b = of(1), c = of(2), d = of(3);
     return {Float4{a.x, b.x, c.x, d.x}, Float4{a.y, b.y, c.y, d.y}, Float4{a.z, b.z, c.z, d.z}};
 }
 
-void scatter(const Vector4& v, std::span<glm::vec3> to, std::size_t first, std::size_t last) {
-    for (std::size_t i = 0; i < lane_count && first + i <= last; ++i) to[first + i] = {v.x[i], v.y[i], v.z[i]};
+/// vertex_of(i): the vertex to transform as number i of `count`; rows_of(vertex): its matrix.
+template <typename VertexOf, typename RowsOf>
+void transform(const Vertices& vertices, std::size_t count, const VertexOf& vertex_of, const RowsOf& rows_of) {
+    for (std::size_t first = 0; first < count; first += lane_count) {
+        std::size_t at[lane_count];
+        for (std::size_t i = 0; i < lane_count; ++i) at[i] = vertex_of(std::min(first + i, count - 1));
+        Rows rows[lane_count];
+        for (std::size_t i = 0; i < lane_count; ++i) rows[i] = rows_of(at[i]);
+        const Matrix4 matrix = transpose(rows);
+        const Vector4 p = transform_point(matrix, four([&](std::size_t i) { return vertices.positions[at[i]]; }));
+        const Vector4 n = transform_normal(matrix, four([&](std::size_t i) {
+                                               return vertices.normals.empty() ? glm::vec3(0.0f, 0.0f, 1.0f)
+                                                                               : vertices.normals[at[i]];
+                                           }));
+        // The last one may come more than once, with the same values.
+        for (std::size_t i = 0; i < lane_count; ++i) {
+            vertices.to_positions[at[i]] = {p.x[i], p.y[i], p.z[i]};
+            vertices.to_normals[at[i]] = {n.x[i], n.y[i], n.z[i]};
+        }
+    }
 }
 
-/// rows_of(vertex): its matrix.
 template <typename RowsOf>
-void transform_all(std::span<glm::vec3> positions, std::span<glm::vec3> normals, RowsOf&& rows_of) {
-    if (positions.empty()) return;
-    const std::size_t last = positions.size() - 1;
-    for (std::size_t v = 0; v <= last; v += lane_count) {
-        Rows rows[lane_count];
-        for (std::size_t i = 0; i < lane_count; ++i) rows[i] = rows_of(std::min(v + i, last));
-        const Matrix4 matrix = transpose(rows);
-        scatter(transform_point(matrix, gather(positions, v, last)), positions, v, last);
-        scatter(transform_normal(matrix, gather(normals, v, last)), normals, v, last);
+void transform(const Vertices& vertices, std::span<const std::uint32_t> which, const RowsOf& rows_of) {
+    if (which.data() == nullptr) {
+        transform(vertices, vertices.positions.size(), [](std::size_t i) { return i; }, rows_of);
+    } else {
+        transform(vertices, which.size(), [&](std::size_t i) -> std::size_t { return which[i]; }, rows_of);
     }
 }
 
@@ -141,16 +161,20 @@ void morph(const Primitive& primitive, std::span<const float> weights, std::span
 }  // namespace
 
 void deform_vertices(const Model& model, const PosedModel& pose, int node, const Primitive& primitive,
-                     std::span<glm::vec3> positions, std::span<glm::vec3> normals) {
+                     std::span<glm::vec3> positions, std::span<glm::vec3> normals,
+                     std::span<const std::uint32_t> which) {
     const auto index = static_cast<std::size_t>(node);
     CHECK(positions.size() == primitive.positions.size() && normals.size() == positions.size());
-    morph(primitive, pose.morph_weights[index], positions, normals);
-
+    Vertices vertices{primitive.positions, primitive.normals, positions, normals};
+    if (!primitive.targets.empty()) {
+        morph(primitive, pose.morph_weights[index], positions, normals);
+        vertices.positions = positions;
+        vertices.normals = normals;
+    }
     const Node& n = model.nodes[index];
     if (n.skin < 0 || primitive.joints.empty()) {
         const Rows rows = to_float(pose.model_from_node[index]);
-        transform_all(positions, normals, [&](std::size_t) { return rows; });
-        return;
+        return transform(vertices, which, [&](std::size_t) { return rows; });
     }
     // A skinned mesh is placed by its joints alone; its node's own transform does not count (glTF 2.0, 3.7.3.3).
     static thread_local std::vector<Rows> joints;
@@ -160,8 +184,7 @@ void deform_vertices(const Model& model, const PosedModel& pose, int node, const
         const auto joint = static_cast<std::size_t>(skin.joints[j]);
         joints[j] = to_float(pose.model_from_node[joint] * skin.inverse_bind[j]);
     }
-    transform_all(positions, normals,
-                  [&](std::size_t v) { return blend(joints, primitive.joints[v], primitive.weights[v]); });
+    transform(vertices, which, [&](std::size_t v) { return blend(joints, primitive.joints[v], primitive.weights[v]); });
 }
 
 }  // namespace camrig

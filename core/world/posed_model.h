@@ -29,9 +29,10 @@ void pose_model(const Model& model, std::span<const ClipState> clips, PosedModel
 
 /// Vertices of one primitive of a mesh node in the model's z-up frame, skinned and morphed: positions and unit normals
 /// (cofactor matrix, so non-uniform scale is right). `node` must have a mesh. Spans are as long as the primitive's
-/// positions.
+/// positions. `which`: only these vertices; by default all.
 void deform_vertices(const Model& model, const PosedModel& pose, int node, const Primitive& primitive,
-                     std::span<glm::vec3> positions, std::span<glm::vec3> normals);
+                     std::span<glm::vec3> positions, std::span<glm::vec3> normals,
+                     std::span<const std::uint32_t> which = {});
 
 /// True if the vertices of this node's mesh must be deformed on each pose (skin or morph targets); otherwise
 /// model_from_node[node] moves them rigidly.

@@ -59,6 +59,8 @@ struct ViewDraw {
     double distance_m = 0.0;  ///< of the middle, for the order of what is blended
     std::size_t order = 0;    ///< among those at the same distance
     bool is_static = false;
+
+    std::ptrdiff_t level_number() const { return level - primitive->levels.data(); }
 };
 
 /// What all surfaces of a view share.

@@ -152,13 +152,20 @@ void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
     for (const ViewWork* work : works) {
         for (const auto* list : {&work->movers, &work->blended}) {
             for (const ViewDraw& draw : *list) {
-                if (draw.item->deformation >= 0 && !movers_.deformed(*draw.item).is_done &&
-                    std::ranges::find(unmade_, draw.item) == unmade_.end())
-                    unmade_.push_back(draw.item);
+                const SoftwareItem& item = *draw.item;
+                if (item.deformation < 0) continue;
+                const LevelSet levels = movers_.deformed(item).missing(LevelSet{1} << draw.level_number());
+                if (levels == 0) continue;
+                const auto found = std::ranges::find(unmade_, &item, &Unmade::item);
+                if (found == unmade_.end()) {
+                    unmade_.push_back({&item, levels});
+                } else {
+                    found->levels |= levels;
+                }
             }
         }
     }
-    team_.run(unmade_.size(), [&](int, std::size_t i) { movers_.deform(*unmade_[i]); });
+    team_.run(unmade_.size(), [&](int, std::size_t i) { movers_.deform(*unmade_[i].item, unmade_[i].levels); });
 }
 
 void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames) {

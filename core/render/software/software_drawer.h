@@ -77,6 +77,11 @@ private:
         bool is_in_parts = false;
         std::uint64_t draws = 0, draws_coarse = 0;
     };
+    /// A deformed item of which a view needs these levels.
+    struct Unmade {
+        const SoftwareItem* item = nullptr;
+        LevelSet levels = 0;
+    };
     struct TriangleRange {
         std::uint32_t first = 0, count = 0;
     };
@@ -126,7 +131,7 @@ private:
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
     std::deque<Scratch> scratch_;  ///< by thread, or by view where they are few
-    std::vector<const SoftwareItem*> unmade_;
+    std::vector<Unmade> unmade_;
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
     std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 };

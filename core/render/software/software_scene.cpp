@@ -1,5 +1,7 @@
 #include "core/render/software/software_scene.h"
 
+#include <bit>
+
 namespace camrig {
 
 const SoftwareModel& SoftwareModels::model(const ModelRef& source) {
@@ -58,7 +60,7 @@ void SoftwareItems::add_node(const Instance& instance, const SoftwareModel& mode
             DeformedVertices& job = next_deformation();
             job.pose = &pose;
             job.node = node;
-            job.is_done = false;
+            job.made = 0;
             if (source.skin >= 0 && primitive.source->targets.empty()) {
                 item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
             } else {
@@ -70,14 +72,22 @@ void SoftwareItems::add_node(const Instance& instance, const SoftwareModel& mode
     }
 }
 
-const DeformedVertices& SoftwareItems::deform(const SoftwareItem& item) {
+const DeformedVertices& SoftwareItems::deform(const SoftwareItem& item, LevelSet levels) {
     DeformedVertices& job = deformations_[static_cast<std::size_t>(item.deformation)];
-    if (job.is_done) return job;
+    const LevelSet missing = job.missing(levels);
     const Primitive& primitive = *item.primitive->source;
     job.positions.resize(primitive.positions.size());
     job.normals.resize(primitive.positions.size());
-    deform_vertices(*item.model->source, *job.pose, job.node, primitive, job.positions, job.normals);
-    job.is_done = true;
+    const auto make = [&](std::span<const std::uint32_t> which) {
+        deform_vertices(*item.model->source, *job.pose, job.node, primitive, job.positions, job.normals, which);
+    };
+    if ((missing & 1) != 0) {
+        make({});
+    } else {
+        for (LevelSet left = missing; left != 0; left &= left - 1)
+            make(item.primitive->levels[static_cast<std::size_t>(std::countr_zero(left))].vertices);
+    }
+    job.made |= missing;
     return job;
 }
 
@@ -87,7 +97,7 @@ const DeformedVertices& SoftwareItems::deformed(const SoftwareItem& item) const 
 
 std::uint64_t SoftwareItems::made() const {
     std::uint64_t count = 0;
-    for (std::size_t i = 0; i < deformations_used_; ++i) count += deformations_[i].is_done;
+    for (std::size_t i = 0; i < deformations_used_; ++i) count += deformations_[i].made != 0;
     return count;
 }
 

@@ -10,13 +10,19 @@
 
 namespace camrig {
 
+/// Levels of detail of a primitive, as bits: 1 is the full mesh, with all vertices.
+using LevelSet = std::uint32_t;
+
 /// Vertices of one skinned or morphed primitive at one instant: made when the first camera sees them, used by all.
 struct DeformedVertices {
     const PosedModel* pose = nullptr;
     int node = 0;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
-    bool is_done = false;
+    LevelSet made = 0;  ///< of which levels the vertices are made
+
+    /// Those of the levels that are not made yet.
+    LevelSet missing(LevelSet levels) const { return (made & 1) != 0 ? 0 : levels & ~made; }
 };
 
 /// One draw placed in the world, the same for all cameras.
@@ -46,8 +52,9 @@ public:
     void clear();
     void add(const Instance& instance, SoftwareModels& models, std::span<const Light> lights, float exposure);
     std::span<const SoftwareItem> items() const { return items_; }
-    /// The vertices of a deformed item. Different items from different threads; one item from one thread at a time.
-    const DeformedVertices& deform(const SoftwareItem& item);
+    /// Makes the vertices of these levels of a deformed item. Different items from different threads; one item from one
+    /// thread at a time.
+    const DeformedVertices& deform(const SoftwareItem& item, LevelSet levels = 1);
     const DeformedVertices& deformed(const SoftwareItem& item) const;
     bool has_only_triangles() const { return has_only_triangles_; }
     std::uint64_t made() const;
