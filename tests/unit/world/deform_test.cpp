@@ -99,6 +99,26 @@ ModelRef random_skin(int vertices, int joints) {
     return load(glb);
 }
 
+TEST(DeformVertices, SomeAreAsAll) {
+    const auto model = random_skin(101, 7);
+    PosedModel pose;
+    pose_model(*model, {}, pose);
+    const Primitive& primitive = model->meshes[0].primitives[0];
+    const std::vector<std::uint32_t> which{0, 3, 4, 5, 50, 77, 99, 100};
+    for (const std::size_t count : {which.size(), std::size_t{5}, std::size_t{1}}) {
+        const glm::vec3 untouched(7.0f);
+        std::vector<glm::vec3> p(101, untouched), n(101, untouched), all_p(101), all_n(101);
+        deform_vertices(*model, pose, 0, primitive, all_p, all_n);
+        deform_vertices(*model, pose, 0, primitive, p, n, std::span(which).first(count));
+        for (std::uint32_t v = 0; v < 101; ++v) {
+            const bool is_asked = std::ranges::find(which.begin(), which.begin() + static_cast<long>(count), v) !=
+                                  which.begin() + static_cast<long>(count);
+            ASSERT_EQ(p[v], is_asked ? all_p[v] : untouched) << v;
+            ASSERT_EQ(n[v], is_asked ? all_n[v] : untouched) << v;
+        }
+    }
+}
+
 TEST(DeformVertices, SkinningAgreesWithTheFormulaInDouble) {
     const auto model = random_skin(2000, 40);
     PosedModel pose;
