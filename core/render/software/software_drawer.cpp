@@ -225,7 +225,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, Scratch& scratch, int bands, Tim
     work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
     work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
     if (work.is_in_parts) {
-        find_stale(work);
+        find_changes(work);
     } else {
         work.rects.assign(1, work.whole);
     }
@@ -235,7 +235,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, Scratch& scratch, int bands, Tim
     if (work.layer == nullptr) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
 }
 
-void SoftwareDrawer::find_stale(ViewWork& work) {
+void SoftwareDrawer::find_changes(ViewWork& work) {
     const Layer& layer = *work.layer;
     const History& history = *work.history;
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
@@ -310,7 +310,7 @@ void SoftwareDrawer::draw_rows(ViewWork& work, Scratch& scratch, const PixelRect
     if (work.is_in_parts) {
         put_back(work, band);
     } else {
-        draw_statics(work, scratch, band);
+        draw_ground(work, scratch, band);
     }
     draw_opaque(scratch, scratch.movers, work, band);
     draw_blended(scratch, scratch.blended, work, band);
@@ -333,7 +333,7 @@ void SoftwareDrawer::put_back(ViewWork& work, const PixelRect& band) {
     }
 }
 
-void SoftwareDrawer::draw_statics(ViewWork& work, Scratch& scratch, const PixelRect& band) {
+void SoftwareDrawer::draw_ground(ViewWork& work, Scratch& scratch, const PixelRect& band) {
     const Canvas& canvas = work.canvas;
     const Environment& environment = *work.scope.environment;
     fill(canvas.color, band, pixel_of(environment.background * environment.exposure));

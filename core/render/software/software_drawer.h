@@ -101,15 +101,18 @@ private:
     static PixelRect band_of(const ViewWork& work, int band, int bands);
     /// All but the pixels, which draw_rows makes for that many bands of rows that cover the picture.
     void begin_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns);
-    /// The view has a layer: what of the frame's memory, which may hold an earlier picture of the camera, is not so.
-    static void find_stale(ViewWork& work);
+    /// The view has a layer: where its picture differs from the last one, and where from what the frame's memory holds,
+    /// which may be an earlier picture of the camera.
+    static void find_changes(ViewWork& work);
     void add_triangles(ViewWork& work, Scratch& scratch);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
     void make_layer(ViewWork& work, bool has_blended);
     /// Different bands from different threads. The last one finishes the frame.
     static void draw_rows(ViewWork& work, Scratch& scratch, const PixelRect& band);
+    /// What was kept, where it is not.
     static void put_back(ViewWork& work, const PixelRect& band);
-    static void draw_statics(ViewWork& work, Scratch& scratch, const PixelRect& band);
+    /// The background, and with room for a layer what does not move, kept there.
+    static void draw_ground(ViewWork& work, Scratch& scratch, const PixelRect& band);
     static void draw_opaque(Scratch& scratch, const TriangleRange& triangles, const ViewWork& work,
                             const PixelRect& band);
     static void draw_blended(const Scratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,

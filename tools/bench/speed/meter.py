@@ -15,7 +15,7 @@ import camrig
 @dataclass
 class Use:
     cpu_s: float
-    rss_mb: float
+    rss_mib: float
     threads: int
     fds: int
 
@@ -26,7 +26,7 @@ def use_of(pid: int) -> Use:
     rss_kb = int(re.search(r"VmRSS:\s*(\d+)", status)[1])  # type: ignore[index]
     return Use(
         cpu_s=(int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"),
-        rss_mb=rss_kb / 1024,
+        rss_mib=rss_kb / 1024,
         threads=int(fields[17]),
         fds=len(os.listdir(f"/proc/{pid}/fd")),
     )

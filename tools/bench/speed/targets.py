@@ -50,7 +50,7 @@ def targets(plan: Plan) -> str:
              f"{twelve.per_second:.0f} frames/s, {100 * twelve.dropped_share:.1f} % dropped, {max(0, twelve.unreported)} unreported; "
              f"{twelve.reading.cores:.2f} cores, {twelve.cpu_ms:.1f} ms CPU each",
              twelve.per_second >= 299 and twelve.dropped_share <= 0.005, holder(twelve.reading))
-    rows.add("RSS of that rig", "400 MB", f"{twelve.reading.use.rss_mb:.0f} MB", twelve.reading.use.rss_mb <= 400)
+    rows.add("RSS of that rig", "400 MB", f"{twelve.reading.use.rss_mib:.0f} MiB", twelve.reading.use.rss_mib * 1.048576 <= 400)
     for size, wanted in ((VGA, 240), (FULL_HD, 75)):
         single = runs.lockstep(1, size, plan.steps)
         rows.add(f"one camera {size[0]}x{size[1]}, lockstep, JPEG made", f"{wanted} frames/s", f"{single.per_second:.0f} frames/s, {single.cpu_ms:.1f} ms CPU each",
