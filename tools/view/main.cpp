@@ -31,11 +31,19 @@ void delete_left_behind() {
     if (!left_behind) return;
     try {
         left_behind();
-    } catch (const camrig::client::Error&) {
-        // The rig is gone as well.
+    } catch (const camrig::client::Error& why) {
+        std::cerr << "camrig: view: its camera may be left behind: " << why.what() << std::endl;
     }
-    std::_Exit(1);  // the other threads would make it again
+    std::_Exit(1);  // other threads are still at work
 }
+
+/// Says what is left behind as long as it lives.
+struct LeftBehind {
+    explicit LeftBehind(std::function<void()> deletes) { left_behind = std::move(deletes); }
+    ~LeftBehind() { left_behind = nullptr; }
+    LeftBehind(const LeftBehind&) = delete;
+    LeftBehind& operator=(const LeftBehind&) = delete;
+};
 
 void stop_at_signals() {
     struct sigaction action{};
@@ -90,11 +98,10 @@ int run(const Options& options) {
     if (!window) throw camrig::client::Error(std::string(to_string(window.error().kind)), window.error().message);
     stop_at_signals();
     const std::string own = "view_" + std::to_string(::getpid());
-    left_behind = [rig, own] { rig.call("camera.delete", {{"name", own}}); };
     std::atexit(delete_left_behind);
     Session session(rig, own, std::filesystem::absolute(options.file), &Window::redraw);
+    const LeftBehind camera([&session] { session.pictures.leave(); });
     (*window)->run(stop, [&](ImVec2 size, const auto& input) { draw(session, size, input); });
-    left_behind = nullptr;  // from here on by the session's end
     return 0;
 }
 

@@ -27,13 +27,21 @@ PictureLink::PictureLink(client::Rig rig, std::string own_camera, std::function<
 }
 
 PictureLink::~PictureLink() {
-    world_worker_.reset();  // or it would make the camera again
+    world_worker_.reset();
     small_worker_.reset();
     try {
-        rig_.camera(own_camera_).remove();
+        leave();
     } catch (const client::Error&) {
         // The rig is gone, and the camera with it; or somebody else has deleted it.
     }
+}
+
+void PictureLink::leave() {
+    {
+        const std::lock_guard lock(making_);
+        has_left_ = true;
+    }
+    rig_.camera(own_camera_).remove();
 }
 
 void PictureLink::look(const FlyCamera& from, client::Size size) {
@@ -72,6 +80,8 @@ client::Camera PictureLink::place(const FlyCamera& from, client::Size size, std:
     options.roll_deg = 0;
     if (!placed_) {
         options.fps = fly_fps;
+        const std::lock_guard lock(making_);
+        if (has_left_) throw client::Error("unavailable", "the window is closing");
         return rig_.create_camera(own_camera_, options);
     }
     const client::Camera camera = *own_;

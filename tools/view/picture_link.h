@@ -33,6 +33,9 @@ public:
     PictureLink(client::Rig rig, std::string own_camera, std::function<void()> changed);
     /// Deletes the camera; within a second also when the rig does not answer.
     ~PictureLink();
+    /// Deletes the camera for good: from then on it is not made again. For an end without a destructor, on any thread.
+    /// Throws client::Error where that fails.
+    void leave();
 
     /// From where the world is to be seen, and how large, in pixels.
     void look(const FlyCamera& from, client::Size size);
@@ -55,6 +58,8 @@ private:
     const client::Rig rig_;
     const std::string own_camera_;
     const std::function<void()> changed_;
+    std::mutex making_;      ///< held while our camera is made
+    bool has_left_ = false;  ///< guarded by making_
     std::mutex mutex_;
     FlyCamera from_;  ///< guarded by mutex_, as all that follows
     client::Size size_{960, 540};
