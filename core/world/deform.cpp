@@ -133,11 +133,11 @@ void transform(const Vertices& vertices, std::size_t count, const VertexOf& vert
 }
 
 template <typename RowsOf>
-void transform(const Vertices& vertices, std::span<const std::uint32_t> which, const RowsOf& rows_of) {
-    if (which.data() == nullptr) {
+void transform(const Vertices& vertices, std::optional<std::span<const std::uint32_t>> which, const RowsOf& rows_of) {
+    if (!which) {
         transform(vertices, vertices.positions.size(), [](std::size_t i) { return i; }, rows_of);
     } else {
-        transform(vertices, which.size(), [&](std::size_t i) -> std::size_t { return which[i]; }, rows_of);
+        transform(vertices, which->size(), [&](std::size_t i) -> std::size_t { return (*which)[i]; }, rows_of);
     }
 }
 
@@ -162,7 +162,7 @@ void morph(const Primitive& primitive, std::span<const float> weights, std::span
 
 void deform_vertices(const Model& model, const PosedModel& pose, int node, const Primitive& primitive,
                      std::span<glm::vec3> positions, std::span<glm::vec3> normals,
-                     std::span<const std::uint32_t> which) {
+                     std::optional<std::span<const std::uint32_t>> which) {
     const auto index = static_cast<std::size_t>(node);
     CHECK(positions.size() == primitive.positions.size() && normals.size() == positions.size());
     Vertices vertices{primitive.positions, primitive.normals, positions, normals};

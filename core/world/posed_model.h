@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,7 +33,7 @@ void pose_model(const Model& model, std::span<const ClipState> clips, PosedModel
 /// positions. `which`: only these vertices; by default all.
 void deform_vertices(const Model& model, const PosedModel& pose, int node, const Primitive& primitive,
                      std::span<glm::vec3> positions, std::span<glm::vec3> normals,
-                     std::span<const std::uint32_t> which = {});
+                     std::optional<std::span<const std::uint32_t>> which = std::nullopt);
 
 /// True if the vertices of this node's mesh must be deformed on each pose (skin or morph targets); otherwise
 /// model_from_node[node] moves them rigidly.

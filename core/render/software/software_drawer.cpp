@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 
 #include "core/frame/tone.h"
+#include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
 namespace camrig {
@@ -16,31 +16,10 @@ constexpr int max_side = 16384;
 /// Of what moves in one view; more are joined.
 constexpr std::size_t max_rects = 16;
 
-template <typename T>
-void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
-    if (rect.width() <= 0) return;
-    const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
-    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
-}
-
-template <typename T>
-void fill(Rows<T> rows, const PixelRect& rect, T value) {
-    for (int y = rect.y0; y < rect.y1; ++y) std::fill_n(rows(y) + rect.x0, rect.width(), value);
-}
-
-Rows<std::uint32_t> rows_of(Frame& frame) {
-    return {reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data()), frame.info().size.width};
-}
-
 /// Never the same twice, whatever drawer asks.
 std::uint64_t next_mark() {
     static std::atomic<std::uint64_t> last = 0;
     return ++last;
-}
-
-std::uint32_t pixel_of(const glm::vec3& linear) {
-    return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
-           0xFFu << 24;
 }
 
 void sort_by_distance(std::vector<ViewDraw>& draws) {
@@ -61,23 +40,10 @@ bool is_blended(const SoftwareItem& item) {
     return item.primitive->material->alpha_mode == AlphaMode::blend;
 }
 
-/// May be of less than no height.
-PixelRect common(const PixelRect& a, const PixelRect& b) {
-    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
-}
-
 bool touches(std::span<const PixelRect> rects, const ViewTransform& transform, const ViewDraw& draw) {
     const Box& box = draw.item->bounds;
     const auto bounds = screen_bounds(transform, draw.optical_from_local, box.min, box.max);
     return bounds && std::ranges::any_of(rects, [&](const PixelRect& rect) { return rect.intersects(*bounds); });
-}
-
-PixelRect hull_of(std::span<const PixelRect> rects) {
-    PixelRect hull = rects.front();
-    for (const PixelRect& rect : rects)
-        hull = {std::min(hull.x0, rect.x0), std::min(hull.y0, rect.y0), std::max(hull.x1, rect.x1),
-                std::max(hull.y1, rect.y1)};
-    return hull;
 }
 
 }  // namespace
@@ -180,9 +146,10 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     if (views.size() >= threads) {
         team_.run(views.size(), [&](int worker, std::size_t i) {
             ViewWork& work = *in_work_[i];
-            Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
+            ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
             begin_view(work, scratch, 1, monotonic_ns);
             draw_rows(work, scratch, work.whole);
+            end_band(work);
         });
     } else {
         // Fewer views than threads: each in bands of its rows.
@@ -191,6 +158,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         team_.run(views.size() * threads, [&](int, std::size_t i) {
             ViewWork& work = *in_work_[i / threads];
             draw_rows(work, scratch_[i / threads], band_of(work, static_cast<int>(i % threads), team_.size()));
+            end_band(work);
         });
     }
     for (ViewWork* work : in_work_) {
@@ -203,16 +171,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     }
 }
 
-PixelRect SoftwareDrawer::band_of(const ViewWork& work, int band, int bands) {
-    // The work lies where the rectangles are.
-    const PixelRect busy = work.rects.empty() ? work.whole : hull_of(work.rects);
-    const auto row = [&](int i) {
-        return i == 0 ? 0 : i == bands ? work.whole.y1 : busy.y0 + busy.height() * i / bands;
-    };
-    return {0, row(band), work.whole.x1, row(band + 1)};
-}
-
-void SoftwareDrawer::begin_view(ViewWork& work, Scratch& scratch, int bands, TimeNs monotonic_ns) {
+void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns) {
     const View& view = *work.view;
     const ImageSize size = view.spec->size;
     work.whole = {0, 0, size.width, size.height};
@@ -236,24 +195,24 @@ void SoftwareDrawer::begin_view(ViewWork& work, Scratch& scratch, int bands, Tim
 }
 
 void SoftwareDrawer::find_changes(ViewWork& work) {
-    const Layer& layer = *work.layer;
-    const History& history = *work.history;
+    const StaticLayer& layer = *work.layer;
+    const FrameHistory& history = *work.history;
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
     // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
-    if (const Shown& last = history.frames[history.last]; last.layer == layer.number) {
+    if (const ShownFrame& last = history.frames[history.last]; last.layer == layer.number) {
         ChangedRows rows;
         for (const PixelRect& rect : last.rects) rows.add(rect.y0, rect.y1);
         for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
         work.frame->mark_changes(history.sequence, rows);
     }
     const std::uint64_t held = work.frame->held_before();
-    const auto found = std::ranges::find_if(history.frames, [&](const Shown& shown) {
+    const auto found = std::ranges::find_if(history.frames, [&](const ShownFrame& shown) {
         return held != 0 && shown.mark == held && shown.layer == layer.number;
     });
     work.stale = found == history.frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
 }
 
-void SoftwareDrawer::add_triangles(ViewWork& work, Scratch& scratch) {
+void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     const auto add = [&](const ViewDraw& draw) -> const ViewDraw& {
         ++work.draws;
         work.draws_coarse += draw.level->error > 0.0f;
@@ -290,7 +249,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, Scratch& scratch) {
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
     const std::int64_t bytes = (has_blended ? 3 : 2) * Plane<float>::bytes_for(size);
-    Layer& layer = *work.layer;
+    StaticLayer& layer = *work.layer;
     {
         const std::lock_guard lock(layers_mutex_);
         if (!layers_.make_room(bytes)) {
@@ -306,74 +265,14 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     if (has_blended) layer.finished = Plane<std::uint32_t>(size);
 }
 
-void SoftwareDrawer::draw_rows(ViewWork& work, Scratch& scratch, const PixelRect& band) {
-    if (work.is_in_parts) {
-        put_back(work, band);
-    } else {
-        draw_ground(work, scratch, band);
-    }
-    draw_opaque(scratch, scratch.movers, work, band);
-    draw_blended(scratch, scratch.blended, work, band);
-    if (!work.is_in_frame) {
-        for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
-    }
+void SoftwareDrawer::end_band(ViewWork& work) {
     if (--work.bands_left > 0) return;
-    finish_color(*work.view, *work.frame);
-    remember(work);
-}
-
-void SoftwareDrawer::put_back(ViewWork& work, const PixelRect& band) {
-    const Layer& layer = *work.layer;
-    const Rows<std::uint32_t> color = layer.color.rows();
-    const Rows<std::uint32_t> finished = layer.finished ? layer.finished.rows() : color;
-    for (const PixelRect& rect : work.stale) copy(finished, rows_of(*work.frame), common(rect, band));
-    for (const PixelRect& rect : work.rects) {
-        if (!work.is_in_frame || layer.finished) copy(color, work.canvas.color, common(rect, band));
-        copy(layer.depth.rows(), work.canvas.depth, common(rect, band));
-    }
-}
-
-void SoftwareDrawer::draw_ground(ViewWork& work, Scratch& scratch, const PixelRect& band) {
-    const Canvas& canvas = work.canvas;
-    const Environment& environment = *work.scope.environment;
-    fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
-    fill(canvas.depth, band, 0.0f);
-    if (work.layer == nullptr) return;
-    draw_opaque(scratch, scratch.statics, work, band);
-    const Layer& layer = *work.layer;
-    copy(canvas.color, layer.color.rows(), band);
-    copy(canvas.depth, layer.depth.rows(), band);
-    if (!layer.finished) return;
-    draw_blended(scratch, scratch.blended_statics, work, band);
-    copy(canvas.color, layer.finished.rows(), band);
-    copy(layer.color.rows(), canvas.color, band);
-}
-
-void SoftwareDrawer::draw_opaque(Scratch& scratch, const TriangleRange& triangles, const ViewWork& work,
-                                 const PixelRect& band) {
-    if (triangles.count == 0 || work.rects.empty()) return;
-    const PixelRect hull = common(hull_of(work.rects), band);
-    if (hull.height() <= 0) return;
-    // What is in the range lies in the rectangles: once for all of them.
-    find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
-    for (const PixelRect& rect : work.rects)
-        shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers);
-}
-
-void SoftwareDrawer::draw_blended(const Scratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
-                                  const PixelRect& band) {
-    for (const PixelRect& rect : work.rects) {
-        for (const ViewDraw& draw : draws)
-            blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas);
-    }
-}
-
-void SoftwareDrawer::remember(ViewWork& work) {
     const View& view = *work.view;
-    History& history = *work.history;
+    finish_color(view, *work.frame);
+    FrameHistory& history = *work.history;
     history.sequence = view.sequence;
     history.last = (history.last + 1) % history.frames.size();
-    Shown& shown = history.frames[history.last];
+    ShownFrame& shown = history.frames[history.last];
     shown.mark = 0;
     shown.layer = work.is_in_parts ? work.layer->number : 0;
     shown.rects.clear();

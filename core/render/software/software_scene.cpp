@@ -78,11 +78,11 @@ const DeformedVertices& SoftwareItems::deform(const SoftwareItem& item, LevelSet
     const Primitive& primitive = *item.primitive->source;
     job.positions.resize(primitive.positions.size());
     job.normals.resize(primitive.positions.size());
-    const auto make = [&](std::span<const std::uint32_t> which) {
+    const auto make = [&](std::optional<std::span<const std::uint32_t>> which) {
         deform_vertices(*item.model->source, *job.pose, job.node, primitive, job.positions, job.normals, which);
     };
     if ((missing & 1) != 0) {
-        make({});
+        make(std::nullopt);
     } else {
         for (LevelSet left = missing; left != 0; left &= left - 1)
             make(item.primitive->levels[static_cast<std::size_t>(std::countr_zero(left))].vertices);

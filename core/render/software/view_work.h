@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/render/renderer.h"
+#include "core/render/software/rasterizer.h"
+
+/// What is known of a view from instant to instant, and while it is drawn.
+namespace camrig {
+
+/// What is kept of a camera that stands still.
+struct StaticLayer {
+    Plane<std::uint32_t> color;
+    Plane<float> depth;
+    Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
+    std::uint64_t number = 0;       ///< no two that were ever kept have the same; 0: nothing is kept yet
+};
+
+/// What a frame showed: a layer, and other things in some rectangles.
+struct ShownFrame {
+    std::uint64_t mark = 0;   ///< Frame::content_mark; 0: none
+    std::uint64_t layer = 0;  ///< 0: none that is kept
+    std::vector<PixelRect> rects;
+};
+
+/// The last frames of a camera, in a ring.
+struct FrameHistory {
+    std::array<ShownFrame, 8> frames;
+    std::size_t last = 0;
+    std::int64_t sequence = -1;  ///< of the last
+};
+
+struct ViewWork {
+    const View* view = nullptr;
+    ViewScope scope;
+    StaticLayer* layer = nullptr;
+    FrameHistory* history = nullptr;
+    std::vector<ViewDraw> movers, blended;
+    PixelRect whole;
+    std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
+    std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
+    std::atomic<int> bands_left = 0;
+    std::shared_ptr<Frame> frame;
+    Canvas canvas;
+    bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
+    bool is_in_parts = false;
+    std::uint64_t draws = 0, draws_coarse = 0;
+};
+
+struct TriangleRange {
+    std::uint32_t first = 0, count = 0;
+};
+
+/// What it takes to draw a view.
+struct ViewScratch {
+    ViewGeometry geometry;
+    TriangleRange statics, movers;                   ///< opaque
+    std::vector<ViewDraw> blended_statics, blended;  ///< from far to near; the second with the first
+    TriangleNumbers numbers;
+    Plane<float> depth;
+    Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes
+};
+
+inline Rows<std::uint32_t> rows_of(Frame& frame) {
+    return {reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data()), frame.info().size.width};
+}
+
+}  // namespace camrig
