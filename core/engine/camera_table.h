@@ -24,8 +24,8 @@ struct LatestDue {
     TimeNs world_ns = 0;
     TimeNs monotonic_ns = 0;
     SnapshotRef snapshot;
-    Pose pose;       ///< world_from_link at that instant
-    FrameRef color;  ///< null until drawn
+    Pose pose;                     ///< world_from_link at that instant
+    std::vector<FrameRef> colors;  ///< each in another layout; none until drawn
 };
 
 /// A camera as the engine holds it.

@@ -48,7 +48,7 @@ Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& op
     for (auto& [id, entry] : rig->cameras_.all()) {
         const FrameSet first =
             rig->draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{rig->view_of(entry, entry.latest)});
-        if (!first.frames.empty()) entry.latest.color = first.frames.front();
+        entry.latest.colors = first.frames;
     }
     if (options.mode == RunMode::realtime) rig->clock_.run(0, monotonic_now_ns());
     return rig;
@@ -136,7 +136,7 @@ void Rig::account_skipped(TimeNs instant_ns) {
     for (const auto& skipped : schedule_.skip_before(instant_ns)) {
         CameraEntry& entry = cameras_.at(skipped.camera);
         const auto frames = static_cast<std::uint64_t>(skipped.frames);
-        if (bus_.wants(skipped.camera, skipped.first_ns)) {
+        if (!bus_.wanted(skipped.camera, skipped.first_ns).empty()) {
             entry.due += frames;
             entry.dropped += frames;
         } else {
@@ -235,6 +235,8 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
 
     for (const auto& due : schedule_.take(world_ns)) {
         CameraEntry& entry = cameras_.at(due.camera);
+        std::vector<FrameRef> colors = std::move(entry.latest.colors);
+        colors.clear();
         entry.latest = {entry.spec,
                         entry.spec_revision,
                         due.sequence,
@@ -242,11 +244,14 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
                         monotonic_ns,
                         drawing.snapshot,
                         pose_at(entry, *drawing.snapshot),
-                        nullptr};
-        const bool is_wanted = bus_.wants(entry.id, world_ns);
+                        std::move(colors)};
+        PixelFormats layouts = bus_.wanted(entry.id, world_ns);
+        const bool is_wanted = !layouts.empty();
         if (!is_wanted) ++entry.idle;
-        if (!is_wanted && !is_color_awaited(entry, world_ns)) continue;
-        drawing.views.push_back(view_of(entry, entry.latest));
+        add_awaited(entry, world_ns, layouts);
+        if (layouts.empty()) continue;
+        View& view = drawing.views.emplace_back(view_of(entry, entry.latest));
+        view.color_formats = made_of(view, layouts);
         drawing.is_wanted.push_back(is_wanted);
     }
     return drawing;
@@ -271,10 +276,12 @@ FrameSet Rig::draw_some(Drawing& drawing, std::size_t count) {
         view_cost_ns_ = std::max(TimeNs{1}, (3 * view_cost_ns_ + cost_ns) / 4);
     }
     for (std::size_t i = 0; i < views.size(); ++i) {
-        const auto frame = std::ranges::find(set.frames, views[i].camera,
-                                             [](const FrameRef& drawn) { return drawn->info().camera_id; });
-        const bool is_drawn = frame != set.frames.end();
-        if (is_drawn && entries[i]->latest.sequence == views[i].sequence) entries[i]->latest.color = *frame;
+        bool is_drawn = false;
+        for (const FrameRef& frame : set.frames) {
+            if (frame->info().camera_id != views[i].camera) continue;
+            is_drawn = true;
+            if (entries[i]->latest.sequence == views[i].sequence) entries[i]->latest.colors.push_back(frame);
+        }
         if (!is_wanted[i]) continue;
         ++entries[i]->due;
         ++(is_drawn ? entries[i]->rendered : entries[i]->dropped);

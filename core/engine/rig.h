@@ -43,7 +43,7 @@ private:
     struct Waiter {
         std::string camera;
         TimeNs min_ns = 0;
-        bool wants_color = false;
+        std::optional<MediaFormat> color;  ///< what its picture is for; none: it waits for the truth
         std::function<void(Result<CameraEntry*>)> done;
         TimeNs deadline_ns = 0;
     };
@@ -98,7 +98,10 @@ private:
     void get_truth(Request<GetTruth>& request);
     Result<TruthRef> truth_of(CameraEntry& entry);
     void answer_waiting(TimeNs monotonic_ns);
-    bool is_color_awaited(const CameraEntry& entry, TimeNs world_ns) const;
+    /// Adds what waiters for pictures of this instant want (LocalFrameBus::wanted).
+    void add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& layouts) const;
+    /// The same, with rgba8 for what the renderer does not make.
+    PixelFormats made_of(const View& view, PixelFormats layouts) const;
 
     // Commands (rig_commands.cpp).
     Result<CameraState> run(CreateCamera& command);

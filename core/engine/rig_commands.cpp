@@ -34,7 +34,8 @@ std::vector<CounterReport> reports_of(const RenderCounters& counters) {
         all("meshes_skinned", counters.meshes_skinned, "Skinned meshes made, once per instant for all cameras."),
         all("meshes_unseen", counters.meshes_unseen, "Skinned meshes that no camera saw and that were not made."),
         all("draws", counters.draws, "Draw calls."),
-        all("draws_coarse", counters.draws_coarse, "Draw calls with a coarser level of detail.")};
+        all("draws_coarse", counters.draws_coarse, "Draw calls with a coarser level of detail."),
+        all("conversions", counters.conversions, "Pictures that came from the device in the layout readers take.")};
 }
 
 }  // namespace
@@ -130,8 +131,7 @@ void Rig::renew_latest(CameraEntry& entry) {
     schedule_.set(entry.id, entry.spec->rate, now_ns, sequence + 1);
     SnapshotRef snapshot = world_->snapshot(now_ns);
     const Pose pose = pose_at(entry, *snapshot);
-    entry.latest = {entry.spec,   entry.spec_revision, sequence, now_ns,
-                    monotonic_ns, std::move(snapshot), pose,     nullptr};
+    entry.latest = {entry.spec, entry.spec_revision, sequence, now_ns, monotonic_ns, std::move(snapshot), pose, {}};
 }
 
 Result<CameraState> Rig::run(SetCamera& command) {
@@ -158,9 +158,12 @@ Result<CameraState> Rig::run(SetCamera& command) {
     if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
         bus_.change_camera(stream_of(entry));
     bus_.adjust_camera(stream_of(entry));
-    if (!clock_.running() && options_.mode == RunMode::realtime && bus_.reader_count(entry.id) > 0) {
-        FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{view_of(entry, entry.latest)});
-        if (!set.frames.empty()) entry.latest.color = set.frames.front();
+    const PixelFormats layouts = bus_.wanted(entry.id, entry.latest.world_ns);
+    if (!clock_.running() && options_.mode == RunMode::realtime && !layouts.empty()) {
+        View view = view_of(entry, entry.latest);
+        view.color_formats = made_of(view, layouts);
+        FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{view});
+        entry.latest.colors = set.frames;
         publish(set, nullptr);
     }
     CameraState state = state_of(entry);

@@ -29,10 +29,19 @@ void Rig::wait_for_frame(Waiter waiter) {
     waiting_.push_back(std::move(waiter));
 }
 
-bool Rig::is_color_awaited(const CameraEntry& entry, TimeNs world_ns) const {
-    return std::ranges::any_of(waiting_, [&](const Waiter& waiter) {
-        return waiter.wants_color && waiter.min_ns <= world_ns && waiter.camera == *entry.name;
-    });
+void Rig::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& layouts) const {
+    for (const Waiter& waiter : waiting_) {
+        if (waiter.color && waiter.min_ns <= world_ns && waiter.camera == *entry.name)
+            layouts.add(source_format(*waiter.color, entry.spec->size));
+    }
+}
+
+PixelFormats Rig::made_of(const View& view, PixelFormats layouts) const {
+    PixelFormats made;
+    for (const PixelFormat format : color_formats) {
+        if (layouts.contains(format)) made.add(renderer_->makes(format, view) ? format : PixelFormat::rgba8);
+    }
+    return made;
 }
 
 void Rig::answer_waiting(TimeNs monotonic_ns) {
@@ -59,10 +68,8 @@ void Rig::answer_waiting(TimeNs monotonic_ns) {
 
 void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
     thread_.check();
-    Waiter waiter{.camera = request.camera,
-                  .min_ns = request.min_ns,
-                  .wants_color = request.kind == FrameKind::color,
-                  .done = {}};
+    Waiter waiter{.camera = request.camera, .min_ns = request.min_ns, .color = {}, .done = {}};
+    if (request.kind == FrameKind::color) waiter.color = request.format;
     waiter.done = [this, request = std::move(request), done = std::move(done)](Result<CameraEntry*> entry) {
         if (!entry) return done(std::unexpected(entry.error()));
         answer(**entry, request, done);
@@ -72,24 +79,27 @@ void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> don
 
 void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done) {
     LatestDue& latest = entry.latest;
-    FrameRef frame;
-    if (request.kind == FrameKind::color && latest.color) {
-        frame = latest.color;
-    } else {
-        View view = view_of(entry, latest);
-        std::ranges::fill(view.kinds, false);
-        view.kinds[static_cast<std::size_t>(request.kind)] = true;
-        const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, std::array{view});
-        if (set.frames.empty()) return done(std::unexpected(not_drawn(entry)));
-        frame = set.frames.front();
-        if (request.kind == FrameKind::color) latest.color = frame;
+    View view = view_of(entry, latest);
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<std::size_t>(request.kind)] = true;
+    if (request.kind == FrameKind::color) {
+        view.color_formats = made_of(view, {source_format(request.format, view.spec->size)});
+        for (const FrameRef& frame : latest.colors) {
+            if (view.color_formats.contains(frame->info().format))
+                return bus_.transcode_once(frame, request.format, std::move(done));
+        }
     }
-    bus_.transcode_once(std::move(frame), request.format, std::move(done));
+    const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, std::array{view});
+    if (set.frames.empty()) return done(std::unexpected(not_drawn(entry)));
+    const FrameRef& frame = set.frames.front();
+    if (request.kind == FrameKind::color) latest.colors.push_back(frame);
+    bus_.transcode_once(frame, request.format, std::move(done));
 }
 
 void Rig::get_truth(Request<GetTruth>& request) {
     wait_for_frame({.camera = request.command.camera,
                     .min_ns = request.command.min_ns,
+                    .color = {},
                     .done = [this, done = std::move(request.done)](Result<CameraEntry*> entry) {
                         if (!entry) return done(std::unexpected(entry.error()));
                         const TimeNs start_ns = monotonic_now_ns();

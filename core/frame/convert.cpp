@@ -21,7 +21,7 @@ const std::uint8_t* as_u8(const std::byte* bytes) {
 }
 
 bool is_color(PixelFormat format) {
-    return format != PixelFormat::depth32f && format != PixelFormat::id32 && format != PixelFormat::normal32f;
+    return std::ranges::find(color_formats, format) != color_formats.end();
 }
 
 Result<void> check(const FrameInfo& info, PixelFormat format, ImageSize size) {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string_view>
 
 #include "core/base/image_size.h"
@@ -21,6 +23,28 @@ enum class PixelFormat : std::uint8_t {
     depth32f,
     id32,
     normal32f,
+};
+
+/// Layouts of colour pictures: what core/frame/convert.h makes of rgba8, and rgba8 itself.
+inline constexpr std::array color_formats = {PixelFormat::rgba8,     PixelFormat::bgr24, PixelFormat::rgb24,
+                                             PixelFormat::yuyv,      PixelFormat::i420,  PixelFormat::nv12,
+                                             PixelFormat::jpeg_i420, PixelFormat::gray8};
+
+/// Some of them.
+class PixelFormats {
+public:
+    constexpr PixelFormats() = default;
+    constexpr PixelFormats(std::initializer_list<PixelFormat> formats) {
+        for (const PixelFormat format : formats) add(format);
+    }
+    constexpr void add(PixelFormat format) { bits_ |= bit(format); }
+    constexpr bool contains(PixelFormat format) const { return (bits_ & bit(format)) != 0; }
+    constexpr bool empty() const { return bits_ == 0; }
+    friend constexpr bool operator==(PixelFormats, PixelFormats) = default;
+
+private:
+    static constexpr std::uint32_t bit(PixelFormat format) { return std::uint32_t{1} << static_cast<int>(format); }
+    std::uint32_t bits_ = 0;
 };
 
 /// Bytes of a picture of this format and size, without padding.

@@ -5,42 +5,6 @@
 namespace camrig {
 namespace {
 
-constexpr int fraction_bits = 16;
-
-/// Rounds a coefficient to fixed point.
-constexpr int fixed(double value) {
-    const double scaled = value * (1 << fraction_bits);
-    return static_cast<int>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
-}
-
-struct Matrix {
-    int yr, yg, yb, y_offset;
-    int ur, ug, ub;
-    int vr, vg, vb;
-};
-
-/// The green coefficients take up the rounding of the others, so that gray stays gray: Y of white is exact and U = V =
-/// 128.
-constexpr Matrix bt601(double y_scale, double uv_scale, int y_offset) {
-    constexpr double kr = 0.299;
-    constexpr double kb = 0.114;
-    Matrix m{};
-    m.yr = fixed(kr * y_scale);
-    m.yb = fixed(kb * y_scale);
-    m.yg = fixed(y_scale) - m.yr - m.yb;
-    m.y_offset = (y_offset << fraction_bits) + (1 << (fraction_bits - 1));
-    m.ub = fixed(0.5 * uv_scale);
-    m.ur = fixed(-0.5 * kr / (1 - kb) * uv_scale);
-    m.ug = -m.ub - m.ur;
-    m.vr = fixed(0.5 * uv_scale);
-    m.vb = fixed(-0.5 * kb / (1 - kr) * uv_scale);
-    m.vg = -m.vr - m.vb;
-    return m;
-}
-
-constexpr Matrix full = bt601(1.0, 1.0, 0);
-constexpr Matrix limited = bt601(219.0 / 255.0, 224.0 / 255.0, 16);
-
 // A pixel as a little-endian number: R in the lowest byte. Byte lanes come out by shifts, which vectorise better than
 // loads with stride 4.
 inline std::uint32_t load_pixel(const std::byte* rgba, int x) {
@@ -49,31 +13,28 @@ inline std::uint32_t load_pixel(const std::byte* rgba, int x) {
     return pixel;
 }
 
-template <const Matrix& m>
+template <const YuvMatrix& m>
 [[gnu::always_inline]] inline void luma_row_body(const std::byte* rgba, int width, std::byte* __restrict y) {
     for (int x = 0; x < width; ++x) {
         const std::uint32_t p = load_pixel(rgba, x);
         const int r = static_cast<int>(p & 255U);
         const int g = static_cast<int>((p >> 8) & 255U);
         const int b = static_cast<int>((p >> 16) & 255U);
-        y[x] = static_cast<std::byte>((m.yr * r + m.yg * g + m.yb * b + m.y_offset) >> fraction_bits);
+        y[x] = static_cast<std::byte>((m.yr * r + m.yg * g + m.yb * b + m.y_offset) >> YuvMatrix::fraction_bits);
     }
 }
 
-/// U and V from the sums of four pixels. The half is one unit short of a half (as in libjpeg), so that the full range's
-/// 255.5 becomes 255 without a comparison.
+/// U and V from the sums of four pixels.
 struct Chroma {
     std::byte u, v;
 };
-template <const Matrix& m>
+template <const YuvMatrix& m>
 [[gnu::always_inline]] inline Chroma chroma_of_sums(int r, int g, int b) {
-    constexpr int shift = fraction_bits + 2;
-    constexpr int offset = (128 << shift) + (1 << (shift - 1)) - 1;
-    return {static_cast<std::byte>((m.ur * r + m.ug * g + m.ub * b + offset) >> shift),
-            static_cast<std::byte>((m.vr * r + m.vg * g + m.vb * b + offset) >> shift)};
+    return {static_cast<std::byte>((m.ur * r + m.ug * g + m.ub * b + m.sum_offset) >> m.sum_bits),
+            static_cast<std::byte>((m.vr * r + m.vg * g + m.vb * b + m.sum_offset) >> m.sum_bits)};
 }
 
-template <const Matrix& m>
+template <const YuvMatrix& m>
 [[gnu::always_inline]] inline void chroma_row_body(const std::byte* rgba_0, const std::byte* rgba_1, int width,
                                                    std::byte* __restrict u, std::byte* __restrict v) {
     // R and B (then G) of a pixel sit in one 32-bit number with 16 bits each, so one addition sums both.
@@ -101,24 +62,24 @@ template <const Matrix& m>
 }
 
 void luma_row_plain(YuvRange range, const std::byte* rgba, int width, std::byte* y) {
-    range == YuvRange::full ? luma_row_body<full>(rgba, width, y) : luma_row_body<limited>(rgba, width, y);
+    range == YuvRange::full ? luma_row_body<full_yuv>(rgba, width, y) : luma_row_body<limited_yuv>(rgba, width, y);
 }
 void chroma_row_plain(YuvRange range, const std::byte* rgba_0, const std::byte* rgba_1, int width, std::byte* u,
                       std::byte* v) {
-    range == YuvRange::full ? chroma_row_body<full>(rgba_0, rgba_1, width, u, v)
-                            : chroma_row_body<limited>(rgba_0, rgba_1, width, u, v);
+    range == YuvRange::full ? chroma_row_body<full_yuv>(rgba_0, rgba_1, width, u, v)
+                            : chroma_row_body<limited_yuv>(rgba_0, rgba_1, width, u, v);
 }
 
 // The same C++ compiled a second time for AVX2, chosen by a plain branch: target_clones would do it with an ifunc,
 // whose resolver runs before the sanitizers are ready.
 #if defined(__x86_64__)
 [[gnu::target("avx2")]] void luma_row_avx2(YuvRange range, const std::byte* rgba, int width, std::byte* y) {
-    range == YuvRange::full ? luma_row_body<full>(rgba, width, y) : luma_row_body<limited>(rgba, width, y);
+    range == YuvRange::full ? luma_row_body<full_yuv>(rgba, width, y) : luma_row_body<limited_yuv>(rgba, width, y);
 }
 [[gnu::target("avx2")]] void chroma_row_avx2(YuvRange range, const std::byte* rgba_0, const std::byte* rgba_1,
                                              int width, std::byte* u, std::byte* v) {
-    range == YuvRange::full ? chroma_row_body<full>(rgba_0, rgba_1, width, u, v)
-                            : chroma_row_body<limited>(rgba_0, rgba_1, width, u, v);
+    range == YuvRange::full ? chroma_row_body<full_yuv>(rgba_0, rgba_1, width, u, v)
+                            : chroma_row_body<limited_yuv>(rgba_0, rgba_1, width, u, v);
 }
 bool has_avx2() {
     return __builtin_cpu_supports("avx2");

@@ -1,12 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
+
+#include "core/frame/yuv_matrix.h"
 
 namespace camrig {
-
-/// Which codes YUV uses: full is 0..255 for all three (JFIF), limited is 16..235 for Y and 16..240 for U and V.
-enum class YuvRange : std::uint8_t { full, limited };
 
 /// The row kernels of the colour conversion: BT.601 (Kr 0.299, Kb 0.114) on sRGB codes, 16-bit fixed point, rounded to
 /// nearest. Integer arithmetic only: the same bytes on every machine and with every instruction set.

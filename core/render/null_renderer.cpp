@@ -101,7 +101,8 @@ Result<Renderer::Finished> NullRenderer::collect() {
         for (int k = 0; k < frame_kind_count; ++k) {
             const auto kind = static_cast<FrameKind>(k);
             if (!wants(view, kind)) continue;
-            auto frame = acquire_frame(*pool_, view, kind, instant.snapshot->world_ns, instant.monotonic_ns);
+            auto frame =
+                acquire_frame(*pool_, view, kind, format_of(kind), instant.snapshot->world_ns, instant.monotonic_ns);
             paint(kind, view, instant.snapshot->world_ns, *frame);
             finished.set.frames.push_back(std::move(frame));
         }

@@ -25,6 +25,8 @@ struct View {
     std::int64_t sequence = 0;
     std::uint32_t camera_number = 0;                                    ///< what the code strip carries
     bool kinds[frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
+    /// The layouts that colour is wanted in, if it is; only those that the renderer makes().
+    PixelFormats color_formats = {PixelFormat::rgba8};
     /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object
     /// would show if nothing stood in front of it.
     std::vector<ObjectId> only_objects;
@@ -44,15 +46,16 @@ struct RenderCounters {
     std::uint64_t meshes_unseen = 0;   ///< those that no camera saw, and that were not made
     std::uint64_t draws = 0;
     std::uint64_t draws_coarse = 0;  ///< those with a coarser level of detail
+    std::uint64_t conversions = 0;   ///< colour pictures that the device gave in another layout than rgba8
 };
 
 /// Draws views of snapshots into frames.
 ///
 /// Thread: the engine's; every call comes from the same thread, the one that created it.
 /// submit() issues all drawing of one instant and returns before the pixels are there where the device allows;
-/// collect() gives the oldest submitted instant, one frame per view and wanted kind, in the order of the views. At most
-/// `max_in_flight` instants may be between the two. Frames come from the pool given at creation.
-/// A view that fails (too large for the device) costs its frame, not the instant: the error is in `failures`.
+/// collect() gives the oldest submitted instant, one frame per view and wanted kind (of colour one per layout), in the
+/// order of the views. At most `max_in_flight` instants may be between the two. Frames come from the pool given at
+/// creation. A view that fails (too large for the device) costs its frame, not the instant: the error is in `failures`.
 class Renderer {
 public:
     static constexpr int max_in_flight = 2;
@@ -70,6 +73,11 @@ public:
     virtual Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
     virtual Result<Finished> collect() = 0;
     virtual int in_flight() const = 0;
+    /// Whether it gives colour pictures of this view in that layout. rgba8 always; others are converted from it.
+    virtual bool makes(PixelFormat format, const View& view) const {
+        (void)view;
+        return format == PixelFormat::rgba8;
+    }
     /// Frees what was kept for a camera that is gone.
     virtual void forget(CameraId camera) = 0;
     virtual RenderCounters counters() const { return {}; }

@@ -25,11 +25,18 @@ Result<std::unique_ptr<Renderer>> create_gl_renderer(const RendererOptions& opti
 
 Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options) {
     CHECK(options.pool != nullptr);
-    if (options.device == "null") return std::make_unique<NullRenderer>(options.pool);
-    if (options.device != "cpu") {
+    const bool may_be_gl = options.device != "null" && options.device != "cpu";
+    if (may_be_gl) {
         auto on_device = create_gl_renderer(options);
         if (on_device || !options.device.empty()) return on_device;
     }
+    if (options.conversion == Conversion::device) {
+        return error(ErrorKind::invalid_argument,
+                     "colours cannot be converted on the device: " +
+                         (may_be_gl ? "there is no GPU here" : "'" + options.device + "' draws in host memory") +
+                         "; convert on the host, or draw on a GPU or llvmpipe");
+    }
+    if (options.device == "null") return std::make_unique<NullRenderer>(options.pool);
     RendererOptions for_the_rest = options;
     for_the_rest.device = "llvmpipe";
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));

@@ -10,6 +10,13 @@
 
 namespace camrig {
 
+/// Where colour pictures become what readers take: YUV, BGR.
+enum class Conversion : std::uint8_t {
+    automatic,  ///< on the device if it is hardware
+    host,       ///< on the threads that encode
+    device,     ///< by a shader, before the pixels are read back
+};
+
 struct RendererOptions {
     /// "null": deterministic pattern, no GL. "cpu": camrig's own rasteriser, and Mesa llvmpipe for what it does not
     /// draw (CpuRenderer). "llvmpipe": all by that. "N": EGL device N. "": a hardware device if there is one, else
@@ -20,6 +27,7 @@ struct RendererOptions {
     std::int64_t static_layer_bytes = std::int64_t{256} << 20;
     /// A coarser level of a skinned mesh is drawn where its error is below this; 0: never.
     double max_detail_error_px = 0.25;
+    Conversion conversion = Conversion::automatic;
     /// Pixels come to host memory as from a GPU on a CPU rasteriser too: the same bytes, slower; for tests.
     bool buffered_readback = false;
     int raster_threads = 0;  ///< threads that rasterise on the CPU; 0 = as many as cores

@@ -7,8 +7,8 @@
 
 namespace camrig {
 
-std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
-                                     TimeNs monotonic_ns) {
+std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, PixelFormat format,
+                                     TimeNs world_ns, TimeNs monotonic_ns) {
     return pool.acquire({.camera_id = view.camera,
                          .camera = view.name,
                          .sequence = view.sequence,
@@ -16,7 +16,7 @@ std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKin
                          .monotonic_ns = monotonic_ns,
                          .size = view.spec->size,
                          .kind = kind,
-                         .format = format_of(kind)});
+                         .format = format});
 }
 
 void ids_to_classes(const Snapshot& snapshot, Frame& frame) {

@@ -14,8 +14,8 @@ inline bool wants(const View& view, FrameKind kind) {
 }
 
 /// An empty frame of the view's size that carries everything about the instant.
-std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, TimeNs world_ns,
-                                     TimeNs monotonic_ns);
+std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, PixelFormat format,
+                                     TimeNs world_ns, TimeNs monotonic_ns);
 
 /// Turns the object numbers of an instance picture into the numbers of their classes: a semantic picture.
 void ids_to_classes(const Snapshot& snapshot, Frame& frame);

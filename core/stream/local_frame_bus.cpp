@@ -160,11 +160,15 @@ void LocalFrameBus::end_outputs(Camera& camera, const Error& why) {
     camera.outputs.clear();
 }
 
-bool LocalFrameBus::wants(CameraId id, TimeNs world_ns) const {
+PixelFormats LocalFrameBus::wanted(CameraId id, TimeNs world_ns) const {
     std::lock_guard lock(mutex_);
+    PixelFormats layouts;
     const auto found = cameras_.find(id);
-    if (found == cameras_.end()) return false;
-    return std::ranges::any_of(found->second.outputs, [&](const auto& entry) { return entry.second->wants(world_ns); });
+    if (found == cameras_.end()) return layouts;
+    for (const auto& [format, output] : found->second.outputs) {
+        if (output->wants(world_ns)) layouts.add(output->source());
+    }
+    return layouts;
 }
 
 std::size_t LocalFrameBus::reader_count(CameraId id) const {
@@ -177,15 +181,31 @@ std::size_t LocalFrameBus::reader_count(CameraId id) const {
 }
 
 void LocalFrameBus::publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
-    for (const FrameRef& frame : set.frames) {
-        if (frame->info().kind != FrameKind::color) continue;
+    for (std::span<const FrameRef> rest(set.frames); !rest.empty();) {
+        const FrameInfo& info = rest.front()->info();
+        const auto next_camera = std::ranges::find_if(
+            rest, [&](const FrameRef& frame) { return frame->info().camera_id != info.camera_id; });
+        const std::span<const FrameRef> frames(rest.begin(), next_camera);
+        rest = {next_camera, rest.end()};
         std::lock_guard lock(mutex_);
-        const auto found = cameras_.find(frame->info().camera_id);
+        const auto found = cameras_.find(info.camera_id);
         if (found == cameras_.end()) continue;
         // A frame drawn before a change of size belongs to outputs that have ended.
-        if (frame->info().size != found->second.stream.size) continue;
-        for (const auto& [format, output] : found->second.outputs) output->offer(frame, latch);
+        if (info.size != found->second.stream.size) continue;
+        for (const auto& [format, output] : found->second.outputs) {
+            if (const FrameRef* frame = frame_for(*output, frames)) output->offer(*frame, latch);
+        }
     }
+}
+
+const FrameRef* LocalFrameBus::frame_for(const Output& output, std::span<const FrameRef> frames) {
+    const FrameRef* rgba = nullptr;
+    for (const FrameRef& frame : frames) {
+        if (frame->info().kind != FrameKind::color) continue;
+        if (frame->info().format == output.source()) return &frame;
+        if (frame->info().format == PixelFormat::rgba8) rgba = &frame;
+    }
+    return rgba;  // null: drawn before this output was there
 }
 
 void LocalFrameBus::transcode_once(FrameRef frame, const MediaFormat& format,

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,10 +39,12 @@ public:
     /// Tells observers.
     void adjust_camera(const CameraStream& camera);
     void remove_camera(CameraId id);
-    /// True if some reader would take a frame of this camera at this world time.
-    bool wants(CameraId id, TimeNs world_ns) const;
+    /// The layouts that those want who would take a frame of this camera at this world time (Output::source); none:
+    /// nobody would.
+    PixelFormats wanted(CameraId id, TimeNs world_ns) const;
     std::size_t reader_count(CameraId id) const;
-    /// Never blocks. With a latch, everything on its way holds it.
+    /// Never blocks. With a latch, everything on its way holds it. Each output gets a camera's frame in the layout that
+    /// it wants, else the one in rgba8.
     void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
 
     /// Brings one frame into a format, on the worker pool; `done` is called there.
@@ -60,6 +63,7 @@ private:
     void detach(CameraId id, const MediaFormat& format, const std::shared_ptr<Output>& output,
                 const std::shared_ptr<Reader>& reader);
     void end_outputs(Camera& camera, const Error& why);
+    static const FrameRef* frame_for(const Output& output, std::span<const FrameRef> frames);
     Cameras::iterator find_locked(std::string_view name);
 
     const Options options_;

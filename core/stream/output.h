@@ -36,6 +36,8 @@ public:
 
     const CameraStream& camera() const { return camera_; }
     const MediaFormat& format() const { return transcoder_->format(); }
+    /// The layout that frames had best be offered in; rgba8 will do.
+    PixelFormat source() const { return source_format(format(), camera_.size); }
 
     void attach(std::shared_ptr<Reader> reader);
     /// Closes the sink (waits for a write in progress, never from inside one). True if no reader is left.

@@ -64,6 +64,12 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
     return unit;
 }
 
+PixelFormat source_format(const MediaFormat& format, ImageSize camera_size) {
+    const bool is_scaled = format.size != ImageSize{} && format.size != camera_size;
+    if (is_scaled || format.codec == Codec::png) return PixelFormat::rgba8;
+    return format.codec == Codec::jpeg ? PixelFormat::jpeg_i420 : format.pixels;
+}
+
 std::string describe(const MediaFormat& format) {
     std::string text(to_string(format.codec));
     if (format.codec == Codec::raw) text += " " + std::string(to_string(format.pixels));

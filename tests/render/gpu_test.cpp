@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/frame/convert.h"
 #include "tests/render/support/test_rig.h"
 
 // How a GPU's pictures come to host memory, and whether a GPU draws what the CPU rasteriser draws. Every test has the
@@ -60,6 +61,121 @@ TEST(BufferedReadback, GivesTheBytesOfDirectReading) {
     ASSERT_EQ(buffered.size(), direct.size());
     for (std::size_t i = 0; i < direct.size(); ++i)
         EXPECT_TRUE(std::ranges::equal(direct[i]->bytes(), buffered[i]->bytes())) << "picture " << i;
+}
+
+/// A wall of triangles in all colours, a corner a colour of its own.
+TestWorld colours() {
+    constexpr int columns = 12, rows = 9;
+    std::uint32_t state = 1;
+    const auto next = [&] {
+        state = state * 1664525u + 1013904223u;
+        return static_cast<float>(state >> 8) / static_cast<float>(1 << 24);
+    };
+    std::vector<glm::vec3> corners;
+    for (int i = 0; i < columns * rows; ++i) {
+        const glm::vec3 low(4.0f, 0.4f * static_cast<float>(i % columns) - 2.4f,
+                            0.4f * static_cast<float>(i / columns) - 1.8f);
+        const glm::vec3 y(0.0f, 0.4f, 0.0f), z(0.0f, 0.0f, 0.4f);
+        for (const glm::vec3& corner : {low, low + z, low + y, low + y, low + z, low + y + z})
+            corners.push_back(corner);
+    }
+    Primitive wall = triangles(corners);
+    for (std::size_t i = 0; i < corners.size(); ++i) wall.colors.emplace_back(next(), next(), next(), 1.0f);
+    Material paint = colored(glm::vec3(1.0f), true);
+    paint.double_sided = true;
+    TestWorld world;
+    world.objects.push_back(instance_of(model_of(std::move(wall), paint)));
+    return world;
+}
+
+class ConvertedOnTheDevice : public testing::Test {
+protected:
+    void SetUp() override {
+        auto made = create_renderer(
+            {.device = "llvmpipe", .pool = std::make_shared<FramePool>(), .conversion = Conversion::device});
+        ASSERT_TRUE(made.has_value()) << made.error().message;
+        renderer = std::move(*made);
+    }
+    std::vector<FrameRef> draw(const View& view) {
+        EXPECT_TRUE(renderer->submit(world, 0, {&view, 1}).has_value());
+        auto finished = renderer->collect();
+        EXPECT_TRUE(finished && finished->failures.empty());
+        return finished ? finished->set.frames : std::vector<FrameRef>{};
+    }
+
+    SnapshotRef world = colours().snapshot();
+    std::unique_ptr<Renderer> renderer;
+};
+
+TEST_F(ConvertedOnTheDevice, EveryLayoutHasTheBytesOfTheHost) {
+    const Lens lens{.model = LensModel::plumb_bob, .coefficients = {-0.2, 0.05}};
+    for (TestCamera camera :
+         {TestCamera{.size = {160, 120}}, TestCamera{.size = {17, 33}}, TestCamera{.size = {641, 359}},
+          TestCamera{.size = {1282, 18}}, TestCamera{.size = {81, 61}, .lens = lens},
+          TestCamera{.size = {98, 75}, .antialias = Antialias::msaa4}}) {
+        camera.focal_px = 0.8 * camera.size.height;
+        View view = camera.view();
+        view.color_formats = {};
+        for (const PixelFormat format : color_formats) {
+            ASSERT_TRUE(renderer->makes(format, view));
+            view.color_formats.add(format);
+        }
+        const auto frames = draw(view);
+        ASSERT_EQ(frames.size(), color_formats.size());
+        ASSERT_EQ(frames[0]->info().format, PixelFormat::rgba8);
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            const FrameInfo& info = frames[i]->info();
+            EXPECT_EQ(info.format, color_formats[i]);
+            std::vector<std::byte> expected(bytes_of(info.format, info.size));
+            ASSERT_TRUE(convert(*frames[0], info.format, {}, expected).has_value());
+            EXPECT_TRUE(std::ranges::equal(frames[i]->bytes(), expected))
+                << to_string(info.format) << " " << info.size.to_string();
+        }
+    }
+    EXPECT_EQ(renderer->counters().conversions, 6 * (color_formats.size() - 1));
+}
+
+// Everything about the frame but its layout is that of the rgba8 picture, and other kinds are as ever.
+TEST_F(ConvertedOnTheDevice, AFrameIsOfItsInstant) {
+    View view = TestCamera{}.view(7);
+    view.sequence = 12;
+    view.color_formats = {PixelFormat::i420};
+    view.kinds[static_cast<int>(FrameKind::depth)] = true;
+    const auto frames = draw(view);
+    ASSERT_EQ(frames.size(), 2u);
+    EXPECT_EQ(frames[0]->info().format, PixelFormat::i420);
+    EXPECT_EQ(frames[0]->info().kind, FrameKind::color);
+    EXPECT_EQ(frames[0]->info().sequence, 12);
+    EXPECT_EQ(frames[1]->info().format, PixelFormat::depth32f);
+    EXPECT_FLOAT_EQ(*reinterpret_cast<const float*>(frames[1]->bytes().data()), 4.0f);
+}
+
+// They are made on the host, after drawing.
+TEST_F(ConvertedOnTheDevice, PicturesWithImageControlsOrACodeStripStayRgba) {
+    View view = TestCamera{}.view();
+    auto spec = std::make_shared<CameraSpec>(*view.spec);
+    spec->code_strip = true;
+    view.spec = spec;
+    EXPECT_FALSE(renderer->makes(PixelFormat::i420, view));
+    EXPECT_TRUE(renderer->makes(PixelFormat::rgba8, view));
+    spec = std::make_shared<CameraSpec>(*TestCamera{}.view().spec);
+    spec->controls.brightness = 0.1;
+    view.spec = spec;
+    EXPECT_FALSE(renderer->makes(PixelFormat::i420, view));
+    EXPECT_FALSE(renderer->makes(PixelFormat::depth32f, TestCamera{}.view()));
+}
+
+TEST(Conversion, OnTheDeviceNeedsOneThatDrawsByOpenGl) {
+    for (const std::string device : {"cpu", "null"}) {
+        const auto made = create_renderer(
+            {.device = device, .pool = std::make_shared<FramePool>(), .conversion = Conversion::device});
+        ASSERT_FALSE(made.has_value());
+        EXPECT_EQ(made.error().kind, ErrorKind::invalid_argument);
+    }
+    auto host =
+        create_renderer({.device = "llvmpipe", .pool = std::make_shared<FramePool>(), .conversion = Conversion::host});
+    ASSERT_TRUE(host.has_value());
+    EXPECT_FALSE((*host)->makes(PixelFormat::i420, TestCamera{}.view()));
 }
 
 TEST(HardwareDevice, DrawsWhatTheCpuDraws) {

@@ -1,9 +1,13 @@
 """What makes a rig fast must not be seen: each switch on and off, on the hall."""
 
+import io
+import os
+import subprocess
 import urllib.request
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import camrig
 
@@ -53,11 +57,11 @@ def next_part(stream):
     return int(fields["X-Sequence"]), stream.read(int(fields["Content-Length"]))
 
 
-@pytest.mark.parametrize("args", [(), ("--plain-jpeg",)])
-def test_a_stream_has_the_bytes_of_snapshots(args):
+@pytest.mark.parametrize("device, args", [("cpu", ()), ("cpu", ("--plain-jpeg",)), ("llvmpipe", ("--convert-on", "device"))])
+def test_a_stream_has_the_bytes_of_snapshots(device, args):
     """A stream compresses what changed since its last picture, a snapshot everything. Seen from above and once a second, people leave
     the rows where they were, so that a row too few shows."""
-    with camrig.start("scenes/hall.json", mode="lockstep", device="cpu", args=args) as rig:
+    with camrig.start("scenes/hall.json", mode="lockstep", device=device, args=args) as rig:
         cam = rig.create_camera("above", place="overhead", size=(640, 360), fps=1)
         with urllib.request.urlopen(cam.url(), timeout=60) as stream:
             last, _ = next_part(stream)
@@ -72,4 +76,47 @@ def test_a_stream_has_the_bytes_of_snapshots(args):
                 while last < shown:
                     last, streamed = next_part(stream)
                 assert last == shown and streamed == snapshot, f"step {step}"
-                assert (b"\xff\xd0" in snapshot) == (not args), "a restart marker"
+                assert (b"\xff\xd0" in snapshot) == ("--plain-jpeg" not in args), "a restart marker"
+
+
+FOURCCS = ("YUYV", "YU12", "NV12", "BGR3")
+
+
+def device_pictures(folder, convert_on):
+    """A chart that stands still: read from a device in every layout beside an MJPEG reader, and as JPEG and PNG; with what was counted."""
+    with camrig.start("scenes/calibration.json", mode="realtime", device="llvmpipe", args=("--convert-on", convert_on)) as rig:
+        cam = rig.create_camera("chart", size=(322, 242), fps=30, position=(0, 0, 1.5), outputs=[{"kind": "device", "number": 9}])
+        raw = {}
+        with urllib.request.urlopen(cam.url(), timeout=60) as stream:
+            next_part(stream)
+            for fourcc in FOURCCS:
+                file = folder / f"{convert_on}-{fourcc}"
+                done = subprocess.run([os.environ["CAMRIG_BIN"], "exec", "--control", rig.call("server.info")["control"], "--",
+                                       "v4l2-ctl", "-d", "/dev/video9", f"--set-fmt-video=pixelformat={fourcc}", "--stream-mmap",
+                                       "--stream-count=1", f"--stream-to={file}"], capture_output=True, text=True, timeout=60, check=False)
+                assert done.returncode == 0, done.stderr
+                raw[fourcc] = file.read_bytes()
+            jpeg = next_part(stream)[1]
+        with urllib.request.urlopen(cam.url("png"), timeout=60) as answer:
+            png = answer.read()
+        stats = rig.stats()
+        counted = {stage["name"]: stage["count"] for stage in stats["stages"]}
+        counted.update(stats["renderer"])
+    return raw, jpeg, png, counted
+
+
+def test_readers_get_the_same_picture_wherever_colours_are_converted(tmp_path):
+    host, host_jpeg, host_png, host_counted = device_pictures(tmp_path, "host")
+    device, device_jpeg, device_png, device_counted = device_pictures(tmp_path, "device")
+    assert host == device and len(set(host.values())) == len(FOURCCS)
+    assert host_png == device_png
+    assert host_counted["convert"] >= len(FOURCCS) and host_counted["conversions"] == 0
+    assert device_counted["convert"] == 0 and device_counted["conversions"] >= len(FOURCCS)
+    # A JPEG is made of planes there and of RGB here: as near to the picture, not the same bytes.
+    drawn = decoded(host_png)
+    errors = [np.mean((decoded(jpeg) - drawn) ** 2) for jpeg in (host_jpeg, device_jpeg)]
+    assert errors[0] > 0 and abs(10 * np.log10(errors[1] / errors[0])) < 0.1, "dB"
+
+
+def decoded(data):
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(float)

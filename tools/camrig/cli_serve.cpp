@@ -13,6 +13,8 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     static const std::map<std::string, RunMode> modes{{"realtime", RunMode::realtime}, {"lockstep", RunMode::lockstep}};
     static const std::map<std::string, OverloadPolicy> policies{{"drop", OverloadPolicy::drop},
                                                                 {"slow", OverloadPolicy::slow}};
+    static const std::map<std::string, Conversion> conversions{
+        {"auto", Conversion::automatic}, {"host", Conversion::host}, {"device", Conversion::device}};
     const auto is_port = CLI::Range(0, 65535);
 
     auto options = std::make_shared<ServeOptions>();
@@ -64,6 +66,11 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
                      "people far away are drawn with fewer triangles where that shows less than this; 0: never")
         ->check(CLI::Range(0.0, 16.0))
         ->capture_default_str();
+    serve
+        ->add_option("--convert-on", options->engine.renderer.conversion,
+                     "where colours become YUV or BGR for readers: device (by a shader, before they are read back; a "
+                     "GPU or llvmpipe), host, or auto (default): on the device if it is a GPU; the same YUV and BGR")
+        ->transform(CLI::CheckedTransformer(conversions).description("auto|host|device"));
     serve->add_flag_callback(
         "--plain-jpeg", [options] { options->jpeg.strips = false; },
         "no restart markers in JPEG: pictures are compressed in full each time, also where nothing moved");

@@ -42,6 +42,7 @@
     X(DepthFunc, DEPTHFUNC)                                       \
     X(DepthMask, DEPTHMASK)                                       \
     X(Disable, DISABLE)                                           \
+    X(DispatchCompute, DISPATCHCOMPUTE)                           \
     X(DrawArrays, DRAWARRAYS)                                     \
     X(DrawElementsBaseVertex, DRAWELEMENTSBASEVERTEX)             \
     X(Enable, ENABLE)                                             \
@@ -50,6 +51,7 @@
     X(Finish, FINISH)                                             \
     X(Flush, FLUSH)                                               \
     X(FrontFace, FRONTFACE)                                       \
+    X(GenTextures, GENTEXTURES)                                   \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)               \
     X(GetError, GETERROR)                                         \
     X(GetIntegerv, GETINTEGERV)                                   \
@@ -60,6 +62,7 @@
     X(GetString, GETSTRING)                                       \
     X(LinkProgram, LINKPROGRAM)                                   \
     X(MapNamedBufferRange, MAPNAMEDBUFFERRANGE)                   \
+    X(MemoryBarrier, MEMORYBARRIER)                               \
     X(NamedBufferStorage, NAMEDBUFFERSTORAGE)                     \
     X(NamedFramebufferDrawBuffers, NAMEDFRAMEBUFFERDRAWBUFFERS)   \
     X(NamedFramebufferReadBuffer, NAMEDFRAMEBUFFERREADBUFFER)     \
@@ -76,6 +79,7 @@
     X(TextureStorage3D, TEXTURESTORAGE3D)                         \
     X(TextureStorage2DMultisample, TEXTURESTORAGE2DMULTISAMPLE)   \
     X(TextureSubImage2D, TEXTURESUBIMAGE2D)                       \
+    X(TextureView, TEXTUREVIEW)                                   \
     X(UnmapNamedBuffer, UNMAPNAMEDBUFFER)                         \
     X(UseProgram, USEPROGRAM)                                     \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)         \

@@ -75,6 +75,13 @@ inline GlTexture make_texture(const GlFunctions& gl, GLenum target) {
 inline GlTexture make_texture_2d(const GlFunctions& gl) {
     return make_texture(gl, GL_TEXTURE_2D);
 }
+/// The memory of a plain 2D texture with one level, read in another format of the same size.
+inline GlTexture make_texture_view(const GlFunctions& gl, const GlTexture& texture, GLenum format) {
+    GLuint name = 0;
+    gl.GenTextures(1, &name);  // not CreateTextures: a view needs a name that is no texture yet
+    gl.TextureView(name, GL_TEXTURE_2D, texture.name(), format, 0, 1, 0, 1);
+    return {gl, name};
+}
 inline GlFramebuffer make_framebuffer(const GlFunctions& gl) {
     GLuint name = 0;
     gl.CreateFramebuffers(1, &name);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/frame/tone.h"
 #include "core/render/view_frames.h"
 
 namespace camrig {
@@ -27,16 +28,20 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOption
     : context_(std::move(context)),
       gl_(context_->gl()),
       pool_(options.pool),
-      readback_mode_(context_->is_software() && !options.buffered_readback ? ReadbackMode::direct
-                                                                           : ReadbackMode::buffered),
+      converts_(options.conversion == Conversion::device ||
+                (options.conversion == Conversion::automatic && !context_->is_software())),
+      readback_mode_(context_->is_software() && !converts_ && !options.buffered_readback ? ReadbackMode::direct
+                                                                                         : ReadbackMode::buffered),
       shaders_(gl_),
       samplers_(gl_),
       models_(gl_, samplers_),
       painter_(gl_, shaders_,
                {.max_side = context_->max_texture_size(),
                 .has_float_units = context_->is_software(),
+                .has_codes = converts_,
                 .scene = {.static_layer_bytes = options.static_layer_bytes,
                           .max_detail_error_px = options.max_detail_error_px}}),
+      converter_(gl_),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {
     thread_.check();
@@ -102,15 +107,6 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
                     .failures = {}};
     Slot& slot = slots_[slot_];
 
-    if (readback_mode_ == ReadbackMode::buffered) {
-        std::size_t bytes = 0;
-        for (const View& view : views) {
-            for (int k = 0; k < frame_kind_count; ++k) {
-                if (view.kinds[k]) bytes += bytes_of(format_of(static_cast<FrameKind>(k)), view.spec->size);
-            }
-        }
-        slot.readback.reset(bytes);
-    }
     instant.pending.reserve(views.size());
     PaintScene scene = paint_scene(slot);
     painter_.prepare(views, scene, slot.targets);
@@ -120,12 +116,19 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         }
     }
     if (readback_mode_ == ReadbackMode::buffered) {
-        slot.readback.start_fence();
+        read_back(instant);
     } else {
         gl_.Flush();
     }
     submitted_.push_back(std::move(instant));
     return {};
+}
+
+bool GlRenderer::makes(PixelFormat format, const View& view) const {
+    if (format == PixelFormat::rgba8) return true;
+    // Image controls and code strip come after drawing, on the host (finish_color).
+    return converts_ && changes_nothing(view.spec->controls) && !view.spec->code_strip &&
+           converter_.can_make(format, view.spec->size);
 }
 
 PaintScene GlRenderer::paint_scene(Slot& slot) {
@@ -148,22 +151,54 @@ Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
     for (int k = 0; k < frame_kind_count; ++k) {
         const auto kind = static_cast<FrameKind>(k);
         if (!wants(view, kind)) continue;
-        Pending pending{.view = index, .kind = kind, .transform = painted->transform, .lens = painted->lens};
+        Pending pending{.view = index,
+                        .kind = kind,
+                        .format = format_of(kind),
+                        .transform = painted->transform,
+                        .lens = painted->lens};
         pending.source = kind == FrameKind::color   ? painted->color
                          : kind == FrameKind::depth ? painted->depth
                                                     : painted->truth;
-        if (readback_mode_ == ReadbackMode::buffered) {
-            const ImageSize size = view.spec->size;
-            pending.buffer_offset = slot.readback.read(pending.source, kind, size, bytes_of(format_of(kind), size));
+        if (kind != FrameKind::color) {
+            instant.pending.push_back(std::move(pending));
+            continue;
         }
-        instant.pending.push_back(std::move(pending));
+        for (const PixelFormat format : color_formats) {
+            if (!view.color_formats.contains(format)) continue;
+            CHECK(makes(format, view));
+            pending.format = format;
+            instant.pending.push_back(pending);
+        }
     }
     return {};
 }
 
+void GlRenderer::read_back(Instant& instant) {
+    ReadbackBuffer& buffer = slots_[instant.slot].readback;
+    const auto bytes = [&](const Pending& picture) {
+        return bytes_of(picture.format, instant.views[picture.view].spec->size);
+    };
+    std::size_t room = 0;
+    for (const Pending& picture : instant.pending) room += ReadbackBuffer::room_for(bytes(picture));
+    buffer.reset(room);
+    for (Pending& picture : instant.pending) {
+        const ImageSize size = instant.views[picture.view].spec->size;
+        picture.buffer_offset = buffer.allocate(bytes(picture));
+        if (picture.format == format_of(picture.kind)) {
+            buffer.read(picture.source, picture.kind, size, picture.buffer_offset);
+            continue;
+        }
+        converter_.convert(picture.source.codes, size, picture.format, buffer.name(),
+                           static_cast<GLintptr>(picture.buffer_offset));
+        ++conversions_;
+    }
+    buffer.start_fence();
+}
+
 FrameRef GlRenderer::finish(const Instant& instant, const Pending& pending) {
     const View& view = instant.views[pending.view];
-    auto frame = acquire_frame(*pool_, view, pending.kind, instant.snapshot->world_ns, instant.monotonic_ns);
+    auto frame =
+        acquire_frame(*pool_, view, pending.kind, pending.format, instant.snapshot->world_ns, instant.monotonic_ns);
     const std::span<std::byte> bytes = frame->mutable_bytes();
     if (readback_mode_ == ReadbackMode::buffered) {
         const auto source = slots_[instant.slot].readback.bytes(pending.buffer_offset, bytes.size());
@@ -171,7 +206,7 @@ FrameRef GlRenderer::finish(const Instant& instant, const Pending& pending) {
     } else {
         read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
-    if (pending.kind == FrameKind::color) finish_color(view, *frame);
+    if (pending.kind == FrameKind::color && pending.format == PixelFormat::rgba8) finish_color(view, *frame);
     if (pending.kind == FrameKind::semantic) ids_to_classes(*instant.snapshot, *frame);
     if (pending.kind == FrameKind::depth) {
         const std::span depth(reinterpret_cast<float*>(bytes.data()), bytes.size() / sizeof(float));
@@ -203,6 +238,7 @@ RenderCounters GlRenderer::counters() const {
     counters.meshes_skinned = meshes_skinned_;
     counters.meshes_unseen = meshes_unseen_;
     count_meshes(counters.meshes_skinned, counters.meshes_unseen);
+    counters.conversions = conversions_;
     return counters;
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/base/thread_check.h"
+#include "core/render/gl/color_converter.h"
 #include "core/render/gl/egl_context.h"
 #include "core/render/gl/view_painter.h"
 #include "core/render/renderer_factory.h"
@@ -24,6 +25,7 @@ public:
     Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
     Result<Finished> collect() override;
     int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    bool makes(PixelFormat format, const View& view) const override;
     void forget(CameraId camera) override;
     RenderCounters counters() const override;
     std::string description() const override { return context_->description(); }
@@ -33,6 +35,7 @@ private:
     struct Pending {
         std::size_t view = 0;
         FrameKind kind = FrameKind::color;
+        PixelFormat format = PixelFormat::rgba8;
         PictureSource source{};
         std::size_t buffer_offset = 0;
         ViewTransform transform;
@@ -61,16 +64,21 @@ private:
     void update_movers(const Snapshot& snapshot, Slot& slot);
     PaintScene paint_scene(Slot& slot);
     Result<void> draw_view(Instant& instant, std::size_t index);
+    /// Starts what brings the pictures of an instant to the readback buffer.
+    void read_back(Instant& instant);
     FrameRef finish(const Instant& instant, const Pending& pending);
 
     std::unique_ptr<EglContext> context_;
     const GlFunctions& gl_;
     std::shared_ptr<FramePool> pool_;
+    const bool converts_;  ///< colours, on the device
     ReadbackMode readback_mode_;
     ShaderCache shaders_;
     SamplerCache samplers_;
     ModelCache models_;
     ViewPainter painter_;
+    ColorConverter converter_;
+    std::uint64_t conversions_ = 0;
 
     std::shared_ptr<const StaticSet> statics_;
     std::uint64_t statics_number_ = 0;  ///< counts the static sets

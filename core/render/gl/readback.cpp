@@ -29,29 +29,33 @@ void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, Im
     gl.ReadPixels(0, 0, size.width, size.height, format.format, format.type, to);
 }
 
-void ReadbackBuffer::reset(std::size_t bytes) {
+void ReadbackBuffer::reset(std::size_t room) {
     used_ = 0;
-    if (bytes <= capacity_) return;
+    if (room <= capacity_) return;
     // Client storage keeps the mapping in cached host memory: uncached reads are 20 times slower.
     constexpr GLbitfield access = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     buffer_ = make_buffer(gl_);
-    gl_.NamedBufferStorage(buffer_.name(), static_cast<GLsizeiptr>(bytes), nullptr, access | GL_CLIENT_STORAGE_BIT);
-    data_ = static_cast<std::byte*>(gl_.MapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(bytes), access));
+    gl_.NamedBufferStorage(buffer_.name(), static_cast<GLsizeiptr>(room), nullptr, access | GL_CLIENT_STORAGE_BIT);
+    data_ = static_cast<std::byte*>(gl_.MapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(room), access));
     CHECK(data_ != nullptr);
-    capacity_ = bytes;
+    capacity_ = room;
 }
 
-std::size_t ReadbackBuffer::read(PictureSource source, FrameKind kind, ImageSize size, std::size_t bytes) {
-    CHECK(used_ + bytes <= capacity_);
+std::size_t ReadbackBuffer::allocate(std::size_t bytes) {
     const std::size_t offset = used_;
-    gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, buffer_.name());
-    read_pixels(gl_, source, kind, size, reinterpret_cast<void*>(offset));
-    gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-    used_ += bytes;
+    used_ += room_for(bytes);
+    CHECK(used_ <= capacity_);
     return offset;
 }
 
+void ReadbackBuffer::read(PictureSource source, FrameKind kind, ImageSize size, std::size_t offset) {
+    gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, buffer_.name());
+    read_pixels(gl_, source, kind, size, reinterpret_cast<void*>(offset));
+    gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+}
+
 void ReadbackBuffer::start_fence() {
+    gl_.MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);  // for what shaders wrote
     fence_ = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl_.Flush();
 }

@@ -20,18 +20,24 @@ enum class ReadbackMode { direct, buffered };
 struct PictureSource {
     GLuint framebuffer = 0;
     bool depth_is_color = false;
+    GLuint codes = 0;  ///< ColorTarget::codes
 };
 void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, ImageSize size, void* to);
 
-/// Host-visible memory that pixel reads of one instant go to (ReadbackMode::buffered).
+/// Host-visible memory that the pictures of one instant go to (ReadbackMode::buffered).
 class ReadbackBuffer {
 public:
     explicit ReadbackBuffer(const GlFunctions& gl) : gl_(gl) {}
+    /// Of the buffer, for a picture of so many bytes: shader storage begins at multiples of 256.
+    static std::size_t room_for(std::size_t bytes) { return (bytes + 255) / 256 * 256; }
     /// Makes room for an instant; the device must be done with the one before.
-    void reset(std::size_t bytes);
-    /// Reads into the next part of the buffer and says where it begins.
-    std::size_t read(PictureSource source, FrameKind kind, ImageSize size, std::size_t bytes);
+    void reset(std::size_t room);
+    /// Where the next picture goes.
+    std::size_t allocate(std::size_t bytes);
+    void read(PictureSource source, FrameKind kind, ImageSize size, std::size_t offset);
+    /// After all that goes to the buffer.
     void start_fence();
+    GLuint name() const { return buffer_.name(); }
     /// Blocks until everything read has arrived. Error: the device gave no sign of life for 10 s.
     Result<void> wait();
     std::span<const std::byte> bytes(std::size_t offset, std::size_t size) const { return {data_ + offset, size}; }

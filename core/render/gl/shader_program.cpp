@@ -1,6 +1,8 @@
 #include "core/render/gl/shader_program.h"
 
 #include <array>
+#include <span>
+#include <utility>
 
 namespace camrig {
 namespace {
@@ -24,22 +26,15 @@ Result<GlShader> compile(const GlFunctions& gl, GLenum stage, std::string_view n
     GLsizei length = 0;
     gl.GetShaderInfoLog(shader.name(), max_log_bytes, &length, log.data());
     log.resize(static_cast<std::size_t>(length));
-    return error(ErrorKind::internal, std::string(name) + (stage == GL_VERTEX_SHADER ? ".vert" : ".frag") +
-                                          " does not compile with\n" + std::string(defines) + log);
+    const char* const ending = stage == GL_VERTEX_SHADER ? ".vert" : stage == GL_FRAGMENT_SHADER ? ".frag" : ".comp";
+    return error(ErrorKind::internal,
+                 std::string(name) + ending + " does not compile with\n" + std::string(defines) + log);
 }
 
-}  // namespace
-
-Result<GlProgram> build_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
-                                std::string_view vertex_source, std::string_view fragment_source) {
-    auto vertex = compile(gl, GL_VERTEX_SHADER, name, defines, vertex_source);
-    if (!vertex) return std::unexpected(vertex.error());
-    auto fragment = compile(gl, GL_FRAGMENT_SHADER, name, defines, fragment_source);
-    if (!fragment) return std::unexpected(fragment.error());
-
+Result<GlProgram> link(const GlFunctions& gl, std::string_view name, std::string_view defines,
+                       std::span<const GlShader> shaders) {
     GlProgram program(gl, gl.CreateProgram());
-    gl.AttachShader(program.name(), vertex->name());
-    gl.AttachShader(program.name(), fragment->name());
+    for (const GlShader& shader : shaders) gl.AttachShader(program.name(), shader.name());
     gl.LinkProgram(program.name());
     GLint ok = GL_FALSE;
     gl.GetProgramiv(program.name(), GL_LINK_STATUS, &ok);
@@ -50,6 +45,24 @@ Result<GlProgram> build_program(const GlFunctions& gl, std::string_view name, st
     gl.GetProgramInfoLog(program.name(), max_log_bytes, &length, log.data());
     log.resize(static_cast<std::size_t>(length));
     return error(ErrorKind::internal, std::string(name) + " does not link with\n" + std::string(defines) + log);
+}
+
+}  // namespace
+
+Result<GlProgram> build_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
+                                std::string_view vertex_source, std::string_view fragment_source) {
+    auto vertex = compile(gl, GL_VERTEX_SHADER, name, defines, vertex_source);
+    if (!vertex) return std::unexpected(vertex.error());
+    auto fragment = compile(gl, GL_FRAGMENT_SHADER, name, defines, fragment_source);
+    if (!fragment) return std::unexpected(fragment.error());
+    return link(gl, name, defines, std::array{std::move(*vertex), std::move(*fragment)});
+}
+
+Result<GlProgram> build_compute_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
+                                        std::string_view source) {
+    auto compute = compile(gl, GL_COMPUTE_SHADER, name, defines, source);
+    if (!compute) return std::unexpected(compute.error());
+    return link(gl, name, defines, std::array{std::move(*compute)});
 }
 
 }  // namespace camrig

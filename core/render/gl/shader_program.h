@@ -12,5 +12,7 @@ namespace camrig {
 /// `name`.
 Result<GlProgram> build_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
                                 std::string_view vertex_source, std::string_view fragment_source);
+Result<GlProgram> build_compute_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
+                                        std::string_view source);
 
 }  // namespace camrig

@@ -16,4 +16,5 @@ extern const char* const image_vert;
 extern const char* const resolve_frag;
 extern const char* const warp_color_frag;
 extern const char* const warp_truth_frag;
+extern const char* const convert_comp;
 }  // namespace camrig::shader_source

@@ -58,7 +58,7 @@ Result<const ColorTarget*> ViewPainter::color_source(const ViewPlan& plan, ViewT
     if (!finished || finished->size != plan.spec->size || static_cast<bool>(finished->depth) != has_depth) {
         finished.reset();
         targets.shown_layer = 0;
-        auto made = make_color_target(gl_, plan.spec->size, {.has_depth = has_depth});
+        auto made = make_color_target(gl_, plan.spec->size, {.has_depth = has_depth, .has_codes = has_codes_});
         if (!made) return std::unexpected(made.error());
         finished = std::move(*made);
     }
@@ -152,7 +152,9 @@ Result<PaintedView> ViewPainter::paint(const View& view, std::size_t index, Pain
     }
 
     PaintedView painted;
-    if (color != nullptr) painted.color = {.framebuffer = targets.color->framebuffer.name()};
+    if (color != nullptr) {
+        painted.color = {.framebuffer = targets.color->framebuffer.name(), .codes = targets.color->codes.name()};
+    }
     if (targets.truth) {
         painted.truth = {.framebuffer = targets.truth->framebuffer.name(),
                          .depth_is_color = targets.truth->depth_is_color};

@@ -26,6 +26,7 @@ struct PaintedView {
 struct PainterOptions {
     int max_side = 0;              ///< of any picture
     bool has_float_units = false;  ///< see ImagePass
+    bool has_codes = false;        ///< finished pictures can be converted (ColorTarget::codes)
     SceneDrawerOptions scene;
 };
 
@@ -36,6 +37,7 @@ public:
     ViewPainter(const GlFunctions& gl, ShaderCache& shaders, const PainterOptions& options)
         : gl_(gl),
           max_side_(options.max_side),
+          has_codes_(options.has_codes),
           images_(gl, options.has_float_units),
           lenses_(gl, options.max_side),
           scratch_(gl),
@@ -67,6 +69,7 @@ private:
 
     const GlFunctions& gl_;
     int max_side_;
+    bool has_codes_;
     ImagePass images_;
     LensCache lenses_;
     ScratchTargets scratch_;

@@ -25,10 +25,15 @@ Result<ColorTarget> make_color_target(const GlFunctions& gl, ImageSize size, con
     ColorTarget target{.size = size,
                        .samples = options.samples,
                        .color = storage(gl, GL_SRGB8_ALPHA8, size, options.samples),
+                       .codes = {},
                        .depth = {},
                        .framebuffer = make_framebuffer(gl)};
     const GLuint framebuffer = target.framebuffer.name();
     gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target.color.name(), 0);
+    if (options.has_codes) {
+        CHECK(options.samples == 1);
+        target.codes = make_texture_view(gl, target.color, GL_RGBA8UI);
+    }
     if (options.has_depth) {
         target.depth = storage(gl, GL_DEPTH_COMPONENT32F, size, options.samples);
         gl.NamedFramebufferTexture(framebuffer, GL_DEPTH_ATTACHMENT, target.depth.name(), 0);

@@ -13,12 +13,14 @@ struct ColorTarget {
     ImageSize size;
     int samples = 1;
     GlTexture color;
+    GlTexture codes;  ///< the same pixels as integers (RGBA8UI); only where asked for
     GlTexture depth;
     GlFramebuffer framebuffer;
 };
 struct ColorTargetOptions {
     int samples = 1;
     bool has_depth = true;
+    bool has_codes = false;
 };
 Result<ColorTarget> make_color_target(const GlFunctions& gl, ImageSize size, const ColorTargetOptions& options = {});
 

@@ -99,6 +99,7 @@ RenderCounters CpuRenderer::counters() const {
     sum.meshes_unseen += others.meshes_unseen;
     sum.draws += others.draws;
     sum.draws_coarse += others.draws_coarse;
+    sum.conversions += others.conversions;
     return sum;
 }
 

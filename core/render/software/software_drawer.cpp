@@ -180,7 +180,8 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     scratch.numbers.fit(size);
     scratch.depth.fit(size);
     if (!work.is_in_frame) scratch.color.fit(size);
-    work.frame = acquire_frame(*options_.pool, view, FrameKind::color, snapshot_->world_ns, monotonic_ns);
+    work.frame =
+        acquire_frame(*options_.pool, view, FrameKind::color, PixelFormat::rgba8, snapshot_->world_ns, monotonic_ns);
     work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
     work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
     if (work.is_in_parts) {

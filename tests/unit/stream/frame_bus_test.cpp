@@ -47,12 +47,12 @@ protected:
 };
 
 TEST_F(FrameBusTest, NobodyWatchingMeansNothingIsWanted) {
-    EXPECT_FALSE(bus.wants(lobby, 0));
+    EXPECT_TRUE(bus.wanted(lobby, 0).empty());
     auto sink = std::make_shared<FakeSink>();
     auto subscription = subscribe(sink);
-    EXPECT_TRUE(bus.wants(lobby, 0));
+    EXPECT_FALSE(bus.wanted(lobby, 0).empty());
     subscription.reset();
-    EXPECT_FALSE(bus.wants(lobby, 0));
+    EXPECT_TRUE(bus.wanted(lobby, 0).empty());
     EXPECT_EQ(bus.reader_count(lobby), 0u);
 }
 
@@ -66,6 +66,48 @@ TEST_F(FrameBusTest, ReadersOfOneFormatShareOneEncoding) {
     ASSERT_TRUE(first->wait_for_units(1) && second->wait_for_units(1) && other->wait_for_units(1));
     EXPECT_EQ(first->units()[0].bytes, second->units()[0].bytes);
     EXPECT_NE(first->units()[0].bytes, other->units()[0].bytes);
+}
+
+// A renderer that makes the layouts of the readers spares their conversion.
+TEST_F(FrameBusTest, EachOutputGetsTheLayoutItWantsElseRgba) {
+    const auto i420 = std::make_shared<FakeSink>(), half = std::make_shared<FakeSink>(),
+               plain = std::make_shared<FakeSink>();
+    auto s1 = subscribe(i420, {Codec::raw, PixelFormat::i420, 0, {}});
+    auto s2 = subscribe(half, {Codec::raw, PixelFormat::i420, 0, {32, 24}});
+    EXPECT_EQ(bus.wanted(lobby, 0), (PixelFormats{PixelFormat::i420, PixelFormat::rgba8}));
+    FrameSet set = set_at(0, 1);
+    FrameInfo info = set.frames[0]->info();
+    info.format = PixelFormat::i420;
+    auto planes = pool->acquire(info);
+    std::ranges::fill(planes->mutable_bytes(), std::byte{200});
+    set.frames.push_back(planes);
+    bus.publish(set, nullptr);
+    ASSERT_TRUE(i420->wait_for_units(1) && half->wait_for_units(1));
+    EXPECT_EQ(i420->units()[0].frame, planes);
+    EXPECT_EQ(half->units()[0].info.size, (ImageSize{32, 24}));
+    EXPECT_NE(half->units()[0].frame->bytes()[0], std::byte{200});
+
+    // One that came after the picture was drawn waits for the next.
+    auto s3 = subscribe(plain);
+    FrameSet only_planes;
+    info.sequence = 2;
+    only_planes.frames.push_back(pool->acquire(info));
+    bus.publish(only_planes, nullptr);
+    ASSERT_TRUE(i420->wait_for_units(2));
+    EXPECT_EQ(plain->units().size(), 0u);
+    EXPECT_EQ(half->units().size(), 1u);
+    bus.publish(set_at(2, 3), nullptr);
+    ASSERT_TRUE(plain->wait_for_units(1) && i420->wait_for_units(3));
+    EXPECT_EQ(i420->units()[2].info.format, PixelFormat::i420);
+}
+
+TEST(SourceFormat, IsWhatNeedsNoConversion) {
+    constexpr ImageSize own{64, 48};
+    EXPECT_EQ(source_format({Codec::jpeg, PixelFormat::rgba8, 90, {}}, own), PixelFormat::jpeg_i420);
+    EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, {}}, own), PixelFormat::yuyv);
+    EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, own}, own), PixelFormat::yuyv);
+    EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, {32, 24}}, own), PixelFormat::rgba8);
+    EXPECT_EQ(source_format({Codec::png, PixelFormat::rgba8, 0, {}}, own), PixelFormat::rgba8);
 }
 
 // A stuck consumer must cost frames, never time.
@@ -93,7 +135,7 @@ TEST_F(FrameBusTest, AReaderCanTakeALowerRateThanTheCamera) {
     int wanted = 0;
     for (int n = 0; n < 50; ++n) {
         const TimeNs t = rate.time_of_frame(n);
-        if (!bus.wants(lobby, t)) continue;
+        if (bus.wanted(lobby, t).empty()) continue;
         bus.publish(set_at(t, n), nullptr);
         ASSERT_TRUE(sink->wait_for_units(static_cast<std::size_t>(++wanted)));
     }

@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
         for (std::size_t i = 0; i < makers.size(); ++i) {
             if (makers[i]->camera().rate.time_of_frame(next[i]) != due) continue;
             const std::int64_t n = next[i]++;
-            if (!bus.wants(makers[i]->camera().id, world)) continue;
+            if (bus.wanted(makers[i]->camera().id, world).empty()) continue;
             watched = true;
             set.frames.push_back(makers[i]->make(n, world, set.monotonic_ns));
         }

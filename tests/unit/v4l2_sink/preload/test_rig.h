@@ -144,7 +144,7 @@ public:
         const std::int64_t n = next++;
         set.world_ns = maker.camera().rate.time_of_frame(n);
         set.monotonic_ns = monotonic_now_ns();
-        if (bus.wants(maker.camera().id, set.world_ns))
+        if (!bus.wanted(maker.camera().id, set.world_ns).empty())
             set.frames.push_back(maker.make(n, set.world_ns, set.monotonic_ns));
         bus.publish(set, latch);
     }

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <map>
+
+#include "core/frame/pixel_format.h"
+#include "core/render/gl/gl_objects.h"
+
+namespace camrig {
+
+/// Colour conversion on the device, for pictures that are read back in the layout that readers take: fewer bytes on
+/// their way to host memory, and none to convert there. The bytes are those of convert() (core/frame/convert.h).
+class ColorConverter {
+public:
+    explicit ColorConverter(const GlFunctions& gl);
+
+    bool can_make(PixelFormat format, ImageSize size) const;
+    /// Writes the picture to `offset` of the buffer, whole words: up to 3 bytes more than it has. `codes`: its pixels
+    /// as integers (ColorTarget::codes). `offset`: a multiple of 256. Leaves programs and bindings changed.
+    void convert(GLuint codes, ImageSize size, PixelFormat format, GLuint buffer, GLintptr offset);
+
+private:
+    GLuint program(PixelFormat format);
+
+    const GlFunctions& gl_;
+    std::size_t max_bytes_ = 0;
+    GlSampler nearest_;
+    std::map<PixelFormat, GlProgram> programs_;
+};
+
+}  // namespace camrig
