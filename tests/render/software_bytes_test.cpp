@@ -7,6 +7,7 @@
 
 #include "core/base/random.h"
 #include "core/render/software/software_drawer.h"
+#include "tests/render/support/claims.h"
 #include "tests/render/support/gallery.h"
 
 // camrig's rasteriser for itself: no gaps, nothing twice, the same bytes however the work is done.
@@ -401,40 +402,6 @@ TEST(Blending, WhatIsFartherIsDrawnFirst) {
         }
     }
 }
-
-/// Whether all bytes of a frame in the bands that it calls unchanged are those of the frame that it names.
-class Claims {
-public:
-    void check(const FrameRef& frame, const std::string& what) {
-        const FrameInfo& info = frame->info();
-        auto& earlier = frames_[info.camera_id];
-        ++count;
-        if (info.same_as >= 0) {
-            ++named;
-            ASSERT_TRUE(earlier.contains(info.same_as)) << what << ": no frame " << info.same_as << " before";
-            const Frame& other = *earlier[info.same_as];
-            ASSERT_EQ(other.info().size, info.size) << what;
-            const auto row_bytes = static_cast<std::size_t>(info.size.width) * 4;
-            for (int y = 0; y < info.size.height; ++y) {
-                ++rows;
-                if (info.changed_rows.contains_band(y / ChangedRows::band_rows)) continue;
-                ++unchanged;
-                const std::size_t at = static_cast<std::size_t>(y) * row_bytes;
-                ASSERT_TRUE(
-                    std::ranges::equal(frame->bytes().subspan(at, row_bytes), other.bytes().subspan(at, row_bytes)))
-                    << what << ", row " << y;
-            }
-        }
-        earlier[info.sequence] = frame;
-    }
-    double unchanged_share() const { return static_cast<double>(unchanged) / rows; }
-
-    int count = 0, named = 0;
-    std::int64_t rows = 0, unchanged = 0;
-
-private:
-    std::map<CameraId, std::map<std::int64_t, FrameRef>> frames_;
-};
 
 TEST(ChangedRows, OfTheHallAreAllThatChanged) {
     Film film("hall");

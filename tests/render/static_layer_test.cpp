@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/render/gl/static_layers.h"
+#include "tests/render/support/claims.h"
 #include "tests/render/support/test_rig.h"
 
 // A kept picture of what does not move must never show: with it and without it, the same bytes.
@@ -163,6 +164,38 @@ TEST_F(StaticLayer, ViewsOfOneInstantShowWhatEachShowsAlone) {
     }
     EXPECT_GT(cpu_renderer().counters().views_in_parts, before);
     for (const View& view : views) cpu_renderer().forget(view.camera);
+}
+
+TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
+    const Lens barrel = make_lens(LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
+    const SnapshotRef first = room().snapshot();
+    for (const Quality quality : {Quality::simple, Quality::beautiful}) {
+        for (const Antialias antialias : {Antialias::none, Antialias::ssaa2, Antialias::msaa4}) {
+            for (const Lens& lens : {Lens{}, barrel}) {
+                cpu_renderer().forget(CameraId{standing});
+                View view =
+                    TestCamera{
+                        .size = {320, 200}, .focal_px = 150.0, .lens = lens, .antialias = antialias, .quality = quality}
+                        .view(standing);
+                Claims claims;
+                for (int n = 0; n < 12; ++n) {
+                    view.sequence = 5 + n;
+                    auto snapshot = std::make_shared<Snapshot>(*first);
+                    for (auto& mover : snapshot->movers) mover.scale = 0.2;
+                    snapshot->movers[0].position = {4.2, -1.0 + 0.1 * n, -0.5 + 0.1 * (n / 3)};
+                    snapshot->movers[1].position = {5.0, 1.0, n % 4 == 3 ? 50.0 : 0.4};
+                    claims.check(draw_views(snapshot, {&view, 1}).at(0),
+                                 std::string(to_string(quality)) + " " + std::string(to_string(antialias)) + " " +
+                                     std::string(to_string(lens.model)) + ", picture " + std::to_string(n));
+                }
+                // Where the scene is drawn in parts: not through lenses, nor with several samples a pixel drawn at
+                // once.
+                const bool is_known = lens == Lens{} && antialias != Antialias::msaa4;
+                EXPECT_EQ(claims.named, is_known ? 9 : 0) << "of 12, of which the first three make the layer";
+                EXPECT_EQ(claims.unchanged_share() > 0.3, is_known);
+            }
+        }
+    }
 }
 
 TEST_F(StaticLayer, NoShadowOfAMoverStaysWhereItWas) {

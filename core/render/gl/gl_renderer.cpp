@@ -163,6 +163,7 @@ Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
             instant.pending.push_back(std::move(pending));
             continue;
         }
+        find_changes(view, *painted, pending);
         for (const PixelFormat format : color_formats) {
             if (!view.color_formats.contains(format)) continue;
             CHECK(makes(format, view));
@@ -171,6 +172,17 @@ Result<void> GlRenderer::draw_view(Instant& instant, std::size_t index) {
         }
     }
     return {};
+}
+
+void GlRenderer::find_changes(const View& view, const PaintedView& painted, Pending& picture) {
+    Shown& last = shown_[view.camera];
+    // A layer is of one revision of the camera: image controls and everything else are as they were.
+    if (painted.layer != 0 && painted.layer == last.layer) {
+        picture.same_as = last.sequence;
+        picture.changed_rows = last.drawn_rows;
+        picture.changed_rows |= painted.drawn_rows;
+    }
+    last = {view.sequence, painted.layer, painted.drawn_rows};
 }
 
 void GlRenderer::read_back(Instant& instant) {
@@ -206,6 +218,7 @@ FrameRef GlRenderer::finish(const Instant& instant, const Pending& pending) {
     } else {
         read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
+    if (pending.same_as >= 0) frame->mark_changes(pending.same_as, pending.changed_rows);
     if (pending.kind == FrameKind::color && pending.format == PixelFormat::rgba8) finish_color(view, *frame);
     if (pending.kind == FrameKind::semantic) ids_to_classes(*instant.snapshot, *frame);
     if (pending.kind == FrameKind::depth) {
@@ -245,6 +258,7 @@ RenderCounters GlRenderer::counters() const {
 void GlRenderer::forget(CameraId camera) {
     thread_.check();
     for (Slot& slot : slots_) slot.targets.erase(camera);
+    shown_.erase(camera);
     painter_.forget(camera);
 }
 

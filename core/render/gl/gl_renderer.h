@@ -40,6 +40,14 @@ private:
         std::size_t buffer_offset = 0;
         ViewTransform transform;
         std::shared_ptr<const LensOnDevice> lens;  ///< null: none
+        std::int64_t same_as = -1;                 ///< FrameInfo::same_as and changed_rows
+        ChangedRows changed_rows{};
+    };
+    /// The last colour picture of a camera: a kept one (PaintedView::layer), and other things in some rows.
+    struct Shown {
+        std::int64_t sequence = -1;
+        std::uint64_t layer = 0;
+        ChangedRows drawn_rows;
     };
     struct Slot {
         explicit Slot(const GlFunctions& gl) : stream(gl), readback(gl) {}
@@ -64,6 +72,8 @@ private:
     void update_movers(const Snapshot& snapshot, Slot& slot);
     PaintScene paint_scene(Slot& slot);
     Result<void> draw_view(Instant& instant, std::size_t index);
+    /// What the colour picture has in common with the one before.
+    void find_changes(const View& view, const PaintedView& painted, Pending& picture);
     /// Starts what brings the pictures of an instant to the readback buffer.
     void read_back(Instant& instant);
     FrameRef finish(const Instant& instant, const Pending& pending);
@@ -93,6 +103,7 @@ private:
     std::array<Slot, max_in_flight> slots_;
     SnapshotRef snapshot_;  ///< of the instant that is drawn, in this slot
     std::size_t slot_ = 0;
+    std::map<CameraId, Shown> shown_;
     std::deque<Instant> submitted_;
     ThreadCheck thread_;
 };

@@ -95,6 +95,7 @@ void SceneDrawer::put_back(const ViewPlan& plan, const ColorTarget& color, ViewT
         targets->changed.swap(samples_);
     }
     changes.is_put_back = true;
+    changes.shown_layer = changes.layer->number;
 }
 
 void SceneDrawer::draw(const View& view, const ViewPlan& plan, PaintScene& scene, ViewSources sources,

@@ -24,6 +24,7 @@ struct SceneChanges {
     bool is_mostly_shadowed = false;  ///< more than half of it: a full draw is cheaper
     bool is_in_parts = false;         ///< the kept picture is put back, and drawn in `rects` only
     bool is_put_back = false;         ///< already
+    std::uint64_t shown_layer = 0;    ///< StaticLayers::Layer::number of the kept picture, once it is put back
     std::vector<PixelRect> rects;     ///< pixels; no two intersect
     std::vector<VisibleDraw> shadowed_statics, movers, static_blended, blended;
 };
