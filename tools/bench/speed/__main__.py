@@ -22,9 +22,9 @@ How fast camrig is, where the time goes, and how far that is from what the machi
 `python -m tools.bench.speed` and says where and when it was measured: whole rigs, started as a user would and read by clients over HTTP.
 CPU milliseconds are of the daemon alone, user and system; they hold still when the machine is busy with other things, frames a second do not.
 
-The renderer works the same on a GPU: pixels come to host memory through a ring of mapped buffers behind fences (`ReadbackMode::buffered`), and
-`tests/render/gpu_test.cpp` holds that path to the same bytes on the CPU, and a hardware EGL device to what the CPU draws (skipped by name where there is none, as here):
-all numbers below are of the device `cpu`: colour of qualities `fast` and `simple` by the own rasteriser, all else by llvmpipe.
+The renderer works the same on a GPU: a shader converts colours to what readers take (`--convert-on`), and pixels come to host memory through a ring of mapped buffers behind
+fences (`ReadbackMode::buffered`). `tests/render/gpu_test.cpp` holds both to the same bytes on the CPU, and a hardware EGL device to what the CPU draws and converts (skipped by name
+where there is none, as here): all numbers below are of the device `cpu`: colour of qualities `fast` and `simple` by the own rasteriser, all else by llvmpipe.
 """
 
 
