@@ -33,8 +33,9 @@ std::vector<CounterReport> reports_of(const RenderCounters& counters) {
         all("views_in_parts", counters.views_in_parts, "Pictures drawn only where something may move."),
         all("meshes_skinned", counters.meshes_skinned, "Skinned meshes made, once per instant for all cameras."),
         all("meshes_unseen", counters.meshes_unseen, "Skinned meshes that no camera saw and that were not made."),
-        all("draws", counters.draws, "Draw calls."),
-        all("draws_coarse", counters.draws_coarse, "Draw calls with a coarser level of detail."),
+        all("draws", counters.draws, "Surfaces drawn."),
+        all("draw_calls", counters.draw_calls, "Calls of OpenGL for them, of one or more surfaces each."),
+        all("draws_coarse", counters.draws_coarse, "Surfaces drawn with a coarser level of detail."),
         all("conversions", counters.conversions, "Pictures that came from the device in the layout readers take.")};
 }
 

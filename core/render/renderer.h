@@ -44,9 +44,10 @@ struct RenderCounters {
     std::uint64_t views_in_parts = 0;  ///< those drawn only where something may move
     std::uint64_t meshes_skinned = 0;  ///< skinned or morphed meshes of movers, once per instant for all cameras
     std::uint64_t meshes_unseen = 0;   ///< those that no camera saw, and that were not made
-    std::uint64_t draws = 0;
-    std::uint64_t draws_coarse = 0;  ///< those with a coarser level of detail
-    std::uint64_t conversions = 0;   ///< colour pictures that the device gave in another layout than rgba8
+    std::uint64_t draws = 0;           ///< surfaces
+    std::uint64_t draw_calls = 0;      ///< of OpenGL for them, of one or more surfaces each
+    std::uint64_t draws_coarse = 0;    ///< those with a coarser level of detail
+    std::uint64_t conversions = 0;     ///< colour pictures that the device gave in another layout than rgba8
 };
 
 /// Draws views of snapshots into frames.

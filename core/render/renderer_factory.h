@@ -28,6 +28,9 @@ struct RendererOptions {
     /// A coarser level of a skinned mesh is drawn where its error is below this; 0: never.
     double max_detail_error_px = 0.25;
     Conversion conversion = Conversion::automatic;
+    /// Surfaces that differ only in mesh and place are drawn by one call of OpenGL, where the driver can; the same
+    /// bytes.
+    bool batch_draws = true;
     /// Pixels come to host memory as from a GPU on a CPU rasteriser too: the same bytes, slower; for tests.
     bool buffered_readback = false;
     int raster_threads = 0;  ///< threads that rasterise on the CPU; 0 = as many as cores

@@ -141,12 +141,10 @@ void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::ve
         if (list == nullptr) continue;
         const glm::dmat4 optical_from_local = view_.transform.optical_from(item.world_from_local);
         if (!may_be_visible(view_.frustum, optical_from_local, item.bounds.min, item.bounds.max)) continue;
-        const DrawBlock block = draw_block(optical_from_local, item);
         VisibleDraw visible{.item = &item,
                             .owner = &items,
                             .range = &range_of(item, optical_from_local),
-                            .uniforms = stream_->allocate(sizeof block)};
-        std::memcpy(visible.uniforms.data, &block, sizeof block);
+                            .uniforms = draw_block(optical_from_local, item)};
         const glm::dvec3 middle = 0.5 * (glm::dvec3(item.bounds.min) + glm::dvec3(item.bounds.max));
         visible.distance_m = (optical_from_local * glm::dvec4(middle, 1.0)).z;
         list->push_back(visible);
@@ -234,47 +232,95 @@ void DrawPass::use_sides(const SceneItem& item, bool both) {
     }
 }
 
-void DrawPass::draw(const VisibleDraw& draw, bool both_sides) {
-    const GpuPrimitive& primitive = *draw.item->primitive;
-    const GLuint vertex_array = primitive.vertex_array.name();
+std::span<const VisibleDraw> DrawPass::batch_of(std::span<const VisibleDraw> draws) const {
+    const SceneItem& first = *draws.front().item;
+    if (!batches_ || first.primitive->may_deform) return draws.first(1);
+    const auto fits = [&](const VisibleDraw& draw) {
+        const SceneItem& item = *draw.item;
+        // One vertex array and one material: the same shader.
+        return item.material == first.material && item.primitive->vertex_array == first.primitive->vertex_array &&
+               item.light_set == first.light_set && item.is_mirrored == first.is_mirrored;
+    };
+    draws = draws.first(std::min(draws.size(), max_batch));
+    return {draws.begin(), std::ranges::find_if_not(draws, fits)};
+}
+
+void DrawPass::use_vertices(const VisibleDraw& draw) {
+    const SceneItem& item = *draw.item;
+    const GpuPrimitive& primitive = *item.primitive;
+    gl_.BindVertexArray(primitive.vertex_array);
+    if (!primitive.may_deform) return;
     const auto fetch_from = [&](GLuint positions, GLintptr position_offset, GLuint normals, GLintptr normal_offset) {
         constexpr GLsizei stride = sizeof(glm::vec3);
-        gl_.VertexArrayVertexBuffer(vertex_array, attribute_position, positions, position_offset, stride);
+        gl_.VertexArrayVertexBuffer(primitive.vertex_array, attribute_position, positions, position_offset, stride);
         if (primitive.source->normals.empty()) return;
-        gl_.VertexArrayVertexBuffer(vertex_array, attribute_normal, normals, normal_offset, stride);
+        gl_.VertexArrayVertexBuffer(primitive.vertex_array, attribute_normal, normals, normal_offset, stride);
     };
-    if (draw.item->deformation >= 0) {
-        const Deformation& made = draw.owner->deformed(*draw.item, *stream_);
+    if (item.deformation >= 0) {
+        const Deformation& made = draw.owner->deformed(item, *stream_);
         fetch_from(made.positions.buffer, made.positions.offset, made.normals.buffer, made.normals.offset);
-    } else if (!primitive.joint_boxes.empty()) {
+    } else {
         // The same mesh without a skin elsewhere in the file: back to the vertices as they were loaded.
-        const GLuint loaded = draw.item->model->vertices.name();
+        const GLuint loaded = item.model->vertices.name();
         fetch_from(loaded, primitive.position_offset, loaded, primitive.normal_offset);
     }
-    gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, draw.uniforms.buffer, draw.uniforms.offset, sizeof(DrawBlock));
-    use_sides(*draw.item, both_sides);
-    gl_.BindVertexArray(vertex_array);
-    ++draws_;
-    coarse_draws_ += draw.range != &primitive.full;
-    gl_.DrawElementsBaseVertex(primitive.mode, draw.range->count, primitive.index_type,
-                               reinterpret_cast<const void*>(draw.range->offset), 0);
+}
+
+void DrawPass::write_blocks(std::span<const VisibleDraw> batch) {
+    // The block of a shader must be bound whole, however many draws there are.
+    const std::size_t bound = (batch.size() > 1 ? max_batch : 1) * sizeof(DrawBlock);
+    const auto piece = stream_->allocate(batch.size() * sizeof(DrawBlock), bound);
+    std::byte* to = piece.data;
+    for (const VisibleDraw& draw : batch) put(to, draw.uniforms);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bound));
+}
+
+void DrawPass::draw(std::span<const VisibleDraw> batch, bool both_sides) {
+    const SceneItem& first = *batch.front().item;
+    const GpuPrimitive& primitive = *first.primitive;
+    write_blocks(batch);
+    use_sides(first, both_sides);
+    use_vertices(batch.front());
+    counts_.clear();
+    offsets_.clear();
+    base_vertices_.clear();
+    for (const VisibleDraw& draw : batch) {
+        counts_.push_back(draw.range->count);
+        offsets_.push_back(reinterpret_cast<const void*>(draw.range->offset));
+        base_vertices_.push_back(draw.item->primitive->base_vertex);
+        coarse_draws_ += draw.range != &draw.item->primitive->full;
+    }
+    draws_ += batch.size();
+    ++draw_calls_;
+    if (batch.size() == 1) {
+        gl_.DrawElementsBaseVertex(primitive.mode, counts_[0], primitive.index_type, offsets_[0], base_vertices_[0]);
+    } else {
+        gl_.MultiDrawElementsBaseVertex(primitive.mode, counts_.data(), primitive.index_type, offsets_.data(),
+                                        static_cast<GLsizei>(batch.size()), base_vertices_.data());
+    }
+}
+
+GLuint DrawPass::color_program(SceneItem& item, bool batched) {
+    GLuint& program = item.programs[static_cast<std::size_t>(view_.quality)][batched];
+    if (program != 0) return program;
+    ShaderKey key = item.key;
+    key.quality = view_.quality;
+    key.batched = batched;
+    const LightSet& set = (*view_.light_sets)[item.light_set];
+    for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(set.lights[i]) >= 0.0f;
+    program = shaders_.program(key);
+    return program;
 }
 
 void DrawPass::draw_opaque(std::span<const VisibleDraw> draws) {
-    for (const VisibleDraw& visible : draws) {
-        SceneItem& item = *visible.item;
-        GLuint& program = item.programs[static_cast<std::size_t>(view_.quality)];
-        if (program == 0) {
-            ShaderKey key = item.key;
-            key.quality = view_.quality;
-            const LightSet& set = (*view_.light_sets)[item.light_set];
-            for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(set.lights[i]) >= 0.0f;
-            program = shaders_.program(key);
-        }
-        use_program(program);
+    while (!draws.empty()) {
+        const auto batch = batch_of(draws);
+        draws = draws.subspan(batch.size());
+        SceneItem& item = *batch.front().item;
+        use_program(color_program(item, batch.size() > 1));
         use_material(item);
         if (item.key.lit) use_lights(item.light_set);
-        draw(visible);
+        draw(batch);
     }
 }
 
@@ -307,18 +353,22 @@ void DrawPass::draw_blended(std::vector<VisibleDraw>& draws) {
     end_blending();
 }
 
-void DrawPass::draw_masked(const SceneItem& item, GLuint (ShaderCache::*program)(bool, bool, bool, bool)) {
-    const ShaderKey& key = item.key;
-    const bool is_masked = key.alpha_mode == AlphaMode::mask;
-    const bool is_textured = key.uv_slots[static_cast<int>(TextureUse::base_color)] >= 0;
-    use_program((shaders_.*program)(is_masked, (key.uv_sets & 1) != 0, key.has_color, is_textured));
+void DrawPass::use_depth_program(const SceneItem& item, GLuint (ShaderCache::*program)(DepthKey), bool batched) {
+    const bool is_masked = item.key.alpha_mode == AlphaMode::mask;
+    use_program((shaders_.*program)({.masked = is_masked,
+                                     .uv1 = (item.key.uv_sets & 1) != 0,
+                                     .has_color = item.key.has_color,
+                                     .textured = item.key.uv_slots[static_cast<int>(TextureUse::base_color)] >= 0,
+                                     .batched = batched}));
     if (is_masked) use_material(item);
 }
 
 void DrawPass::draw_truth(std::span<const VisibleDraw> draws) {
-    for (const VisibleDraw& visible : draws) {
-        draw_masked(*visible.item, &ShaderCache::truth_program);
-        draw(visible);
+    while (!draws.empty()) {
+        const auto batch = batch_of(draws);
+        draws = draws.subspan(batch.size());
+        use_depth_program(*batch.front().item, &ShaderCache::truth_program, batch.size() > 1);
+        draw(batch);
     }
 }
 
@@ -350,10 +400,9 @@ void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& s
         VisibleDraw visible{.item = &item,
                             .owner = &items,
                             .range = &coarsest_range(item, [&](double error_m) { return error_m <= max_error_m; }),
-                            .uniforms = stream.allocate(sizeof block)};
-        std::memcpy(visible.uniforms.data, &block, sizeof block);
-        draw_masked(item, &ShaderCache::shadow_program);
-        draw(visible, true);
+                            .uniforms = block};
+        use_depth_program(item, &ShaderCache::shadow_program, false);
+        draw({&visible, 1}, true);
     }
 }
 

@@ -25,20 +25,24 @@ struct PassView {
     GLuint shadow_maps = 0;               ///< one layer for each
 };
 
-/// A draw that may touch the picture, with its uniforms already written.
+/// A draw that may touch the picture.
 struct VisibleDraw {
     SceneItem* item = nullptr;
     SceneItems* owner = nullptr;
     const IndexRange* range = nullptr;
-    StreamBuffer::Piece uniforms;
+    DrawBlock uniforms;
     double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis
     std::size_t order = 0;    ///< among draws of one distance
 };
 
 /// Issues the draws of one picture after another. Knows GL state, nothing of cameras, frames or caches.
+///
+/// Neighbours that differ in nothing but their mesh and their place may be one multi-draw (`batches`): the driver looks
+/// at its state once. Their order stays, so that of surfaces in one plane the same one is seen.
 class DrawPass {
 public:
-    DrawPass(const GlFunctions& gl, ShaderCache& shaders) : gl_(gl), shaders_(shaders) {}
+    DrawPass(const GlFunctions& gl, ShaderCache& shaders, bool batches)
+        : gl_(gl), shaders_(shaders), batches_(batches) {}
 
     /// Global state that no draw changes; once per instant.
     void begin_instant();
@@ -67,6 +71,7 @@ public:
     void end_shadows();
 
     std::uint64_t draws() const { return draws_; }
+    std::uint64_t draw_calls() const { return draw_calls_; }
     std::uint64_t coarse_draws() const { return coarse_draws_; }
 
 private:
@@ -75,15 +80,22 @@ private:
     void use_material(const SceneItem& item);
     void use_lights(int light_set);
     void use_sides(const SceneItem& item, bool both);
-    void draw(const VisibleDraw& draw, bool both_sides = false);
+    /// The first of `draws` and those behind it that may be drawn with it.
+    std::span<const VisibleDraw> batch_of(std::span<const VisibleDraw> draws) const;
+    GLuint color_program(SceneItem& item, bool batched);
+    void use_vertices(const VisibleDraw& draw);
+    /// A batch, or one draw.
+    void draw(std::span<const VisibleDraw> batch, bool both_sides = false);
+    void write_blocks(std::span<const VisibleDraw> batch);
     StreamBuffer::Piece write_lights(int light_set);
     void write_shadows();
     float shadow_slot(std::size_t light) const;  ///< below 0: none
     std::size_t light_bytes(const LightSet& set) const;
-    void draw_masked(const SceneItem& item, GLuint (ShaderCache::*program)(bool, bool, bool, bool));
+    void use_depth_program(const SceneItem& item, GLuint (ShaderCache::*program)(DepthKey), bool batched);
 
     const GlFunctions& gl_;
     ShaderCache& shaders_;
+    bool batches_;
     PassView view_;
     std::optional<BeautifulInputs> beautiful_;
     StreamBuffer* stream_ = nullptr;
@@ -93,7 +105,11 @@ private:
     const GpuMaterial* material_ = nullptr;
     int light_set_ = -1;
     int sides_ = -1;
-    std::uint64_t draws_ = 0, coarse_draws_ = 0;
+    // Arguments of a multi-draw.
+    std::vector<GLsizei> counts_;
+    std::vector<const void*> offsets_;
+    std::vector<GLint> base_vertices_;
+    std::uint64_t draws_ = 0, draw_calls_ = 0, coarse_draws_ = 0;
 };
 
 }  // namespace camrig

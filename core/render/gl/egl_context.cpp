@@ -67,6 +67,15 @@ void APIENTRY log_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsiz
     if (type != GL_DEBUG_TYPE_ERROR && severity == GL_DEBUG_SEVERITY_HIGH) spdlog::warn("OpenGL: {}", text);
 }
 
+bool has_gl_extension(const GlFunctions& gl, std::string_view name) {
+    GLint count = 0;
+    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; ++i) {
+        if (name == reinterpret_cast<const char*>(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)))) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 Result<void> EglContext::open(void* display, const std::string& what) {
@@ -100,6 +109,7 @@ Result<void> EglContext::open(void* display, const std::string& what) {
     const auto* version = reinterpret_cast<const char*>(gl_.GetString(GL_VERSION));
     description_ = std::string(renderer) + ", OpenGL " + version;
     is_software_ = description_.starts_with("llvmpipe") || description_.starts_with("softpipe");
+    has_draw_id_ = has_gl_extension(gl_, "GL_ARB_shader_draw_parameters");
     gl_.GetIntegerv(GL_MAX_TEXTURE_SIZE, &max_texture_size_);
     if (debug) {
         gl_.Enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);

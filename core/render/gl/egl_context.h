@@ -29,6 +29,8 @@ public:
     const std::string& description() const { return description_; }
     /// True for rasterisers that run on the CPU: pixels are already in host memory.
     bool is_software() const { return is_software_; }
+    /// Vertex shaders know which draw of a multi-draw they are in (gl_DrawIDARB).
+    bool has_draw_id() const { return has_draw_id_; }
     int max_texture_size() const { return max_texture_size_; }
 
 private:
@@ -41,6 +43,7 @@ private:
     GlFunctions gl_;
     std::string description_;
     bool is_software_ = false;
+    bool has_draw_id_ = false;
     int max_texture_size_ = 0;
 };
 

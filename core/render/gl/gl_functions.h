@@ -60,9 +60,11 @@
     X(GetShaderInfoLog, GETSHADERINFOLOG)                         \
     X(GetShaderiv, GETSHADERIV)                                   \
     X(GetString, GETSTRING)                                       \
+    X(GetStringi, GETSTRINGI)                                     \
     X(LinkProgram, LINKPROGRAM)                                   \
     X(MapNamedBufferRange, MAPNAMEDBUFFERRANGE)                   \
     X(MemoryBarrier, MEMORYBARRIER)                               \
+    X(MultiDrawElementsBaseVertex, MULTIDRAWELEMENTSBASEVERTEX)   \
     X(NamedBufferStorage, NAMEDBUFFERSTORAGE)                     \
     X(NamedFramebufferDrawBuffers, NAMEDFRAMEBUFFERDRAWBUFFERS)   \
     X(NamedFramebufferReadBuffer, NAMEDFRAMEBUFFERREADBUFFER)     \

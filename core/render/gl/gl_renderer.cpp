@@ -40,7 +40,8 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOption
                 .has_float_units = context_->is_software(),
                 .has_codes = converts_,
                 .scene = {.static_layer_bytes = options.static_layer_bytes,
-                          .max_detail_error_px = options.max_detail_error_px}}),
+                          .max_detail_error_px = options.max_detail_error_px,
+                          .batch_draws = context_->has_draw_id() && options.batch_draws}}),
       converter_(gl_),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "core/render/detail_levels.h"
+#include "core/world/posed_model.h"
 
 namespace camrig {
 namespace {
@@ -152,62 +153,107 @@ GLenum mode_of(Topology topology) {
     return GL_TRIANGLES;
 }
 
-/// Collects the vertex and index bytes of all primitives and where each begins.
-struct GeometryUploader {
-    std::vector<std::byte> vertices;
-    std::vector<std::byte> indices;
-    struct Layout {
-        GLintptr offset = -1;
-        GLsizei components = 0;
-    };
-    std::vector<std::array<Layout, 6>> layouts;
+/// Components of each VertexAttribute.
+constexpr std::array<GLint, attribute_count> components_of{3, 3, 4, 2, 2, 4};
 
+/// Collects the vertices and indices of all primitives, by the vertex array they will be in.
+class GeometryUploader {
+public:
     void add(const Primitive& primitive, GpuPrimitive& gpu) {
-        std::array<Layout, 6> layout{};
-        const auto put = [&](GLuint attribute, const auto& values, GLsizei components) {
-            if (!values.empty()) layout[attribute] = {append(vertices, values), components};
-        };
-        put(attribute_position, primitive.positions, 3);
-        put(attribute_normal, primitive.normals, 3);
-        put(attribute_tangent, primitive.tangents, 4);
-        put(attribute_uv0, primitive.texcoords[0], 2);
-        put(attribute_uv1, primitive.texcoords[1], 2);
-        put(attribute_color, primitive.colors, 4);
-        layouts.push_back(layout);
-        gpu.position_offset = layout[attribute_position].offset;
-        gpu.normal_offset = layout[attribute_normal].offset;
-
-        const bool is_narrow = primitive.positions.size() <= 0xFFFF;
+        const bool is_narrow = gpu.layout.has_narrow_indices;
         gpu.index_type = is_narrow ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
         gpu.full = range(primitive.indices, is_narrow);
         for (const DetailLevel& level : make_detail_levels(primitive)) {
             gpu.coarser.push_back(range(level.indices, is_narrow));
             gpu.coarser.back().error = level.error;
         }
+        Group& group = group_of(gpu);
+        gpu.base_vertex = group.vertex_count;
+        group.vertex_count += static_cast<GLint>(primitive.positions.size());
+        const auto put = [&]<typename T>(VertexAttribute attribute, const std::vector<T>& values) {
+            CHECK(values.empty() || values.size() == primitive.positions.size());
+            std::vector<float>& to = group.values[attribute];
+            for (const T& value : values) to.insert(to.end(), &value[0], &value[0] + T::length());
+        };
+        put(attribute_position, primitive.positions);
+        put(attribute_normal, primitive.normals);
+        put(attribute_tangent, primitive.tangents);
+        put(attribute_uv0, primitive.texcoords[0]);
+        put(attribute_uv1, primitive.texcoords[1]);
+        put(attribute_color, primitive.colors);
+        group.members.push_back(&gpu);
+    }
+
+    /// After the last add(): fills what the model and its primitives have of vertices.
+    void upload(const GlFunctions& gl, GpuModel& gpu) {
+        std::vector<std::byte> bytes;
+        for (Group& group : groups_) {
+            for (std::size_t i = 0; i < attribute_count; ++i) group.offsets[i] = append(bytes, group.values[i]);
+        }
+        gpu.vertices = immutable_buffer(gl, bytes);
+        gpu.indices = immutable_buffer(gl, indices_);
+        for (const Group& group : groups_) {
+            const GlVertexArray& array =
+                gpu.vertex_arrays.emplace_back(make_layout(gl, group, gpu.vertices.name(), gpu.indices.name()));
+            for (GpuPrimitive* member : group.members) {
+                member->vertex_array = array.name();
+                member->position_offset = group.offsets[attribute_position];
+                member->normal_offset = group.offsets[attribute_normal];
+            }
+        }
+    }
+
+private:
+    struct Group {
+        std::array<std::vector<float>, attribute_count> values;
+        std::array<GLintptr, attribute_count> offsets{};  ///< of the values in the buffer
+        GLint vertex_count = 0;
+        std::vector<GpuPrimitive*> members;
+    };
+
+    Group& group_of(const GpuPrimitive& gpu) {
+        const auto fits = [&](const Group& group) {
+            const GpuPrimitive& other = *group.members.front();
+            return !gpu.may_deform && !other.may_deform && gpu.layout == other.layout;
+        };
+        const auto found = std::ranges::find_if(groups_, fits);
+        return found != groups_.end() ? *found : groups_.emplace_back();
     }
 
     IndexRange range(const std::vector<std::uint32_t>& list, bool is_narrow) {
         const auto count = static_cast<GLsizei>(list.size());
-        if (!is_narrow) return {.offset = append(indices, list), .count = count};
+        if (!is_narrow) return {.offset = append(indices_, list), .count = count};
         const std::vector<std::uint16_t> narrow(list.begin(), list.end());
-        return {.offset = append(indices, narrow), .count = count};
+        return {.offset = append(indices_, narrow), .count = count};
     }
+
+    static GlVertexArray make_layout(const GlFunctions& gl, const Group& group, GLuint vertices, GLuint indices) {
+        GlVertexArray array = make_vertex_array(gl);
+        gl.VertexArrayElementBuffer(array.name(), indices);
+        for (GLuint attribute = 0; attribute < attribute_count; ++attribute) {
+            if (group.values[attribute].empty()) continue;
+            const GLint components = components_of[attribute];
+            gl.EnableVertexArrayAttrib(array.name(), attribute);
+            gl.VertexArrayAttribFormat(array.name(), attribute, components, GL_FLOAT, GL_FALSE, 0);
+            gl.VertexArrayAttribBinding(array.name(), attribute, attribute);
+            gl.VertexArrayVertexBuffer(array.name(), attribute, vertices, group.offsets[attribute],
+                                       components * static_cast<GLsizei>(sizeof(float)));
+        }
+        return array;
+    }
+
+    std::vector<Group> groups_;
+    std::vector<std::byte> indices_;
 };
 
-GlVertexArray make_layout(const GlFunctions& gl, const std::array<GeometryUploader::Layout, 6>& layout, GLuint vertices,
-                          GLuint indices) {
-    GlVertexArray array = make_vertex_array(gl);
-    gl.VertexArrayElementBuffer(array.name(), indices);
-    for (GLuint attribute = 0; attribute < layout.size(); ++attribute) {
-        if (layout[attribute].offset < 0) continue;
-        const GLsizei components = layout[attribute].components;
-        gl.EnableVertexArrayAttrib(array.name(), attribute);
-        gl.VertexArrayAttribFormat(array.name(), attribute, components, GL_FLOAT, GL_FALSE, 0);
-        gl.VertexArrayAttribBinding(array.name(), attribute, attribute);
-        gl.VertexArrayVertexBuffer(array.name(), attribute, vertices, layout[attribute].offset,
-                                   components * static_cast<GLsizei>(sizeof(float)));
+/// Of each mesh, whether a node deforms it.
+std::vector<bool> deformed_meshes(const Model& model) {
+    std::vector<bool> deformed(model.meshes.size());
+    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+        const int mesh = model.nodes[i].mesh;
+        if (mesh >= 0 && is_deformed(model, static_cast<int>(i))) deformed[static_cast<std::size_t>(mesh)] = true;
     }
-    return array;
+    return deformed;
 }
 
 }  // namespace
@@ -237,28 +283,27 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
     gpu.uniforms = immutable_buffer(gl, uniforms);
 
     GeometryUploader geometry;
-    for (const Mesh& mesh : model->meshes) {
-        auto& primitives = gpu.meshes.emplace_back();
-        for (const Primitive& primitive : mesh.primitives) {
-            GpuPrimitive& entry = primitives.emplace_back();
+    const std::vector<bool> deforms = deformed_meshes(*model);
+    for (std::size_t i = 0; i < model->meshes.size(); ++i) {
+        const Mesh& mesh = model->meshes[i];
+        auto& primitives = gpu.meshes.emplace_back(mesh.primitives.size());
+        for (std::size_t j = 0; j < primitives.size(); ++j) {
+            const Primitive& primitive = mesh.primitives[j];
+            GpuPrimitive& entry = primitives[j];
             const auto last = static_cast<int>(materials.size()) - 1;
             entry.material = primitive.material < 0 ? last : primitive.material;
             const auto material = static_cast<std::size_t>(entry.material);
             entry.mode = mode_of(primitive.topology);
             entry.key = key_of(materials[material], slots[material], primitive);
+            entry.layout = vertex_layout(primitive);
             entry.source = &primitive;
             entry.joint_boxes = joint_boxes_of(primitive);
+            entry.may_deform = deforms[i];
             geometry.add(primitive, entry);
         }
     }
-    gpu.vertices = immutable_buffer(gl, geometry.vertices);
-    gpu.indices = immutable_buffer(gl, geometry.indices);
-    auto layout = geometry.layouts.begin();
-    for (auto& primitives : gpu.meshes) {
-        for (GpuPrimitive& primitive : primitives) {
-            primitive.vertex_array = make_layout(gl, *layout++, gpu.vertices.name(), gpu.indices.name());
-        }
-    }
+    geometry.upload(gl, gpu);
+    gpu.surfaces = draw_order(*model);
     return gpu;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/render/draw_order.h"
 #include "core/render/gl/gl_objects.h"
 #include "core/render/gl/sampler_cache.h"
 #include "core/render/gl/shader_key.h"
@@ -18,7 +19,8 @@ enum VertexAttribute : GLuint {
     attribute_tangent,
     attribute_uv0,
     attribute_uv1,
-    attribute_color
+    attribute_color,
+    attribute_count
 };
 
 /// A piece of GpuModel::indices, and how far its surface is from the full one (local units).
@@ -29,15 +31,18 @@ struct IndexRange {
 };
 
 struct GpuPrimitive {
-    GlVertexArray vertex_array;
+    GLuint vertex_array = 0;  ///< one of GpuModel::vertex_arrays
+    GLint base_vertex = 0;    ///< its first vertex there
+    bool may_deform = false;  ///< then the vertex array is its own
     GLenum mode = GL_TRIANGLES;
     GLenum index_type = GL_UNSIGNED_INT;
     IndexRange full;
     std::vector<IndexRange> coarser;  ///< each with fewer triangles and a larger error than the one before
-    GLintptr position_offset = 0;     ///< in GpuModel::vertices
+    GLintptr position_offset = 0;     ///< in GpuModel::vertices; of those that may deform
     GLintptr normal_offset = 0;
-    int material = 0;                   ///< into GpuModel::materials
-    ShaderKey key;                      ///< material and vertex part; quality and lights are filled per draw
+    int material = 0;  ///< into GpuModel::materials
+    ShaderKey key;     ///< material and vertex part; quality and lights are filled per draw
+    VertexLayout layout;
     const Primitive* source = nullptr;  ///< lives as long as the model
     std::vector<JointBox> joint_boxes;  ///< per joint index that vertices use; empty without a skin
 };
@@ -60,9 +65,11 @@ struct GpuModel {
     GlBuffer vertices;
     GlBuffer indices;
     GlBuffer uniforms;
+    std::vector<GlVertexArray> vertex_arrays;  ///< rigid primitives of one layout share one
     std::vector<GlTexture> textures;
     std::vector<GpuMaterial> materials;  ///< the glTF default material is the last
     std::vector<std::vector<GpuPrimitive>> meshes;
+    std::vector<Surface> surfaces;  ///< as they are drawn
 };
 
 GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model);

@@ -345,6 +345,7 @@ RenderCounters SceneDrawer::counters() const {
     counters.views = views_;
     counters.views_in_parts = views_in_parts_;
     counters.draws = pass_.draws();
+    counters.draw_calls = pass_.draw_calls();
     counters.draws_coarse = pass_.coarse_draws();
     return counters;
 }

@@ -14,6 +14,7 @@ namespace camrig {
 struct SceneDrawerOptions {
     std::int64_t static_layer_bytes = 0;
     double max_detail_error_px = 0.0;
+    bool batch_draws = false;
 };
 
 /// What is known of one view before anything is drawn into it.
@@ -36,7 +37,7 @@ public:
     SceneDrawer(const GlFunctions& gl, ShaderCache& shaders, const SceneDrawerOptions& options)
         : gl_(gl),
           max_detail_error_px_(options.max_detail_error_px),
-          pass_(gl, shaders),
+          pass_(gl, shaders, options.batch_draws),
           layers_(gl, options.static_layer_bytes),
           shadows_(gl) {}
 

@@ -39,50 +39,51 @@ void SceneItems::add(const Instance& instance, ModelCache& models, LightTable& l
     const GpuModel& model = models.model(source);
     PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
-    for (const int node : source->order) {
-        if (source->nodes[static_cast<std::size_t>(node)].mesh < 0) continue;
-        add_node(instance, model, pose, node, light_sets, lights, exposure, stream);
+    for (const Surface& surface : model.surfaces) {
+        add_surface(instance, model, pose, surface, light_sets, lights, exposure, stream);
     }
 }
 
-void SceneItems::add_node(const Instance& instance, const GpuModel& model, const PosedModel& pose, int node,
-                          LightTable& light_sets, std::span<const Light> lights, float exposure, StreamBuffer& stream) {
+void SceneItems::add_surface(const Instance& instance, const GpuModel& model, const PosedModel& pose,
+                             const Surface& surface, LightTable& light_sets, std::span<const Light> lights,
+                             float exposure, StreamBuffer& stream) {
+    const int node = surface.node;
     const Node& source = model.source->nodes[static_cast<std::size_t>(node)];
     const bool deforms = is_deformed(*model.source, node);
     const glm::dmat4 world = world_from_model(instance);
-    for (const GpuPrimitive& primitive : model.meshes[static_cast<std::size_t>(source.mesh)]) {
-        SceneItem item;
-        item.model = &model;
-        item.primitive = &primitive;
-        item.material = &model.materials[static_cast<std::size_t>(primitive.material)];
-        item.object = instance.info->id;
-        item.key = primitive.key;
-        item.world_from_local = deforms ? world : world * pose.model_from_node[static_cast<std::size_t>(node)];
-        item.bounds = primitive.source->bounds;
-        if (deforms) {
-            item.deformation = static_cast<int>(deformations.size());
-            deformations.push_back({.pose = &pose, .node = node, .positions = {}, .normals = {}});
-            // Tangents are not carried along; the shader derives a frame from the picture instead.
-            item.key.has_tangent = false;
-            if (source.skin >= 0 && primitive.source->targets.empty()) {
-                item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
-            } else {
-                const auto* made = reinterpret_cast<const glm::vec3*>(deformed(item, stream).positions.data);
-                item.bounds = bounds_of({made, primitive.source->positions.size()});
-            }
-        }
-        item.is_mirrored = glm::determinant(glm::dmat3(item.world_from_local)) < 0.0;
-
-        if (item.key.lit) {
-            const LightSet set = lights_around(lights, exposure, item.world_from_local, item.bounds);
-            item.light_set = light_sets.add(set);
-            item.key.directional_lights = set.directional;
-            item.key.local_lights = set.local;
+    const GpuPrimitive& primitive =
+        model.meshes[static_cast<std::size_t>(source.mesh)][static_cast<std::size_t>(surface.primitive)];
+    SceneItem item;
+    item.model = &model;
+    item.primitive = &primitive;
+    item.material = &model.materials[static_cast<std::size_t>(primitive.material)];
+    item.object = instance.info->id;
+    item.key = primitive.key;
+    item.world_from_local = deforms ? world : world * pose.model_from_node[static_cast<std::size_t>(node)];
+    item.bounds = primitive.source->bounds;
+    if (deforms) {
+        item.deformation = static_cast<int>(deformations.size());
+        deformations.push_back({.pose = &pose, .node = node, .positions = {}, .normals = {}});
+        // Tangents are not carried along; the shader derives a frame from the picture instead.
+        item.key.has_tangent = false;
+        if (source.skin >= 0 && primitive.source->targets.empty()) {
+            item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
         } else {
-            item.light_set = light_sets.add({});
+            const auto* made = reinterpret_cast<const glm::vec3*>(deformed(item, stream).positions.data);
+            item.bounds = bounds_of({made, primitive.source->positions.size()});
         }
-        items.push_back(item);
     }
+    item.is_mirrored = glm::determinant(glm::dmat3(item.world_from_local)) < 0.0;
+
+    if (item.key.lit) {
+        const LightSet set = lights_around(lights, exposure, item.world_from_local, item.bounds);
+        item.light_set = light_sets.add(set);
+        item.key.directional_lights = set.directional;
+        item.key.local_lights = set.local;
+    } else {
+        item.light_set = light_sets.add({});
+    }
+    items.push_back(item);
 }
 
 const Deformation& SceneItems::deformed(const SceneItem& item, StreamBuffer& stream) {

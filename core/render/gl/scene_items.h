@@ -33,10 +33,11 @@ struct SceneItem {
     Box bounds;  ///< local
     ObjectId object{};
     bool is_mirrored = false;
-    int light_set = 0;                 ///< into LightTable
-    int deformation = -1;              ///< into SceneItems::deformations; -1: rigid
-    ShaderKey key;                     ///< all but the quality
-    std::array<GLuint, 3> programs{};  ///< per Quality; 0 until first drawn
+    int light_set = 0;     ///< into LightTable
+    int deformation = -1;  ///< into SceneItems::deformations; -1: rigid
+    ShaderKey key;         ///< all but the quality
+    /// Per Quality, of the item alone and in a batch; 0 until first drawn.
+    std::array<std::array<GLuint, 2>, 3> programs{};
 };
 
 /// The different light sets of an instant; few, because neighbours share theirs.
@@ -81,8 +82,8 @@ struct SceneItems {
 
 private:
     PosedModel& next_pose();
-    void add_node(const Instance& instance, const GpuModel& model, const PosedModel& pose, int node,
-                  LightTable& light_sets, std::span<const Light> lights, float exposure, StreamBuffer& stream);
+    void add_surface(const Instance& instance, const GpuModel& model, const PosedModel& pose, const Surface& surface,
+                     LightTable& light_sets, std::span<const Light> lights, float exposure, StreamBuffer& stream);
 };
 
 }  // namespace camrig

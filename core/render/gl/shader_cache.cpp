@@ -28,26 +28,25 @@ GLuint ShaderCache::program(const ShaderKey& wanted) {
     return programs_.emplace(key, std::move(program)).first->second.name();
 }
 
-GLuint ShaderCache::shadow_program(bool masked, bool uv1, bool has_color, bool textured) {
-    return depth_program("shadow", shadow_programs_, shader_source::shadow_vert, shader_source::shadow_frag, masked,
-                         uv1, has_color, textured);
+GLuint ShaderCache::shadow_program(DepthKey key) {
+    return depth_program("shadow", shadow_programs_, shader_source::shadow_vert, shader_source::shadow_frag, key);
 }
 
-GLuint ShaderCache::truth_program(bool masked, bool uv1, bool has_color, bool textured) {
-    return depth_program("truth", truth_programs_, shader_source::truth_vert, shader_source::truth_frag, masked, uv1,
-                         has_color, textured);
+GLuint ShaderCache::truth_program(DepthKey key) {
+    return depth_program("truth", truth_programs_, shader_source::truth_vert, shader_source::truth_frag, key);
 }
 
-GLuint ShaderCache::depth_program(const char* name, std::map<int, GlProgram>& programs, const char* vertex,
-                                  const char* fragment, bool masked, bool uv1, bool has_color, bool textured) {
-    const int key = masked ? 1 + 2 * uv1 + 4 * has_color + 8 * textured : 0;
+GLuint ShaderCache::depth_program(const char* name, DepthPrograms& programs, const char* vertex, const char* fragment,
+                                  DepthKey key) {
+    if (!key.masked) key = {.batched = key.batched};
     const auto found = programs.find(key);
     if (found != programs.end()) return found->second.name();
-    std::string defines = "#define DIRECTIONAL_LIGHTS 0\n#define LOCAL_LIGHTS 0\n";
-    if (masked) defines += "#define ALPHA_MASK\n";
-    if (masked && textured) defines += "#define BASE_UV\n";
-    if (masked && has_color) defines += "#define HAS_COLOR\n";
-    defines += uv1 ? "#define UV0 in_uv1\n" : "#define UV0 in_uv0\n";
+    std::string defines = batch_defines(key.batched);
+    defines += "#define DIRECTIONAL_LIGHTS 0\n#define LOCAL_LIGHTS 0\n";
+    if (key.masked) defines += "#define ALPHA_MASK\n";
+    if (key.textured) defines += "#define BASE_UV\n";
+    if (key.has_color) defines += "#define HAS_COLOR\n";
+    defines += key.uv1 ? "#define UV0 in_uv1\n" : "#define UV0 in_uv0\n";
     GlProgram program = must_build(gl_, name, defines, std::string(shader_source::blocks) + vertex,
                                    std::string(shader_source::blocks) + fragment);
     return programs.emplace(key, std::move(program)).first->second.name();

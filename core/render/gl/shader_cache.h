@@ -1,11 +1,23 @@
 #pragma once
 
+#include <compare>
 #include <map>
 
 #include "core/render/gl/gl_objects.h"
 #include "core/render/gl/shader_key.h"
 
 namespace camrig {
+
+/// Which shader writes depth and what follows from place alone: `masked`, with alpha test on the base colour, of which
+/// the others say what it is made of.
+struct DepthKey {
+    bool masked = false;
+    bool uv1 = false;
+    bool has_color = false;
+    bool textured = false;
+    bool batched = false;  ///< several draws at once (DrawPass)
+    friend auto operator<=>(const DepthKey&, const DepthKey&) = default;
+};
 
 /// Programs by key, each compiled once. Few keys are ever used by one scene; none is evicted.
 class ShaderCache {
@@ -14,19 +26,20 @@ public:
 
     /// The program of a key. A shader that does not compile is our bug (every combination of features is tested).
     GLuint program(const ShaderKey& key);
-    /// Writes ids and normals for the ground truth; `masked`: with alpha test on the base colour.
-    GLuint truth_program(bool masked, bool uv1, bool has_color, bool textured);
-    /// Writes distances from a light; `masked` as above.
-    GLuint shadow_program(bool masked, bool uv1, bool has_color, bool textured);
+    /// Writes ids and normals for the ground truth.
+    GLuint truth_program(DepthKey key);
+    /// Writes distances from a light.
+    GLuint shadow_program(DepthKey key);
     std::size_t size() const { return programs_.size(); }
 
 private:
-    GLuint depth_program(const char* name, std::map<int, GlProgram>& programs, const char* vertex, const char* fragment,
-                         bool masked, bool uv1, bool has_color, bool textured);
+    using DepthPrograms = std::map<DepthKey, GlProgram>;
+    GLuint depth_program(const char* name, DepthPrograms& programs, const char* vertex, const char* fragment,
+                         DepthKey key);
 
     const GlFunctions& gl_;
     std::map<ShaderKey, GlProgram> programs_;
-    std::map<int, GlProgram> truth_programs_, shadow_programs_;
+    DepthPrograms truth_programs_, shadow_programs_;
 };
 
 }  // namespace camrig

@@ -42,10 +42,15 @@ ShaderKey simplified(ShaderKey key) {
     return key;
 }
 
+std::string batch_defines(bool batched) {
+    if (!batched) return {};
+    return "#extension GL_ARB_shader_draw_parameters : require\n#define BATCH_SIZE " + std::to_string(max_batch) + "\n";
+}
+
 std::string defines_of(const ShaderKey& key) {
     static constexpr std::array<const char*, texture_use_count> names{"BASE_UV", "EMISSIVE_UV", "OCCLUSION_UV",
                                                                       "NORMAL_UV", "METALLIC_ROUGHNESS_UV"};
-    std::string text;
+    std::string text = batch_defines(key.batched);
     const auto define = [&text](const std::string& line) { text += "#define " + line + "\n"; };
     const bool beautiful = key.quality == Quality::beautiful;
     const bool per_pixel = key.lit && key.quality != Quality::fast;

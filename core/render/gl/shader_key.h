@@ -29,6 +29,7 @@ struct ShaderKey {
     std::uint8_t directional_lights = 0;
     std::uint8_t local_lights = 0;
     bool has_shadows = false;  ///< one of the lights has a shadow map
+    bool batched = false;      ///< several draws at once (DrawPass)
     friend auto operator<=>(const ShaderKey&, const ShaderKey&) = default;
 };
 
@@ -39,6 +40,9 @@ ShaderKey simplified(ShaderKey key);
 /// Light counts of `simplified` keys.
 int rounded_directional(int count);
 int rounded_local(int count);
+
+/// First lines of a shader that draws several surfaces at once, or none.
+std::string batch_defines(bool batched);
 
 /// `#define` lines of shaders/forward.*.
 std::string defines_of(const ShaderKey& key);

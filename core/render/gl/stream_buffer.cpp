@@ -26,12 +26,13 @@ void StreamBuffer::add_chunk(std::size_t size) {
     used_ = 0;
 }
 
-StreamBuffer::Piece StreamBuffer::allocate(std::size_t bytes) {
+StreamBuffer::Piece StreamBuffer::allocate(std::size_t bytes, std::size_t readable) {
     const std::size_t offset = (used_ + alignment_ - 1) / alignment_ * alignment_;
-    if (chunks_.empty() || offset + bytes > chunks_.back().size) {
+    if (chunks_.empty() || offset + std::max(bytes, readable) > chunks_.back().size) {
         // Doubling: after a few instants everything fits into one chunk and nothing is allocated any more.
-        add_chunk(std::max({first_chunk_bytes, chunks_.empty() ? 0 : 2 * chunks_.back().size, 2 * bytes}));
-        return allocate(bytes);
+        add_chunk(std::max(
+            {first_chunk_bytes, chunks_.empty() ? 0 : 2 * chunks_.back().size, 2 * std::max(bytes, readable)}));
+        return allocate(bytes, readable);
     }
     used_ = offset + bytes;
     const Chunk& chunk = chunks_.back();

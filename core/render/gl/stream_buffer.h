@@ -19,8 +19,9 @@ public:
         GLintptr offset = 0;
         std::byte* data = nullptr;
     };
-    /// Aligned for uniform blocks.
-    Piece allocate(std::size_t bytes);
+    /// Aligned for uniform blocks. From its beginning on at least `readable` bytes may be bound; behind the piece they
+    /// are anybody's.
+    Piece allocate(std::size_t bytes, std::size_t readable = 0);
     void reset();
 
 private:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include <glm/glm.hpp>
 
 #include "core/render/light_selection.h"
@@ -29,6 +31,10 @@ struct DrawBlock {
     glm::vec4 normal_rows[3];
     glm::uvec4 ids;
 };
+
+/// The most that are drawn at once: their blocks fit into the 16 KiB that every device has for a uniform block.
+inline constexpr std::size_t max_batch = 128;
+static_assert(max_batch * sizeof(DrawBlock) <= 16384);
 
 inline constexpr int max_uv_slots = 5;
 

@@ -10,11 +10,17 @@ layout(std140, binding = 0) uniform ViewBlock {
     vec4 truth_rows[3];  // the frame that true normals are given in, from this view's
 } view;
 
-layout(std140, binding = 1) uniform DrawBlock {
+struct Draw {
     vec4 position_rows[3];  // optical_from_local
     vec4 normal_rows[3];    // its cofactor matrix, times the sign of the determinant
     uvec4 ids;              // x: object
-} draw;
+};
+#ifdef BATCH_SIZE
+layout(std140, binding = 1) uniform DrawBlocks { Draw draws[BATCH_SIZE]; };
+#define draw draws[gl_DrawIDARB]  // in vertex shaders
+#else
+layout(std140, binding = 1) uniform DrawBlock { Draw draw; };
+#endif
 
 #define MAX_UV 5
 layout(std140, binding = 2) uniform MaterialBlock {

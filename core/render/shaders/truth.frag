@@ -7,6 +7,9 @@ layout(binding = 0) uniform sampler2D base_color_texture;
 #ifdef HAS_COLOR
 layout(location = 2) in float in_alpha;
 #endif
+#ifdef BATCH_SIZE
+layout(location = 3) flat in uint in_object;
+#endif
 
 layout(location = 0) out uint out_instance;
 layout(location = 1) out vec4 out_normal;
@@ -22,7 +25,11 @@ void main() {
 #endif
     if (alpha < material.emissive.w) discard;
 #endif
+#ifdef BATCH_SIZE
+    out_instance = in_object;
+#else
     out_instance = draw.ids.x;
+#endif
     vec3 n = dot(in_normal, in_normal) > 0.0 ? normalize(in_normal) : vec3(0.0, 0.0, -1.0);
     if (!gl_FrontFacing) n = -n;
     out_normal = vec4(dot(view.truth_rows[0].xyz, n), dot(view.truth_rows[1].xyz, n), dot(view.truth_rows[2].xyz, n), 0.0);

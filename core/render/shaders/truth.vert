@@ -13,6 +13,9 @@ layout(location = 1) out vec2 out_uv;
 #ifdef HAS_COLOR
 layout(location = 2) out float out_alpha;
 #endif
+#ifdef BATCH_SIZE
+layout(location = 3) flat out uint out_object;
+#endif
 
 void main() {
     vec3 p = vec3(dot(draw.position_rows[0].xyz, in_position), dot(draw.position_rows[1].xyz, in_position),
@@ -28,5 +31,8 @@ void main() {
 #endif
 #ifdef HAS_COLOR
     out_alpha = in_color.a;
+#endif
+#ifdef BATCH_SIZE
+    out_object = draw.ids.x;
 #endif
 }

@@ -98,6 +98,7 @@ RenderCounters CpuRenderer::counters() const {
     sum.meshes_skinned += others.meshes_skinned;
     sum.meshes_unseen += others.meshes_unseen;
     sum.draws += others.draws;
+    sum.draw_calls += others.draw_calls;
     sum.draws_coarse += others.draws_coarse;
     sum.conversions += others.conversions;
     return sum;

@@ -71,6 +71,7 @@ std::unique_ptr<SoftwareModel> make_software_model(const ModelRef& source) {
             primitives.push_back(std::move(made));
         }
     }
+    model->surfaces = draw_order(*source);
     return model;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/render/detail_levels.h"
+#include "core/render/draw_order.h"
 #include "core/render/placement.h"
 #include "core/render/software/screen_triangles.h"
 #include "core/render/software/texture.h"
@@ -42,6 +43,7 @@ struct SoftwarePrimitive {
 struct SoftwareModel {
     ModelRef source;  ///< keeps all that is pointed at alive
     std::vector<std::vector<SoftwarePrimitive>> meshes;
+    std::vector<Surface> surfaces;                                          ///< as they are drawn
     std::map<std::pair<int, bool>, std::unique_ptr<SoftwareImage>> images;  ///< by image and whether it is colour
     bool has_only_triangles = true;
 };

@@ -38,38 +38,36 @@ void SoftwareItems::add(const Instance& instance, SoftwareModels& models, std::s
     has_only_triangles_ &= model.has_only_triangles;
     PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
-    for (const int node : source->order) {
-        if (source->nodes[static_cast<std::size_t>(node)].mesh < 0) continue;
-        add_node(instance, model, pose, node, lights, exposure);
-    }
+    for (const Surface& surface : model.surfaces) add_surface(instance, model, pose, surface, lights, exposure);
 }
 
-void SoftwareItems::add_node(const Instance& instance, const SoftwareModel& model, const PosedModel& pose, int node,
-                             std::span<const Light> lights, float exposure) {
+void SoftwareItems::add_surface(const Instance& instance, const SoftwareModel& model, const PosedModel& pose,
+                                const Surface& surface, std::span<const Light> lights, float exposure) {
+    const int node = surface.node;
     const Node& source = model.source->nodes[static_cast<std::size_t>(node)];
     const bool deforms = is_deformed(*model.source, node);
     const glm::dmat4 world = world_from_model(instance);
-    for (const SoftwarePrimitive& primitive : model.meshes[static_cast<std::size_t>(source.mesh)]) {
-        SoftwareItem& item = items_.emplace_back();
-        item.model = &model;
-        item.primitive = &primitive;
-        item.world_from_local = deforms ? world : world * pose.model_from_node[static_cast<std::size_t>(node)];
-        item.bounds = primitive.source->bounds;
-        if (deforms) {
-            item.deformation = static_cast<int>(deformations_used_);
-            DeformedVertices& job = next_deformation();
-            job.pose = &pose;
-            job.node = node;
-            job.made = 0;
-            if (source.skin >= 0 && primitive.source->targets.empty()) {
-                item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
-            } else {
-                item.bounds = bounds_of(deform(item).positions);
-            }
+    const SoftwarePrimitive& primitive =
+        model.meshes[static_cast<std::size_t>(source.mesh)][static_cast<std::size_t>(surface.primitive)];
+    SoftwareItem& item = items_.emplace_back();
+    item.model = &model;
+    item.primitive = &primitive;
+    item.world_from_local = deforms ? world : world * pose.model_from_node[static_cast<std::size_t>(node)];
+    item.bounds = primitive.source->bounds;
+    if (deforms) {
+        item.deformation = static_cast<int>(deformations_used_);
+        DeformedVertices& job = next_deformation();
+        job.pose = &pose;
+        job.node = node;
+        job.made = 0;
+        if (source.skin >= 0 && primitive.source->targets.empty()) {
+            item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
+        } else {
+            item.bounds = bounds_of(deform(item).positions);
         }
-        item.is_mirrored = glm::determinant(glm::dmat3(item.world_from_local)) < 0.0;
-        if (primitive.is_lit) item.lights = lights_around(lights, exposure, item.world_from_local, item.bounds);
     }
+    item.is_mirrored = glm::determinant(glm::dmat3(item.world_from_local)) < 0.0;
+    if (primitive.is_lit) item.lights = lights_around(lights, exposure, item.world_from_local, item.bounds);
 }
 
 const DeformedVertices& SoftwareItems::deform(const SoftwareItem& item, LevelSet levels) {

@@ -63,8 +63,8 @@ public:
 private:
     PosedModel& next_pose();
     DeformedVertices& next_deformation();
-    void add_node(const Instance& instance, const SoftwareModel& model, const PosedModel& pose, int node,
-                  std::span<const Light> lights, float exposure);
+    void add_surface(const Instance& instance, const SoftwareModel& model, const PosedModel& pose,
+                     const Surface& surface, std::span<const Light> lights, float exposure);
 
     std::vector<SoftwareItem> items_;
     std::deque<DeformedVertices> deformations_;
