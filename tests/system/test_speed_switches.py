@@ -15,10 +15,10 @@ PLACES = ("lobby", "gallery", "entrance")
 STEPS = 4
 
 
-def pictures(*args, quality="simple", antialias="none"):
+def pictures(*args, quality="simple", antialias="none", device="cpu"):
     """Colour, depth and ids of three standing cameras at four moments."""
     seen = []
-    with camrig.start("scenes/hall.json", mode="lockstep", device="cpu", quality=quality, args=args) as rig:
+    with camrig.start("scenes/hall.json", mode="lockstep", device=device, quality=quality, args=args) as rig:
         cameras = [rig.create_camera(f"at_{place}", place=place, size=(320, 240), fps=10, antialias=antialias) for place in PLACES]
         for _ in range(STEPS):
             rig.step(seconds=0.1)
@@ -30,6 +30,15 @@ def pictures(*args, quality="simple", antialias="none"):
 def test_static_layers_change_no_byte(quality, antialias):
     for kept, full in zip(pictures(quality=quality, antialias=antialias), pictures("--static-layer-mb", "0", quality=quality, antialias=antialias)):
         for a, b in zip(kept, full):
+            assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize("layers", [(), ("--static-layer-mb", "0")])
+@pytest.mark.parametrize("quality", ["fast", "simple", "beautiful"])
+def test_surfaces_drawn_at_once_change_no_byte(quality, layers):
+    at_once, apart = (pictures("--batch-draws", value, *layers, quality=quality, device="llvmpipe") for value in ("on", "off"))
+    for shown, expected in zip(at_once, apart):
+        for a, b in zip(shown, expected):
             assert np.array_equal(a, b)
 
 
