@@ -1,45 +1,13 @@
 #include "core/render/gl/draw_pass.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "core/render/detail_levels.h"
+#include "core/render/gl/pass_uniforms.h"
 
 namespace camrig {
 namespace {
-
-glm::vec4 row(const glm::dmat3& m, int i, double w = 0.0) {
-    return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
-}
-
-DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item) {
-    const glm::dmat3 m(optical_from_local);
-    const glm::dmat3 normals = normals_from(optical_from_local, item.is_mirrored);
-    DrawBlock block{};
-    for (int i = 0; i < 3; ++i) {
-        block.position_rows[i] = row(m, i, optical_from_local[3][i]);
-        block.normal_rows[i] = row(normals, i);
-    }
-    block.ids = glm::uvec4(static_cast<std::uint32_t>(item.object), 0u, 0u, 0u);
-    return block;
-}
-
-LocalLightBlock local_block(const Light& light, const ViewTransform& view, float exposure) {
-    const glm::vec3 position(view.optical_from_world * (light.position - view.eye));
-    const glm::vec3 direction(view.optical_from_world * light.direction);
-    const float inverse_range2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
-    float spot_scale = 0.0f;
-    float spot_offset = 1.0f;
-    if (light.type == LightType::spot) {
-        const float inner = std::cos(light.inner_cone_rad);
-        const float outer = std::cos(light.outer_cone_rad);
-        spot_scale = 1.0f / std::max(0.001f, inner - outer);
-        spot_offset = -outer * spot_scale;
-    }
-    return {glm::vec4(position, inverse_range2), glm::vec4(light.color * light.intensity * exposure, spot_scale),
-            glm::vec4(direction, spot_offset)};
-}
 
 /// The coarsest level of a mesh whose error in metres `is_fine`.
 template <typename IsFine>
@@ -52,12 +20,6 @@ const IndexRange& coarsest_range(const SceneItem& item, const IsFine& is_fine) {
         chosen = &level;
     }
     return *chosen;
-}
-
-template <typename T>
-void put(std::byte*& to, const T& value) {
-    std::memcpy(to, &value, sizeof(T));
-    to += sizeof(T);
 }
 
 }  // namespace
@@ -83,56 +45,18 @@ void DrawPass::begin_view(const PassView& view, StreamBuffer& stream) {
     light_blocks_.assign(static_cast<std::size_t>(view.light_sets->size()), {});
     light_set_ = -1;
 
-    const ViewTransform& t = view.transform;
-    const Environment& environment = *view.environment;
-    ViewBlock block{};
-    block.projection = glm::vec4(glm::dvec4(t.x_scale, t.x_shift, t.y_scale, t.y_shift));
-    block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
-    block.up = glm::vec4(glm::dvec4(t.optical_from_world * glm::dvec3(0.0, 0.0, 1.0), 0.0));
-    block.sky = glm::vec4(environment.ambient_sky * environment.exposure, environment.exposure);
-    block.ground = glm::vec4(environment.ambient_ground * environment.exposure, 0.0f);
-    for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
-    const auto piece = stream.allocate(sizeof block);
-    std::memcpy(piece.data, &block, sizeof block);
-    gl_.BindBufferRange(GL_UNIFORM_BUFFER, view_binding, piece.buffer, piece.offset, sizeof block);
+    bind_block(view_binding, view_block(view));
     if (view.quality != Quality::beautiful) return;
     if (!beautiful_) beautiful_.emplace(gl_);
     beautiful_->bind(view.shadow_maps);
-    if (!view.shadows.empty()) write_shadows();
+    if (!view.shadows.empty()) bind_block(shadow_binding, shadow_block(view));
 }
 
-void DrawPass::write_shadows() {
-    // Texture places run from 0 to 1.
-    const glm::dmat4 place_from_clip(glm::dvec4(0.5, 0, 0, 0), glm::dvec4(0, 0.5, 0, 0), glm::dvec4(0, 0, 1, 0),
-                                     glm::dvec4(0.5, 0.5, 0, 1));
-    const ViewTransform& t = view_.transform;
-    ShadowBlock block{};
-    for (std::size_t i = 0; i < view_.shadows.size(); ++i) {
-        const ShadowView& shadow = view_.shadows[i];
-        glm::dmat4 map_from_optical(shadow.map_from_world * glm::transpose(t.optical_from_world));
-        map_from_optical[3] = glm::dvec4(shadow.map_from_world * (t.eye - shadow.origin), 1.0);
-        const glm::dmat4 rows = glm::transpose(place_from_clip * shadow.clip_from_map * map_from_optical);
-        for (int r = 0; r < 4; ++r) block.maps[i].rows[r] = glm::vec4(rows[r]);
-        block.maps[i].texel = glm::vec4(glm::dvec4(shadow.texel_m, shadow.texel_per_m, 0.0, 0.0));
-    }
+template <typename Block>
+void DrawPass::bind_block(GLuint binding, const Block& block) {
     const auto piece = stream_->allocate(sizeof block);
     std::memcpy(piece.data, &block, sizeof block);
-    gl_.BindBufferRange(GL_UNIFORM_BUFFER, shadow_binding, piece.buffer, piece.offset, sizeof block);
-}
-
-float DrawPass::shadow_slot(std::size_t light) const {
-    for (std::size_t i = 0; i < view_.shadows.size(); ++i) {
-        if (view_.shadows[i].light == light) return static_cast<float>(i);
-    }
-    return -1.0f;
-}
-
-std::size_t DrawPass::light_bytes(const LightSet& set) const {
-    const auto directional = static_cast<std::size_t>(rounded_directional(set.directional));
-    const auto local = static_cast<std::size_t>(rounded_local(set.local));
-    const std::size_t slots = view_.shadows.empty() ? 0 : directional + local;
-    return directional * sizeof(DirectionalLightBlock) + local * sizeof(LocalLightBlock) +
-           slots * sizeof(ShadowSlotBlock);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, binding, piece.buffer, piece.offset, sizeof block);
 }
 
 void DrawPass::cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::vector<VisibleDraw>* blended) {
@@ -176,47 +100,18 @@ void DrawPass::use_material(const SceneItem& item) {
     }
 }
 
-StreamBuffer::Piece DrawPass::write_lights(int light_set) {
-    const LightSet& set = (*view_.light_sets)[light_set];
-    const float exposure = view_.environment->exposure;
-    const int directional = rounded_directional(set.directional);
-    const int local = rounded_local(set.local);
-    auto piece = stream_->allocate(light_bytes(set));
-    std::byte* to = piece.data;
-    for (int i = 0; i < directional; ++i) {
-        DirectionalLightBlock block{};
-        if (i < set.directional) {
-            const Light& light = view_.lights[set.lights[i]];
-            block.towards = glm::vec4(glm::dvec4(view_.transform.optical_from_world * -light.direction, 0.0));
-            block.color = glm::vec4(light.color * light.intensity * exposure, 0.0f);
-        }
-        put(to, block);
-    }
-    for (int i = 0; i < local; ++i) {
-        LocalLightBlock block{glm::vec4(0.0f, 0.0f, -1.0f, 0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
-        if (i < set.local) {
-            block = local_block(view_.lights[set.lights[set.directional + i]], view_.transform, exposure);
-        }
-        put(to, block);
-    }
-    if (view_.shadows.empty()) return piece;
-    for (int i = 0; i < directional + local; ++i) {
-        const int n = i < directional ? i : set.directional + i - directional;
-        const bool is_used = i < directional ? i < set.directional : i - directional < set.local;
-        put(to, ShadowSlotBlock{glm::vec4(is_used ? shadow_slot(set.lights[n]) : -1.0f)});
-    }
-    return piece;
-}
-
 void DrawPass::use_lights(int light_set) {
     if (light_set == light_set_) return;
     light_set_ = light_set;
     const LightSet& set = (*view_.light_sets)[light_set];
-    const auto bytes = static_cast<GLsizeiptr>(light_bytes(set));
+    const std::size_t bytes = light_bytes(view_, set);
     if (bytes == 0) return;
     StreamBuffer::Piece& piece = light_blocks_[static_cast<std::size_t>(light_set)];
-    if (piece.data == nullptr) piece = write_lights(light_set);
-    gl_.BindBufferRange(GL_UNIFORM_BUFFER, light_binding, piece.buffer, piece.offset, bytes);
+    if (piece.data == nullptr) {
+        piece = stream_->allocate(bytes);
+        write_lights(view_, set, piece.data);
+    }
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, light_binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bytes));
 }
 
 void DrawPass::use_sides(const SceneItem& item, bool both) {
@@ -271,7 +166,10 @@ void DrawPass::write_blocks(std::span<const VisibleDraw> batch) {
     const std::size_t bound = (batch.size() > 1 ? max_batch : 1) * sizeof(DrawBlock);
     const auto piece = stream_->allocate(batch.size() * sizeof(DrawBlock), bound);
     std::byte* to = piece.data;
-    for (const VisibleDraw& draw : batch) put(to, draw.uniforms);
+    for (const VisibleDraw& draw : batch) {
+        std::memcpy(to, &draw.uniforms, sizeof(DrawBlock));
+        to += sizeof(DrawBlock);
+    }
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bound));
 }
 
@@ -307,7 +205,7 @@ GLuint DrawPass::color_program(SceneItem& item, bool batched) {
     key.quality = view_.quality;
     key.batched = batched;
     const LightSet& set = (*view_.light_sets)[item.light_set];
-    for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(set.lights[i]) >= 0.0f;
+    for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(view_, set.lights[i]) >= 0.0f;
     program = shaders_.program(key);
     return program;
 }
@@ -393,14 +291,10 @@ void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& s
         if (!casts(item)) continue;
         const glm::dmat4 map_from_local = shadow.map_from(item.world_from_local);
         if (!may_be_visible(shadow.frustum, map_from_local, item.bounds.min, item.bounds.max)) continue;
-        const glm::dmat4 rows = glm::transpose(shadow.clip_from_map * map_from_local);
-        DrawBlock block{};
-        for (int i = 0; i < 3; ++i) block.position_rows[i] = glm::vec4(rows[i]);
-        block.normal_rows[0] = glm::vec4(rows[3]);
         VisibleDraw visible{.item = &item,
                             .owner = &items,
                             .range = &coarsest_range(item, [&](double error_m) { return error_m <= max_error_m; }),
-                            .uniforms = block};
+                            .uniforms = shadow_draw_block(shadow.clip_from_map * map_from_local)};
         use_depth_program(item, &ShaderCache::shadow_program, false);
         draw({&visible, 1}, true);
     }

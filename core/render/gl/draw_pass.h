@@ -5,25 +5,10 @@
 #include <vector>
 
 #include "core/render/gl/beautiful_inputs.h"
-#include "core/render/gl/scene_items.h"
+#include "core/render/gl/pass_view.h"
 #include "core/render/gl/shader_cache.h"
-#include "core/render/shadow_plan.h"
-#include "core/render/view_transform.h"
 
 namespace camrig {
-
-/// What one picture needs to know about the world around the draws.
-struct PassView {
-    ViewTransform transform;
-    Frustum frustum;
-    Quality quality = Quality::simple;
-    double max_detail_error_px = 0.0;  ///< 0: every mesh in full
-    const Environment* environment = nullptr;
-    std::span<const Light> lights;
-    const LightTable* light_sets = nullptr;
-    std::span<const ShadowView> shadows;  ///< those of quality `beautiful`; else empty
-    GLuint shadow_maps = 0;               ///< one layer for each
-};
 
 /// A draw that may touch the picture.
 struct VisibleDraw {
@@ -76,6 +61,8 @@ public:
 
 private:
     const IndexRange& range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const;
+    template <typename Block>
+    void bind_block(GLuint binding, const Block& block);
     void use_program(GLuint program);
     void use_material(const SceneItem& item);
     void use_lights(int light_set);
@@ -87,10 +74,6 @@ private:
     /// A batch, or one draw.
     void draw(std::span<const VisibleDraw> batch, bool both_sides = false);
     void write_blocks(std::span<const VisibleDraw> batch);
-    StreamBuffer::Piece write_lights(int light_set);
-    void write_shadows();
-    float shadow_slot(std::size_t light) const;  ///< below 0: none
-    std::size_t light_bytes(const LightSet& set) const;
     void use_depth_program(const SceneItem& item, GLuint (ShaderCache::*program)(DepthKey), bool batched);
 
     const GlFunctions& gl_;

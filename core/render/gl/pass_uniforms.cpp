@@ -1,0 +1,131 @@
+#include "core/render/gl/pass_uniforms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace camrig {
+namespace {
+
+glm::vec4 row(const glm::dmat3& m, int i, double w = 0.0) {
+    return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
+}
+
+LocalLightBlock local_block(const Light& light, const ViewTransform& view, float exposure) {
+    const glm::vec3 position(view.optical_from_world * (light.position - view.eye));
+    const glm::vec3 direction(view.optical_from_world * light.direction);
+    const float inverse_range2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
+    float spot_scale = 0.0f;
+    float spot_offset = 1.0f;
+    if (light.type == LightType::spot) {
+        const float inner = std::cos(light.inner_cone_rad);
+        const float outer = std::cos(light.outer_cone_rad);
+        spot_scale = 1.0f / std::max(0.001f, inner - outer);
+        spot_offset = -outer * spot_scale;
+    }
+    return {glm::vec4(position, inverse_range2), glm::vec4(light.color * light.intensity * exposure, spot_scale),
+            glm::vec4(direction, spot_offset)};
+}
+
+template <typename T>
+void put(std::byte*& to, const T& value) {
+    std::memcpy(to, &value, sizeof(T));
+    to += sizeof(T);
+}
+
+}  // namespace
+
+ViewBlock view_block(const PassView& view) {
+    const ViewTransform& t = view.transform;
+    const Environment& environment = *view.environment;
+    ViewBlock block{};
+    block.projection = glm::vec4(glm::dvec4(t.x_scale, t.x_shift, t.y_scale, t.y_shift));
+    block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
+    block.up = glm::vec4(glm::dvec4(t.optical_from_world * glm::dvec3(0.0, 0.0, 1.0), 0.0));
+    block.sky = glm::vec4(environment.ambient_sky * environment.exposure, environment.exposure);
+    block.ground = glm::vec4(environment.ambient_ground * environment.exposure, 0.0f);
+    for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
+    return block;
+}
+
+DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item) {
+    const glm::dmat3 m(optical_from_local);
+    const glm::dmat3 normals = normals_from(optical_from_local, item.is_mirrored);
+    DrawBlock block{};
+    for (int i = 0; i < 3; ++i) {
+        block.position_rows[i] = row(m, i, optical_from_local[3][i]);
+        block.normal_rows[i] = row(normals, i);
+    }
+    block.ids = glm::uvec4(static_cast<std::uint32_t>(item.object), 0u, 0u, 0u);
+    return block;
+}
+
+DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local) {
+    const glm::dmat4 rows = glm::transpose(clip_from_local);
+    DrawBlock block{};
+    for (int i = 0; i < 3; ++i) block.position_rows[i] = glm::vec4(rows[i]);
+    block.normal_rows[0] = glm::vec4(rows[3]);
+    return block;
+}
+
+ShadowBlock shadow_block(const PassView& view) {
+    // Texture places run from 0 to 1.
+    const glm::dmat4 place_from_clip(glm::dvec4(0.5, 0, 0, 0), glm::dvec4(0, 0.5, 0, 0), glm::dvec4(0, 0, 1, 0),
+                                     glm::dvec4(0.5, 0.5, 0, 1));
+    const ViewTransform& t = view.transform;
+    ShadowBlock block{};
+    for (std::size_t i = 0; i < view.shadows.size(); ++i) {
+        const ShadowView& shadow = view.shadows[i];
+        glm::dmat4 map_from_optical(shadow.map_from_world * glm::transpose(t.optical_from_world));
+        map_from_optical[3] = glm::dvec4(shadow.map_from_world * (t.eye - shadow.origin), 1.0);
+        const glm::dmat4 rows = glm::transpose(place_from_clip * shadow.clip_from_map * map_from_optical);
+        for (int r = 0; r < 4; ++r) block.maps[i].rows[r] = glm::vec4(rows[r]);
+        block.maps[i].texel = glm::vec4(glm::dvec4(shadow.texel_m, shadow.texel_per_m, 0.0, 0.0));
+    }
+    return block;
+}
+
+float shadow_slot(const PassView& view, std::size_t light) {
+    for (std::size_t i = 0; i < view.shadows.size(); ++i) {
+        if (view.shadows[i].light == light) return static_cast<float>(i);
+    }
+    return -1.0f;
+}
+
+std::size_t light_bytes(const PassView& view, const LightSet& set) {
+    const auto directional = static_cast<std::size_t>(rounded_directional(set.directional));
+    const auto local = static_cast<std::size_t>(rounded_local(set.local));
+    const std::size_t slots = view.shadows.empty() ? 0 : directional + local;
+    return directional * sizeof(DirectionalLightBlock) + local * sizeof(LocalLightBlock) +
+           slots * sizeof(ShadowSlotBlock);
+}
+
+void write_lights(const PassView& view, const LightSet& set, std::byte* to) {
+    const float exposure = view.environment->exposure;
+    const int directional = rounded_directional(set.directional);
+    const int local = rounded_local(set.local);
+    for (int i = 0; i < directional; ++i) {
+        DirectionalLightBlock block{};
+        if (i < set.directional) {
+            const Light& light = view.lights[set.lights[i]];
+            block.towards = glm::vec4(glm::dvec4(view.transform.optical_from_world * -light.direction, 0.0));
+            block.color = glm::vec4(light.color * light.intensity * exposure, 0.0f);
+        }
+        put(to, block);
+    }
+    for (int i = 0; i < local; ++i) {
+        LocalLightBlock block{glm::vec4(0.0f, 0.0f, -1.0f, 0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
+        if (i < set.local) {
+            block = local_block(view.lights[set.lights[set.directional + i]], view.transform, exposure);
+        }
+        put(to, block);
+    }
+    if (view.shadows.empty()) return;
+    for (int i = 0; i < directional + local; ++i) {
+        const int n = i < directional ? i : set.directional + i - directional;
+        const bool is_used = i < directional ? i < set.directional : i - directional < set.local;
+        put(to, ShadowSlotBlock{glm::vec4(is_used ? shadow_slot(view, set.lights[n]) : -1.0f)});
+    }
+}
+
+}  // namespace camrig

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+
+#include "core/render/gl/pass_view.h"
+#include "core/render/gl/uniform_blocks.h"
+
+/// The uniform blocks of a picture and its draws: values alone, without a call of GL.
+namespace camrig {
+
+ViewBlock view_block(const PassView& view);
+ShadowBlock shadow_block(const PassView& view);
+DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item);
+/// For a shadow map: four rows of a matrix, the last in normal_rows[0] (shaders/shadow.vert).
+DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local);
+
+/// Which of the view's shadow maps the light has; below 0: none.
+float shadow_slot(const PassView& view, std::size_t light);
+
+/// Of the lights of a draw in the layout of shaders/blocks.glsl; 0: it has none.
+std::size_t light_bytes(const PassView& view, const LightSet& set);
+void write_lights(const PassView& view, const LightSet& set, std::byte* to);
+
+}  // namespace camrig
