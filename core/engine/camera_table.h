@@ -25,7 +25,7 @@ struct LatestDue {
     TimeNs monotonic_ns = 0;
     SnapshotRef snapshot;
     Pose pose;                     ///< world_from_link at that instant
-    std::vector<FrameRef> colors;  ///< each in another layout; none until drawn
+    std::vector<FrameRef> colors;  ///< as drawn, a pixel format each; none until then
 };
 
 /// A camera as the engine holds it.
@@ -44,7 +44,8 @@ struct CameraEntry {
 class CameraTable {
 public:
     static constexpr std::size_t max_cameras = 256;
-    /// All cameras together; at 8 bytes per pixel on the device and 4 in each frame this is about 2 GiB.
+    /// All cameras together; at 8 bytes per pixel on the device and 4 in each frame this is about 2 GiB. A GPU that
+    /// converts colours gives a frame for each pixel format that readers take, 1.5 bytes a pixel for most.
     static constexpr std::int64_t max_total_pixels = std::int64_t{160} << 20;
 
     /// Adds a camera; already_exists, invalid name and resource_exhausted are errors and change nothing.

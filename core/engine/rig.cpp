@@ -245,13 +245,13 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
                         drawing.snapshot,
                         pose_at(entry, *drawing.snapshot),
                         std::move(colors)};
-        PixelFormats layouts = bus_.wanted(entry.id, world_ns);
-        const bool is_wanted = !layouts.empty();
+        PixelFormats formats = bus_.wanted(entry.id, world_ns);
+        const bool is_wanted = !formats.empty();
         if (!is_wanted) ++entry.idle;
-        add_awaited(entry, world_ns, layouts);
-        if (layouts.empty()) continue;
+        add_awaited(entry, world_ns, formats);
+        if (formats.empty()) continue;
         View& view = drawing.views.emplace_back(view_of(entry, entry.latest));
-        view.color_formats = made_of(view, layouts);
+        view.color_formats = made_of(view, formats);
         drawing.is_wanted.push_back(is_wanted);
     }
     return drawing;
@@ -276,11 +276,15 @@ FrameSet Rig::draw_some(Drawing& drawing, std::size_t count) {
         view_cost_ns_ = std::max(TimeNs{1}, (3 * view_cost_ns_ + cost_ns) / 4);
     }
     for (std::size_t i = 0; i < views.size(); ++i) {
+        LatestDue& latest = entries[i]->latest;
+        const bool is_latest = latest.sequence == views[i].sequence;
         bool is_drawn = false;
         for (const FrameRef& frame : set.frames) {
             if (frame->info().camera_id != views[i].camera) continue;
+            // What was drawn on demand before its turn is there twice.
+            if (is_latest && !is_drawn) latest.colors.clear();
             is_drawn = true;
-            if (entries[i]->latest.sequence == views[i].sequence) entries[i]->latest.colors.push_back(frame);
+            if (is_latest) latest.colors.push_back(frame);
         }
         if (!is_wanted[i]) continue;
         ++entries[i]->due;

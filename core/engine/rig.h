@@ -99,9 +99,9 @@ private:
     Result<TruthRef> truth_of(CameraEntry& entry);
     void answer_waiting(TimeNs monotonic_ns);
     /// Adds what waiters for pictures of this instant want (LocalFrameBus::wanted).
-    void add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& layouts) const;
-    /// The same, with rgba8 for what the renderer does not make.
-    PixelFormats made_of(const View& view, PixelFormats layouts) const;
+    void add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const;
+    /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.
+    PixelFormats made_of(const View& view, PixelFormats wanted) const;
 
     // Commands (rig_commands.cpp).
     Result<CameraState> run(CreateCamera& command);

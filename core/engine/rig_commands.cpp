@@ -25,6 +25,7 @@ std::vector<CounterReport> reports_of(const RenderCounters& counters) {
     return {
         now("static_layers", counters.layers, "Pictures kept of what does not move."),
         now("static_layer_bytes", counters.layer_bytes, "Device memory of the static layers."),
+        now("draw_data_bytes", counters.draw_data_bytes, "Memory of OpenGL for uniforms and deformed vertices."),
         all("static_layers_drawn", counters.layers_drawn, "Static layers made."),
         all("static_layers_reused", counters.layers_reused, "Static layers copied instead of drawing."),
         all("static_layers_stale", counters.layers_stale, "Static layers thrown away because what they show changed."),
@@ -159,10 +160,11 @@ Result<CameraState> Rig::run(SetCamera& command) {
     if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
         bus_.change_camera(stream_of(entry));
     bus_.adjust_camera(stream_of(entry));
-    const PixelFormats layouts = bus_.wanted(entry.id, entry.latest.world_ns);
-    if (!clock_.running() && options_.mode == RunMode::realtime && !layouts.empty()) {
+    const bool stands_still = !clock_.running() && options_.mode == RunMode::realtime;
+    const PixelFormats wanted = stands_still ? bus_.wanted(entry.id, entry.latest.world_ns) : PixelFormats{};
+    if (!wanted.empty()) {
         View view = view_of(entry, entry.latest);
-        view.color_formats = made_of(view, layouts);
+        view.color_formats = made_of(view, wanted);
         FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{view});
         entry.latest.colors = set.frames;
         publish(set, nullptr);

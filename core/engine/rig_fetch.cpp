@@ -29,17 +29,17 @@ void Rig::wait_for_frame(Waiter waiter) {
     waiting_.push_back(std::move(waiter));
 }
 
-void Rig::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& layouts) const {
+void Rig::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const {
     for (const Waiter& waiter : waiting_) {
         if (waiter.color && waiter.min_ns <= world_ns && waiter.camera == *entry.name)
-            layouts.add(source_format(*waiter.color, entry.spec->size));
+            formats.add(source_format(*waiter.color, entry.spec->size));
     }
 }
 
-PixelFormats Rig::made_of(const View& view, PixelFormats layouts) const {
+PixelFormats Rig::made_of(const View& view, PixelFormats wanted) const {
     PixelFormats made;
     for (const PixelFormat format : color_formats) {
-        if (layouts.contains(format)) made.add(renderer_->makes(format, view) ? format : PixelFormat::rgba8);
+        if (wanted.contains(format)) made.add(renderer_->makes(format, view) ? format : PixelFormat::rgba8);
     }
     return made;
 }
@@ -84,8 +84,11 @@ void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<
     view.kinds[static_cast<std::size_t>(request.kind)] = true;
     if (request.kind == FrameKind::color) {
         view.color_formats = made_of(view, {source_format(request.format, view.spec->size)});
+        // Anything but a JPEG is the same bytes made of rgba8.
+        const bool takes_rgba = request.format.codec != Codec::jpeg;
         for (const FrameRef& frame : latest.colors) {
-            if (view.color_formats.contains(frame->info().format))
+            const PixelFormat format = frame->info().format;
+            if (view.color_formats.contains(format) || (takes_rgba && format == PixelFormat::rgba8))
                 return bus_.transcode_once(frame, request.format, std::move(done));
         }
     }

@@ -17,7 +17,7 @@ namespace camrig {
 
 /// What a frame's pixels mean.
 enum class FrameKind : std::uint8_t {
-    color,     ///< rgba8, sRGB, alpha 255
+    color,     ///< sRGB, in one of color_formats; alpha, where there is one, 255
     depth,     ///< depth32f: metres along the optical axis, +inf where nothing is
     instance,  ///< id32: ObjectId, 0 where nothing is
     semantic,  ///< id32: class number
@@ -35,8 +35,8 @@ struct FrameInfo {
     ImageSize size;
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
-    /// Sequence of an earlier frame of this camera, kind, format and size that this one equals, byte for byte, in all
-    /// rows outside of changed_rows; -1: not known.
+    /// Sequence of a frame of this camera, kind and size, drawn before, that this one equals, byte for byte in any one
+    /// format, in all rows outside of changed_rows; -1: not known.
     std::int64_t same_as = -1;
     ChangedRows changed_rows{};
 };

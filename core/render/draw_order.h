@@ -5,7 +5,8 @@
 
 #include "core/world/model.h"
 
-/// In which order the surfaces of a model are drawn, by every renderer: of two in one plane the first is seen.
+/// In which order the surfaces of a model are drawn, by every renderer: of two opaque ones in one plane the first is
+/// seen.
 namespace camrig {
 
 /// What a primitive has of vertices and indices. Those of equal layouts can be stored behind each other.

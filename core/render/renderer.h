@@ -25,7 +25,7 @@ struct View {
     std::int64_t sequence = 0;
     std::uint32_t camera_number = 0;                                    ///< what the code strip carries
     bool kinds[frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
-    /// The layouts that colour is wanted in, if it is; only those that the renderer makes().
+    /// The pixel formats that colour is wanted in, if it is; only those that the renderer makes().
     PixelFormats color_formats = {PixelFormat::rgba8};
     /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object
     /// would show if nothing stood in front of it.
@@ -36,6 +36,7 @@ struct View {
 struct RenderCounters {
     int layers = 0;                    ///< static layers that are kept
     std::int64_t layer_bytes = 0;      ///< their memory on the device
+    std::int64_t draw_data_bytes = 0;  ///< memory for uniforms and deformed vertices
     std::uint64_t layers_drawn = 0;    ///< made
     std::uint64_t layers_reused = 0;   ///< copied instead of drawing
     std::uint64_t layers_stale = 0;    ///< thrown away because what they show changed
@@ -47,16 +48,17 @@ struct RenderCounters {
     std::uint64_t draws = 0;           ///< surfaces
     std::uint64_t draw_calls = 0;      ///< of OpenGL for them, of one or more surfaces each
     std::uint64_t draws_coarse = 0;    ///< those with a coarser level of detail
-    std::uint64_t conversions = 0;     ///< colour pictures that the device gave in another layout than rgba8
+    std::uint64_t conversions = 0;     ///< colour pictures that the device gave in another format than rgba8
 };
 
 /// Draws views of snapshots into frames.
 ///
 /// Thread: the engine's; every call comes from the same thread, the one that created it.
 /// submit() issues all drawing of one instant and returns before the pixels are there where the device allows;
-/// collect() gives the oldest submitted instant, one frame per view and wanted kind (of colour one per layout), in the
-/// order of the views. At most `max_in_flight` instants may be between the two. Frames come from the pool given at
-/// creation. A view that fails (too large for the device) costs its frame, not the instant: the error is in `failures`.
+/// collect() gives the oldest submitted instant, one frame per view and wanted kind (of colour one per pixel format),
+/// in the order of the views. At most `max_in_flight` instants may be between the two. Frames come from the pool given
+/// at creation. A view that fails (too large for the device) costs its frame, not the instant: the error is in
+/// `failures`.
 class Renderer {
 public:
     static constexpr int max_in_flight = 2;
@@ -74,7 +76,7 @@ public:
     virtual Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
     virtual Result<Finished> collect() = 0;
     virtual int in_flight() const = 0;
-    /// Whether it gives colour pictures of this view in that layout. rgba8 always; others are converted from it.
+    /// Whether it gives colour pictures of this view in that format. rgba8 always; others are converted from it.
     virtual bool makes(PixelFormat format, const View& view) const {
         (void)view;
         return format == PixelFormat::rgba8;

@@ -162,13 +162,13 @@ void LocalFrameBus::end_outputs(Camera& camera, const Error& why) {
 
 PixelFormats LocalFrameBus::wanted(CameraId id, TimeNs world_ns) const {
     std::lock_guard lock(mutex_);
-    PixelFormats layouts;
+    PixelFormats formats;
     const auto found = cameras_.find(id);
-    if (found == cameras_.end()) return layouts;
+    if (found == cameras_.end()) return formats;
     for (const auto& [format, output] : found->second.outputs) {
-        if (output->wants(world_ns)) layouts.add(output->source());
+        if (output->wants(world_ns)) formats.add(output->source());
     }
-    return layouts;
+    return formats;
 }
 
 std::size_t LocalFrameBus::reader_count(CameraId id) const {
@@ -205,7 +205,7 @@ const FrameRef* LocalFrameBus::frame_for(const Output& output, std::span<const F
         if (frame->info().format == output.source()) return &frame;
         if (frame->info().format == PixelFormat::rgba8) rgba = &frame;
     }
-    return rgba;  // null: drawn before this output was there
+    return rgba;  // null: drawn for others, before this output was there or for a reader of a higher rate
 }
 
 void LocalFrameBus::transcode_once(FrameRef frame, const MediaFormat& format,

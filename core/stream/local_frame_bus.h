@@ -39,12 +39,12 @@ public:
     /// Tells observers.
     void adjust_camera(const CameraStream& camera);
     void remove_camera(CameraId id);
-    /// The layouts that those want who would take a frame of this camera at this world time (Output::source); none:
-    /// nobody would.
+    /// The pixel formats that those want who would take a frame of this camera at this world time (Output::source);
+    /// none: nobody would.
     PixelFormats wanted(CameraId id, TimeNs world_ns) const;
     std::size_t reader_count(CameraId id) const;
-    /// Never blocks. With a latch, everything on its way holds it. Each output gets a camera's frame in the layout that
-    /// it wants, else the one in rgba8.
+    /// Never blocks. With a latch, everything on its way holds it. Each output gets a camera's frame in the pixel
+    /// format that it wants, else the one in rgba8.
     void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
 
     /// Brings one frame into a format, on the worker pool; `done` is called there.

@@ -36,7 +36,7 @@ public:
 
     const CameraStream& camera() const { return camera_; }
     const MediaFormat& format() const { return transcoder_->format(); }
-    /// The layout that frames had best be offered in; rgba8 will do.
+    /// The pixel format that frames had best be offered in; rgba8 will do.
     PixelFormat source() const { return source_format(format(), camera_.size); }
 
     void attach(std::shared_ptr<Reader> reader);

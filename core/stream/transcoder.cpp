@@ -50,6 +50,8 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
         current = std::move(*converted_frame);
         // Kept only where frames say what they equal: a picture for each output is memory.
         last_converted_ = current->info().same_as >= 0 ? current : nullptr;
+    } else {
+        last_converted_ = nullptr;
     }
     MediaUnit unit;
     unit.info = current->info();

@@ -35,8 +35,8 @@ private:
     FrameRef last_converted_;  ///< to copy from what did not change; null where that is not known
 };
 
-/// Which layout of a colour picture of that size takes the least to bring into this format: no conversion, unless it is
-/// scaled too.
+/// Which pixel format of a colour picture of that size takes the least to bring into this format: no conversion, unless
+/// it is scaled too.
 PixelFormat source_format(const MediaFormat& format, ImageSize camera_size);
 
 /// "jpeg q90", "raw yuyv 640x480": for statistics and messages.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -96,6 +97,26 @@ TEST(SteadyState, APictureTakesNoMemory) {
     RecordProperty("blocks_an_instant_of_eight", static_cast<int>(of_eight));
     std::printf("blocks an instant: %d of one view, %d of eight\n", static_cast<int>(of_one),
                 static_cast<int>(of_eight));
+}
+
+// Who polls the truth of a world that stands still asks for the same instant without end.
+TEST(SteadyState, PicturesOfOneInstantWithoutEndTakeBoundedMemory) {
+    constexpr int objects = 1024, pictures = 80;
+    TestWorld world;
+    for (std::uint32_t i = 0; i < objects; ++i) {
+        const Material paint = colored(glm::vec3(0.5f));
+        world.movers.push_back(instance_of(model_of(box(glm::vec3(0.01f)), paint),
+                                           {5.0, 0.02 * (i % 32) - 0.3, 0.02 * (i / 32) - 0.2}, i + 1));
+    }
+    const SnapshotRef moment = world.snapshot();
+    View view = TestCamera{.size = {16, 16}, .focal_px = 40.0}.view();
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<int>(FrameKind::instance)] = true;
+    for (int n = 0; n < pictures; ++n) {
+        ASSERT_TRUE(cpu_renderer().submit(moment, 0, {&view, 1}).has_value());
+        ASSERT_TRUE(cpu_renderer().collect().has_value());
+    }
+    EXPECT_LE(cpu_renderer().counters().draw_data_bytes, std::int64_t{12} << 20) << "of all of them: 15 MiB";
 }
 
 /// Blocks that bringing one frame into this format takes once everything is warm. Of each frame other rows changed.

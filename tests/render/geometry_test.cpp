@@ -181,6 +181,27 @@ TEST(Geometry, SkinnedVerticesFollowTheirJointsAndAreNotCulledByTheirRestPose) {
     EXPECT_EQ(draw(moved, camera).red(32, 32), 255);
 }
 
+TEST(Geometry, AMeshWithASkinAndWithoutIsWhereEachNodeHasIt) {
+    // The node without a skin is a metre to the left, where the strip stands as it was modelled.
+    const TestCamera camera{.size = {64, 64}, .focal_px = 40};
+    auto model = skinned_strip({0, 0, 0.5});
+    Node rigid = model->nodes[0];
+    rigid.skin = -1;
+    const glm::dvec3 left = glm::dmat3(rigid.matrix) * glm::dvec3(0, 1, 0);
+    for (int i = 0; i < 3; ++i) rigid.matrix[3][i] += left[i];
+    model->nodes.push_back(rigid);
+    model->order.push_back(3);
+    for (const bool moves : {false, true}) {
+        TestWorld world;
+        std::vector<Instance>& place = moves ? world.movers : world.objects;
+        place.push_back(instance_of(model));
+        const Picture picture = draw(world, camera);
+        EXPECT_EQ(picture.red(32, 20), 255) << "the skinned one reaches up";
+        EXPECT_EQ(picture.red(12, 32), 255);
+        EXPECT_EQ(picture.red(12, 20), 0) << "the rigid one does not";
+    }
+}
+
 TEST(Geometry, CollectGivesInstantsInOrderAndEveryViewItsPicture) {
     Renderer& renderer = cpu_renderer();
     std::vector<View> views;

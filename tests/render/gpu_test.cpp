@@ -140,6 +140,29 @@ TEST_F(ConvertedOnTheDevice, EveryLayoutHasTheBytesOfTheHost) {
     expect_bytes_of_the_host(*renderer);
 }
 
+TEST_F(ConvertedOnTheDevice, TwoInstantsInFlightKeepTheirPictures) {
+    const SnapshotRef first = boxes().snapshot();
+    View view = TestCamera{.size = {81, 61}, .focal_px = 60.0}.view();
+    view.color_formats.add(PixelFormat::i420);
+    std::vector<FrameRef> frames;
+    for (int n = 0; n < 6; ++n) {
+        auto snapshot = std::make_shared<Snapshot>(*first);
+        snapshot->movers[0].position.y = -0.6 + 0.2 * n;
+        ASSERT_TRUE(renderer->submit(snapshot, 0, {&view, 1}).has_value());
+        if (n == 0) continue;
+        ASSERT_EQ(renderer->in_flight(), 2);
+        std::ranges::move(renderer->collect().value().set.frames, std::back_inserter(frames));
+    }
+    ASSERT_EQ(frames.size(), 10u);
+    for (std::size_t i = 0; i < frames.size(); i += 2) {
+        std::vector<std::byte> expected(bytes_of(PixelFormat::i420, {81, 61}));
+        ASSERT_TRUE(convert(*frames[i], PixelFormat::i420, {}, expected).has_value());
+        EXPECT_TRUE(std::ranges::equal(frames[i + 1]->bytes(), expected)) << "instant " << i / 2;
+        EXPECT_TRUE(i == 0 || !std::ranges::equal(frames[i]->bytes(), frames[i - 2]->bytes())) << "the mover moves";
+    }
+    EXPECT_TRUE(renderer->collect().has_value());
+}
+
 // Everything about the frame but its layout is that of the rgba8 picture, and other kinds are as ever.
 TEST_F(ConvertedOnTheDevice, AFrameIsOfItsInstant) {
     View view = TestCamera{}.view(7);

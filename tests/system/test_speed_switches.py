@@ -42,6 +42,15 @@ def test_surfaces_drawn_at_once_change_no_byte(quality, layers):
             assert np.array_equal(a, b)
 
 
+@pytest.mark.parametrize("value", ["on", "off"])
+def test_calls_of_opengl_are_counted(value):
+    with camrig.start("scenes/hall.json", mode="lockstep", device="llvmpipe", args=("--batch-draws", value)) as rig:
+        rig.create_camera("at_lobby", place="lobby", size=(64, 48)).frame()
+        counted = rig.stats()["renderer"]
+    assert counted["draws"] > 100
+    assert counted["draw_calls"] == counted["draws"] if value == "off" else counted["draw_calls"] < counted["draws"] / 2
+
+
 def test_coarser_people_stay_within_a_quarter_of_a_pixel():
     """A border that moves by a quarter of a pixel changes at most a quarter of the pixels along it, on either side."""
     coarse, full = pictures(), pictures("--detail-error-px", "0")

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <string>
-
-#include <spdlog/spdlog.h>
+#include <utility>
 
 #include "core/frame/yuv_matrix.h"
 #include "core/render/gl/shader_program.h"
@@ -48,32 +47,31 @@ ColorConverter::ColorConverter(const GlFunctions& gl) : gl_(gl), nearest_(make_s
     // Integer textures are complete only with nearest.
     gl_.SamplerParameteri(nearest_.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl_.SamplerParameteri(nearest_.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    GLint max_bytes = 0;
-    gl_.GetIntegerv(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
-    max_bytes_ = static_cast<std::size_t>(std::max(max_bytes, 0));
+    GLint64 max_bytes = 0;
+    gl_.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
+    max_bytes_ = static_cast<std::size_t>(max_bytes);
+}
+
+Result<ColorConverter> ColorConverter::create(const GlFunctions& gl) {
+    ColorConverter converter(gl);
+    for (const PixelFormat format : color_formats) {
+        if (format == PixelFormat::rgba8) continue;
+        auto program = build_compute_program(gl, "convert", defines_of(format), shader_source::convert_comp);
+        if (!program) return std::unexpected(program.error());
+        converter.programs_.emplace(format, std::move(*program));
+    }
+    return converter;
 }
 
 bool ColorConverter::can_make(PixelFormat format, ImageSize size) const {
-    return format != PixelFormat::rgba8 && std::ranges::find(color_formats, format) != color_formats.end() &&
-           bytes_of(format, size) + 3 <= max_bytes_;
-}
-
-GLuint ColorConverter::program(PixelFormat format) {
-    GlProgram& program = programs_[format];
-    if (!program) {
-        auto built = build_compute_program(gl_, "convert", defines_of(format), shader_source::convert_comp);
-        if (!built) spdlog::critical("{}", built.error().message);
-        CHECK(built.has_value());
-        program = std::move(*built);
-    }
-    return program.name();
+    return programs_.contains(format) && bytes_of(format, size) + 3 <= max_bytes_;
 }
 
 void ColorConverter::convert(GLuint codes, ImageSize size, PixelFormat format, GLuint buffer, GLintptr offset) {
     CHECK(can_make(format, size));
     const auto words = static_cast<GLuint>((bytes_of(format, size) + 3) / 4);
     const GLuint groups = (words + group_words - 1) / group_words;
-    gl_.UseProgram(program(format));
+    gl_.UseProgram(programs_.at(format).name());
     gl_.BindTextureUnit(0, codes);
     gl_.BindSampler(0, nearest_.name());
     gl_.BindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, buffer, offset, GLsizeiptr{4} * words);

@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "core/base/result.h"
 #include "core/frame/pixel_format.h"
 #include "core/render/gl/gl_objects.h"
 
@@ -11,7 +12,8 @@ namespace camrig {
 /// their way to host memory, and none to convert there. The bytes are those of convert() (core/frame/convert.h).
 class ColorConverter {
 public:
-    explicit ColorConverter(const GlFunctions& gl);
+    /// Builds all its shaders: none is built while the world runs.
+    static Result<ColorConverter> create(const GlFunctions& gl);
 
     bool can_make(PixelFormat format, ImageSize size) const;
     /// Writes the picture to `offset` of the buffer, whole words: up to 3 bytes more than it has. `codes`: its pixels
@@ -19,7 +21,7 @@ public:
     void convert(GLuint codes, ImageSize size, PixelFormat format, GLuint buffer, GLintptr offset);
 
 private:
-    GLuint program(PixelFormat format);
+    explicit ColorConverter(const GlFunctions& gl);
 
     const GlFunctions& gl_;
     std::size_t max_bytes_ = 0;

@@ -127,9 +127,13 @@ void DrawPass::use_sides(const SceneItem& item, bool both) {
     }
 }
 
+bool DrawPass::may_be_batched(const SceneItem& item) const {
+    return batches_ && !item.primitive->may_deform;
+}
+
 std::span<const VisibleDraw> DrawPass::batch_of(std::span<const VisibleDraw> draws) const {
     const SceneItem& first = *draws.front().item;
-    if (!batches_ || first.primitive->may_deform) return draws.first(1);
+    if (!may_be_batched(first)) return draws.first(1);
     const auto fits = [&](const VisibleDraw& draw) {
         const SceneItem& item = *draw.item;
         // One vertex array and one material: the same shader.
@@ -163,14 +167,14 @@ void DrawPass::use_vertices(const VisibleDraw& draw) {
 
 void DrawPass::write_blocks(std::span<const VisibleDraw> batch) {
     // The block of a shader must be bound whole, however many draws there are.
-    const std::size_t bound = (batch.size() > 1 ? max_batch : 1) * sizeof(DrawBlock);
+    constexpr std::size_t bound = max_batch * sizeof(DrawBlock);
     const auto piece = stream_->allocate(batch.size() * sizeof(DrawBlock), bound);
     std::byte* to = piece.data;
     for (const VisibleDraw& draw : batch) {
         std::memcpy(to, &draw.uniforms, sizeof(DrawBlock));
         to += sizeof(DrawBlock);
     }
-    gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bound));
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, piece.buffer, piece.offset, GLsizeiptr{bound});
 }
 
 void DrawPass::draw(std::span<const VisibleDraw> batch, bool both_sides) {
@@ -198,12 +202,12 @@ void DrawPass::draw(std::span<const VisibleDraw> batch, bool both_sides) {
     }
 }
 
-GLuint DrawPass::color_program(SceneItem& item, bool batched) {
-    GLuint& program = item.programs[static_cast<std::size_t>(view_.quality)][batched];
+GLuint DrawPass::color_program(SceneItem& item) {
+    GLuint& program = item.programs[static_cast<std::size_t>(view_.quality)];
     if (program != 0) return program;
     ShaderKey key = item.key;
     key.quality = view_.quality;
-    key.batched = batched;
+    key.batched = may_be_batched(item);
     const LightSet& set = (*view_.light_sets)[item.light_set];
     for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(view_, set.lights[i]) >= 0.0f;
     program = shaders_.program(key);
@@ -215,7 +219,7 @@ void DrawPass::draw_opaque(std::span<const VisibleDraw> draws) {
         const auto batch = batch_of(draws);
         draws = draws.subspan(batch.size());
         SceneItem& item = *batch.front().item;
-        use_program(color_program(item, batch.size() > 1));
+        use_program(color_program(item));
         use_material(item);
         if (item.key.lit) use_lights(item.light_set);
         draw(batch);
@@ -265,7 +269,7 @@ void DrawPass::draw_truth(std::span<const VisibleDraw> draws) {
     while (!draws.empty()) {
         const auto batch = batch_of(draws);
         draws = draws.subspan(batch.size());
-        use_depth_program(*batch.front().item, &ShaderCache::truth_program, batch.size() > 1);
+        use_depth_program(*batch.front().item, &ShaderCache::truth_program, may_be_batched(*batch.front().item));
         draw(batch);
     }
 }

@@ -67,9 +67,11 @@ private:
     void use_material(const SceneItem& item);
     void use_lights(int light_set);
     void use_sides(const SceneItem& item, bool both);
+    /// Then its shader is one of batches, also where it is drawn alone: in each picture the same one.
+    bool may_be_batched(const SceneItem& item) const;
     /// The first of `draws` and those behind it that may be drawn with it.
     std::span<const VisibleDraw> batch_of(std::span<const VisibleDraw> draws) const;
-    GLuint color_program(SceneItem& item, bool batched);
+    GLuint color_program(SceneItem& item);
     void use_vertices(const VisibleDraw& draw);
     /// A batch, or one draw.
     void draw(std::span<const VisibleDraw> batch, bool both_sides = false);

@@ -54,6 +54,7 @@
     X(GenTextures, GENTEXTURES)                                   \
     X(GenerateTextureMipmap, GENERATETEXTUREMIPMAP)               \
     X(GetError, GETERROR)                                         \
+    X(GetInteger64v, GETINTEGER64V)                               \
     X(GetIntegerv, GETINTEGERV)                                   \
     X(GetProgramInfoLog, GETPROGRAMINFOLOG)                       \
     X(GetProgramiv, GETPROGRAMIV)                                 \

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cstring>
 
+#include <spdlog/spdlog.h>
+
 #include "core/frame/tone.h"
 #include "core/render/view_frames.h"
 
 namespace camrig {
 namespace {
+
+constexpr std::size_t least_stream_limit = std::size_t{4} << 20;
 
 bool same_objects(const StaticSet& a, const StaticSet& b) {
     return std::ranges::equal(a.objects, b.objects, [](const Instance& x, const Instance& y) {
@@ -21,28 +25,35 @@ bool same_objects(const StaticSet& a, const StaticSet& b) {
 Result<std::unique_ptr<Renderer>> GlRenderer::create(const RendererOptions& options) {
     auto context = EglContext::create({.device = options.device, .raster_threads = options.raster_threads});
     if (!context) return std::unexpected(context.error());
-    return std::unique_ptr<Renderer>(new GlRenderer(std::move(*context), options));
+    std::optional<ColorConverter> converter;
+    if (options.conversion == Conversion::device ||
+        (options.conversion == Conversion::automatic && !(*context)->is_software())) {
+        auto made = ColorConverter::create((*context)->gl());
+        if (!made && options.conversion == Conversion::device) return std::unexpected(made.error());
+        if (!made) spdlog::warn("colours are converted on the host: {}", made.error().message);
+        if (made) converter.emplace(std::move(*made));
+    }
+    return std::unique_ptr<Renderer>(new GlRenderer(std::move(*context), std::move(converter), options));
 }
 
-GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, const RendererOptions& options)
+GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
+                       const RendererOptions& options)
     : context_(std::move(context)),
       gl_(context_->gl()),
       pool_(options.pool),
-      converts_(options.conversion == Conversion::device ||
-                (options.conversion == Conversion::automatic && !context_->is_software())),
-      readback_mode_(context_->is_software() && !converts_ && !options.buffered_readback ? ReadbackMode::direct
-                                                                                         : ReadbackMode::buffered),
+      converter_(std::move(converter)),
+      readback_mode_(context_->is_software() && !converter_ && !options.buffered_readback ? ReadbackMode::direct
+                                                                                          : ReadbackMode::buffered),
       shaders_(gl_),
       samplers_(gl_),
       models_(gl_, samplers_),
       painter_(gl_, shaders_,
                {.max_side = context_->max_texture_size(),
                 .has_float_units = context_->is_software(),
-                .has_codes = converts_,
+                .has_codes = converter_.has_value(),
                 .scene = {.static_layer_bytes = options.static_layer_bytes,
                           .max_detail_error_px = options.max_detail_error_px,
                           .batch_draws = context_->has_draw_id() && options.batch_draws}}),
-      converter_(gl_),
       static_stream_(gl_),
       slots_{Slot(gl_), Slot(gl_)} {
     thread_.check();
@@ -98,8 +109,10 @@ void GlRenderer::count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) con
 Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
     thread_.check();
     CHECK(in_flight() < max_in_flight);
-    // More views of the instant that was drawn last find its movers as they are.
-    if (snapshot != snapshot_ || !submitted_.empty()) begin_instant(std::move(snapshot));
+    // More views of the instant that was drawn last find its movers as they are; as long as what draws need, view after
+    // view, leaves room: a world that stands still may be asked for pictures without end.
+    const bool is_new = snapshot != snapshot_ || !submitted_.empty() || slots_[slot_].stream.used() > stream_limit_;
+    if (is_new) begin_instant(std::move(snapshot));
     Instant instant{.snapshot = snapshot_,
                     .monotonic_ns = monotonic_ns,
                     .slot = slot_,
@@ -116,6 +129,7 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
             instant.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
         }
     }
+    if (is_new) stream_limit_ = std::max(least_stream_limit, 4 * slot.stream.used());
     if (readback_mode_ == ReadbackMode::buffered) {
         read_back(instant);
     } else {
@@ -128,8 +142,8 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
 bool GlRenderer::makes(PixelFormat format, const View& view) const {
     if (format == PixelFormat::rgba8) return true;
     // Image controls and code strip come after drawing, on the host (finish_color).
-    return converts_ && changes_nothing(view.spec->controls) && !view.spec->code_strip &&
-           converter_.can_make(format, view.spec->size);
+    return converter_ && changes_nothing(view.spec->controls) && !view.spec->code_strip &&
+           converter_->can_make(format, view.spec->size);
 }
 
 PaintScene GlRenderer::paint_scene(Slot& slot) {
@@ -201,8 +215,8 @@ void GlRenderer::read_back(Instant& instant) {
             buffer.read(picture.source, picture.kind, size, picture.buffer_offset);
             continue;
         }
-        converter_.convert(picture.source.codes, size, picture.format, buffer.name(),
-                           static_cast<GLintptr>(picture.buffer_offset));
+        converter_->convert(picture.source.codes, size, picture.format, buffer.name(),
+                            static_cast<GLintptr>(picture.buffer_offset));
         ++conversions_;
     }
     buffer.start_fence();
@@ -253,6 +267,8 @@ RenderCounters GlRenderer::counters() const {
     counters.meshes_unseen = meshes_unseen_;
     count_meshes(counters.meshes_skinned, counters.meshes_unseen);
     counters.conversions = conversions_;
+    counters.draw_data_bytes = static_cast<std::int64_t>(static_stream_.capacity());
+    for (const Slot& slot : slots_) counters.draw_data_bytes += static_cast<std::int64_t>(slot.stream.capacity());
     return counters;
 }
 

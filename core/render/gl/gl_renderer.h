@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "core/base/thread_check.h"
 #include "core/render/gl/color_converter.h"
@@ -64,7 +65,8 @@ private:
         std::vector<Finished::Failure> failures;
     };
 
-    GlRenderer(std::unique_ptr<EglContext> context, const RendererOptions& options);
+    GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
+               const RendererOptions& options);
     void begin_instant(SnapshotRef snapshot);
     /// Adds the meshes of the present instant.
     void count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const;
@@ -81,15 +83,13 @@ private:
     std::unique_ptr<EglContext> context_;
     const GlFunctions& gl_;
     std::shared_ptr<FramePool> pool_;
-    const bool converts_;  ///< colours, on the device
+    std::optional<ColorConverter> converter_;  ///< none: colours are converted on the host
+    std::uint64_t conversions_ = 0;
     ReadbackMode readback_mode_;
     ShaderCache shaders_;
     SamplerCache samplers_;
     ModelCache models_;
     ViewPainter painter_;
-    ColorConverter converter_;
-    std::uint64_t conversions_ = 0;
-
     std::shared_ptr<const StaticSet> statics_;
     std::uint64_t statics_number_ = 0;  ///< counts the static sets
     std::uint64_t objects_number_ = 0;  ///< counts those with other objects
@@ -103,6 +103,7 @@ private:
     std::array<Slot, max_in_flight> slots_;
     SnapshotRef snapshot_;  ///< of the instant that is drawn, in this slot
     std::size_t slot_ = 0;
+    std::size_t stream_limit_ = 0;  ///< of the slot's stream, before the same instant is begun anew
     std::map<CameraId, Shown> shown_;
     std::deque<Instant> submitted_;
     ThreadCheck thread_;

@@ -33,11 +33,10 @@ struct SceneItem {
     Box bounds;  ///< local
     ObjectId object{};
     bool is_mirrored = false;
-    int light_set = 0;     ///< into LightTable
-    int deformation = -1;  ///< into SceneItems::deformations; -1: rigid
-    ShaderKey key;         ///< all but the quality
-    /// Per Quality, of the item alone and in a batch; 0 until first drawn.
-    std::array<std::array<GLuint, 2>, 3> programs{};
+    int light_set = 0;                 ///< into LightTable
+    int deformation = -1;              ///< into SceneItems::deformations; -1: rigid
+    ShaderKey key;                     ///< all but the quality
+    std::array<GLuint, 3> programs{};  ///< per Quality; 0 until first drawn
 };
 
 /// The different light sets of an instant; few, because neighbours share theirs.

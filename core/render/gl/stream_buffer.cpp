@@ -22,6 +22,7 @@ void StreamBuffer::add_chunk(std::size_t size) {
     chunk.data =
         static_cast<std::byte*>(gl_.MapNamedBufferRange(chunk.buffer.name(), 0, static_cast<GLsizeiptr>(size), access));
     CHECK(chunk.data != nullptr);
+    if (!chunks_.empty()) full_ += chunks_.back().size;
     chunks_.push_back(std::move(chunk));
     used_ = 0;
 }
@@ -41,7 +42,7 @@ StreamBuffer::Piece StreamBuffer::allocate(std::size_t bytes, std::size_t readab
 
 void StreamBuffer::reset() {
     if (chunks_.size() > 1) chunks_.erase(chunks_.begin(), chunks_.end() - 1);
-    used_ = 0;
+    used_ = full_ = 0;
 }
 
 }  // namespace camrig

@@ -23,6 +23,9 @@ public:
     /// are anybody's.
     Piece allocate(std::size_t bytes, std::size_t readable = 0);
     void reset();
+    /// Bytes since the last reset().
+    std::size_t used() const { return full_ + used_; }
+    std::size_t capacity() const { return full_ + (chunks_.empty() ? 0 : chunks_.back().size); }
 
 private:
     struct Chunk {
@@ -35,7 +38,8 @@ private:
     const GlFunctions& gl_;
     std::size_t alignment_ = 256;
     std::vector<Chunk> chunks_;  ///< the last one is being filled
-    std::size_t used_ = 0;
+    std::size_t used_ = 0;       ///< of that one
+    std::size_t full_ = 0;       ///< those before it
 };
 
 }  // namespace camrig

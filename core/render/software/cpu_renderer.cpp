@@ -89,6 +89,7 @@ RenderCounters CpuRenderer::counters() const {
     const RenderCounters others = other_->counters();
     sum.layers += others.layers;
     sum.layer_bytes += others.layer_bytes;
+    sum.draw_data_bytes += others.draw_data_bytes;
     sum.layers_drawn += others.layers_drawn;
     sum.layers_reused += others.layers_reused;
     sum.layers_stale += others.layers_stale;
