@@ -67,10 +67,12 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->check(CLI::Range(0.0, 16.0))
         ->capture_default_str();
     serve
-        ->add_option("--convert-on", options->engine.renderer.conversion,
-                     "where colours become YUV or BGR for readers: device (by a shader, before they are read back; a "
-                     "GPU or llvmpipe), host, or auto (default): on the device if it is a GPU; the same YUV and BGR")
-        ->transform(CLI::CheckedTransformer(conversions).description("auto|host|device"));
+        ->add_option_function<std::string>(
+            "--convert-on",
+            [options](const std::string& where) { options->engine.renderer.conversion = conversions.at(where); },
+            "where colours become YUV or BGR for readers: device (by a shader, before they are read back; a GPU or "
+            "llvmpipe), host, or auto (default): on the device if it is a GPU; the same YUV and BGR")
+        ->check(CLI::IsMember({"auto", "host", "device"}));
     serve
         ->add_option_function<std::string>(
             "--batch-draws",

@@ -14,7 +14,6 @@
     X(BindTextureUnit, BINDTEXTUREUNIT)                           \
     X(BindVertexArray, BINDVERTEXARRAY)                           \
     X(BlendFuncSeparate, BLENDFUNCSEPARATE)                       \
-    X(BlitNamedFramebuffer, BLITNAMEDFRAMEBUFFER)                 \
     X(CheckNamedFramebufferStatus, CHECKNAMEDFRAMEBUFFERSTATUS)   \
     X(ClearNamedFramebufferfv, CLEARNAMEDFRAMEBUFFERFV)           \
     X(ClearNamedFramebufferuiv, CLEARNAMEDFRAMEBUFFERUIV)         \
