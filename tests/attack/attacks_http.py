@@ -1,0 +1,138 @@
+"""HTTP: requests that are not what they seem, pages of other origins, slow and stuck connections."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import time
+
+import camrig
+
+from target import Target, request
+
+
+def _raw(target: Target, text: str, timeout_s: float = 10.0) -> bytes:
+    """What comes back until the rig closes or says nothing for a second."""
+    with target.tcp(target.http, timeout_s) as raw:
+        raw.sendall(text.encode("latin-1"))
+        raw.settimeout(1.0)
+        answer = b""
+        try:
+            while chunk := raw.recv(1 << 16):
+                answer += chunk
+        except TimeoutError:
+            pass
+        return answer
+
+
+def requests_within_requests(target: Target) -> str:
+    """Framing that two programs could read differently is refused, and never taken for two requests."""
+    inner = "GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    cases = [
+        f"POST /rpc HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: xchunked\r\n\r\n{inner}",
+        f"POST /rpc HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\nContent-Length: {len(inner)}\r\n\r\n{inner}",
+        f"POST /rpc HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n{inner}",
+        f"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nHost: evil.example\r\n\r\n",
+        f"GET /healthz HTTP/1.1\r\nHost: [::1]evil.example\r\n\r\n",
+        f"GE /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n",
+        f"GET /healthz HTTP/1.1\r\nHost : 127.0.0.1\r\n\r\n",
+        f"POST /rpc HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: -1\r\n\r\n",
+    ]
+    for case in cases:
+        answer = _raw(target, case)
+        assert b"200 OK" not in answer, f"{case[:90]!r} gave {answer[:80]!r}"
+    return f"{len(cases)} refused"
+
+
+def paths_out_of_the_tree(target: Target) -> str:
+    """Nothing outside what is served can be had by any spelling of a path."""
+    ways = ["/../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/cameras/../../etc/passwd",
+            "/cameras/%00/snapshot.jpg", "/cameras/lobby/..%5c..%5cetc/passwd", "/" + "a/" * 3000]
+    for way in ways:
+        status, _, body = target.ask_http("GET", way)
+        assert status in (400, 404, 414, 431) and b"root:" not in body, f"{way[:40]} gave {status}"
+    return f"{len(ways)} refused"
+
+
+def pages_of_other_origins(target: Target) -> str:
+    """A page of another origin can neither command nor have pictures drawn, and may not embed what is served."""
+    headers = {"Origin": "http://evil.example", "Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors"}
+    status, _, _ = target.ask_http("POST", "/rpc", json.dumps(request("world.status")).encode(), {**headers, "Content-Type": "application/json"})
+    assert status in (401, 403), f"POST /rpc gave {status}"
+    for path in ("depth.png", "truth", "instance.png", "snapshot.png"):
+        status, _, _ = target.ask_http("GET", f"/cameras/watched/{path}", headers=headers)
+        assert status == 403, f"{path} gave {status}"
+    status, answer, _ = target.ask_http("GET", "/healthz", headers={"Host": "evil.example"})
+    assert status in (400, 403), f"another Host gave {status}"
+    _, answer, _ = target.ask_http("GET", "/cameras")
+    assert "same-origin" in answer.get("cross-origin-resource-policy", ""), answer
+    return ""
+
+
+def slow_connections(target: Target) -> str:
+    """600 connections that send their request a byte at a time: an ordinary request is answered meanwhile."""
+    held: list[socket.socket] = []
+    try:
+        for number in range(600):
+            try:
+                raw = target.tcp(target.http, 2.0)
+                raw.sendall(b"GET /healthz HTTP/1.1\r\nHost: 127")
+                held.append(raw)
+            except OSError:
+                pass
+            if number % 100 == 99:
+                begin = time.monotonic()
+                status, _, _ = target.ask_http("GET", "/healthz")
+                assert status == 200, f"with {len(held)} slow connections: {status}"
+                assert time.monotonic() - begin < 2.0, "an ordinary request waited more than 2 s"
+    finally:
+        for raw in held:
+            raw.close()
+    return f"{len(held)} were held"
+
+
+def out_of_descriptors(target: Target) -> str:
+    """A rig with few descriptors is filled with connections: it does not spin, and goes on when they are gone."""
+    program = target.folder / "few-descriptors"
+    program.write_text(f'#!/bin/bash\nulimit -Sn 300; ulimit -Hn 300; exec {camrig.launch.find_binary()} "$@"\n')
+    program.chmod(0o755)
+    with camrig.start("minimal", binary=program) as rig:
+        other = Target(rig, target.folder)
+        held: list[socket.socket] = []
+        for port in (other.http, other.rtsp):
+            for _ in range(250):
+                raw = socket.socket()
+                raw.setblocking(False)
+                raw.connect_ex(("127.0.0.1", port))
+                held.append(raw)
+        time.sleep(1.0)
+        before, begin = other.cpu_s(), time.monotonic()
+        time.sleep(3.0)
+        share = (other.cpu_s() - before) / (time.monotonic() - begin)
+        for raw in held:
+            raw.close()
+        other.owner_is_answered(5.0)
+        assert share < 0.3, f"{share:.2f} cores without anything to do"
+        status, _, _ = other.ask_http("GET", "/healthz")
+        assert status == 200
+    return f"{share:.2f} cores meanwhile"
+
+
+def stuck_readers(target: Target) -> str:
+    """60 readers of a stream that take nothing."""
+    held = []
+    for _ in range(60):
+        raw = socket.socket()
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        raw.connect(("127.0.0.1", target.http))
+        raw.sendall(b"GET /cameras/watched/stream.mjpg HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        held.append(raw)
+    time.sleep(3.0)
+    for raw in held:
+        raw.close()
+    return ""
+
+
+ATTACKS = [requests_within_requests, paths_out_of_the_tree, pages_of_other_origins, slow_connections, out_of_descriptors, stuck_readers]

@@ -1,0 +1,106 @@
+"""Requests that are dear to answer: other readers must not pay for them."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import camrig
+
+from target import Target, read_line, request
+
+#: Poses and lenses that make the outline of a box hard to follow (camera far outside, strong distortion).
+HARD_TRUTH = [
+    ({"model": "plumb_bob", "coefficients": [-0.3, 0.1, 0, 0, 0]}, 50.0),
+    ({"model": "plumb_bob", "coefficients": [-0.3, 0.1, 0, 0, 0]}, 1e4),
+    ({"model": "plumb_bob", "coefficients": [-0.3, 0.1, 0, 0, 0]}, 1e5),
+    ({"model": "rational_polynomial", "coefficients": [0.1, -0.2, 0, 0, 0.01, 0.3, -0.1, 0.02]}, 1e5),
+    ({"model": "equidistant", "coefficients": [0.02, -0.01, 0.003, -0.001]}, 1e5),
+]
+TRUTH_LIMIT_S = 10.0
+
+
+def truth_of_hard_cameras(target: Target) -> str:
+    """Truth through strong lenses from far outside the hall answers, exactly or with an error, in bounded time."""
+    took, refused = [], 0
+    for number, (lens, y) in enumerate(HARD_TRUTH):
+        name = f"hard{number}"
+        cam = target.rig.create_camera(name, size=(64, 48), hfov_deg=60, lens=lens, pose={"position": [2, y, 2.8], "orientation": [0, 0, 0, 1]})
+        begin = time.monotonic()
+        try:
+            cam.truth()
+        except camrig.CamrigError as error:
+            assert error.kind in ("unsupported", "resource_exhausted", "invalid_argument"), error
+            refused += 1
+        took.append(time.monotonic() - begin)
+        cam.delete()
+    assert max(took) < TRUTH_LIMIT_S, f"up to {max(took):.1f} s"
+    return f"{len(took)} cameras, at most {max(took):.2f} s, {refused} refused"
+
+
+def many_snapshots_of_idle_cameras(target: Target) -> str:
+    """200 snapshots of cameras that nobody watches, asked for at once."""
+    names = [f"idle{n}" for n in range(4)]
+    for name in names:
+        target.rig.create_camera(name, size=(320, 240), place="lobby")
+    with target.unix(120) as raw:
+        for n in range(200):
+            raw.sendall(json.dumps(request("frame.get", n, camera=names[n % 4], format="jpeg")).encode() + b"\n")
+        kinds = [json.loads(read_line_of(raw)) for _ in range(200)]
+    for name in names:
+        target.rig.camera(name).delete()
+    answered = sum("result" in answer for answer in kinds)
+    assert all("result" in answer or answer["error"]["data"]["kind"] == "resource_exhausted" for answer in kinds), kinds[-1]
+    return f"{answered} of 200 answered, the others told to come back"
+
+
+_rest: dict[int, bytes] = {}
+
+
+def read_line_of(raw) -> bytes:
+    """The next of several lines on one connection."""
+    data = _rest.pop(id(raw), b"")
+    while b"\n" not in data:
+        chunk = raw.recv(1 << 20)
+        assert chunk, "the connection was closed before all was answered"
+        data += chunk
+    line, _, _rest[id(raw)] = data.partition(b"\n")
+    return line
+
+
+def large_batches(target: Target) -> str:
+    """A batch of raw pictures of 4096x2900: bounded memory, an answer to each, and the connection stays."""
+    cam = target.rig.create_camera("large", size=(4096, 2900), fps=1, place="lobby")
+    batch = [request("frame.get", n, camera="large", format="raw") for n in range(24)]
+    before = target.rss_kib()
+    most = before
+    try:
+        with target.unix(120) as raw:
+            raw.sendall(json.dumps(batch).encode() + b"\n")
+            answers = json.loads(read_line(raw))
+            most = max(most, target.rss_kib())
+            raw.sendall(json.dumps(request("world.status")).encode() + b"\n")
+            assert "result" in json.loads(read_line(raw)), "the connection does not go on"
+    finally:
+        cam.delete()
+    assert len(answers) == 24
+    refused = [answer["error"]["data"]["kind"] for answer in answers if "error" in answer]
+    assert set(refused) <= {"resource_exhausted"}, refused
+    return f"{24 - len(refused)} answered, {len(refused)} refused, {(most - before) / 1024:+.0f} MiB afterwards"
+
+
+def loading_scenes_again_and_again(target: Target) -> str:
+    """Scenes are loaded 12 times, truth and depth of each asked for; memory does not grow with the number of loads."""
+    seen = []
+    with camrig.start("minimal", mode="lockstep") as rig:
+        other = Target(rig, target.folder)
+        for round_number in range(12):
+            rig.load("hall" if round_number % 2 else "street")
+            cam = rig.create_camera("c", size=(160, 120), position=(2, 3, 2), look_at=(8, 6, 1))
+            cam.truth(), cam.depth()
+            seen.append(other.rss_kib() // 1024)
+    assert seen[-1] - seen[5] < 40, f"MiB after each load: {seen}"
+    return f"MiB after each load: {seen}"
+
+
+ATTACKS = [truth_of_hard_cameras, many_snapshots_of_idle_cameras, large_batches, loading_scenes_again_and_again]
