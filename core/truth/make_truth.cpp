@@ -38,7 +38,7 @@ public:
           optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
           counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
 
-    void measure(const Instance& instance);
+    Result<void> measure(const Instance& instance);
     Result<std::vector<ObjectTruth>> finish(const DrawAlone& draw_alone);
 
 private:
@@ -61,19 +61,20 @@ private:
     std::vector<Candidate> candidates_;
 };
 
-void TruthMaker::measure(const Instance& instance) {
+Result<void> TruthMaker::measure(const Instance& instance) {
     object_.pose(instance);
-    if (object_.is_empty()) return;
+    if (object_.is_empty()) return {};
     ProjectedBox box;
     const glm::dmat3 optical_from_object = optical_from_world_ * glm::mat3_cast(object_.orientation());
     const glm::dvec3 origin = optical(object_.position());
     for (const PosedObject::Part& part : object_.parts()) {
         points_.clear();
         for (const glm::dvec3& p : part.points) points_.push_back(optical_from_object * p + origin);
-        projector_.add(points_, *part.primitive, box);
+        if (auto added = projector_.add(points_, *part.primitive, box); !added)
+            return at("object " + instance.info->name, added.error());
     }
     const auto reach = reach_of(box);
-    if (!reach) return;
+    if (!reach) return {};
 
     Candidate candidate{.truth = {}, .reach = *reach};
     ObjectTruth& truth = candidate.truth;
@@ -92,6 +93,7 @@ void TruthMaker::measure(const Instance& instance) {
     truth.center = object_.position() + object_.orientation() * (0.5 * (object_.min() + object_.max()));
     truth.keypoints = keypoints_of(instance);
     candidates_.push_back(std::move(candidate));
+    return {};
 }
 
 /// Pixels of the picture within box_margin_px of the box; none if there are none. What is clipped has no exact box.
@@ -146,8 +148,9 @@ KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth
                                              ObjectId id) const {
     if (!camera_.in_image(point.pixel)) return KeypointVisibility::outside;
     const ImageSize size = camera_.size();
-    const int x = std::min(static_cast<int>(std::lround(point.pixel.x)), size.width - 1);
-    const int y = std::min(static_cast<int>(std::lround(point.pixel.y)), size.height - 1);
+    // Not lround: it takes -0.5, which is in the picture, to -1.
+    const int x = std::min(static_cast<int>(std::floor(point.pixel.x + 0.5)), size.width - 1);
+    const int y = std::min(static_cast<int>(std::floor(point.pixel.y + 0.5)), size.height - 1);
     const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x);
     const bool is_own = ids_of(*pictures_.instance)[i] == static_cast<std::uint32_t>(id);
     const double hides_m = depth_m - (is_own ? tolerance_m : 0.0);
@@ -235,7 +238,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot,
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
         for (const Instance& instance : *instances) {
             truth.classes[instance.info->class_number] = instance.info->object_class;
-            maker.measure(instance);
+            if (auto measured = maker.measure(instance); !measured) return std::unexpected(measured.error());
         }
     }
     auto objects = maker.finish(draw_alone);

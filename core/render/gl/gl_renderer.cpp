@@ -81,7 +81,6 @@ void GlRenderer::update_statics(const std::shared_ptr<const StaticSet>& statics)
         if (item.deformation >= 0) static_items_.deformed(item, static_stream_);
     }
     static_light_sets_ = light_sets_.size();
-    models_.evict_unused();
 }
 
 void GlRenderer::update_movers(const Snapshot& snapshot, Slot& slot) {
@@ -99,6 +98,7 @@ void GlRenderer::begin_instant(SnapshotRef snapshot) {
     slots_[slot_].stream.reset();
     update_statics(snapshot_->statics);
     update_movers(*snapshot_, slots_[slot_]);
+    models_.evict_unused();
     painter_.begin_instant();
 }
 
