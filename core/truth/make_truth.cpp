@@ -8,6 +8,7 @@
 #include "core/truth/id_census.h"
 #include "core/truth/posed_object.h"
 #include "core/truth/projected_box.h"
+#include "core/truth/view_cone.h"
 
 namespace camrig {
 namespace {
@@ -34,6 +35,7 @@ public:
         : view_(view),
           camera_(camera),
           pictures_(pictures),
+          cone_(camera),
           projector_(camera, view.spec->near_m, view.spec->far_m),
           optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
           counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
@@ -53,6 +55,7 @@ private:
     const TruthView& view_;
     const CameraModel& camera_;
     const TruthPictures& pictures_;
+    ViewCone cone_;
     BoxProjector projector_;
     glm::dmat3 optical_from_world_;
     std::unordered_map<std::uint32_t, IdCount> counts_;
@@ -63,10 +66,14 @@ private:
 
 Result<void> TruthMaker::measure(const Instance& instance) {
     object_.pose(instance);
-    if (object_.is_empty()) return {};
-    ProjectedBox box;
     const glm::dmat3 optical_from_object = optical_from_world_ * glm::mat3_cast(object_.orientation());
     const glm::dvec3 origin = optical(object_.position());
+    // Most of a large world is beside or behind the camera: there is no need to look at its vertices.
+    const auto reach_m = object_.reach();
+    if (reach_m && !cone_.may_meet(optical_from_object * reach_m->center + origin, reach_m->radius)) return {};
+    object_.place_vertices();
+    if (object_.is_empty()) return {};
+    ProjectedBox box;
     for (const PosedObject::Part& part : object_.parts()) {
         points_.clear();
         for (const glm::dvec3& p : part.points) points_.push_back(optical_from_object * p + origin);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <new>
 
 #include "core/render/detail_levels.h"
 #include "core/world/posed_model.h"
@@ -248,6 +249,13 @@ private:
 };
 
 /// Of each mesh, whether a node deforms it.
+/// Whether a call since the last question failed for want of memory; takes all errors that are noted.
+bool is_out_of_memory(const GlFunctions& gl) {
+    bool is_out = false;
+    for (GLenum code = gl.GetError(); code != GL_NO_ERROR; code = gl.GetError()) is_out |= code == GL_OUT_OF_MEMORY;
+    return is_out;
+}
+
 std::vector<bool> deformed_meshes(const Model& model) {
     std::vector<bool> deformed(model.meshes.size());
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
@@ -305,6 +313,7 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
     }
     geometry.upload(gl, gpu);
     gpu.surfaces = draw_order(*model);
+    if (is_out_of_memory(gl)) throw std::bad_alloc();
     return gpu;
 }
 
