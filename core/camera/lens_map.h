@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include "core/base/result.h"
+#include "core/camera/interval.h"
 #include "core/camera/lens.h"
 
 namespace camrig {
@@ -58,6 +59,20 @@ public:
     /// Forward map, and its Jacobian d(distorted) / d(ideal). Plain formulas: also beyond the valid radius.
     glm::dvec2 distort(glm::dvec2 ideal) const;
     glm::dmat2 derivative(glm::dvec2 ideal) const;
+    /// A piece of a curve in the ideal plane, as ranges of what its points and their derivatives by the curve's
+    /// parameter are: x, y, dx, dy, s = x^2 + y^2 and half_ds = x dx + y dy, half the derivative of s.
+    struct IdealCurve {
+        Interval x, y, dx, dy, s, half_ds;
+    };
+    /// The same of its image under distort(): ranges that hold all of it; infinite ones where the piece
+    /// is too long for the formulas to tell.
+    struct CurveImage {
+        Interval x, y, dx, dy;
+    };
+    CurveImage distort(const IdealCurve& curve) const;
+    /// Not less than the norm of derivative() anywhere within `radius` of the axis: two points there are moved to
+    /// places at most so many times as far apart.
+    double greatest_stretch(double radius) const;
     /// The one ideal point inside the valid disc that distort() moves here, with a residual below
     /// max_residual * max(1, |distorted|); none where there is no such point.
     std::optional<glm::dvec2> undistort(glm::dvec2 distorted) const;
@@ -86,7 +101,13 @@ private:
         glm::dvec2 distorted;
         glm::dmat2 derivative;
     };
+    struct RadialRange {
+        Interval scale;  ///< N / D
+        Interval along;  ///< 2 d(N / D) / ds
+    };
     Radial radial(double s) const;
+    /// None where D may be 0.
+    std::optional<RadialRange> radial_range(Interval s) const;
     glm::dvec2 tangential(glm::dvec2 ideal) const;
     Local local(glm::dvec2 ideal) const;
     void find_valid_radius();

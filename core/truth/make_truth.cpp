@@ -8,6 +8,7 @@
 #include "core/truth/id_census.h"
 #include "core/truth/posed_object.h"
 #include "core/truth/projected_box.h"
+#include "core/truth/view_cone.h"
 
 namespace camrig {
 namespace {
@@ -34,11 +35,12 @@ public:
         : view_(view),
           camera_(camera),
           pictures_(pictures),
+          cone_(camera),
           projector_(camera, view.spec->near_m, view.spec->far_m),
           optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
           counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
 
-    void measure(const Instance& instance);
+    Result<void> measure(const Instance& instance);
     Result<std::vector<ObjectTruth>> finish(const DrawAlone& draw_alone);
 
 private:
@@ -53,6 +55,7 @@ private:
     const TruthView& view_;
     const CameraModel& camera_;
     const TruthPictures& pictures_;
+    ViewCone cone_;
     BoxProjector projector_;
     glm::dmat3 optical_from_world_;
     std::unordered_map<std::uint32_t, IdCount> counts_;
@@ -61,19 +64,24 @@ private:
     std::vector<Candidate> candidates_;
 };
 
-void TruthMaker::measure(const Instance& instance) {
+Result<void> TruthMaker::measure(const Instance& instance) {
     object_.pose(instance);
-    if (object_.is_empty()) return;
-    ProjectedBox box;
     const glm::dmat3 optical_from_object = optical_from_world_ * glm::mat3_cast(object_.orientation());
     const glm::dvec3 origin = optical(object_.position());
+    // Most of a large world is beside or behind the camera: there is no need to look at its vertices.
+    const auto reach_m = object_.reach();
+    if (reach_m && !cone_.may_meet(optical_from_object * reach_m->center + origin, reach_m->radius)) return {};
+    object_.place_vertices();
+    if (object_.is_empty()) return {};
+    ProjectedBox box;
     for (const PosedObject::Part& part : object_.parts()) {
         points_.clear();
         for (const glm::dvec3& p : part.points) points_.push_back(optical_from_object * p + origin);
-        projector_.add(points_, *part.primitive, box);
+        if (auto added = projector_.add(points_, *part.primitive, box); !added)
+            return at("object " + instance.info->name, added.error());
     }
     const auto reach = reach_of(box);
-    if (!reach) return;
+    if (!reach) return {};
 
     Candidate candidate{.truth = {}, .reach = *reach};
     ObjectTruth& truth = candidate.truth;
@@ -92,6 +100,7 @@ void TruthMaker::measure(const Instance& instance) {
     truth.center = object_.position() + object_.orientation() * (0.5 * (object_.min() + object_.max()));
     truth.keypoints = keypoints_of(instance);
     candidates_.push_back(std::move(candidate));
+    return {};
 }
 
 /// Pixels of the picture within box_margin_px of the box; none if there are none. What is clipped has no exact box.
@@ -146,8 +155,9 @@ KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth
                                              ObjectId id) const {
     if (!camera_.in_image(point.pixel)) return KeypointVisibility::outside;
     const ImageSize size = camera_.size();
-    const int x = std::min(static_cast<int>(std::lround(point.pixel.x)), size.width - 1);
-    const int y = std::min(static_cast<int>(std::lround(point.pixel.y)), size.height - 1);
+    // Not lround: it takes -0.5, which is in the picture, to -1.
+    const int x = std::min(static_cast<int>(std::floor(point.pixel.x + 0.5)), size.width - 1);
+    const int y = std::min(static_cast<int>(std::floor(point.pixel.y + 0.5)), size.height - 1);
     const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x);
     const bool is_own = ids_of(*pictures_.instance)[i] == static_cast<std::uint32_t>(id);
     const double hides_m = depth_m - (is_own ? tolerance_m : 0.0);
@@ -235,7 +245,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot,
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
         for (const Instance& instance : *instances) {
             truth.classes[instance.info->class_number] = instance.info->object_class;
-            maker.measure(instance);
+            if (auto measured = maker.measure(instance); !measured) return std::unexpected(measured.error());
         }
     }
     auto objects = maker.finish(draw_alone);

@@ -8,26 +8,66 @@ void PosedObject::pose(const Instance& instance) {
     part_count_ = 0;
     min_ = glm::dvec3(std::numeric_limits<double>::infinity());
     max_ = -min_;
+    model_ = instance.info->model;
     position_ = instance.position;
     const glm::dquat& heading = instance.info->heading_from_model;
     orientation_ = glm::normalize(instance.orientation * glm::conjugate(heading));
     object_from_model_ = glm::mat3_cast(heading) * instance.scale;
-    if (!instance.info->model) return;
-    const Model& model = *instance.info->model;
-    pose_model(model, instance.clips, pose_);
-    for (const int node : model.order) {
-        const int mesh = model.nodes[static_cast<std::size_t>(node)].mesh;
+    if (model_) pose_model(*model_, instance.clips, pose_);
+}
+
+template <typename Visit>
+void PosedObject::for_each_surface(Visit&& visit) const {
+    if (!model_) return;
+    for (const int node : model_->order) {
+        const int mesh = model_->nodes[static_cast<std::size_t>(node)].mesh;
         if (mesh < 0) continue;
-        for (const Primitive& primitive : model.meshes[static_cast<std::size_t>(mesh)].primitives) {
+        for (const Primitive& primitive : model_->meshes[static_cast<std::size_t>(mesh)].primitives) {
             const bool is_blended =
                 primitive.material >= 0 &&
-                model.materials[static_cast<std::size_t>(primitive.material)].alpha_mode == AlphaMode::blend;
-            if (!is_blended) add_part(primitive, model, node);
+                model_->materials[static_cast<std::size_t>(primitive.material)].alpha_mode == AlphaMode::blend;
+            if (!is_blended) visit(primitive, node);
         }
     }
 }
 
-void PosedObject::add_part(const Primitive& primitive, const Model& model, int node) {
+std::optional<PosedObject::Ball> PosedObject::reach() const {
+    const glm::dmat4 object_from_model(object_from_model_);
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+    bool is_known = true;
+    const auto grow = [&](const glm::dmat4& m, const Box& box) {
+        const glm::dvec3 middle(m * glm::dvec4(0.5 * (glm::dvec3(box.min) + glm::dvec3(box.max)), 1.0));
+        const glm::dvec3 half = 0.5 * (glm::dvec3(box.max) - glm::dvec3(box.min));
+        const glm::dvec3 extent = glm::abs(glm::dvec3(m[0])) * half.x + glm::abs(glm::dvec3(m[1])) * half.y +
+                                  glm::abs(glm::dvec3(m[2])) * half.z;
+        low = glm::min(low, middle - extent);
+        high = glm::max(high, middle + extent);
+    };
+    for_each_surface([&](const Primitive& primitive, int node) {
+        const int skin = model_->nodes[static_cast<std::size_t>(node)].skin;
+        is_known &= primitive.targets.empty();
+        if (skin < 0) {
+            grow(object_from_model * pose_.model_from_node[static_cast<std::size_t>(node)], primitive.bounds);
+            return;
+        }
+        // A skinned vertex is a weighted mean of where its joints carry it.
+        const Skin& bones = model_->skins[static_cast<std::size_t>(skin)];
+        for (std::size_t j = 0; j < bones.joints.size(); ++j) {
+            const auto joint = static_cast<std::size_t>(bones.joints[j]);
+            grow(object_from_model * pose_.model_from_node[joint] * bones.inverse_bind[j], primitive.bounds);
+        }
+    });
+    if (!is_known) return std::nullopt;
+    if (!(low.x <= high.x)) return Ball{};
+    return Ball{0.5 * (low + high), 0.5 * glm::length(high - low)};
+}
+
+void PosedObject::place_vertices() {
+    for_each_surface([this](const Primitive& primitive, int node) { add_part(primitive, node); });
+}
+
+void PosedObject::add_part(const Primitive& primitive, int node) {
+    const Model& model = *model_;
     if (part_count_ == parts_.size()) parts_.emplace_back();
     Part& part = parts_[part_count_];
     part.primitive = &primitive;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,12 +17,22 @@ namespace camrig {
 /// Reused from object to object, so that nothing is allocated once it has grown.
 class PosedObject {
 public:
+    struct Ball {
+        glm::dvec3 center{0.0};
+        double radius = -1.0;
+    };
     struct Part {
         const Primitive* primitive = nullptr;
         std::vector<glm::dvec3> points;  ///< one per vertex of the primitive
     };
 
+    /// Places the nodes only: enough for reach().
     void pose(const Instance& instance);
+    /// A ball in the object's own frame that holds all of its surface; generous for skinned meshes. None where that
+    /// cannot be told without the vertices (morph targets); a radius below 0 when there is no surface.
+    std::optional<Ball> reach() const;
+    /// After pose(): places the vertices. What follows is of them, but for the last.
+    void place_vertices();
 
     std::span<const Part> parts() const { return {parts_.data(), part_count_}; }
     /// Its box, when it is not empty.
@@ -36,8 +47,11 @@ public:
     glm::dvec3 position() const { return position_; }
 
 private:
-    void add_part(const Primitive& primitive, const Model& model, int node);
+    template <typename Visit>
+    void for_each_surface(Visit&& visit) const;
+    void add_part(const Primitive& primitive, int node);
 
+    ModelRef model_;
     PosedModel pose_;
     std::vector<Part> parts_;
     std::size_t part_count_ = 0;

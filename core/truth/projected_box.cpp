@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
+#include <string>
 
 namespace camrig {
 namespace {
 
-/// Halving an arc of the sphere so often leaves less than 1e-7 rad of it.
-constexpr int max_depth = 25;
 constexpr int rim_points = 720;
 /// The rim itself is no longer valid: this much inside of it is.
 constexpr double rim_inset = 1e-9;
@@ -40,10 +40,15 @@ bool meets(const glm::dvec3& direction, const glm::dvec3 (&t)[3]) {
     return (u + v + w) * glm::dot(t[0], glm::cross(t[1], t[2])) > 0.0;
 }
 
+glm::dvec2 tolerance_of(const ProjectedBox& box) {
+    return glm::max(glm::dvec2(BoxProjector::tolerance_px), BoxProjector::tolerance_share * (box.max - box.min));
+}
+
 }  // namespace
 
 BoxProjector::BoxProjector(const CameraModel& camera, double near_m, double far_m)
     : camera_(camera),
+      tracer_(camera),
       has_planes_(camera.lens().lens().model != LensModel::equidistant),
       bends_(!camera.lens().is_identity()),
       near_m_(near_m),
@@ -55,7 +60,7 @@ BoxProjector::BoxProjector(const CameraModel& camera, double near_m, double far_
         const double turn = 2.0 * std::numbers::pi * i / rim_points;
         const glm::dvec3 direction =
             camera.lens().direction_from_ideal(radius * glm::dvec2(std::cos(turn), std::sin(turn)));
-        if (const Pixel pixel = camera.project(direction)) rim_.push_back({direction, *pixel});
+        if (const auto pixel = camera.project(direction)) rim_.push_back({direction, *pixel});
     }
 }
 
@@ -63,71 +68,85 @@ bool BoxProjector::between_planes(const glm::dvec3& point) const {
     return !has_planes_ || (point.z >= near_m_ && point.z <= far_m_);
 }
 
-BoxProjector::Pixel BoxProjector::pixel_of(const glm::dvec3& point) const {
-    return between_planes(point) ? camera_.project(point) : std::nullopt;
-}
-
-void BoxProjector::add(std::span<const glm::dvec3> points, const Primitive& primitive, ProjectedBox& box) const {
-    std::vector<char> is_seen(points.size());
+Result<void> BoxProjector::add(std::span<const glm::dvec3> points, const Primitive& primitive, ProjectedBox& box) {
+    seen_.assign(points.size(), std::nullopt);
     bool all_seen = true;
     // Vertices first: most edges then lie well inside of the box and need no following.
     for (const std::uint32_t index : primitive.indices) {
-        if (is_seen[index]) continue;
-        if (const Pixel pixel = pixel_of(points[index])) {
-            box.grow(*pixel);
-            is_seen[index] = 1;
-        } else {
+        if (seen_[index]) continue;
+        const auto place = between_planes(points[index]) ? tracer_.place_of(points[index]) : std::nullopt;
+        if (!place) {
             all_seen = false;
+            continue;
         }
+        seen_[index] = Seen{*place, tracer_.pixel_of(*place)};
+        box.grow(seen_[index]->pixel);
     }
     if (!all_seen) box.is_clipped = true;
-    if (primitive.topology == Topology::points || (all_seen && !bends_)) return;
-    const auto& indices = primitive.indices;
-    if (primitive.topology == Topology::lines) {
-        for (std::size_t i = 0; i + 1 < indices.size(); i += 2)
-            add_segment(points[indices[i]], points[indices[i + 1]], box);
-        return;
-    }
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-        const glm::dvec3 corners[3] = {points[indices[i]], points[indices[i + 1]], points[indices[i + 2]]};
-        const bool is_whole = is_seen[indices[i]] && is_seen[indices[i + 1]] && is_seen[indices[i + 2]];
-        if (!is_whole || bends_) add_triangle(corners, is_whole, box);
-    }
+    if (primitive.topology == Topology::points || (all_seen && !bends_)) return {};
+    reach_ = bends_ ? tracer_.reach(greatest_radius()) : 0.0;
+    candidates_.clear();
+    const std::size_t corners = primitive.topology == Topology::lines ? 2 : 3;
+    const std::span indices(primitive.indices);
+    for (std::size_t i = 0; i + corners <= indices.size(); i += corners)
+        add_surface(indices.subspan(i, corners), points, box);
+    return halve_the_worst(box);
 }
 
-void BoxProjector::add_segment(glm::dvec3 a, glm::dvec3 b, ProjectedBox& box) const {
-    if (has_planes_) {
-        std::vector<glm::dvec3> ends{a, b, b};  // a polygon without area
-        clip(ends, [this](const glm::dvec3& p) { return p.z - near_m_; });
-        if (std::isfinite(far_m_)) clip(ends, [this](const glm::dvec3& p) { return far_m_ - p.z; });
-        if (ends.size() < 2) return;
-        a = ends.front();
-        b = *std::ranges::max_element(ends, {}, [&](const glm::dvec3& p) { return glm::length(p - a); });
-    }
-    const Pixel at_a = camera_.project(a), at_b = camera_.project(b);
-    if (at_a) box.grow(*at_a);
-    if (at_b) box.grow(*at_b);
-    walk(a, at_a, b, at_b, 0, box);
+double BoxProjector::greatest_radius() const {
+    double radius = 0.0;
+    for (const auto& vertex : seen_)
+        if (vertex) radius = std::max(radius, tracer_.radius_of(vertex->place));
+    return radius;
 }
 
-void BoxProjector::add_triangle(const glm::dvec3 (&corners)[3], bool is_whole, ProjectedBox& box) const {
-    std::vector<glm::dvec3> polygon(std::begin(corners), std::end(corners));
-    if (!is_whole && has_planes_) {
-        clip(polygon, [this](const glm::dvec3& p) { return p.z - near_m_; });
-        if (std::isfinite(far_m_)) clip(polygon, [this](const glm::dvec3& p) { return far_m_ - p.z; });
-    }
-    std::vector<Pixel> pixels;
-    for (const glm::dvec3& corner : polygon) {
-        pixels.push_back(camera_.project(corner));
-        if (pixels.back()) box.grow(*pixels.back());
-    }
-    if (bends_ || !is_whole) {
+/// One line or triangle.
+void BoxProjector::add_surface(std::span<const std::uint32_t> corners, std::span<const glm::dvec3> points,
+                               ProjectedBox& box) {
+    const bool is_whole = std::ranges::all_of(corners, [&](std::uint32_t i) { return seen_[i].has_value(); });
+    const bool is_line = corners.size() == 2;
+    if (is_whole && bends_) {
+        for (std::size_t i = 0; i < (is_line ? 1 : corners.size()); ++i) {
+            const std::uint32_t a = corners[i], b = corners[(i + 1) % corners.size()];
+            if (!stays_inside(*seen_[a], *seen_[b], box)) add_edge(points[a], points[b], box);
+        }
+    } else if (!is_whole) {
+        std::vector<glm::dvec3> polygon;
+        for (const std::uint32_t corner : corners) polygon.push_back(points[corner]);
+        if (has_planes_) {
+            clip(polygon, [this](const glm::dvec3& p) { return p.z - near_m_; });
+            if (std::isfinite(far_m_)) clip(polygon, [this](const glm::dvec3& p) { return far_m_ - p.z; });
+        }
         for (std::size_t i = 0; i < polygon.size(); ++i) {
-            const std::size_t next = (i + 1) % polygon.size();
-            walk(polygon[i], pixels[i], polygon[next], pixels[next], 0, box);
+            if (!bends_) {
+                if (const auto pixel = camera_.project(polygon[i])) box.grow(*pixel);
+            } else {
+                add_edge(polygon[i], polygon[(i + 1) % polygon.size()], box);
+            }
         }
     }
-    if (!is_whole && !rim_.empty()) add_rim(corners, box);
+    // A field of more than a half sphere may end inside of a triangle whose corners are all seen.
+    if (!is_line && !rim_.empty() && (!is_whole || field_angle_ > 0.5 * std::numbers::pi))
+        add_rim({points[corners[0]], points[corners[1]], points[corners[2]]}, box);
+}
+
+/// No picture of an edge between two seen vertices is further from the nearer one than half of what the lens can make
+/// of their distance.
+bool BoxProjector::stays_inside(const Seen& a, const Seen& b, const ProjectedBox& box) const {
+    const double margin = 0.5 * reach_ * glm::distance(a.place, b.place);
+    const auto is_deep = [&](glm::dvec2 pixel) {
+        return glm::all(glm::greaterThanEqual(pixel - margin, box.min)) &&
+               glm::all(glm::lessThanEqual(pixel + margin, box.max));
+    };
+    return is_deep(a.pixel) && is_deep(b.pixel);
+}
+
+void BoxProjector::add_edge(const glm::dvec3& a, const glm::dvec3& b, ProjectedBox& box) {
+    for (const EdgePiece& piece : tracer_.trace(a, b)) {
+        box.grow(piece.at_a);
+        box.grow(piece.at_b);
+        consider(piece, box);
+    }
 }
 
 /// Where a surface goes on beyond the field, its picture ends at the rim of the field, which no edge need touch.
@@ -149,34 +168,42 @@ void BoxProjector::add_rim(const glm::dvec3 (&corners)[3], ProjectedBox& box) co
     }
 }
 
-/// Follows the picture of the arc between two directions. Only directions count, so halving the arc halves the work
-/// evenly, however near one end is.
-void BoxProjector::walk(const glm::dvec3& a, const Pixel& at_a, const glm::dvec3& b, const Pixel& at_b, int depth,
-                        ProjectedBox& box) const {
-    if (depth >= max_depth) return;
-    const double length_a = glm::length(a), length_b = glm::length(b);
-    if (length_a == 0.0 || length_b == 0.0) return;
-    const glm::dvec3 sum = a / length_a + b / length_b;
-    if (glm::length(sum) < 1e-12) return;  // through the camera itself
-    const glm::dvec3 middle = glm::normalize(sum);
-    if (at_a && at_b) {
-        if (!bends_) return;
-        const double chord = glm::distance(*at_a, *at_b);
-        if (chord <= max_chord_px) return;
-        const auto is_deep = [&](glm::dvec2 pixel) {
-            return glm::all(glm::greaterThan(pixel - chord, box.min)) &&
-                   glm::all(glm::lessThan(pixel + chord, box.max));
-        };
-        if (is_deep(*at_a) && is_deep(*at_b)) return;
-    } else if (!at_a && !at_b) {
-        // Both ends are outside of the field: the arc between them may still cross it.
-        const double half = 0.5 * angle_between(a, b);
-        if (angle_between(middle, glm::dvec3(0.0, 0.0, 1.0)) - half >= field_angle_) return;
+/// How far the piece may reach beyond the box, in tolerances.
+double BoxProjector::excess_of(const EdgePiece& piece, const ProjectedBox& box) {
+    const glm::dvec2 beyond = glm::max(box.min - piece.min, piece.max - box.max) / tolerance_of(box);
+    return std::max(beyond.x, beyond.y);
+}
+
+void BoxProjector::consider(const EdgePiece& piece, const ProjectedBox& box) {
+    const double excess = excess_of(piece, box);
+    if (excess <= 1.0) return;
+    candidates_.push_back({piece, excess});
+    std::ranges::push_heap(candidates_, {}, &Candidate::excess);
+}
+
+Result<void> BoxProjector::halve_the_worst(ProjectedBox& box) {
+    while (!candidates_.empty()) {
+        std::ranges::pop_heap(candidates_, {}, &Candidate::excess);
+        const EdgePiece piece = candidates_.back().piece;
+        candidates_.pop_back();
+        const double excess = excess_of(piece, box);  // the box has grown since
+        if (excess <= 1.0) continue;
+        if (halvings_ >= max_halvings) {
+            char text[160];
+            std::snprintf(text, sizeof text, "its full box may be up to %.2g times the allowed %g px larger", excess,
+                          tolerance_px);
+            return error(ErrorKind::resource_exhausted,
+                         std::string(text) + ", and is not known better after " + std::to_string(max_halvings) +
+                             " halvings of edges: the lens magnifies too much far beside its axis; a `far` plane, a "
+                             "larger `near` or a lens that folds (a smaller valid angle) ends what it sees there");
+        }
+        ++halvings_;
+        const auto [first, second] = tracer_.halves(piece);
+        box.grow(first.at_b);
+        consider(first, box);
+        consider(second, box);
     }
-    const Pixel at_middle = camera_.project(middle);
-    if (at_middle) box.grow(*at_middle);
-    walk(a, at_a, middle, at_middle, depth + 1, box);
-    walk(middle, at_middle, b, at_b, depth + 1, box);
+    return {};
 }
 
 }  // namespace camrig

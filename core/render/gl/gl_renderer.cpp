@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 
 #include <spdlog/spdlog.h>
 
@@ -81,7 +82,6 @@ void GlRenderer::update_statics(const std::shared_ptr<const StaticSet>& statics)
         if (item.deformation >= 0) static_items_.deformed(item, static_stream_);
     }
     static_light_sets_ = light_sets_.size();
-    models_.evict_unused();
 }
 
 void GlRenderer::update_movers(const Snapshot& snapshot, Slot& slot) {
@@ -99,6 +99,7 @@ void GlRenderer::begin_instant(SnapshotRef snapshot) {
     slots_[slot_].stream.reset();
     update_statics(snapshot_->statics);
     update_movers(*snapshot_, slots_[slot_]);
+    models_.evict_unused();
     painter_.begin_instant();
 }
 
@@ -109,6 +110,25 @@ void GlRenderer::count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) con
 Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
     thread_.check();
     CHECK(in_flight() < max_in_flight);
+    try {
+        submit_views(std::move(snapshot), monotonic_ns, views);
+        return {};
+    } catch (const std::bad_alloc&) {
+        forget_instant();
+        return error(ErrorKind::resource_exhausted,
+                     "no memory for the models or pictures of this instant (" + context_->description() +
+                         "); fewer or smaller cameras and models need less");
+    }
+}
+
+void GlRenderer::forget_instant() {
+    gl_.Finish();
+    mover_items_.clear();
+    snapshot_.reset();
+    statics_.reset();  // what is kept of it counts as stale from now on
+}
+
+void GlRenderer::submit_views(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
     // More views of the instant that was drawn last find its movers as they are; as long as what draws need, view after
     // view, leaves room: a world that stands still may be asked for pictures without end.
     const bool is_new = snapshot != snapshot_ || !submitted_.empty() || slots_[slot_].stream.used() > stream_limit_;
@@ -136,7 +156,6 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         gl_.Flush();
     }
     submitted_.push_back(std::move(instant));
-    return {};
 }
 
 bool GlRenderer::makes(PixelFormat format, const View& view) const {

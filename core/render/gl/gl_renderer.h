@@ -67,6 +67,9 @@ private:
 
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);
+    void submit_views(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views);
+    /// After an instant that broke off: the next one begins with nothing of it.
+    void forget_instant();
     void begin_instant(SnapshotRef snapshot);
     /// Adds the meshes of the present instant.
     void count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const;

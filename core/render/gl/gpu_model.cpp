@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <new>
 
 #include "core/render/detail_levels.h"
 #include "core/world/posed_model.h"
@@ -50,15 +51,15 @@ GlTexture upload_image(const GlFunctions& gl, const Image& image, bool is_color)
 /// Uploads images on first use; one image may be needed both as colour (sRGB) and as data.
 class TextureUploader {
 public:
-    TextureUploader(const GlFunctions& gl, SamplerCache& samplers, GpuModel& gpu)
-        : gl_(gl), samplers_(samplers), gpu_(gpu) {}
+    TextureUploader(const GlFunctions& gl, SamplerCache& samplers, const Model& model, GpuModel& gpu)
+        : gl_(gl), samplers_(samplers), model_(model), gpu_(gpu) {}
 
     GpuTexture upload(const TextureRef& ref, TextureUse use) {
-        const Texture& texture = gpu_.source->textures[static_cast<std::size_t>(ref.texture)];
+        const Texture& texture = model_.textures[static_cast<std::size_t>(ref.texture)];
         const bool is_color = use == TextureUse::base_color || use == TextureUse::emissive;
         const auto [entry, is_new] = uploaded_.try_emplace({texture.image, is_color}, 0u);
         if (is_new) {
-            const Image& image = gpu_.source->images[static_cast<std::size_t>(texture.image)];
+            const Image& image = model_.images[static_cast<std::size_t>(texture.image)];
             gpu_.textures.push_back(upload_image(gl_, image, is_color));
             entry->second = gpu_.textures.back().name();
         }
@@ -72,6 +73,7 @@ public:
 private:
     const GlFunctions& gl_;
     SamplerCache& samplers_;
+    const Model& model_;
     GpuModel& gpu_;
     std::map<std::pair<int, bool>, GLuint> uploaded_;
 };
@@ -247,6 +249,13 @@ private:
 };
 
 /// Of each mesh, whether a node deforms it.
+/// Whether a call since the last question failed for want of memory; takes all errors that are noted.
+bool is_out_of_memory(const GlFunctions& gl) {
+    bool is_out = false;
+    for (GLenum code = gl.GetError(); code != GL_NO_ERROR; code = gl.GetError()) is_out |= code == GL_OUT_OF_MEMORY;
+    return is_out;
+}
+
 std::vector<bool> deformed_meshes(const Model& model) {
     std::vector<bool> deformed(model.meshes.size());
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
@@ -264,7 +273,7 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
     std::vector<Material> materials = model->materials;
     materials.emplace_back();  // the glTF default
 
-    TextureUploader textures(gl, samplers, gpu);
+    TextureUploader textures(gl, samplers, *model, gpu);
     std::vector<UvSlots> slots;
     std::vector<std::byte> uniforms;
     const auto alignment = static_cast<std::size_t>(uniform_alignment(gl));
@@ -304,6 +313,7 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
     }
     geometry.upload(gl, gpu);
     gpu.surfaces = draw_order(*model);
+    if (is_out_of_memory(gl)) throw std::bad_alloc();
     return gpu;
 }
 

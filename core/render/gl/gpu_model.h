@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "core/render/draw_order.h"
@@ -43,7 +44,7 @@ struct GpuPrimitive {
     int material = 0;  ///< into GpuModel::materials
     ShaderKey key;     ///< material and vertex part; quality and lights are filled per draw
     VertexLayout layout;
-    const Primitive* source = nullptr;  ///< lives as long as the model
+    const Primitive* source = nullptr;  ///< lives as long as the Model
     std::vector<JointBox> joint_boxes;  ///< per joint index that vertices use; empty without a skin
 };
 
@@ -59,9 +60,10 @@ struct GpuMaterial {
     bool double_sided = false;
 };
 
-/// A Model on the device: uploaded once, drawn by every camera.
+/// A Model on the device: uploaded once, drawn by every camera. It does not keep the Model: that lives as long as
+/// instances of it are drawn.
 struct GpuModel {
-    ModelRef source;  ///< keeps the key of the cache alive
+    std::weak_ptr<const Model> source;
     GlBuffer vertices;
     GlBuffer indices;
     GlBuffer uniforms;
@@ -72,6 +74,7 @@ struct GpuModel {
     std::vector<Surface> surfaces;  ///< as they are drawn
 };
 
+/// Throws std::bad_alloc when the device has no memory left (GlRenderer::submit catches it).
 GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model);
 
 }  // namespace camrig

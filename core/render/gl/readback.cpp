@@ -1,5 +1,7 @@
 #include "core/render/gl/readback.h"
 
+#include <new>
+
 #include "core/base/time.h"
 
 namespace camrig {
@@ -34,10 +36,11 @@ void ReadbackBuffer::reset(std::size_t room) {
     if (room <= capacity_) return;
     // Client storage keeps the mapping in cached host memory: uncached reads are 20 times slower.
     constexpr GLbitfield access = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    capacity_ = 0;
     buffer_ = make_buffer(gl_);
     gl_.NamedBufferStorage(buffer_.name(), static_cast<GLsizeiptr>(room), nullptr, access | GL_CLIENT_STORAGE_BIT);
     data_ = static_cast<std::byte*>(gl_.MapNamedBufferRange(buffer_.name(), 0, static_cast<GLsizeiptr>(room), access));
-    CHECK(data_ != nullptr);
+    if (data_ == nullptr) throw std::bad_alloc();
     capacity_ = room;
 }
 

@@ -13,12 +13,14 @@ int LightTable::add(const LightSet& set) {
 
 const GpuModel& ModelCache::model(const ModelRef& model) {
     const auto found = models_.find(model.get());
-    if (found != models_.end()) return found->second;
-    return models_.emplace(model.get(), upload_model(gl_, samplers_, model)).first->second;
+    if (found == models_.end()) return models_.emplace(model.get(), upload_model(gl_, samplers_, model)).first->second;
+    // A new model may lie where one that is gone has been.
+    if (found->second.source.expired()) found->second = upload_model(gl_, samplers_, model);
+    return found->second;
 }
 
 void ModelCache::evict_unused() {
-    std::erase_if(models_, [](const auto& entry) { return entry.second.source.use_count() == 1; });
+    std::erase_if(models_, [](const auto& entry) { return entry.second.source.expired(); });
 }
 
 void SceneItems::clear() {
@@ -48,8 +50,9 @@ void SceneItems::add_surface(const Instance& instance, const GpuModel& model, co
                              const Surface& surface, LightTable& light_sets, std::span<const Light> lights,
                              float exposure, StreamBuffer& stream) {
     const int node = surface.node;
-    const Node& source = model.source->nodes[static_cast<std::size_t>(node)];
-    const bool deforms = is_deformed(*model.source, node);
+    const Model& asset = *instance.info->model;
+    const Node& source = asset.nodes[static_cast<std::size_t>(node)];
+    const bool deforms = is_deformed(asset, node);
     const glm::dmat4 world = world_from_model(instance);
     const GpuPrimitive& primitive =
         model.meshes[static_cast<std::size_t>(source.mesh)][static_cast<std::size_t>(surface.primitive)];
@@ -63,11 +66,11 @@ void SceneItems::add_surface(const Instance& instance, const GpuModel& model, co
     item.bounds = primitive.source->bounds;
     if (deforms) {
         item.deformation = static_cast<int>(deformations.size());
-        deformations.push_back({.pose = &pose, .node = node, .positions = {}, .normals = {}});
+        deformations.push_back({.model = &asset, .pose = &pose, .node = node, .positions = {}, .normals = {}});
         // Tangents are not carried along; the shader derives a frame from the picture instead.
         item.key.has_tangent = false;
         if (source.skin >= 0 && primitive.source->targets.empty()) {
-            item.bounds = skinned_bounds(*model.source, pose, node, primitive.joint_boxes);
+            item.bounds = skinned_bounds(asset, pose, node, primitive.joint_boxes);
         } else {
             const auto* made = reinterpret_cast<const glm::vec3*>(deformed(item, stream).positions.data);
             item.bounds = bounds_of({made, primitive.source->positions.size()});
@@ -93,7 +96,7 @@ const Deformation& SceneItems::deformed(const SceneItem& item, StreamBuffer& str
     const std::size_t count = primitive.positions.size();
     job.positions = stream.allocate(count * sizeof(glm::vec3));
     job.normals = stream.allocate(count * sizeof(glm::vec3));
-    deform_vertices(*item.model->source, *job.pose, job.node, primitive,
+    deform_vertices(*job.model, *job.pose, job.node, primitive,
                     {reinterpret_cast<glm::vec3*>(job.positions.data), count},
                     {reinterpret_cast<glm::vec3*>(job.normals.data), count});
     job.is_done = true;

@@ -17,6 +17,7 @@ namespace camrig {
 
 /// Vertices of one skinned or morphed primitive at one instant: made when the first camera sees them, used by all.
 struct Deformation {
+    const Model* model = nullptr;  ///< held by the instance
     const PosedModel* pose = nullptr;
     int node = 0;
     StreamBuffer::Piece positions;
@@ -51,12 +52,13 @@ private:
     std::vector<LightSet> sets_;
 };
 
-/// Uploaded models by identity, kept as long as anybody else holds them.
+/// Uploaded models by identity, kept as long as anybody holds the Model. The cache does not: several renderers keep one
+/// each, and none of them would ever see the last holder go.
 class ModelCache {
 public:
     ModelCache(const GlFunctions& gl, SamplerCache& samplers) : gl_(gl), samplers_(samplers) {}
     const GpuModel& model(const ModelRef& model);
-    /// Frees what nobody but the cache holds.
+    /// Frees the models that are gone.
     void evict_unused();
     std::size_t size() const { return models_.size(); }
 

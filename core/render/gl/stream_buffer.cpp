@@ -1,6 +1,7 @@
 #include "core/render/gl/stream_buffer.h"
 
 #include <algorithm>
+#include <new>
 
 namespace camrig {
 namespace {
@@ -21,7 +22,7 @@ void StreamBuffer::add_chunk(std::size_t size) {
     gl_.NamedBufferStorage(chunk.buffer.name(), static_cast<GLsizeiptr>(size), nullptr, access);
     chunk.data =
         static_cast<std::byte*>(gl_.MapNamedBufferRange(chunk.buffer.name(), 0, static_cast<GLsizeiptr>(size), access));
-    CHECK(chunk.data != nullptr);
+    if (chunk.data == nullptr) throw std::bad_alloc();
     if (!chunks_.empty()) full_ += chunks_.back().size;
     chunks_.push_back(std::move(chunk));
     used_ = 0;

@@ -1,0 +1,67 @@
+#include <gtest/gtest.h>
+
+#include "core/render/gl/readback.h"
+#include "core/render/gl/stream_buffer.h"
+#include "tests/render/support/test_rig.h"
+
+namespace camrig {
+namespace {
+
+/// Colours and depth: on the device cpu one is drawn by camrig's rasteriser and the other by Mesa's, each of which keeps
+/// what it made of a model.
+void draw_by_all(const SnapshotRef& snapshot) {
+    View view = TestCamera{}.view();
+    view.kinds[static_cast<int>(FrameKind::color)] = true;
+    view.kinds[static_cast<int>(FrameKind::depth)] = true;
+    EXPECT_EQ(draw_views(snapshot, {&view, 1}).size(), 2u);
+}
+
+SnapshotRef world_of(const ModelRef& still, const ModelRef& moving) {
+    TestWorld world;
+    world.objects = {instance_of(still, {5, 0, 0}, 1)};
+    world.movers = {instance_of(moving, {4, 1, 0}, 2)};
+    return world.snapshot();
+}
+
+TEST(Memory, ModelsOfAWorldThatIsGoneAreFreedThoughBothRasterisersDrewThem) {
+    std::weak_ptr<const Model> still, moving;
+    {
+        const ModelRef a = model_of(box(glm::vec3(0.5f)), colored({1, 0, 0}));
+        const ModelRef b = model_of(box(glm::vec3(0.3f)), colored({0, 1, 0}));
+        still = a;
+        moving = b;
+        draw_by_all(world_of(a, b));
+    }
+    // Of the two instants that may be in flight, both are of another world then.
+    for (int i = 0; i < 3; ++i) {
+        const ModelRef other = model_of(box(glm::vec3(0.4f)), colored({0, 0, 1}));
+        draw_by_all(world_of(other, other));
+    }
+    EXPECT_TRUE(still.expired());
+    EXPECT_TRUE(moving.expired());
+}
+
+/// A device that gives buffers, but no memory for them.
+GlFunctions exhausted_device() {
+    GlFunctions gl;
+    gl.GetIntegerv = [](GLenum, GLint* value) { *value = 256; };
+    gl.CreateBuffers = [](GLsizei, GLuint* name) { *name = 1; };
+    gl.DeleteBuffers = [](GLsizei, const GLuint*) {};
+    gl.NamedBufferStorage = [](GLuint, GLsizeiptr, const void*, GLbitfield) {};
+    gl.MapNamedBufferRange = [](GLuint, GLintptr, GLsizeiptr, GLbitfield) -> void* { return nullptr; };
+    return gl;
+}
+
+// GlRenderer::submit makes an error of it, which ends the request that wanted the picture.
+TEST(Memory, ADeviceWithoutMemoryIsAnExceptionAndNotTheEndOfTheProgram) {
+    const GlFunctions gl = exhausted_device();
+    StreamBuffer stream(gl);
+    EXPECT_THROW(stream.allocate(100), std::bad_alloc);
+    EXPECT_EQ(stream.capacity(), 0u);
+    ReadbackBuffer readback(gl);
+    EXPECT_THROW(readback.reset(100), std::bad_alloc);
+    EXPECT_THROW(readback.reset(100), std::bad_alloc);  // and no room is taken for granted afterwards
+}
+
+}  // namespace
+}  // namespace camrig
