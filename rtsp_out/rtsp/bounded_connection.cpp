@@ -10,6 +10,7 @@ namespace camrig {
 namespace {
 
 constexpr const char* guard_key = "camrig-guard";
+constexpr const char* streams_key = "camrig-bounded-streams";
 
 // ---- the stream that reads along
 
@@ -82,77 +83,74 @@ void bounded_input_class_init(BoundedInputClass* input) {
     G_INPUT_STREAM_CLASS(input)->read_fn = read_some;
 }
 
-// ---- the connection that reads through it
+// ---- the connection that is read through it
 
-struct BoundedConnection {
-    GTcpConnection parent;
-    GIOStream* base;  ///< plain or TLS; null: the socket has no guard
+/// The streams of one guarded connection.
+struct BoundedStreams {
+    GIOStream* base;  ///< plain or TLS
     GInputStream* input;
 };
-struct BoundedConnectionClass {
-    GTcpConnectionClass parent;
-};
-G_DEFINE_TYPE(BoundedConnection, bounded_connection, G_TYPE_TCP_CONNECTION)
 
-void bounded_connection_init(BoundedConnection*) {}
-
-BoundedConnection* bounded(void* connection) {
-    return reinterpret_cast<BoundedConnection*>(connection);
+void free_streams(void* streams) {
+    auto* const done = static_cast<BoundedStreams*>(streams);
+    g_object_unref(done->input);
+    g_object_unref(done->base);
+    delete done;
 }
 
+BoundedStreams* make_streams(GSocket* socket, ConnectionGuardRef guard) {
+    // Not a GTcpConnection: its streams are the socket's own.
+    auto* base = G_IO_STREAM(g_object_new(G_TYPE_SOCKET_CONNECTION, "socket", socket, nullptr));
+    GIOStream* tls =
+        guard->certificate ? g_tls_server_connection_new(base, guard->certificate.get(), nullptr) : nullptr;
+    if (tls) {
+        g_object_unref(std::exchange(base, tls));
+        g_tls_connection_set_require_close_notify(G_TLS_CONNECTION(tls), FALSE);
+    }
+    CHECK((tls != nullptr) == (guard->certificate != nullptr));  // who could load a certificate can do TLS
+    auto* const input = g_object_new(bounded_input_get_type(), "base-stream", g_io_stream_get_input_stream(base),
+                                     "close-base-stream", FALSE, nullptr);
+    reinterpret_cast<BoundedInput*>(input)->guard = new ConnectionGuardRef(std::move(guard));
+    return new BoundedStreams{base, G_INPUT_STREAM(input)};
+}
+
+/// Null: the connection's socket has no guard.
+BoundedStreams* streams_of(GIOStream* connection) {
+    if (auto* const made = g_object_get_data(G_OBJECT(connection), streams_key))
+        return static_cast<BoundedStreams*>(made);
+    GSocket* socket = g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection));
+    auto guard = socket ? guard_of(socket) : nullptr;
+    if (!guard) return nullptr;
+    BoundedStreams* const streams = make_streams(socket, std::move(guard));
+    g_object_set_data_full(G_OBJECT(connection), streams_key, streams, free_streams);
+    return streams;
+}
+
+/// The methods of GTcpConnection as they were.
+decltype(GIOStreamClass::get_input_stream) plain_input;
+decltype(GIOStreamClass::get_output_stream) plain_output;
+
 GInputStream* input_of(GIOStream* connection) {
-    GInputStream* input = bounded(connection)->input;
-    return input ? input : G_IO_STREAM_CLASS(bounded_connection_parent_class)->get_input_stream(connection);
+    const BoundedStreams* const streams = streams_of(connection);
+    return streams ? streams->input : plain_input(connection);
 }
 
 GOutputStream* output_of(GIOStream* connection) {
-    GIOStream* base = bounded(connection)->base;
-    return base ? g_io_stream_get_output_stream(base)
-                : G_IO_STREAM_CLASS(bounded_connection_parent_class)->get_output_stream(connection);
+    const BoundedStreams* const streams = streams_of(connection);
+    return streams ? g_io_stream_get_output_stream(streams->base) : plain_output(connection);
 }
 
-void constructed(GObject* object) {
-    G_OBJECT_CLASS(bounded_connection_parent_class)->constructed(object);
-    GSocket* socket = g_socket_connection_get_socket(G_SOCKET_CONNECTION(object));
-    auto guard = guard_of(socket);
-    if (!guard) return;
-    BoundedConnection* self = bounded(object);
-    self->base = G_IO_STREAM(g_object_new(G_TYPE_TCP_CONNECTION, "socket", socket, nullptr));
-    if (guard->certificate) {
-        GIOStream* tls = g_tls_server_connection_new(self->base, guard->certificate.get(), nullptr);
-        if (!tls) return;  // no TLS in this GLib: RtspServer::create has refused the certificate
-        g_object_unref(std::exchange(self->base, tls));
-        g_tls_connection_set_require_close_notify(G_TLS_CONNECTION(tls), FALSE);
-    }
-    auto* input = g_object_new(bounded_input_get_type(), "base-stream", g_io_stream_get_input_stream(self->base),
-                               "close-base-stream", FALSE, nullptr);
-    reinterpret_cast<BoundedInput*>(input)->guard = new ConnectionGuardRef(std::move(guard));
-    self->input = G_INPUT_STREAM(input);
-}
-
-void finalize_connection(GObject* connection) {
-    BoundedConnection* self = bounded(connection);
-    g_clear_object(&self->input);
-    g_clear_object(&self->base);
-    G_OBJECT_CLASS(bounded_connection_parent_class)->finalize(connection);
-}
-
-void bounded_connection_class_init(BoundedConnectionClass* connection) {
-    G_OBJECT_CLASS(connection)->constructed = constructed;
-    G_OBJECT_CLASS(connection)->finalize = finalize_connection;
-    G_IO_STREAM_CLASS(connection)->get_input_stream = input_of;
-    G_IO_STREAM_CLASS(connection)->get_output_stream = output_of;
+void take_methods() {
+    auto* const methods = G_IO_STREAM_CLASS(g_type_class_ref(G_TYPE_TCP_CONNECTION));  // kept for good
+    plain_input = std::exchange(methods->get_input_stream, input_of);
+    plain_output = std::exchange(methods->get_output_stream, output_of);
 }
 
 }  // namespace
 
 void guard_socket(GSocket* socket, ConnectionGuardRef guard) {
     static std::once_flag once;
-    std::call_once(once, [] {
-        for (const GSocketFamily family : {G_SOCKET_FAMILY_IPV4, G_SOCKET_FAMILY_IPV6})
-            g_socket_connection_factory_register_type(bounded_connection_get_type(), family, G_SOCKET_TYPE_STREAM,
-                                                      G_SOCKET_PROTOCOL_TCP);
-    });
+    std::call_once(once, take_methods);
     g_object_set_data_full(G_OBJECT(socket), guard_key, new ConnectionGuardRef(std::move(guard)),
                            [](void* kept) { delete static_cast<ConnectionGuardRef*>(kept); });
 }

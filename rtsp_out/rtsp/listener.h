@@ -30,7 +30,7 @@ public:
         std::function<void(GSocket* socket)> prepare;               ///< before the server has it
     };
 
-    /// unavailable: the port is taken.
+    /// Listens where the server was told to. unavailable: the port is taken.
     static Result<std::unique_ptr<RtspListener>> create(GstRTSPServer* server, Hooks hooks);
     ~RtspListener();
     RtspListener(const RtspListener&) = delete;
