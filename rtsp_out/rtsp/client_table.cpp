@@ -47,6 +47,7 @@ std::string mount_path_of(std::string_view path) {
 
 void close_later(GMainContext* context, GstRTSPClient* client) {
     GSource* source = g_idle_source_new();
+    g_source_set_priority(source, G_PRIORITY_HIGH);  // also while others keep the loop busy
     const auto close = [](void* closing) -> gboolean {
         gst_rtsp_client_close(GST_RTSP_CLIENT(closing));
         return G_SOURCE_REMOVE;
@@ -60,15 +61,84 @@ ClientTable::~ClientTable() {
     for (auto& [client, record] : clients_) g_signal_handlers_disconnect_by_data(client, this);
 }
 
-void ClientTable::add(GstRTSPClient* client) {
-    ++total_;
-    if (clients_.size() >= limits_.connections) {
-        ++over_limit_;
-        close_later(g_main_context_get_thread_default(), client);
-        return;
+bool ClientTable::make_room(const std::string& address) {
+    std::size_t staying = 0, strangers = 0, of_address = 0;
+    Clients::value_type *oldest = nullptr, *oldest_of_address = nullptr;
+    const auto keep_older = [](Clients::value_type*& kept, Clients::value_type& entry) {
+        if (!kept || entry.second.number < kept->second.number) kept = &entry;
+    };
+    for (auto& entry : clients_) {
+        const Client& record = entry.second;
+        if (record.leaves) continue;
+        ++staying;
+        if (!record.is_stranger) continue;
+        ++strangers;
+        keep_older(oldest, entry);
+        if (record.address != address) continue;
+        ++of_address;
+        keep_older(oldest_of_address, entry);
     }
-    tune(client);
-    clients_.emplace(client, Client{});
+    Clients::value_type* goes = nullptr;
+    if (of_address >= limits_.strangers_per_address)
+        goes = oldest_of_address;
+    else if (strangers >= limits_.strangers || staying >= limits_.connections)
+        goes = oldest;
+    else
+        return true;
+    ++over_limit_;
+    if (!goes) return false;
+    close(goes->first, goes->second);
+    return true;
+}
+
+void ClientTable::shed() {
+    Clients::value_type* oldest = nullptr;
+    for (auto& entry : clients_) {
+        const bool may_go = entry.second.is_stranger && !entry.second.leaves;
+        if (may_go && (!oldest || entry.second.number < oldest->second.number)) oldest = &entry;
+    }
+    if (oldest) close(oldest->first, oldest->second);
+}
+
+bool ClientTable::must_wait(const std::string& address) const {
+    return failed_logins_.must_wait(address, monotonic_now_ns());
+}
+
+void ClientTable::close(GstRTSPClient* client, Client& record) {
+    record.leaves = true;
+    close_later(g_main_context_get_thread_default(), client);
+}
+
+void ClientTable::log(const std::string& address, const std::string& what) {
+    const auto left_out = log_pace_.due(monotonic_now_ns());
+    if (!left_out) return;
+    const std::string more = *left_out > 0 ? " (and " + std::to_string(*left_out) + " like it)" : "";
+    spdlog::warn("rtsp: {}: {}{}", address, what, more);
+}
+
+void ClientTable::close_idle(TimeNs monotonic_ns) {
+    for (auto& [client, record] : clients_) {
+        if (record.leaves) continue;
+        const TimeNs began_ns = record.guard->bounds.message_began_ns();
+        const bool is_late = began_ns != 0 && monotonic_ns - began_ns > limits_.request_ms * ns_per_ms;
+        const bool is_quiet =
+            record.is_stranger && monotonic_ns - record.quiet_since_ns > limits_.stranger_quiet_ms * ns_per_ms;
+        if (is_late) log(record.address, "closed: its request did not come to an end");
+        if (is_late || is_quiet) close(client, record);
+    }
+}
+
+void ClientTable::add(GstRTSPClient* client) {
+    GSocket* socket = gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client));
+    auto guard = guard_of(socket);
+    CHECK(guard != nullptr);
+    tune(socket);
+    Client record;
+    record.guard = std::move(guard);
+    record.address = gst_rtsp_connection_get_ip(gst_rtsp_client_get_connection(client));
+    record.quiet_since_ns = monotonic_now_ns();
+    record.number = ++total_;
+    clients_.emplace(client, std::move(record));
     open_ = clients_.size();
     g_signal_connect(client, "closed", G_CALLBACK(on_closed), this);
     const auto ask = +[](GstRTSPClient* asking, GstRTSPContext* context, void* table) {
@@ -84,10 +154,7 @@ void ClientTable::add(GstRTSPClient* client) {
 
 /// Pictures go out at once. A peer that takes nothing (stopped, or gone without a word) is closed by the kernel, which
 /// frees what waits for it: gst-rtsp-server drops such a client's packets after ten seconds but keeps the connection.
-void ClientTable::tune(GstRTSPClient* client) const {
-    GstRTSPConnection* connection = gst_rtsp_client_get_connection(client);
-    GSocket* socket = connection ? gst_rtsp_connection_get_write_socket(connection) : nullptr;
-    if (!socket) return;
+void ClientTable::tune(GSocket* socket) const {
     const int fd = g_socket_get_fd(socket);
     const int on = 1;
     ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -108,21 +175,43 @@ GstRTSPStatusCode ClientTable::on_ask(GstRTSPClient* client, const GstRTSPContex
     return GST_RTSP_STS_OK;
 }
 
-void ClientTable::on_answer(GstRTSPClient* client, GstRTSPContext*, GstRTSPMessage* answer, void* table) {
+void ClientTable::on_answer(GstRTSPClient* client, GstRTSPContext* context, GstRTSPMessage* answer, void* table) {
     auto* const self = static_cast<ClientTable*>(table);
     const auto found = self->clients_.find(client);
-    if (found == self->clients_.end() || found->second.reason.empty()) return;
+    if (found == self->clients_.end() || answer->type != GST_RTSP_MESSAGE_RESPONSE) return;
+    self->read_answer(client, found->second, *context, answer->type_data.response.code);
+    if (found->second.reason.empty()) return;
     const std::string reason = std::exchange(found->second.reason, {});
-    if (answer->type != GST_RTSP_MESSAGE_RESPONSE) return;
     g_free(answer->type_data.response.reason);
     answer->type_data.response.reason = g_strdup(reason.c_str());
+}
+
+/// What an answer says of the one who gets it.
+void ClientTable::read_answer(GstRTSPClient* client, Client& record, const GstRTSPContext& context,
+                              GstRTSPStatusCode status) {
+    const TimeNs now_ns = monotonic_now_ns();
+    if (status == GST_RTSP_STS_OK) {
+        record.quiet_since_ns = now_ns;
+        if (context.token || context.session) record.is_stranger = false;
+        return;
+    }
+    gchar* given = nullptr;
+    if (status != GST_RTSP_STS_UNAUTHORIZED || !context.request ||
+        gst_rtsp_message_get_header(context.request, GST_RTSP_HDR_AUTHORIZATION, &given, 0) != GST_RTSP_OK)
+        return;
+    failed_logins_.add(record.address, now_ns);
+    log(record.address, "wrong user or token");
+    if (++record.wrong_tokens >= limits_.wrong_tokens && !record.leaves) close(client, record);
 }
 
 void ClientTable::on_setup(GstRTSPClient* client, GstRTSPContext* context, void* table) {
     if (!is_tcp(context->trans)) return;
     swallow_followers(context->trans);
     auto& clients = static_cast<ClientTable*>(table)->clients_;
-    if (const auto found = clients.find(client); found != clients.end()) found->second.is_sent_to = true;
+    if (const auto found = clients.find(client); found != clients.end()) {
+        found->second.is_sent_to = true;
+        found->second.guard->bounds.allow_data();
+    }
 }
 
 GstRTSPStatusCode ClientTable::on_pre_play(GstRTSPClient*, GstRTSPContext* context, void*) {
@@ -145,6 +234,8 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
     g_signal_handlers_disconnect_by_data(client, table);
     const auto found = self->clients_.find(client);
     CHECK(found != self->clients_.end());
+    if (const std::string& broken = found->second.guard->broken; !broken.empty())
+        self->log(found->second.address, "closed: it sent " + broken);
     if (found->second.is_sent_to)
         self->departed_.push_back(
             {GObjectHandle<GstRTSPClient>(GST_RTSP_CLIENT(g_object_ref(client))), monotonic_now_ns()});

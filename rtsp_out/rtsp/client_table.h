@@ -11,12 +11,15 @@
 
 #include <gst/rtsp-server/rtsp-server.h>
 
+#include "rtsp_out/rtsp/bounded_connection.h"
+#include "rtsp_out/rtsp/failed_logins.h"
 #include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/log_pace.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
 namespace camrig {
 
-/// The RTSP connections: how many, what each has asked for, how they are tuned, and how they end.
+/// The RTSP connections: who may come in, what each has asked for, how they are tuned, and how they end.
 ///
 /// A client that cannot be served gets its status with a reason of our own ("415 RTP carries JPEG of ..."), which is
 /// what programs show to their users. Server thread for every call.
@@ -30,8 +33,16 @@ public:
     ClientTable(const ClientTable&) = delete;
     ClientTable& operator=(const ClientTable&) = delete;
 
-    /// A connection was accepted.
+    /// May a connection from here come in? A stranger may have to go for it (RtspLimits).
+    bool make_room(const std::string& address);
+    /// Lets the stranger go who has been there longest, if there is one.
+    void shed();
+    /// Has this address tried too many wrong tokens?
+    bool must_wait(const std::string& address) const;
+    /// A connection was taken in, on a guarded socket.
     void add(GstRTSPClient* client);
+    /// Ends the connections of strangers who say nothing and of requests that do not come to their end: now and then.
+    void close_idle(TimeNs monotonic_ns);
     /// Lets go of clients that have gone, a while after: now and then.
     ///
     /// Sending threads use a client without a reference to it, and ask our thread to close it when they cannot send
@@ -46,17 +57,28 @@ public:
 
 private:
     struct Client {
+        ConnectionGuardRef guard;
+        std::string address;
+        TimeNs quiet_since_ns = 0;  ///< since its connection or its last good request
+        std::uint64_t number = 0;   ///< in the order of their coming
+        int wrong_tokens = 0;
+        bool is_stranger = true;
+        bool leaves = false;  ///< is being closed
         std::set<std::string> paths;
         std::string reason;       ///< for the answer being made
         bool is_sent_to = false;  ///< pictures over its connection
     };
+    using Clients = std::map<GstRTSPClient*, Client>;
 
     struct Departed {
         GObjectHandle<GstRTSPClient> client;
         TimeNs since_ns = 0;
     };
 
-    void tune(GstRTSPClient* client) const;
+    void tune(GSocket* socket) const;
+    void close(GstRTSPClient* client, Client& record);
+    void log(const std::string& address, const std::string& what);
+    void read_answer(GstRTSPClient* client, Client& record, const GstRTSPContext& context, GstRTSPStatusCode status);
     GstRTSPStatusCode on_ask(GstRTSPClient* client, const GstRTSPContext* context);
     static void on_closed(GstRTSPClient* client, void* table);
     static void on_play(GstRTSPClient* client, GstRTSPContext* context, void* table);
@@ -66,7 +88,9 @@ private:
 
     const RtspLimits limits_;
     const Refusal refusal_;
-    std::map<GstRTSPClient*, Client> clients_;
+    Clients clients_;
+    FailedLogins failed_logins_;
+    LogPace log_pace_;
     std::deque<Departed> departed_;
     std::atomic<std::uint64_t> open_{0}, total_{0}, over_limit_{0};
 };

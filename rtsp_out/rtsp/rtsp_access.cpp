@@ -10,7 +10,6 @@ constexpr const char* role = "reader";
 /// gst-rtsp-server asks for credentials only where a stream is touched; this asks for every request.
 struct RtspGate {
     GstRTSPAuth parent;
-    gboolean asks;
 };
 struct RtspGateClass {
     GstRTSPAuthClass parent;
@@ -28,12 +27,8 @@ void refuse(GstRTSPAuth* auth, GstRTSPContext* context) {
 }
 
 gboolean gate_check(GstRTSPAuth* auth, GstRTSPContext* context, const gchar* what) {
-    GstRTSPAuthClass* parent = GST_RTSP_AUTH_CLASS(rtsp_gate_parent_class);
-    const std::string_view check = what;
-    if (check == GST_RTSP_AUTH_CHECK_CONNECT) return parent->check(auth, context, what);
     // Clients never choose where their packets go.
-    if (check == GST_RTSP_AUTH_CHECK_TRANSPORT_CLIENT_SETTINGS) return FALSE;
-    if (!reinterpret_cast<RtspGate*>(auth)->asks) return TRUE;
+    if (std::string_view(what) == GST_RTSP_AUTH_CHECK_TRANSPORT_CLIENT_SETTINGS) return FALSE;
     if (!context->token) GST_RTSP_AUTH_GET_CLASS(auth)->authenticate(auth, context);
     if (context->token) return TRUE;
     refuse(auth, context);
@@ -44,7 +39,12 @@ void rtsp_gate_class_init(RtspGateClass* gate) {
     GST_RTSP_AUTH_CLASS(gate)->check = gate_check;
 }
 
-Result<GObjectHandle<GTlsCertificate>> load_certificate(const RtspOptions& options) {
+}  // namespace
+
+Result<GObjectHandle<GTlsCertificate>> load_rtsp_certificate(const RtspOptions& options) {
+    if (!options.key.empty() && options.certificate.empty())
+        return error(ErrorKind::invalid_argument, "--rtsp-key: needs --rtsp-cert too");
+    if (options.certificate.empty()) return GObjectHandle<GTlsCertificate>();
     const std::string key = options.key.empty() ? options.certificate.string() : options.key.string();
     GError* failed = nullptr;
     GTlsCertificate* certificate = g_tls_certificate_new_from_files(options.certificate.c_str(), key.c_str(), &failed);
@@ -55,26 +55,22 @@ Result<GObjectHandle<GTlsCertificate>> load_certificate(const RtspOptions& optio
                                                   ": " + why + "; give a certificate and its key as PEM");
 }
 
-}  // namespace
-
-Result<GObjectHandle<GstRTSPAuth>> create_rtsp_auth(const RtspOptions& options) {
-    if (!options.key.empty() && options.certificate.empty())
-        return error(ErrorKind::invalid_argument, "--rtsp-key: needs --rtsp-cert too");
-    if (options.token.empty() && options.certificate.empty()) return GObjectHandle<GstRTSPAuth>();
+GObjectHandle<GstRTSPAuth> create_rtsp_auth(const RtspOptions& options) {
+    if (options.token.empty()) return nullptr;
     GObjectHandle<GstRTSPAuth> auth(GST_RTSP_AUTH(g_object_new(rtsp_gate_get_type(), nullptr)));
-    if (!options.token.empty()) {
-        reinterpret_cast<RtspGate*>(auth.get())->asks = TRUE;
-        GstRTSPToken* token = gst_rtsp_token_new(GST_RTSP_TOKEN_MEDIA_FACTORY_ROLE, G_TYPE_STRING, role, nullptr);
-        gst_rtsp_auth_set_supported_methods(auth.get(), GST_RTSP_AUTH_DIGEST);
-        gst_rtsp_auth_add_digest(auth.get(), rtsp_user, options.token.c_str(), token);
-        gst_rtsp_token_unref(token);
-    }
-    if (!options.certificate.empty()) {
-        auto certificate = load_certificate(options);
-        if (!certificate) return std::unexpected(certificate.error());
-        gst_rtsp_auth_set_tls_certificate(auth.get(), certificate->get());
-    }
+    GstRTSPToken* token = gst_rtsp_token_new(GST_RTSP_TOKEN_MEDIA_FACTORY_ROLE, G_TYPE_STRING, role, nullptr);
+    gst_rtsp_auth_set_supported_methods(auth.get(), GST_RTSP_AUTH_DIGEST);
+    gst_rtsp_auth_add_digest(auth.get(), rtsp_user, options.token.c_str(), token);
+    gst_rtsp_token_unref(token);
     return auth;
+}
+
+bool is_any_address(const std::string& host) {
+    GInetAddress* address = g_inet_address_new_from_string(host.c_str());
+    if (!address) return false;
+    const bool any = g_inet_address_get_is_any(address);
+    g_object_unref(address);
+    return any;
 }
 
 bool is_loopback_address(const std::string& host) {

@@ -4,6 +4,7 @@
 
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/media_pipeline.h"
+#include "rtsp_out/rtsp/rtsp_access.h"
 
 namespace camrig {
 namespace {
@@ -62,7 +63,7 @@ Result<RtspMount::Plan> RtspMount::plan(Kind kind, const CameraStream& camera, c
 }
 
 RtspMount::RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts,
-                     GObjectHandle<GstRTSPAddressPool> multicast, WallOffset* wall)
+                     GObjectHandle<GstRTSPAddressPool> addresses, WallOffset* wall)
     : plan_(std::move(plan)),
       options_(options),
       mounts_(GST_RTSP_MOUNT_POINTS(g_object_ref(mounts))),
@@ -73,10 +74,8 @@ RtspMount::RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* 
     gst_rtsp_media_factory_set_shared(factory, TRUE);
     gst_rtsp_media_factory_set_latency(factory, 0);
     int protocols = GST_RTSP_LOWER_TRANS_UDP | GST_RTSP_LOWER_TRANS_TCP;
-    if (multicast) {
-        protocols |= GST_RTSP_LOWER_TRANS_UDP_MCAST;
-        gst_rtsp_media_factory_set_address_pool(factory, multicast.get());
-    }
+    if (!is_loopback_address(options.host)) protocols |= GST_RTSP_LOWER_TRANS_UDP_MCAST;
+    gst_rtsp_media_factory_set_address_pool(factory, addresses.get());
     gst_rtsp_media_factory_set_protocols(factory, static_cast<GstRTSPLowerTrans>(protocols));
     media_signal_ = g_signal_connect(factory, "media-configure", G_CALLBACK(on_media), this);
     gst_rtsp_mount_points_add_factory(mounts_.get(), plan_.path.c_str(), GST_RTSP_MEDIA_FACTORY(g_object_ref(factory)));

@@ -36,9 +36,9 @@ public:
     static Result<Plan> plan(Kind kind, const CameraStream& camera, const RtspOptions& options);
     static std::string path_of(Kind kind, const std::string& camera);
 
-    /// `multicast`: the groups it may send to, or null.
+    /// `addresses`: where it may send from by UDP, and the groups it may send to.
     RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts,
-              GObjectHandle<GstRTSPAddressPool> multicast, WallOffset* wall);
+              GObjectHandle<GstRTSPAddressPool> addresses, WallOffset* wall);
     ~RtspMount();
     RtspMount(const RtspMount&) = delete;
     RtspMount& operator=(const RtspMount&) = delete;

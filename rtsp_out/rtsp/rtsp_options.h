@@ -8,12 +8,21 @@
 
 #include "core/stream/frame_bus.h"
 #include "rtsp_out/rtsp/h264_encoder.h"
+#include "rtsp_out/rtsp/request_bounds.h"
 
 namespace camrig {
 
 /// Bounds. The defaults are the product's; tests shorten them.
 struct RtspLimits {
     std::size_t connections = 512;
+    /// Of these, from those who have shown nothing: no token where one is asked for, no stream set up where none is.
+    /// The one that has been there longest makes room for a new one.
+    std::size_t strangers = 256;
+    std::size_t strangers_per_address = 128;
+    int stranger_quiet_ms = 10'000;  ///< a stranger is closed so long after its connection or its last good request
+    int request_ms = 10'000;         ///< a request that takes longer to come ends its connection
+    int wrong_tokens = 3;            ///< so many on one connection close it
+    RequestLimits requests;
     int send_buffer_bytes = 256 * 1024;  ///< the kernel's, per connection
     int stalled_after_ms = 6'000;        ///< a TCP client that takes no byte for so long is closed
     int session_timeout_s = 60;          ///< a UDP client that says nothing (RTSP or RTCP) for so long is gone
@@ -35,7 +44,7 @@ struct RtspOptions {
 struct RtspCounts {
     std::uint64_t connections_open = 0;
     std::uint64_t connections_total = 0;
-    std::uint64_t connections_refused = 0;  ///< over the limit
+    std::uint64_t connections_refused = 0;  ///< over the limit; the same for strangers who made room
 };
 
 inline constexpr const char* rtsp_user = "camrig";

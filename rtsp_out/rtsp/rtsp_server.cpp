@@ -11,6 +11,7 @@
 
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/client_table.h"
+#include "rtsp_out/rtsp/listener.h"
 #include "rtsp_out/rtsp/rtsp_access.h"
 #include "rtsp_out/rtsp/rtsp_mount.h"
 
@@ -21,6 +22,11 @@ namespace {
 constexpr guint housekeeping_ms = 100;
 /// Between the end of a stream (BYE) and the end of its connections.
 constexpr guint farewell_ms = 200;
+/// Where UDP ports are looked for, each mount in a range of its own.
+constexpr int first_udp_port = 20'000;
+constexpr int udp_ports = 1'000;
+/// A stream takes some twenty descriptors, and GLib ends the process where it finds none.
+constexpr int descriptors_of_a_stream = 40;
 constexpr std::array kinds = {RtspMount::Kind::h264, RtspMount::Kind::mjpeg};
 
 using Task = std::function<void()>;
@@ -54,6 +60,7 @@ struct RtspServer::Impl final : CameraObserver {
     }
 
     Result<void> listen();
+    RtspListener::Hooks listener_hooks(GObjectHandle<GTlsCertificate> certificate);
     void run();
     void stop();
 
@@ -74,7 +81,7 @@ struct RtspServer::Impl final : CameraObserver {
     void mount(const CameraStream& camera, bool is_there);
     void unmount(const std::string& path);
     Result<void> refusal(const std::string& path) const;
-    GObjectHandle<GstRTSPAddressPool> multicast_group();
+    GObjectHandle<GstRTSPAddressPool> addresses();
     void keep_house();
 
     const RtspOptions options;
@@ -88,16 +95,15 @@ struct RtspServer::Impl final : CameraObserver {
     ClientTable clients{options.limits, [this](const std::string& path) { return refusal(path); }};
     std::map<std::string, std::unique_ptr<RtspMount>> mounted;
     std::map<std::string, Error> refused;
-    GSource* listening = nullptr;
-    std::uint16_t port = 0;
+    std::unique_ptr<RtspListener> listener;
     std::once_flag stopped;
     std::thread thread;
 };
 
 Result<void> RtspServer::Impl::listen() {
     if (auto good = check_rtsp_host(options); !good) return good;
-    auto auth = create_rtsp_auth(options);
-    if (!auth) return std::unexpected(auth.error());
+    auto certificate = load_rtsp_certificate(options);
+    if (!certificate) return std::unexpected(certificate.error());
 
     server.reset(gst_rtsp_server_new());
     gst_rtsp_server_set_address(server.get(), options.host.c_str());
@@ -105,22 +111,19 @@ Result<void> RtspServer::Impl::listen() {
     gst_rtsp_server_set_backlog(server.get(), 128);
     mounts.reset(gst_rtsp_server_get_mount_points(server.get()));
     sessions.reset(gst_rtsp_server_get_session_pool(server.get()));
-    if (*auth) gst_rtsp_server_set_auth(server.get(), auth->get());
+    if (const auto auth = create_rtsp_auth(options)) gst_rtsp_server_set_auth(server.get(), auth.get());
     // All connections on our thread: what closes, counts and changes them needs no lock.
     const GObjectHandle<GstRTSPThreadPool> threads(gst_rtsp_thread_pool_new());
     gst_rtsp_thread_pool_set_max_threads(threads.get(), 0);
     gst_rtsp_server_set_thread_pool(server.get(), threads.get());
 
-    GError* failed = nullptr;
-    listening = gst_rtsp_server_create_source(server.get(), nullptr, &failed);
-    if (!listening) {
-        const std::string why = failed ? failed->message : "unknown reason";
-        g_clear_error(&failed);
+    auto made = RtspListener::create(server.get(), listener_hooks(std::move(*certificate)));
+    if (!made) {
         return error(ErrorKind::unavailable, "rtsp: cannot listen on " + options.host + ":" +
-                                                 std::to_string(options.port) + ": " + why +
+                                                 std::to_string(options.port) + ": " + made.error().message +
                                                  "; choose another --rtsp PORT (0: any free one)");
     }
-    port = static_cast<std::uint16_t>(gst_rtsp_server_get_bound_port(server.get()));
+    listener = std::move(*made);
 
     g_signal_connect(server.get(), "client-connected",
                      G_CALLBACK(+[](GstRTSPServer*, GstRTSPClient* client, void* impl) {
@@ -139,10 +142,21 @@ Result<void> RtspServer::Impl::listen() {
     return {};
 }
 
+RtspListener::Hooks RtspServer::Impl::listener_hooks(GObjectHandle<GTlsCertificate> certificate) {
+    RtspListener::Hooks hooks;
+    hooks.admit = [this](const std::string& address) { return clients.make_room(address); };
+    hooks.shed = [this] { clients.shed(); };
+    hooks.must_wait = [this](const std::string& address) { return clients.must_wait(address); };
+    hooks.prepare = [this, certificate = std::shared_ptr<GTlsCertificate>(std::move(certificate))](GSocket* socket) {
+        guard_socket(socket, std::make_shared<ConnectionGuard>(RequestBounds(options.limits.requests), certificate));
+    };
+    return hooks;
+}
+
 void RtspServer::Impl::run() {
     ::pthread_setname_np(::pthread_self(), "camrig-rtsp");
     g_main_context_push_thread_default(context);
-    g_source_attach(listening, context);
+    listener->start(context);
     attach(g_timeout_source_new(housekeeping_ms), context, run_again, [this] { keep_house(); });
     g_main_loop_run(loop);
     g_main_context_pop_thread_default(context);
@@ -164,19 +178,29 @@ void RtspServer::Impl::mount(const CameraStream& camera, bool is_there) {
         }
         if (const auto old = mounted.find(path); old != mounted.end() && old->second->plan() == *plan) continue;
         unmount(path);
-        mounted[path] = std::make_unique<RtspMount>(std::move(*plan), options, mounts.get(), multicast_group(), &wall);
+        mounted[path] = std::make_unique<RtspMount>(std::move(*plan), options, mounts.get(), addresses(), &wall);
     }
 }
 
-/// A group and a pair of ports for one mount. None on loopback: multicast would leave it, and gst-rtsp-server's sockets
-/// give no multicast to readers on the same machine.
-GObjectHandle<GstRTSPAddressPool> RtspServer::Impl::multicast_group() {
-    if (is_loopback_address(options.host)) return nullptr;
-    // 239.255/16 is for use within a site (RFC 2365); two rigs on one network should not send to the same groups.
-    const unsigned number = mounts_made++;
-    const std::string group = "239.255." + std::to_string(port % 251) + "." + std::to_string(1 + number % 254);
-    const auto first_port = static_cast<guint16>(18'888 + 2 * (number % 1000));
+/// Where one mount sends from, and to which group. Null: anywhere, and no multicast.
+///
+/// With a host that is one address of this machine, UDP ports are that address's too. Multicast is not offered on
+/// loopback: it would leave it, and gst-rtsp-server's sockets give no multicast to readers on the same machine.
+GObjectHandle<GstRTSPAddressPool> RtspServer::Impl::addresses() {
+    const std::string& host = listener->address();
     GObjectHandle<GstRTSPAddressPool> pool(gst_rtsp_address_pool_new());
+    const unsigned number = mounts_made++;
+    if (!is_any_address(host)) {
+        // gst-rtsp-server tries one pair after the other until one is free.
+        const auto first = static_cast<guint16>(2 * g_random_int_range(first_udp_port / 2, (65'534 - udp_ports) / 2));
+        gst_rtsp_address_pool_add_range(pool.get(), host.c_str(), host.c_str(), first,
+                                        static_cast<guint16>(first + udp_ports - 1), 0);
+    }
+    if (is_loopback_address(host)) return pool;
+    // 239.255/16 is for use within a site (RFC 2365); two rigs on one network should not send to the same groups.
+    const std::string group =
+        "239.255." + std::to_string(listener->port() % 251) + "." + std::to_string(1 + number % 254);
+    const auto first_port = static_cast<guint16>(18'888 + 2 * (number % 1000));
     gst_rtsp_address_pool_add_range(pool.get(), group.c_str(), group.c_str(), first_port, first_port + 1, 1);
     return pool;
 }
@@ -195,7 +219,10 @@ void RtspServer::Impl::unmount(const std::string& path) {
 }
 
 Result<void> RtspServer::Impl::refusal(const std::string& path) const {
-    if (mounted.contains(path)) return {};
+    if (mounted.contains(path)) {
+        if (!descriptors_are_short(descriptors_of_a_stream)) return {};
+        return error(ErrorKind::unavailable, "Too many open files; close some, or raise the limit (ulimit -n)");
+    }
     if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
     std::string paths;
     for (const auto& [mounted_path, mount] : mounted) {
@@ -210,7 +237,9 @@ void RtspServer::Impl::keep_house() {
     for (const auto& [path, one] : mounted)
         for (const auto& feed : one->feeds()) feed->repeat_if_idle(now_ns);
     gst_rtsp_session_pool_cleanup(sessions.get());
+    clients.close_idle(now_ns);
     clients.let_go(now_ns);
+    listener->look_after(now_ns);
 }
 
 void RtspServer::Impl::stop() {
@@ -220,14 +249,13 @@ void RtspServer::Impl::stop() {
             for (const auto& [path, one] : mounted)
                 for (const auto& feed : one->feeds()) feed->end();
             attach(g_timeout_source_new(farewell_ms), context, run_once, [this] {
-                g_source_destroy(listening);
+                listener->stop();
                 for (const auto& client : clients.all()) gst_rtsp_client_close(client.get());
                 mounted.clear();
                 g_main_loop_quit(loop);
             });
         });
         thread.join();
-        g_source_unref(listening);
     });
 }
 
@@ -252,7 +280,7 @@ Result<std::unique_ptr<RtspServer>> RtspServer::create(RtspOptions options) {
 }
 
 std::uint16_t RtspServer::port() const {
-    return impl_->port;
+    return impl_->listener->port();
 }
 const char* RtspServer::scheme() const {
     return impl_->options.certificate.empty() ? "rtsp" : "rtsps";

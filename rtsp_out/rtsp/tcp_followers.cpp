@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "core/base/result.h"
 #include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig {
@@ -45,11 +44,20 @@ GstFlowReturn chain_single(GstPad* pad, GstObject* parent, GstBuffer* packet) {
     return chain_list(pad, parent, packets);
 }
 
-/// In the place of what writes a single buffer. It counts as written at once, which lets what waits behind it go on.
-gboolean swallow(GstBuffer* follower, guint8, void* transport) {
-    CHECK(gst_buffer_get_size(follower) == 0);
-    gst_rtsp_stream_transport_message_sent(GST_RTSP_STREAM_TRANSPORT(transport));
-    return TRUE;
+/// In the place of what writes a single buffer. A follower counts as written at once, which lets what waits behind it
+/// go on. Any other buffer goes the way of lists; there is one for each TCP reader (rtsp-client.c).
+template <gboolean (*send_list)(GstRTSPStreamTransport*, GstBufferList*)>
+gboolean send_single(GstBuffer* buffer, guint8, void* data) {
+    auto* const transport = GST_RTSP_STREAM_TRANSPORT(data);
+    if (gst_buffer_get_size(buffer) == 0) {
+        gst_rtsp_stream_transport_message_sent(transport);
+        return TRUE;
+    }
+    GstBufferList* packets = gst_buffer_list_new_sized(1);
+    gst_buffer_list_add(packets, gst_buffer_ref(buffer));
+    const gboolean sent = send_list(transport, packets);
+    gst_buffer_list_unref(packets);
+    return sent;
 }
 
 }  // namespace
@@ -62,7 +70,8 @@ void send_followers(GstPad* pad, std::function<bool()> wanted) {
 }
 
 void swallow_followers(GstRTSPStreamTransport* transport) {
-    gst_rtsp_stream_transport_set_callbacks(transport, swallow, swallow, transport, nullptr);
+    gst_rtsp_stream_transport_set_callbacks(transport, send_single<gst_rtsp_stream_transport_send_rtp_list>,
+                                            send_single<gst_rtsp_stream_transport_send_rtcp_list>, transport, nullptr);
 }
 
 }  // namespace camrig

@@ -1,0 +1,128 @@
+#include "rtsp_out/rtsp/listener.h"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include "core/base/clock.h"
+#include "core/base/unique_fd.h"
+
+namespace camrig {
+namespace {
+
+std::string take_message(GError*& failed) {
+    std::string message = failed ? failed->message : "unknown reason";
+    g_clear_error(&failed);
+    return message;
+}
+
+struct Endpoint {
+    std::string address;
+    guint16 port = 0;
+};
+
+Endpoint endpoint_of(GSocketAddress* made) {
+    const GObjectHandle<GSocketAddress> address(made);
+    if (!address || !G_IS_INET_SOCKET_ADDRESS(made)) return {};
+    gchar* text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(made)));
+    Endpoint endpoint{text, g_inet_socket_address_get_port(G_INET_SOCKET_ADDRESS(made))};
+    g_free(text);
+    return endpoint;
+}
+
+Endpoint peer_of(GSocket* socket) {
+    return endpoint_of(g_socket_get_remote_address(socket, nullptr));
+}
+
+}  // namespace
+
+bool descriptors_are_short(int reserve) {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return false;
+    // The kernel gives the lowest that is free.
+    const UniqueFd lowest(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    return !lowest || static_cast<rlim_t>(lowest.get()) + static_cast<rlim_t>(reserve) > limit.rlim_cur;
+}
+
+Result<std::unique_ptr<RtspListener>> RtspListener::create(GstRTSPServer* server, Hooks hooks) {
+    GError* failed = nullptr;
+    GObjectHandle<GSocket> socket(gst_rtsp_server_create_socket(server, nullptr, &failed));
+    if (!socket) return error(ErrorKind::unavailable, take_message(failed));
+    std::unique_ptr<RtspListener> listener(new RtspListener(server, std::move(hooks), std::move(socket)));
+    Endpoint own = endpoint_of(g_socket_get_local_address(listener->socket_.get(), nullptr));
+    listener->address_ = std::move(own.address);
+    listener->port_ = own.port;
+    return listener;
+}
+
+RtspListener::~RtspListener() {
+    stop();
+}
+
+void RtspListener::start(GMainContext* context) {
+    context_ = context;
+    listen();
+}
+
+void RtspListener::listen() {
+    source_ = g_socket_create_source(socket_.get(), G_IO_IN, nullptr);
+    const auto on_connection = +[](GSocket*, GIOCondition, void* self) -> gboolean {
+        static_cast<RtspListener*>(self)->accept_one();
+        return G_SOURCE_CONTINUE;
+    };
+    g_source_set_callback(source_, reinterpret_cast<GSourceFunc>(reinterpret_cast<void (*)()>(on_connection)), this,
+                          nullptr);
+    g_source_attach(source_, context_);
+}
+
+void RtspListener::stop() {
+    context_ = nullptr;
+    if (!source_) return;
+    g_source_destroy(source_);
+    g_source_unref(std::exchange(source_, nullptr));
+}
+
+void RtspListener::pause(const std::string& why) {
+    if (const auto left_out = pause_log_.due(monotonic_now_ns()))
+        spdlog::warn("rtsp: new connections wait: {}; close some, or raise the limit (ulimit -n)", why);
+    hooks_.shed();
+    g_source_destroy(source_);
+    g_source_unref(std::exchange(source_, nullptr));
+}
+
+void RtspListener::accept_one() {
+    if (descriptors_are_short(reserved_descriptors)) return pause("too many open files");
+    GError* failed = nullptr;
+    GObjectHandle<GSocket> socket(g_socket_accept(socket_.get(), nullptr, &failed));
+    if (!socket) {
+        // The peer may have gone meanwhile. All else is about this machine, and would come again at once.
+        const bool is_over = g_error_matches(failed, G_IO_ERROR, G_IO_ERROR_WOULD_BLOCK) ||
+                             g_error_matches(failed, G_IO_ERROR, G_IO_ERROR_CONNECTION_CLOSED);
+        const std::string why = take_message(failed);
+        if (!is_over) pause(why);
+        return;
+    }
+    const std::string address = peer_of(socket.get()).address;
+    if (address.empty() || !hooks_.admit(address)) return;
+    if (!hooks_.must_wait(address)) return hand_over(std::move(socket));
+    if (waiting_.size() >= max_waiting) waiting_.pop_front();
+    waiting_.push_back({std::move(socket), monotonic_now_ns() + wait_ns});
+}
+
+void RtspListener::hand_over(GObjectHandle<GSocket> socket) {
+    const Endpoint peer = peer_of(socket.get());
+    if (peer.address.empty()) return;
+    hooks_.prepare(socket.get());
+    gst_rtsp_server_transfer_connection(server_, socket.release(), peer.address.c_str(), peer.port, nullptr);
+}
+
+void RtspListener::look_after(TimeNs now_ns) {
+    while (!waiting_.empty() && waiting_.front().until_ns <= now_ns) {
+        GObjectHandle<GSocket> socket = std::move(waiting_.front().socket);
+        waiting_.pop_front();
+        hand_over(std::move(socket));
+    }
+    if (!source_ && context_) listen();
+}
+
+}  // namespace camrig

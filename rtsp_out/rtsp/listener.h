@@ -1,0 +1,74 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <string>
+
+#include <gst/rtsp-server/rtsp-server.h>
+
+#include "core/base/result.h"
+#include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/log_pace.h"
+
+namespace camrig {
+
+/// Takes connections in for an RTSP server, at a pace that the process can stand.
+///
+/// gst-rtsp-server's own way in spins when no descriptor is left. Here accepting pauses as long as fewer than
+/// `reserved_descriptors` are free: GLib ends the process where it finds none for its own needs (g_wakeup_new). What
+/// waits meanwhile waits in the kernel. Server thread, but for create().
+class RtspListener {
+public:
+    static constexpr int reserved_descriptors = 48;
+    static constexpr TimeNs wait_ns = ns_per_s;     ///< how long a connection of a slowed address is left unread
+    static constexpr std::size_t max_waiting = 64;  ///< of those; the oldest is closed for one more
+
+    struct Hooks {
+        std::function<bool(const std::string& address)> admit;      ///< no: it is closed
+        std::function<void()> shed;                                 ///< descriptors are short: let somebody go
+        std::function<bool(const std::string& address)> must_wait;  ///< its address is slowed
+        std::function<void(GSocket* socket)> prepare;               ///< before the server has it
+    };
+
+    /// Listens where the server was told to. unavailable: the port is taken.
+    static Result<std::unique_ptr<RtspListener>> create(GstRTSPServer* server, Hooks hooks);
+    ~RtspListener();
+    RtspListener(const RtspListener&) = delete;
+    RtspListener& operator=(const RtspListener&) = delete;
+
+    std::uint16_t port() const { return port_; }
+    /// What it listens on, as a number: "127.0.0.1".
+    const std::string& address() const { return address_; }
+    void start(GMainContext* context);
+    void stop();
+    /// Now and then: lets those in who have waited, and tries again after a pause.
+    void look_after(TimeNs now_ns);
+
+private:
+    struct Waiting {
+        GObjectHandle<GSocket> socket;
+        TimeNs until_ns = 0;
+    };
+
+    RtspListener(GstRTSPServer* server, Hooks hooks, GObjectHandle<GSocket> socket)
+        : server_(server), hooks_(std::move(hooks)), socket_(std::move(socket)) {}
+    void listen();
+    void accept_one();
+    void pause(const std::string& why);
+    void hand_over(GObjectHandle<GSocket> socket);
+
+    GstRTSPServer* const server_;
+    const Hooks hooks_;
+    const GObjectHandle<GSocket> socket_;
+    std::string address_;
+    std::uint16_t port_ = 0;
+    GMainContext* context_ = nullptr;  ///< null: not started, or stopped
+    GSource* source_ = nullptr;        ///< null: paused or stopped
+    std::deque<Waiting> waiting_;
+    LogPace pause_log_;
+};
+
+/// Are fewer descriptors than `reserve` free? Any thread.
+bool descriptors_are_short(int reserve);
+
+}  // namespace camrig
