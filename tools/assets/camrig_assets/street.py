@@ -63,7 +63,9 @@ def _ground(builder):
     road(-END_X, -RAMP_X, -KERB_Y, KERB_Y)
     road(RAMP_X, END_X, -KERB_Y, KERB_Y)
     for side in (1, -1):
-        road(side * 65 - 12, side * 65 + 12, -50, 50, ROAD_Z - 0.001, 4)
+        # Out to the houses across its ends, and a little under them.
+        a, b = sorted((side * 53, side * 78.5))
+        road(a, b, -50, 50, ROAD_Z - 0.001, 4)
         # Crossing on a table with ramps.
         ramp = slab(side * ZEBRA_X, side * RAMP_X, -KERB_Y, KERB_Y, 0.0, 0.6)
         if side < 0:

@@ -62,6 +62,8 @@ class Row:
             a, b = s0 + k * BAY_M + 0.22, s0 + (k + 1) * BAY_M - 0.22
             if k == door:
                 self.box(a, b, -0.25, -0.02, 2.55, SHOP_M, "plain", colour)
+                # The pavement ends at the front; a sill closes the way down between it and the door.
+                self.box(a, b, -0.25, 0.01, -0.05, 0.03, "plain", colour)
                 self.face(a, b, 0.0, 2.55, "glass", (0.045, 0.055, 0.06), out=-0.2, cell=0.8)
                 for s in (a, (a + b) / 2 - 0.05, b - 0.10):
                     self.box(s, s + 0.10, -0.21, -0.10, 0, 2.55, "plain", accent)
