@@ -46,7 +46,7 @@ bool parse_decimal(std::string_view text, std::int64_t& num, std::int64_t& den) 
     const auto* end = text.data() + text.size();
     if (begin != end && *begin == '+') ++begin;
     const auto parsed = std::from_chars(begin, end, exponent);
-    if (parsed.ec != std::errc() || parsed.ptr != end || std::abs(exponent) > 9) return false;
+    if (parsed.ec != std::errc() || parsed.ptr != end || exponent < -9 || exponent > 9) return false;
     for (; exponent != 0; exponent += exponent > 0 ? -1 : 1) {
         if (num > max_term * 1000 || den > max_term * 1000) return false;
         (exponent > 0 ? num : den) *= 10;

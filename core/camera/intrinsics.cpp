@@ -4,6 +4,8 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/portable_math.h"
+
 namespace camrig {
 namespace {
 
@@ -26,7 +28,7 @@ Result<double> focal_length(const char* what, int pixels, double fov_rad) {
                      std::string(what) + ": " + std::to_string(fov_rad / deg) +
                          " deg is no field of view of a pinhole camera; use 0.01 to 179.9 deg");
     }
-    return 0.5 * pixels / std::tan(0.5 * fov_rad);
+    return 0.5 * pixels / portable::tan(0.5 * fov_rad);
 }
 
 Intrinsics centred(ImageSize size, double focal) {
@@ -35,7 +37,7 @@ Intrinsics centred(ImageSize size, double focal) {
 
 /// Angle between the rays through both edges of the image, which lie half a pixel outside the outermost pixel centres.
 double full_angle(int pixels, double focal, double centre) {
-    return std::atan((centre + 0.5) / focal) + std::atan((pixels - 0.5 - centre) / focal);
+    return portable::atan((centre + 0.5) / focal) + portable::atan((pixels - 0.5 - centre) / focal);
 }
 
 }  // namespace

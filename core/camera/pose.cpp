@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "core/base/portable_math.h"
+
 namespace camrig {
 namespace {
 
@@ -29,7 +31,7 @@ Result<void> check_position(const char* what, const glm::dvec3& p) {
 /// Rotation about z (pan), then down about the new y (-tilt), then about the new x (roll).
 glm::dquat from_angles(const PanTiltRoll& angles) {
     const auto about = [](double angle, glm::dvec3 axis) {
-        return glm::dquat(std::cos(0.5 * angle), std::sin(0.5 * angle) * axis);
+        return glm::dquat(portable::cos(0.5 * angle), portable::sin(0.5 * angle) * axis);
     };
     const glm::dquat q = about(angles.pan, {0, 0, 1}) * about(-angles.tilt, {0, 1, 0}) * about(angles.roll, {1, 0, 0});
     return glm::normalize(q);
@@ -41,16 +43,16 @@ Result<Pose> pose_look_at(glm::dvec3 eye, glm::dvec3 target) {
     if (auto good = check_position("position", eye); !good) return std::unexpected(good.error());
     if (auto good = check_position("look_at", target); !good) return std::unexpected(good.error());
     const glm::dvec3 forward = target - eye;
-    const double distance = std::hypot(forward.x, forward.y, forward.z);
+    const double distance = glm::length(forward);
     if (distance < min_look_at_distance_m) {
         return error(ErrorKind::invalid_argument,
                      "look_at: is the same point as position; give a point at least 1e-9 m away, or angles");
     }
-    const double horizontal = std::hypot(forward.x, forward.y);
+    const double horizontal = glm::length(glm::dvec2(forward));
     PanTiltRoll angles;
-    angles.tilt = std::atan2(forward.z, horizontal);
+    angles.tilt = portable::atan2(forward.z, horizontal);
     // Straight up or down there is no heading; 0 is the limit of a camera that looks along +x and is tilted.
-    if (horizontal > pole_rad * distance) angles.pan = std::atan2(forward.y, forward.x);
+    if (horizontal > pole_rad * distance) angles.pan = portable::atan2(forward.y, forward.x);
     return Pose{eye, from_angles(angles)};
 }
 
@@ -81,17 +83,17 @@ PanTiltRoll angles_of(const glm::dquat& orientation) {
     const glm::dmat3 r = glm::mat3_cast(orientation);  // columns: where x, y, z of the body point
     const glm::dvec3 x = r[0], y = r[1], z = r[2];
     PanTiltRoll angles;
-    const double horizontal = std::hypot(x.x, x.y);
-    angles.tilt = std::atan2(x.z, horizontal);
+    const double horizontal = glm::length(glm::dvec2(x));
+    angles.tilt = portable::atan2(x.z, horizontal);
     if (horizontal <= pole_rad) {
-        angles.pan = std::atan2(-y.x, y.y);
+        angles.pan = portable::atan2(-y.x, y.y);
         return angles;
     }
-    angles.pan = std::atan2(x.y, x.x);
+    angles.pan = portable::atan2(x.y, x.x);
     // Roll is what is left when the pan just found is taken back. Near a pole pan itself is uncertain; read off this
     // way (and not from y.z and z.z, which vanish there) roll makes up for it, and the three together stay exact.
-    const double s = std::sin(angles.pan), c = std::cos(angles.pan);
-    angles.roll = std::atan2(s * z.x - c * z.y, c * y.y - s * y.x);
+    const double s = portable::sin(angles.pan), c = portable::cos(angles.pan);
+    angles.roll = portable::atan2(s * z.x - c * z.y, c * y.y - s * y.x);
     return angles;
 }
 

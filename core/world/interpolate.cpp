@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/portable_math.h"
+
 namespace camrig {
 namespace {
 
@@ -54,12 +56,12 @@ double norm(const glm::dquat& q) {
 
 glm::dquat slerp_shortest(const glm::dquat& a, const glm::dquat& to, double t) {
     const glm::dquat b = glm::dot(a, to) < 0.0 ? -to : to;
-    const double angle = 2.0 * std::atan2(norm(a - b), norm(a + b));  // 0 .. pi/2
-    const double sine = std::sin(angle);
+    const double angle = 2.0 * portable::atan2(norm(a - b), norm(a + b));  // 0 .. pi/2
+    const double sine = portable::sin(angle);
     // Below this the difference of sine and straight line is under 1e-17.
     const bool straight = angle < 1e-8;
-    const double wa = straight ? 1.0 - t : std::sin((1.0 - t) * angle) / sine;
-    const double wb = straight ? t : std::sin(t * angle) / sine;
+    const double wa = straight ? 1.0 - t : portable::sin((1.0 - t) * angle) / sine;
+    const double wb = straight ? t : portable::sin(t * angle) / sine;
     return glm::normalize(a * wa + b * wb);
 }
 

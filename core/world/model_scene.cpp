@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/base/names.h"
+#include "core/base/portable_math.h"
 #include "core/world/model_lights.h"
 #include "core/world/scene_reader.h"
 
@@ -41,7 +42,7 @@ Sphere bounds_of(const Model& model, const PosedModel& pose) {
 
 Result<CameraSpec> framing_camera(const Sphere& bounds) {
     constexpr double vfov = 60.0 * 3.14159265358979323846 / 180.0;
-    const double distance = 1.1 * bounds.radius / std::sin(vfov / 2.0);
+    const double distance = 1.1 * bounds.radius / portable::sin(vfov / 2.0);
     // glTF's front (+z) is -y here; a little from the right and above shows depth.
     const glm::dvec3 eye = bounds.center + distance * glm::normalize(glm::dvec3(0.5, -1.0, 0.4));
     auto pose = pose_look_at(eye, bounds.center);

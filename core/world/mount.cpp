@@ -5,10 +5,17 @@
 
 namespace camrig {
 
+namespace {
+
+/// Of the quaternion of a quarter turn: cosine and sine of 45 degrees.
+constexpr double quarter_turn_part = std::numbers::sqrt2 / 2.0;
+
+}  // namespace
+
 glm::dquat z_up_turn(const glm::dmat4& model_from_node) {
     glm::dmat3 axes(model_from_node);
     for (int i = 0; i < 3; ++i) axes[i] = glm::normalize(axes[i]);
-    return glm::quat_cast(axes) * glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
+    return glm::quat_cast(axes) * glm::dquat(quarter_turn_part, -quarter_turn_part, 0.0, 0.0);
 }
 
 Pose mount_frame(const Instance& carrier, std::string_view node) {

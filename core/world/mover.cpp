@@ -85,6 +85,23 @@ void Mover::choose_clips(const StepContext& context) {
     if (fading_) now.clips.push_back(*fading_);
 }
 
+void Mover::hang(std::optional<Held> on, TimeNs now_ns) {
+    if (held_since_ns != now_ns) held_before = std::move(held);
+    held = std::move(on);
+    held_since_ns = now_ns;
+}
+
+Instance Mover::instance_before() const {
+    Instance instance;
+    instance.info = info;
+    instance.scale = scale;
+    instance.position = before.position;
+    instance.orientation = glm::normalize(before.orientation * heading_from_model);
+    for (const ClipPlay& play : before.clips)
+        instance.clips.push_back({.animation = play.animation, .phase_ns = play.phase_ns, .weight = play.weight});
+    return instance;
+}
+
 Instance Mover::instance_at(TimeNs remaining_ns, TimeNs step_ns) const {
     const bool earlier = remaining_ns > 0 && left;
     const ActorState& begin = earlier ? left->before : before;

@@ -54,6 +54,9 @@ struct Mover {
         std::string carrier_name;
     };
     std::optional<Held> held;
+    /// On what it hung until `held_since_ns`, when that has changed: snapshots from before that moment still show it.
+    std::optional<Held> held_before;
+    TimeNs held_since_ns = 0;
 
     std::uint32_t id() const { return static_cast<std::uint32_t>(info->id); }
     glm::dvec3 velocity(TimeNs step_ns) const {
@@ -69,6 +72,11 @@ struct Mover {
         change(now);
         before = now;
     }
+    /// From now_ns, the last step, on it hangs on this; nothing: it stands on its own.
+    void hang(std::optional<Held> on, TimeNs now_ns);
+    const std::optional<Held>& held_at(TimeNs world_ns) const { return world_ns < held_since_ns ? held_before : held; }
+    /// At the step before the last.
+    Instance instance_before() const;
     /// Between the last two steps; `remaining_ns` of the last one are still to come.
     Instance instance_at(TimeNs remaining_ns, TimeNs step_ns) const;
     /// What others see of it; nothing when it takes no room.

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/portable_math.h"
+#include "core/world/turn.h"
+
 namespace camrig {
 namespace {
 
@@ -12,7 +15,7 @@ constexpr double max_length_m = 1e9;
 constexpr double max_turn_rad = 175.0 * std::numbers::pi / 180.0;
 
 double angle_between(const glm::dvec3& a, const glm::dvec3& b) {
-    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+    return portable::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
 glm::dvec3 horizontal(const glm::dvec3& v) {
@@ -55,7 +58,7 @@ Result<RoutePath> RoutePath::create(const Route& route, double radius_m) {
             return wrong(point_name(i) +
                          ": the route turns back on itself; end it there and walk it in mode ping_pong");
         const double turn = angle_between(direction[before], direction[i]);
-        cut[i] = std::min({radius_m * std::tan(turn / 2.0), length[before] / 2.0, length[i] / 2.0});
+        cut[i] = std::min({radius_m * portable::tan(turn / 2.0), length[before] / 2.0, length[i] / 2.0});
     }
 
     RoutePath path;
@@ -68,7 +71,7 @@ Result<RoutePath> RoutePath::create(const Route& route, double radius_m) {
         const std::size_t next = (i + 1) % legs;
         const double turn = angle_between(direction[i], direction[next]);
         if (!(turn > 1e-9) || !(cut[end] > 0.0)) continue;
-        const double radius = cut[end] / std::tan(turn / 2.0);
+        const double radius = cut[end] / portable::tan(turn / 2.0);
         const glm::dvec3 inward =
             glm::normalize(direction[next] - direction[i] * glm::dot(direction[i], direction[next]));
         path.append({.length_m = radius * turn,
@@ -98,11 +101,12 @@ RoutePath::Point RoutePath::at(double at_m) const {
         position = piece.origin + piece.u * along;
         direction = piece.u;
     } else {
-        const double c = std::cos(along / piece.radius_m), s = std::sin(along / piece.radius_m);
+        const double angle = along / piece.radius_m;
+        const double c = portable::cos(angle), s = portable::sin(angle);
         position = piece.origin + piece.radius_m * (piece.u * c + piece.v * s);
         direction = piece.v * c - piece.u * s;
     }
-    return {position, std::atan2(direction.y, direction.x)};
+    return {position, yaw_of(glm::dvec2(direction))};
 }
 
 }  // namespace camrig

@@ -13,6 +13,7 @@
 #include "core/world/read/json_parts.h"
 #include "core/world/read/light_json.h"
 #include "core/world/scene_names.h"
+#include "core/world/turn.h"
 
 namespace camrig {
 namespace {
@@ -23,7 +24,7 @@ constexpr double max_object_scale = 1e6;
 
 /// Turns the z-up model so that what is its front in glTF's frame looks along +x.
 std::optional<glm::dquat> heading_from_front(std::string_view front) {
-    const auto about_z = [](double deg) { return glm::angleAxis(glm::radians(deg), glm::dvec3(0.0, 0.0, 1.0)); };
+    const auto about_z = [](double deg) { return turned_to(glm::radians(deg)); };
     if (front == "+z") return about_z(90.0);  // glTF +z is -y in the z-up frame
     if (front == "-z") return about_z(-90.0);
     if (front == "+x") return glm::dquat(1.0, 0.0, 0.0, 0.0);

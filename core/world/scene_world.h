@@ -56,9 +56,10 @@ private:
 
     // WorldView: the world at the step before.
     const Crowd& crowd() const override { return crowd_; }
-    const ActorState* find_actor(const std::string& name) const override;
+    std::optional<glm::dvec3> actor_position(const std::string& name) const override;
     Slot group_slot(const std::string& group, std::uint32_t id) const override;
-    TimeNs last_fired(const std::string& event) const override { return events_.last_fired(event); }
+    std::uint64_t last_firing(const std::string& event) const override { return events_.last_firing(event); }
+    std::uint64_t last_firing() const override { return events_.last_firing(); }
 
     // world.cpp
     std::shared_ptr<const ObjectInfo> new_info(const std::string& name, const std::string& object_class,
@@ -69,7 +70,9 @@ private:
     void step();
     void see_crowd();
     StepContext context() const;
-    Instance held_instance(const Mover& mover, const Instance& carrier) const;
+    /// Where the mover hangs when its carrier is there; `remaining_ns` as of Mover::instance_at.
+    Instance held_instance(const Mover& mover, const Mover::Held& held, const Instance& carrier,
+                           TimeNs remaining_ns) const;
     bool is_there(const Mover& mover, TimeNs world_ns) const;
 
     // world_actors.cpp

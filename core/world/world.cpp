@@ -160,9 +160,12 @@ void SceneWorld::advance_to(TimeNs world_ns) {
     while (now_ns_ < world_ns) step();
 }
 
-const ActorState* SceneWorld::find_actor(const std::string& name) const {
+std::optional<glm::dvec3> SceneWorld::actor_position(const std::string& name) const {
     const Mover* mover = find(name);
-    return mover && mover->is_actor ? &mover->before : nullptr;
+    if (!mover || !mover->is_actor) return std::nullopt;
+    const Mover* carrier = mover->held ? find(mover->held->carrier_name) : nullptr;
+    if (!carrier) return mover->before.position;
+    return held_instance(*mover, *mover->held, carrier->instance_before(), scene_->step_ns).position;
 }
 
 WorldView::Slot SceneWorld::group_slot(const std::string& group, std::uint32_t id) const {
@@ -177,22 +180,22 @@ bool SceneWorld::is_there(const Mover& mover, TimeNs world_ns) const {
     return mover.born_ns <= world_ns && (!mover.gone_ns || world_ns < *mover.gone_ns);
 }
 
-Instance SceneWorld::held_instance(const Mover& mover, const Instance& carrier) const {
+Instance SceneWorld::held_instance(const Mover& mover, const Mover::Held& held, const Instance& carrier,
+                                   TimeNs remaining_ns) const {
     // At the origin the frame is the actor's; at a node it is the node's with z for its y, as the world is to glTF.
-    glm::dquat frame = glm::inverse(mover.held->heading_from_model);
-    glm::dvec3 place = frame * mover.held->position;
-    if (mover.held->node >= 0) {
+    glm::dquat frame = glm::inverse(held.heading_from_model);
+    glm::dvec3 place = frame * held.position;
+    if (held.node >= 0) {
         static thread_local PosedModel pose;
         pose_model(*carrier.info->model, carrier.clips, pose);
-        const glm::dmat4& node = pose.model_from_node[static_cast<std::size_t>(mover.held->node)];
-        const glm::dvec3& z_up = mover.held->position;
+        const glm::dmat4& node = pose.model_from_node[static_cast<std::size_t>(held.node)];
+        const glm::dvec3& z_up = held.position;
         place = glm::dvec3(node * glm::dvec4(z_up.x, z_up.z, -z_up.y, 1.0));
         frame = z_up_turn(node);
     }
-    Instance instance = mover.instance_at(0, scene_->step_ns);
+    Instance instance = mover.instance_at(remaining_ns, scene_->step_ns);
     instance.position = carrier.position + carrier.orientation * (carrier.scale * place);
-    instance.orientation =
-        glm::normalize(carrier.orientation * frame * mover.held->orientation * mover.heading_from_model);
+    instance.orientation = glm::normalize(carrier.orientation * frame * held.orientation * mover.heading_from_model);
     instance.velocity = carrier.velocity;
     return instance;
 }
@@ -208,17 +211,19 @@ SnapshotRef SceneWorld::snapshot(TimeNs world_ns) const {
     snapshot->movers.reserve(movers_.size());
     std::map<std::uint32_t, std::size_t> place;  // in the snapshot, of carriers
     bool any_held = false;
-    for (const auto& mover : movers_) any_held = any_held || mover->held;
+    for (const auto& mover : movers_) any_held = any_held || mover->held_at(world_ns);
     for (const auto& mover : movers_) {
         if (!is_there(*mover, world_ns)) continue;
         if (any_held) place[mover->id()] = snapshot->movers.size();
         snapshot->movers.push_back(mover->instance_at(remaining_ns, step_ns));
     }
     for (const auto& mover : movers_) {
-        if (!mover->held || !is_there(*mover, world_ns)) continue;
-        const auto carrier = place.find(mover->held->carrier);
+        const auto& held = mover->held_at(world_ns);
+        if (!held || !is_there(*mover, world_ns)) continue;
+        const auto carrier = place.find(held->carrier);
         if (carrier == place.end()) continue;
-        snapshot->movers[place.at(mover->id())] = held_instance(*mover, snapshot->movers[carrier->second]);
+        snapshot->movers[place.at(mover->id())] =
+            held_instance(*mover, *held, snapshot->movers[carrier->second], remaining_ns);
     }
     return snapshot;
 }

@@ -4,6 +4,7 @@
 #include "core/world/behaviour/stand_behaviour.h"
 #include "core/world/behaviour/steered.h"
 #include "core/world/scene_world.h"
+#include "core/world/turn.h"
 
 // What commands and events do to actors. Everything is checked before anything changes.
 namespace camrig {
@@ -57,7 +58,7 @@ ActorReport SceneWorld::report(const Mover& mover) const {
     if (mover.held) {
         report.attached_to = mover.held->carrier_name;
         if (const Mover* carrier = find(mover.held->carrier_name))
-            report.position = held_instance(mover, carrier->instance_at(0, scene_->step_ns)).position;
+            report.position = held_instance(mover, *mover.held, carrier->instance_at(0, scene_->step_ns), 0).position;
     }
     return report;
 }
@@ -153,12 +154,13 @@ void SceneWorld::attach(Mover& mover, const Attachment& to) {
     const Mover& carrier = *find(to.actor);
     const auto& nodes = carrier.info->model->nodes;
     const auto node = std::ranges::find(nodes, to.node, &Node::name);
-    mover.held = Mover::Held{.carrier = carrier.id(),
-                             .node = to.node.empty() ? -1 : static_cast<int>(node - nodes.begin()),
-                             .heading_from_model = carrier.heading_from_model,
-                             .position = to.position,
-                             .orientation = to.orientation,
-                             .carrier_name = to.actor};
+    mover.hang(Mover::Held{.carrier = carrier.id(),
+                           .node = to.node.empty() ? -1 : static_cast<int>(node - nodes.begin()),
+                           .heading_from_model = carrier.heading_from_model,
+                           .position = to.position,
+                           .orientation = to.orientation,
+                           .carrier_name = to.actor},
+               now_ns_);
 }
 
 void SceneWorld::put_down(Mover& mover, const std::optional<glm::dvec3>& position) {
@@ -166,12 +168,11 @@ void SceneWorld::put_down(Mover& mover, const std::optional<glm::dvec3>& positio
     glm::dvec3 place = position.value_or(mover.now.position);
     double yaw = 0.0;
     if (carrier) {
-        const Instance hanging = held_instance(mover, carrier->instance_at(0, scene_->step_ns));
-        const glm::dvec3 front = hanging.orientation * glm::dvec3(1.0, 0.0, 0.0);
-        yaw = std::atan2(front.y, front.x);
+        const Instance hanging = held_instance(mover, *mover.held, carrier->instance_at(0, scene_->step_ns), 0);
+        yaw = yaw_of(hanging.orientation);
         if (!position) place = {hanging.position.x, hanging.position.y, carrier->now.position.z};
     }
-    mover.held.reset();
+    mover.hang(std::nullopt, now_ns_);
     mover.jump([&](ActorState& now) {
         now.position = place;
         now.orientation = turned_to(yaw) * glm::inverse(mover.heading_from_model);

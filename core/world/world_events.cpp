@@ -185,7 +185,7 @@ void SceneWorld::run_events() {
     while (!firings.empty()) {
         const EventTable::Firing firing = std::move(firings.front());
         firings.pop_front();
-        if (!events_.claim(firing, now_ns_)) continue;
+        if (!events_.claim(firing)) continue;
         EventRecord record;
         record.world_ns = now_ns_;
         record.event = firing.event;

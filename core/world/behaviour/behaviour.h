@@ -38,16 +38,18 @@ class WorldView {
 public:
     virtual ~WorldView() = default;
     virtual const Crowd& crowd() const = 0;
-    /// nullptr: there is no such actor (any more).
-    virtual const ActorState* find_actor(const std::string& name) const = 0;
+    /// Where an actor is, also one that hangs on another; nothing: there is no such actor (any more).
+    virtual std::optional<glm::dvec3> actor_position(const std::string& name) const = 0;
     /// The place of an actor among those of its group, by id.
     struct Slot {
         std::size_t index = 0;
         std::size_t count = 1;
     };
     virtual Slot group_slot(const std::string& group, std::uint32_t id) const = 0;
-    /// World time; before 0 when it has not fired.
-    virtual TimeNs last_fired(const std::string& event) const = 0;
+    /// Firings of all events are numbered from 1. 0: it has not fired.
+    virtual std::uint64_t last_firing(const std::string& event) const = 0;
+    /// The number of the latest firing so far.
+    virtual std::uint64_t last_firing() const = 0;
 };
 
 /// The step to compute, and for whom.

@@ -61,7 +61,7 @@ struct Make {
                                .animation = clip_index(*actor.model, route.clip),
                                .scale = actor.scale});
         if (!joins) return walk;
-        const RoutePath::Point begin = path->at(route.start_m);
+        const RoutePath::Point begin = walk->begin();
         Walker approach({.area = nullptr, .speed_m_s = route.speed_m_s, .gait = gait(route.clip, "")});
         auto go = std::make_unique<GoTo>(std::move(approach), glm::dvec2(begin.position), begin.heading_rad);
         return std::make_unique<JoinRoute>(std::move(go), std::move(walk));

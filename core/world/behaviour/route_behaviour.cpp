@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/world/turn.h"
+
 namespace camrig {
 namespace {
 
@@ -52,8 +54,7 @@ void RouteWalk::start(const StepContext& context, ActorState& state) {
     step(context, state);
 }
 
-void RouteWalk::step(const StepContext& context, ActorState& state) {
-    const WideInt walked = distance_nm(context.now_ns);
+RoutePath::Point RouteWalk::at(WideInt walked) const {
     std::int64_t at_nm = 0;
     double turned = 0.0;
     switch (options_.mode) {
@@ -62,7 +63,6 @@ void RouteWalk::step(const StepContext& context, ActorState& state) {
             break;
         case RouteBehaviour::Mode::once:
             at_nm = static_cast<std::int64_t>(std::min<WideInt>(walked, length_nm_));
-            arrived_ = walked >= length_nm_;
             break;
         case RouteBehaviour::Mode::ping_pong: {
             const auto there_and_back = static_cast<std::int64_t>(walked % (2 * length_nm_));
@@ -71,9 +71,17 @@ void RouteWalk::step(const StepContext& context, ActorState& state) {
             break;
         }
     }
-    const RoutePath::Point point = options_.path->at(static_cast<double>(at_nm) * 1e-9);
+    RoutePath::Point point = options_.path->at(static_cast<double>(at_nm) * 1e-9);
+    point.heading_rad += turned;
+    return point;
+}
+
+void RouteWalk::step(const StepContext& context, ActorState& state) {
+    const WideInt walked = distance_nm(context.now_ns);
+    arrived_ = options_.mode == RouteBehaviour::Mode::once && walked >= length_nm_;
+    const RoutePath::Point point = at(walked);
     state.position = point.position;
-    state.orientation = glm::angleAxis(point.heading_rad + turned, glm::dvec3(0.0, 0.0, 1.0));
+    state.orientation = turned_to(point.heading_rad);
     state.clips.clear();
     if (options_.animation >= 0) {
         state.clips.push_back(clip_at(*options_.model, options_.animation, clip_ns(context.now_ns),

@@ -25,8 +25,12 @@ public:
     void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
     bool arrived() const override { return arrived_; }
+    /// Where it is at its start, and where it faces.
+    RoutePath::Point begin() const { return at(start_nm_); }
 
 private:
+    /// Where it is when it has walked so far, by its mode.
+    RoutePath::Point at(WideInt walked_nm) const;
     /// Whole nanometres walked since the start of the route.
     WideInt distance_nm(TimeNs now_ns) const;
     WideInt clip_ns(TimeNs now_ns) const;

@@ -5,14 +5,15 @@ namespace camrig {
 void Sequence::begin(const StepContext& context, ActorState& state) {
     now_ = factory_.make(spec_.steps[index_].behaviour, actor_, true);
     began_ns_ = context.now_ns;
-    began_world_ns_ = context.world_ns;
+    began_firing_ = context.world ? context.world->last_firing() : 0;
     now_->start(context, state);
 }
 
 bool Sequence::ends(const StepContext& context) const {
     const SequenceStep& step = spec_.steps[index_];
     if (step.duration_ns && context.now_ns - began_ns_ >= *step.duration_ns) return true;
-    if (!step.event.empty() && context.world && context.world->last_fired(step.event) >= began_world_ns_) return true;
+    // A firing that began this step does not end it: it was before.
+    if (!step.event.empty() && context.world && context.world->last_firing(step.event) > began_firing_) return true;
     return !step.duration_ns && step.event.empty() && now_->arrived();
 }
 

@@ -26,8 +26,8 @@ private:
     BehaviourFactory::ForActor actor_;
     std::size_t index_ = 0;
     std::unique_ptr<Behaviour> now_;
-    TimeNs began_ns_ = 0;  ///< by the actor's clock
-    TimeNs began_world_ns_ = 0;
+    TimeNs began_ns_ = 0;             ///< by the actor's clock
+    std::uint64_t began_firing_ = 0;  ///< number of the latest firing then
     bool done_ = false;
 };
 

@@ -37,7 +37,7 @@ void Steered::step(const StepContext& context, ActorState& state) {
         if (share == 1.0) to_.reset();
     }
     state.position += moved;
-    const double ground_m = std::hypot(moved.x, moved.y);
+    const double ground_m = glm::length(glm::dvec2(moved));
     const double yaw = yaw_of(state.orientation);
     if (yaw_rad_ && share < 1.0) {
         state.orientation = turned_to(yaw + angle_to(yaw, *yaw_rad_) * share);
@@ -45,7 +45,7 @@ void Steered::step(const StepContext& context, ActorState& state) {
         state.orientation = turned_to(*yaw_rad_);
     } else if (ground_m > 0.1 * context.step_s()) {
         const double most = steered_turn_rad_s * context.step_s();
-        const double turn = angle_to(yaw, std::atan2(moved.y, moved.x));
+        const double turn = angle_to(yaw, yaw_of(glm::dvec2(moved)));
         state.orientation = turned_to(yaw + std::clamp(turn, -most, most));
     }
     gait_.step(context, ground_m, state);

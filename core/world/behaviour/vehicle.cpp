@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/world/behaviour/walker.h"
+#include "core/base/portable_math.h"
+#include "core/world/turn.h"
 
 namespace camrig {
 namespace {
@@ -70,7 +71,7 @@ std::optional<Vehicle::Leader> Vehicle::find_leader(const StepContext& context, 
         if (!options_.closed && sample > options_.path->length_m()) break;
         const RoutePath::Point point = options_.path->at(wrapped(sample));
         const glm::dvec2 at(point.position.x, point.position.y);
-        const glm::dvec2 along(std::cos(point.heading_rad), std::sin(point.heading_rad));
+        const glm::dvec2 along(portable::cos(point.heading_rad), portable::sin(point.heading_rad));
         std::optional<Leader> nearest;
         for (const Body* body : others_) {
             const glm::dvec2 to = body->nearest(at) - at;
@@ -94,7 +95,8 @@ void Vehicle::step(const StepContext& context, ActorState& state) {
     if (!options_.closed && end_gap < ahead && (!leader || end_gap + spec.gap_m < leader->gap_m))
         leader = Leader{end_gap + spec.gap_m, 0.0};  // it stops with its middle at the end
 
-    double drive = 1.0 - std::pow(speed_m_s_ / spec.speed_m_s, 4.0);
+    const double speed_square = speed_m_s_ / spec.speed_m_s * (speed_m_s_ / spec.speed_m_s);
+    double drive = 1.0 - speed_square * speed_square;
     if (leader) {
         const double closing = speed_m_s_ - std::max(0.0, leader->speed_m_s);
         const double keep =

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/portable_math.h"
 #include "core/base/random.h"
 
 namespace camrig {
@@ -21,7 +22,7 @@ glm::dvec2 on_floor(const glm::dvec3& v) {
 }
 
 double bearing(const glm::dvec2& from, const glm::dvec2& to) {
-    return std::atan2(to.y - from.y, to.x - from.x);
+    return yaw_of(to - from);
 }
 
 }  // namespace
@@ -29,7 +30,7 @@ double bearing(const glm::dvec2& from, const glm::dvec2& to) {
 void Wander::choose_goal(const StepContext& context, const glm::dvec2& at) {
     const auto draw = [&] { return random_unit(context.seed, context.id, wander_draws + draws_++); };
     if (pause_s_ > 0.0 && has_goal_)
-        pause_until_ns_ = context.now_ns + std::llround(-std::log(1.0 - draw()) * pause_s_ * 1e9);
+        pause_until_ns_ = context.now_ns + std::llround(-portable::log(1.0 - draw()) * pause_s_ * 1e9);
     for (int i = 0; i < max_goal_tries; ++i) {
         const double x = draw(), y = draw();
         const glm::dvec2 p = glm::mix(area_->low(), area_->high(), glm::dvec2(x, y));
@@ -53,9 +54,9 @@ void Wander::step(const StepContext& context, ActorState& state) {
 }
 
 void Follow::step(const StepContext& context, ActorState& state) {
-    const ActorState* other = context.world ? context.world->find_actor(actor_) : nullptr;
+    const auto other = context.world ? context.world->actor_position(actor_) : std::nullopt;
     if (!other) return walker_.step_still(context, std::nullopt, state);
-    const glm::dvec2 at = on_floor(state.position), to = on_floor(other->position);
+    const glm::dvec2 at = on_floor(state.position), to = on_floor(*other);
     const double distance = glm::distance(at, to);
     is_near_ = distance < distance_m_ * (is_near_ ? 1.25 : 1.0);
     if (is_near_) return walker_.step_still(context, bearing(at, to), state);
@@ -66,16 +67,16 @@ void Grouped::step(const StepContext& context, ActorState& state) {
     const auto slot = context.world ? context.world->group_slot(group_.group, context.id) : WorldView::Slot{};
     const glm::dvec2 middle = on_floor(group_.position);
     const double angle = 2.0 * std::numbers::pi * static_cast<double>(slot.index) / static_cast<double>(slot.count);
-    const glm::dvec2 place = middle + group_.radius_m * glm::dvec2(std::cos(angle), std::sin(angle));
+    const glm::dvec2 place = middle + group_.radius_m * glm::dvec2(portable::cos(angle), portable::sin(angle));
     walker_.step_to(context, place, bearing(on_floor(state.position), middle), state);
 }
 
 void LookAt::step(const StepContext& context, ActorState& state) {
     glm::dvec2 to = point_;
     if (!actor_.empty()) {
-        const ActorState* other = context.world ? context.world->find_actor(actor_) : nullptr;
+        const auto other = context.world ? context.world->actor_position(actor_) : std::nullopt;
         if (!other) return gait_.step(context, 0.0, state);
-        to = on_floor(other->position);
+        to = on_floor(*other);
     }
     const double yaw = yaw_of(state.orientation);
     const double turn = angle_to(yaw, bearing(on_floor(state.position), to));

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/base/portable_math.h"
 #include "core/base/random.h"
 
 namespace camrig {
@@ -37,24 +37,11 @@ glm::dvec2 flat(const glm::dvec3& v) {
 glm::dvec2 swayed(const StepContext& context, const glm::dvec2& wanted) {
     const auto half_seconds = static_cast<std::uint64_t>(context.world_ns / (ns_per_s / 2));
     const double angle = 0.3 * (random_unit(context.seed, context.id, half_seconds) - 0.5);
-    const double c = std::cos(angle), s = std::sin(angle);
+    const double c = portable::cos(angle), s = portable::sin(angle);
     return {wanted.x * c - wanted.y * s, wanted.x * s + wanted.y * c};
 }
 
 }  // namespace
-
-double angle_to(double from_rad, double to_rad) {
-    return std::remainder(to_rad - from_rad, 2.0 * std::numbers::pi);
-}
-
-double yaw_of(const glm::dquat& orientation) {
-    const glm::dvec3 front = orientation * glm::dvec3(1.0, 0.0, 0.0);
-    return std::atan2(front.y, front.x);
-}
-
-glm::dquat turned_to(double yaw_rad) {
-    return glm::angleAxis(yaw_rad, glm::dvec3(0.0, 0.0, 1.0));
-}
 
 void Gait::start(const StepContext& context, ActorState& state) {
     idle_ns_ = static_cast<TimeNs>(random_bits(context.seed, context.id, ~std::uint64_t{0}) % (20 * ns_per_s));
@@ -149,8 +136,7 @@ void Walker::move(const StepContext& context, const glm::dvec2& wanted, std::opt
     // Turning comes before walking: who looks the other way starts slowly.
     const double wish = glm::length(wanted);
     double ahead = 1.0;
-    if (wish > stop_walking_m_s)
-        ahead = std::clamp(std::cos(angle_to(yaw_rad_, std::atan2(wanted.y, wanted.x))), 0.15, 1.0);
+    if (wish > stop_walking_m_s) ahead = std::clamp(portable::cos(angle_to(yaw_rad_, yaw_of(wanted))), 0.15, 1.0);
     planes_.clear();
     if (options_.area) {
         options_.area->walls_near(at, context.radius_m + options_.speed_m_s * hurry * walls_ahead_s, walls_);
@@ -193,9 +179,9 @@ void Walker::move(const StepContext& context, const glm::dvec2& wanted, std::opt
     if (options_.area) state.position.z = options_.area->z();
     std::optional<double> to_face = face_rad;
     if (wish > stop_walking_m_s && ahead < 0.5) {
-        to_face = std::atan2(wanted.y, wanted.x);
+        to_face = yaw_of(wanted);
     } else if (speed > start_walking_m_s) {
-        to_face = std::atan2(velocity_.y, velocity_.x);
+        to_face = yaw_of(velocity_);
     }
     if (to_face) {
         const double turn = angle_to(yaw_rad_, *to_face);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/world/behaviour/behaviour.h"
+#include "core/world/turn.h"
 #include "core/world/walk/velocity_choice.h"
 #include "core/world/walk/walk_area.h"
 
@@ -76,11 +77,5 @@ private:
     std::vector<glm::dvec2> walls_;
     std::vector<HalfPlane> planes_;
 };
-
-/// The turn from `from` to `to`, in [-pi, pi].
-double angle_to(double from_rad, double to_rad);
-/// Of the front (+x) of an actor.
-double yaw_of(const glm::dquat& orientation);
-glm::dquat turned_to(double yaw_rad);
 
 }  // namespace camrig

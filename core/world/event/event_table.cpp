@@ -55,9 +55,9 @@ std::vector<EventReport> EventTable::reports() const {
     return all;
 }
 
-TimeNs EventTable::last_fired(const std::string& name) const {
+std::uint64_t EventTable::last_firing(const std::string& name) const {
     const auto found = last_.find(name);
-    return found == last_.end() ? -1 : found->second;
+    return found == last_.end() ? 0 : found->second;
 }
 
 void EventTable::look(Entry& entry, TimeNs now_ns, const std::vector<Witness>& actors, std::vector<Firing>& out) const {
@@ -107,11 +107,11 @@ std::vector<EventTable::Firing> EventTable::due(TimeNs now_ns, const std::vector
     return firings;
 }
 
-bool EventTable::claim(const Firing& firing, TimeNs now_ns) {
+bool EventTable::claim(const Firing& firing) {
     const auto entry = std::ranges::find(entries_, firing.spec, &Entry::spec);
     if (entry == entries_.end() || entry->is_spent()) return false;
     ++entry->fired;
-    last_[firing.event] = now_ns;
+    last_[firing.event] = ++firings_;
     return true;
 }
 

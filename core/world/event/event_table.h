@@ -32,8 +32,9 @@ public:
     std::vector<EventSpec> specs() const;
     std::vector<EventReport> reports() const;
 
-    /// World time; before 0 when it has not fired.
-    TimeNs last_fired(const std::string& name) const;
+    /// Firings of all events are numbered from 1. 0: it has not fired.
+    std::uint64_t last_firing(const std::string& name) const;
+    std::uint64_t last_firing() const { return firings_; }
 
     struct Firing {
         std::string event;
@@ -43,7 +44,7 @@ public:
     /// The events that fire at the end of the step at `now_ns`, in the order they were added.
     std::vector<Firing> due(TimeNs now_ns, const std::vector<Witness>& actors);
     /// Counts it; false when the event has fired as often as it may, or is gone.
-    bool claim(const Firing& firing, TimeNs now_ns);
+    bool claim(const Firing& firing);
     /// Those that fire at once because of it. There is no circle, because check_event_loop() has let them in.
     std::vector<Firing> after(const Firing& firing, TimeNs now_ns);
 
@@ -62,7 +63,8 @@ private:
 
     SceneRef scene_;
     std::vector<Entry> entries_;
-    std::map<std::string, TimeNs> last_;
+    std::map<std::string, std::uint64_t> last_;  ///< number of each event's latest firing
+    std::uint64_t firings_ = 0;
 };
 
 }  // namespace camrig

@@ -4,6 +4,7 @@
 
 #include "core/world/read/behaviour_json.h"
 #include "core/world/read/json_parts.h"
+#include "core/world/turn.h"
 
 namespace camrig {
 
@@ -100,7 +101,6 @@ Result<SteerSpec> read_steer(const json& value, std::string path) {
 }
 
 json actor_to_json(const ActorReport& actor) {
-    const glm::dvec3 front = actor.orientation * glm::dvec3(1.0, 0.0, 0.0);
     const glm::dquat& q = actor.orientation;
     return {{"name", actor.name},
             {"id", actor.id},
@@ -109,7 +109,7 @@ json actor_to_json(const ActorReport& actor) {
             {"scale", actor.scale},
             {"position", {actor.position.x, actor.position.y, actor.position.z}},
             {"orientation", {q.x, q.y, q.z, q.w}},
-            {"yaw_deg", glm::degrees(std::atan2(front.y, front.x))},
+            {"yaw_deg", glm::degrees(yaw_of(actor.orientation))},
             {"velocity", {actor.velocity.x, actor.velocity.y, actor.velocity.z}},
             {"behaviour", actor.behaviour},
             {"arrived", actor.arrived},

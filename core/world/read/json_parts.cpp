@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/camera/pose.h"
+#include "core/world/turn.h"
 
 namespace camrig {
 
@@ -68,7 +69,7 @@ bool read_orientation(JsonReader& reader, glm::dquat& out) {
     if (quaternion && yaw) reader.fail("yaw_deg", "give only one of yaw_deg and orientation");
     double yaw_deg = 0.0;
     reader.optional("yaw_deg", yaw_deg);
-    if (yaw) out = glm::angleAxis(glm::radians(yaw_deg), glm::dvec3(0.0, 0.0, 1.0));
+    if (yaw) out = turned_to(glm::radians(yaw_deg));
     reader.find("orientation");
     if (quaternion) {
         std::array<double, 4> q{};

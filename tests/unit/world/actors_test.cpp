@@ -300,5 +300,44 @@ TEST(Actors, AnObjectInAHandGoesWithIt) {
     EXPECT_EQ(held.velocity, anna.velocity);
 }
 
+TEST(Actors, WhatHangsOnSomebodyIsSeenWhereItIs) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "bird", "model": "man", "position": [9, 9, 0],
+                               "attach": {"actor": "anna", "node": "hand"}})"),
+                     actor(R"({"name": "anna", "model": "man", "class": "person",
+                               "behaviour": {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})"),
+                     actor(R"({"name": "ben", "model": "man", "class": "person", "position": [15, 5, 0],
+                               "behaviour": {"type": "look_at", "actor": "bird"}})"),
+                     actor(R"({"name": "carl", "model": "man", "class": "person", "position": [0, 15, 0],
+                               "behaviour": {"type": "follow", "actor": "bird", "distance_m": 1.5}})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(15 * ns_per_s);
+    const glm::dvec3 bird = find(*world, "bird").position;
+    EXPECT_LT(glm::distance(glm::dvec2(bird), glm::dvec2(find(*world, "anna").position)), 0.01);
+    EXPECT_NEAR(bird.x, 15.0, 0.01);
+    const glm::dvec3 front = find(*world, "ben").orientation * glm::dvec3(1, 0, 0);
+    EXPECT_NEAR(front.y, 1.0, 0.01) << "the bird is straight ahead of him now";
+    EXPECT_LT(glm::distance(glm::dvec2(find(*world, "carl").position), glm::dvec2(bird)), 2.5);
+}
+
+TEST(Actors, WhoJoinsARouteBeyondItsEndBeginsWhereItWrapsTo) {
+    for (const bool closed : {false, true}) {
+        auto scene = empty_scene();
+        scene->routes["loop"] = {.points = {{0, 10, 0}, {20, 10, 0}, {20, 14, 0}, {0, 14, 0}}, .closed = closed};
+        scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [5, 9, 0]})")};
+        auto world = World::create(scene, 1).value();
+        ActorPatch patch{.name = "anna"};
+        patch.behaviour = behaviour(R"({"type": "route", "route": "loop", "start_m": 95, "clip": "walk"})");
+        ASSERT_TRUE(world->change_actor(patch));
+        glm::dvec3 at = find(*world, "anna").position;
+        for (TimeNs t = scene->step_ns; t < 30 * ns_per_s; t += scene->step_ns) {
+            world->advance_to(t);
+            const glm::dvec3 next = find(*world, "anna").position;
+            ASSERT_LT(glm::distance(at, next), 0.09) << closed << " " << t;
+            at = next;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace camrig

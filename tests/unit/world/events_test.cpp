@@ -99,6 +99,58 @@ TEST(Events, ActionsAreDoneInTheirOrderAtTheInstantOfTheEvent) {
     EXPECT_EQ(moves[0].world_ns, records[2].world_ns);
 }
 
+TEST(Events, WhatIsPickedUpAndPutDownIsNeverSeenWhereItWasNotBetweenSteps) {
+    auto scene = empty_scene();
+    ObjectSpec bag;
+    bag.name = "bag";
+    bag.model = "man";
+    bag.position = {3, 2, 0};
+    scene->objects = {bag};
+    scene->actors = {actor(R"({"name": "cup", "model": "man", "position": [4, 2, 0]})"),
+                     actor(R"({"name": "anna", "model": "man", "behaviour":
+                               {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})")};
+    scene->events = {event(R"({"name": "take", "when": {"at_s": 1}, "do": [
+            {"action": "pick_up", "object": "bag", "actor": "anna", "node": "hand"},
+            {"action": "pick_up", "object": "cup", "actor": "anna"}]})"),
+                     event(R"({"name": "leave", "when": {"at_s": 5}, "do": [
+            {"action": "put_down", "object": "bag"}, {"action": "put_down", "object": "cup"}]})")};
+    auto world = World::create(scene, 1).value();
+    const auto places = [&](TimeNs t) {
+        world->advance_to(t);
+        const auto snapshot = world->snapshot(t);
+        std::map<std::string, glm::dvec2> all;
+        for (const Instance& mover : snapshot->movers) all[mover.info->name] = glm::dvec2(mover.position);
+        for (const Instance& object : snapshot->statics->objects) all[object.info->name] = glm::dvec2(object.position);
+        return all;
+    };
+    for (TimeNs t = 0; t < 6 * ns_per_s; t += 7 * ns_per_ms) {
+        auto place = places(t);
+        // Steps are at whole multiples of 20 ms; what an event does shows from its step on, not before.
+        const bool is_held = t >= ns_per_s && t < 5 * ns_per_s;
+        const double walked = place.at("anna").x;
+        for (const auto& [name, lies_at] : {std::pair("bag", 3.0), std::pair("cup", 4.0)}) {
+            const double x = is_held ? walked : t < ns_per_s ? lies_at : 5.0;
+            ASSERT_NEAR(place.at(name).x, x, 1e-6) << name << " at " << t;
+            ASSERT_NEAR(place.at(name).y, t < ns_per_s ? 2.0 : 10.0, 1e-6) << name << " at " << t;
+        }
+    }
+}
+
+TEST(Events, AnEventThatBeginsASequenceDoesNotEndItsFirstStep) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [2, 2, 0]})")};
+    scene->events = {event(R"({"name": "bell", "when": {"every_s": 2}, "limit": 2})"),
+                     event(R"({"name": "begin", "when": {"event": "bell"}, "limit": 1, "do": [
+        {"action": "behave", "actor": "anna", "behaviour": {"type": "sequence", "steps": [
+            {"type": "stand", "clip": "wait", "until": {"event": "bell"}},
+            {"type": "go_to", "position": [8, 2, 0]}]}}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(4 * ns_per_s);
+    EXPECT_EQ(find(*world, "anna").position, glm::dvec3(2, 2, 0)) << "the bell of 2 s was before it began";
+    world->advance_to(15 * ns_per_s);
+    EXPECT_LT(glm::distance(find(*world, "anna").position, glm::dvec3(8, 2, 0)), 0.1);
+}
+
 TEST(Events, AFlickerEndsWithTheLightAsItWas) {
     auto scene = empty_scene();
     scene->events = {event(R"({"name": "fail", "when": {"at_s": 1}, "do": [
