@@ -10,7 +10,8 @@ from .camera import Camera
 from .code_strip import Code, read_code
 from .errors import CamrigError, CamrigTimeout
 from .frame import Frame
-from .launch import find_binary, start
+from .launch import start
+from .places import find_binary
 from .rig import Rig, connect, default_control_path
 
 __version__ = "0.1.0"

@@ -8,6 +8,7 @@ import subprocess
 from typing import Any, Sequence
 
 from .errors import CamrigError, CamrigTimeout
+from .places import find_binary
 
 
 def record(
@@ -20,8 +21,6 @@ def record(
     timeout: float | None,
 ) -> dict[str, Any]:
     """Runs `camrig record` at a rig on this machine; gives what it prints."""
-    from .launch import find_binary  # launch makes rigs, which record
-
     command = [find_binary(), "record", os.fspath(folder), "--control", control, "--format", format, "--json"]
     if cameras:
         command += ["--cameras", ",".join(cameras)]

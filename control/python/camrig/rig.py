@@ -17,7 +17,9 @@ from .transport import http_connector, tcp_connector, unix_connector
 class Owner(Protocol):
     """What keeps the rig running: the process that start() made."""
 
-    def stop(self) -> None: ...
+    def stop(self) -> None:
+        """Raises CamrigError when the rig did not end as it should."""
+
     @property
     def log(self) -> str: ...
 
@@ -167,7 +169,8 @@ class Rig:
         return self._owner.log if self._owner else ""
 
     def close(self) -> None:
-        """Closes the connection; stops the rig if start() made it. May be called twice."""
+        """Closes the connection; stops the rig if start() made it, and raises CamrigError if that did not end as it should (see
+        start()). May be called twice."""
         self.client.close()
         if self._owner:
             self._owner.stop()
@@ -176,7 +179,14 @@ class Rig:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
+        try:
+            self.close()
+        except CamrigError as problem:
+            if value is None:
+                raise
+            # What went wrong in the block says more; from Python 3.11 on it says this too.
+            if hasattr(value, "add_note"):
+                value.add_note(str(problem))
 
     def _url(self, service: str) -> str:
         port = self._port(service)
