@@ -9,6 +9,7 @@ from typing import Any, Mapping, Protocol, Sequence
 from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
+from .grab import Instant, grab
 from .recording import record
 from .spec import camera_params, nanoseconds_of
 from .transport import http_connector, tcp_connector, unix_connector
@@ -69,6 +70,16 @@ class Rig:
         reply = self.call("camera.list")
         items = reply.get("cameras", []) if isinstance(reply, dict) else reply
         return [Camera(self, item if isinstance(item, str) else item["name"]) for item in items]
+
+    def grab(self, cameras: Sequence[Camera | str] = (), kinds: Sequence[str] = ("color",), *, timeout: float = 20.0) -> Instant:
+        """Pictures and truth of these cameras (none: all), all of one instant: ``grabbed[camera][kind]``, and ``grabbed.time_ns``.
+
+        kinds: color, depth, instance, semantic, normal (arrays, as in Camera.frame) and truth (as Camera.truth). While the world stands
+        (lockstep, pause) it is the instant of the cameras' latest due frames; while it runs, the next at which all are due. CamrigError when
+        there is none: the frames do not fall together, or each within ``timeout`` seconds was dropped for one of the cameras.
+        """
+        names = [camera if isinstance(camera, str) else camera.name for camera in cameras] or [camera.name for camera in self.cameras()]
+        return grab(self, names, kinds, timeout)
 
     # World
 
