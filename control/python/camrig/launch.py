@@ -65,6 +65,7 @@ def start(
         host = ready.get("host", "127.0.0.1")
         return Rig(
             Client(unix_connector(process.control)),
+            control=process.control,
             host="127.0.0.1" if host in ("0.0.0.0", "::") else host,
             ports=ports,
             owner=process,

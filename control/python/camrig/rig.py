@@ -10,7 +10,7 @@ from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
 from .grab import Instant, grab
-from .recording import record
+from .recording import record, record_options
 from .spec import camera_params, nanoseconds_of
 from .transport import http_connector, tcp_connector, unix_connector
 
@@ -32,12 +32,15 @@ class Rig:
         self,
         client: Client,
         *,
+        control: str | None = None,
         host: str | None = None,
         token: str | None = None,
         ports: dict[str, int] | None = None,
         owner: Owner | None = None,
     ) -> None:
+        """control: where the command line finds this rig, a path or HOST:PORT; None when it cannot."""
         self.client = client
+        self._control = control
         self.token = token
         self._host = host
         self._ports = ports
@@ -142,13 +145,18 @@ class Rig:
     # The rig
 
     def record(self, folder: str | os.PathLike[str], cameras: Sequence[Camera | str] = (), *, seconds: float | None = None,
-               frames: int | None = None, format: str = "png", timeout: float | None = None) -> dict[str, Any]:
-        """Writes a data set with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
+               frames: int | None = None, format: str = "png", depth: str | None = None, masks: bool = False, yolo: bool = False,
+               timeout: float | None = None) -> dict[str, Any]:
+        """Writes a data set on this machine with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
 
-        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures.
+        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures; depth: npy or png;
+        masks: instance pictures and COCO masks; yolo: YOLO labels. The rig may be another machine's (connect with ``port``).
         """
+        if self._control is None:
+            raise CamrigError("unsupported", "record: goes over the Unix socket or TCP (serve --tcp, connect(host=, port=)), not over HTTP")
         names = [camera if isinstance(camera, str) else camera.name for camera in cameras]
-        return record(self.info()["control"], folder, names, seconds, frames, format, timeout)
+        options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, masks=masks, yolo=yolo)
+        return record(self._control, self.token, options, timeout)
 
     def stats(self) -> dict[str, Any]:
         return self.call("stats.get")
@@ -247,9 +255,11 @@ def connect(
     elif control is not None or (port is None) == (http_port is None):
         raise CamrigError("invalid_argument", "connect: give control, or host with either port (TCP) or http_port")
     if host is None:
-        rig = Rig(Client(unix_connector(control or default_control_path()), timeout_s=timeout), token=token)
+        path = os.fspath(control or default_control_path())
+        rig = Rig(Client(unix_connector(path), timeout_s=timeout), control=path, token=token)
     elif port is not None:
-        rig = Rig(Client(tcp_connector(host, port), token, timeout), host=host, token=token)
+        address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+        rig = Rig(Client(tcp_connector(host, port), token, timeout), control=address, host=host, token=token)
     else:
         assert http_port is not None
         rig = Rig(Client(http_connector(host, http_port, token), timeout_s=timeout), host=host, token=token)
