@@ -3,12 +3,15 @@
 import configparser
 import json
 import os
+import resource
 import signal
 import subprocess
 
 import cv2
 import numpy as np
 import pytest
+import yaml
+from PIL import Image
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
@@ -212,3 +215,141 @@ def test_a_recording_says_what_is_wrong(rig, tmp_path):
     assert caught.value.kind == "invalid_argument"
     empty = subprocess.run([camrig.find_binary(), "record", str(tmp_path), "--repair"], capture_output=True, text=True)
     assert empty.returncode == 1 and "no data set" in empty.stderr
+
+
+@pytest.fixture(scope="module")
+def rich(tmp_path_factory):
+    """One camera with everything that can be asked for, and what it saw last; another with depth as PNG."""
+    folder = tmp_path_factory.mktemp("rich")
+    with camrig.start(REPOSITORY / "scenes" / "hall.json", mode="lockstep") as rig:
+        for cam in rig.cameras():
+            cam.delete()
+        cam = rig.create_camera("eye", place="lobby", size=(321, 240), fps=10)
+        rig.record(folder / "npy", depth="npy", masks=True, yolo=True, frames=2)
+        last = rig.grab([cam], ["depth", "instance", "truth"])["eye"]
+        rig.record(folder / "png", depth="png", frames=1)
+        return folder, last, cam.depth()
+
+
+def test_depth_is_metres_as_npy_and_millimetres_as_png(rich):
+    folder, last, later = rich
+    depth = np.load(folder / "npy" / "eye" / "depth" / "000002.npy")
+    assert depth.dtype == np.float32
+    np.testing.assert_array_equal(depth, last["depth"])
+    with Image.open(folder / "png" / "eye" / "depth" / "000001.png") as picture:
+        millimetres = np.asarray(picture)
+    assert millimetres.dtype == np.uint16 or picture.mode.startswith("I")
+    near = later < 65.5
+    assert near.mean() > 0.5
+    np.testing.assert_allclose(millimetres[near], 1000 * later[near], atol=0.5 + 1e-3)
+    assert (millimetres[~np.isfinite(later)] == 0).all()
+
+
+def test_masks_are_the_instance_picture_for_cocos_own_reader(rich):
+    folder, last, _ = rich
+    with Image.open(folder / "npy" / "eye" / "instance" / "000002.png") as picture:
+        ids = np.asarray(picture).astype(np.uint32)
+    np.testing.assert_array_equal(ids, last["instance"])
+    coco = COCO(str(folder / "npy" / "coco.json"))
+    (image,) = [i for i in coco.dataset["images"] if i["frame"] == 2]
+    annotations = coco.loadAnns(coco.getAnnIds(imgIds=[image["id"]]))
+    assert {a["track_id"] for a in annotations} == set(np.unique(ids)) - {0} and len(annotations) > 5
+    for annotation in annotations:
+        np.testing.assert_array_equal(coco.annToMask(annotation) == 1, ids == annotation["track_id"])
+
+
+def test_yolo_labels_are_where_its_trainer_looks_and_are_the_truth(rich):
+    folder, last, _ = rich
+    description = yaml.safe_load((folder / "npy" / "yolo.yaml").read_text())
+    (pictures,) = description["train"]
+    picture = folder / "npy" / pictures / "000002.png"
+    assert picture.is_file()
+    label = str(picture).replace("/images/", "/labels/").replace(".png", ".txt")  # as Ultralytics finds it
+    rows = [line.split() for line in open(label).read().splitlines()]
+    seen = [item for item in last["truth"]["objects"] if item["pixels"]]
+    assert len(rows) == len(seen) > 5
+    for (number, *box), item in zip(rows, seen):
+        assert description["names"][int(number)] == item["class"]
+        x, y, w, h = np.array(box, float) * [321, 240, 321, 240]
+        np.testing.assert_allclose([x - w / 2, y - h / 2, w, h], item["box"], atol=1e-3)
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_recording_that_is_told_to_end_completes_its_labels_and_the_world_runs_on(tmp_path, stop):
+    folder = tmp_path / "set"
+    with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="realtime") as rig:
+        rig.create_camera("a", size=(64, 48), fps=100)
+        recorder = subprocess.Popen([camrig.find_binary(), "record", str(folder), "--cameras", "a", "--seconds", "1000000", "--json",
+                                     "--control", rig.info()["control"]], stdout=subprocess.PIPE)
+        path = folder / "a" / "truth.jsonl"
+        wait_until(lambda: recorder.poll() is not None or (path.exists() and path.read_bytes().count(b"\n") >= 3), 60, "3 frames")
+        recorder.send_signal(stop)
+        said = json.loads(recorder.communicate(timeout=60)[0])
+        assert recorder.returncode == 0 and said["frames"] == len(journal(folder / "a")) >= 3
+        assert rig.status()["paused"] is False
+    assert len(json.loads((folder / "coco.json").read_text())["images"]) == said["frames"]
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_recording_that_takes_too_long_is_a_data_set_and_the_world_runs_on(rig, tmp_path):
+    rig.create_camera("a", size=(64, 48), fps=100)
+    with pytest.raises(camrig.CamrigTimeout, match="what is there is a data set"):
+        rig.record(tmp_path / "set", ["a"], seconds=1_000_000, timeout=1.0)
+    assert rig.status()["paused"] is False
+    assert len(json.loads((tmp_path / "set" / "coco.json").read_text())["images"]) == len(journal(tmp_path / "set" / "a"))
+
+
+def test_a_rig_that_was_reached_by_tcp_is_recorded_here(tmp_path, monkeypatch):
+    """The path of its Unix socket says nothing on another machine."""
+    (tmp_path / "token").write_text("a-long-and-secret-token")
+    with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="lockstep", tcp=0, args=["--token-file", str(tmp_path / "token")]) as local:
+        port = local.info()["tcp"]
+        with camrig.connect(host="127.0.0.1", port=port, token="a-long-and-secret-token") as rig:
+            answer = rig.client.call
+            monkeypatch.setattr(rig.client, "call", lambda method, params=None, timeout_s=None: (
+                {**answer(method, params, timeout_s), "control": "/not/on/this/machine"} if method == "server.info" else answer(method, params, timeout_s)))
+            rig.create_camera("a", size=(64, 48))
+            assert rig.record(tmp_path / "set", ["a"], frames=2)["frames"] == 2
+        with camrig.connect(host="127.0.0.1", http_port=local.info()["http"], token="a-long-and-secret-token") as rig:
+            with pytest.raises(camrig.CamrigError, match="not over HTTP"):
+                rig.record(tmp_path / "other", ["a"], frames=2)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_full_disk_leaves_whole_frames_and_the_reason(rig, tmp_path):
+    """A limit on the size of files stops the journal as a full disk does: in the middle of a line, after a part was written."""
+    folder, limit = tmp_path / "set", 15_000
+    rig.create_camera("a", size=(64, 48), fps=100)
+
+    def small_disk():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    command = [camrig.find_binary(), "record", str(folder), "--cameras", "a", "--frames", "100", "--control", rig.info()["control"]]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, preexec_fn=small_disk, restore_signals=False, check=False)
+    assert done.returncode == 1 and "truth.jsonl: cannot be written: File too large" in done.stderr, done.stderr
+    text = (folder / "a" / "truth.jsonl").read_bytes()
+    count = text.count(b"\n")
+    assert 3 <= count < 100 and text.endswith(b"\n") and len(text) <= limit
+
+    def names(part):
+        return sorted(path.name for path in (folder / "a" / part).iterdir())
+
+    def check_frames():
+        assert names("image_2") == [f"{n:06}.png" for n in range(1, count + 1)]
+        assert names("label_2") == names("calib") == [f"{n:06}.txt" for n in range(1, count + 1)]
+        assert {int(row[0]) for row in mot_rows(folder / "a")} <= set(range(1, count + 1))
+
+    check_frames()
+    # An older camrig, or a machine that lost its power, leaves this behind.
+    with (folder / "a" / "truth.jsonl").open("ab") as cut:
+        cut.write(b'{"camera": "a", "seq')
+    for part, name in (("image_2", f"{count + 1:06}.png"), ("label_2", f"{count + 1:06}.txt"), ("image_2", f"{count + 2:06}.png.aB3xYz")):
+        (folder / "a" / part / name).write_text("half")
+    (folder / "a" / "image_2" / "mine.txt").write_text("not a frame")
+    repaired = subprocess.run([camrig.find_binary(), "record", str(folder), "--repair", "--json"], capture_output=True, text=True, check=True)
+    assert json.loads(repaired.stdout)["frames"] == count
+    assert (folder / "a" / "truth.jsonl").read_bytes() == text
+    (folder / "a" / "image_2" / "mine.txt").unlink()
+    check_frames()
+    assert len(json.loads((folder / "coco.json").read_text())["images"]) == count

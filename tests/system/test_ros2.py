@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -300,6 +301,25 @@ def test_a_recorder_that_is_killed_leaves_a_bag_that_opens(rig, tmp_path):
     assert sum(len(items) for items in found.values()) >= before
     assert len(found["/a/image_raw/compressed"]) >= 10 and found["/tf_static"]
     assert counts_by_rosbags(bag) == {topic: len(items) for topic, items in found.items()}
+
+
+@pytest.mark.camrig(**MINIMAL)
+def test_a_full_disk_ends_a_recording_with_one_line_and_a_bag_that_opens(rig, tmp_path):
+    """A limit on the size of files takes a part of the data and then no more, as a full disk does."""
+    rig.create_camera("a", size=(64, 48), fps=100, place="main")
+
+    def small_disk():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+
+    bag = tmp_path / "bag"
+    done = subprocess.run(command(rig, "ros2", "record", bag, "--cameras", "a", "--raw", "--seconds", 1), env=dict(os.environ, CAMRIG_PYTHON=sys.executable),
+                          capture_output=True, text=True, timeout=120, preexec_fn=small_disk, restore_signals=False, check=False)
+    assert done.returncode == 1 and "bag_0.mcap: cannot be written: File too large; the bag holds what came before" in done.stderr, done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    found = messages(bag)
+    held = counts_by_rosbags(bag)
+    assert {topic: count for topic, count in held.items() if count} == {topic: len(items) for topic, items in found.items()}
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")

@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,8 +13,11 @@
 
 #include "core/base/base64.h"
 #include "core/base/rate.h"
+#include "core/codec/encoder.h"
+#include "rtsp_out/http/npy.h"
 #include "tools/camrig/cli_commands.h"
 #include "tools/camrig/dataset/dataset.h"
+#include "tools/camrig/dataset/mask_rle.h"
 
 // `camrig record`: a client like any other. It steps the world from one due instant to the next and takes picture and
 // truth of every camera that is due there, so that nothing is dropped however long a frame takes.
@@ -29,10 +34,34 @@ struct RecordOptions {
     std::optional<double> seconds;
     std::optional<std::int64_t> frames;
     std::string format = "png";
+    std::string depth;  ///< npy, png, or empty: none
+    bool masks = false;
+    bool yolo = false;
     bool repairs = false;
 };
 
 volatile std::sig_atomic_t stop_asked = 0;
+
+/// While it lives, Ctrl-C, `kill` and a terminal that goes end the recording after the frame in work, in order.
+class StopSignals {
+public:
+    StopSignals() {
+        stop_asked = 0;
+        struct sigaction stop{};
+        stop.sa_handler = [](int) { stop_asked = 1; };
+        stop.sa_flags = SA_RESTART;
+        for (std::size_t i = 0; i < numbers.size(); ++i) ::sigaction(numbers[i], &stop, &before_[i]);
+    }
+    ~StopSignals() {
+        for (std::size_t i = 0; i < numbers.size(); ++i) ::sigaction(numbers[i], &before_[i], nullptr);
+    }
+    StopSignals(const StopSignals&) = delete;
+    StopSignals& operator=(const StopSignals&) = delete;
+
+private:
+    static constexpr std::array numbers{SIGINT, SIGTERM, SIGHUP};
+    std::array<struct sigaction, numbers.size()> before_{};
+};
 
 struct RecordedCamera {
     std::string name;
@@ -63,16 +92,22 @@ private:
 
 class Recorder {
 public:
-    Recorder(RpcClient client, const RecordOptions& options) : client_(std::move(client)), options_(options) {}
+    Recorder(const CliContext& context, RpcClient client, const RecordOptions& options)
+        : context_(context), client_(std::move(client)), options_(options) {}
 
     Result<json> run(Progress& progress);
 
 private:
     Result<void> choose_cameras();
     Result<void> hold_world();
+    Result<void> let_world_go();
     Result<std::int64_t> record(Progress& progress);
     Result<void> take(const RecordedCamera& camera, TimeNs instant_ns);
+    Result<std::vector<std::byte>> picture(const json& params, const json& truth);
+    Result<DatasetWriter::FrameFile> depth(const RecordedCamera& camera, const json& truth);
+    Result<DatasetWriter::FrameFile> masks(const RecordedCamera& camera, json& truth);
 
+    const CliContext& context_;
     RpcClient client_;
     const RecordOptions& options_;
     std::vector<RecordedCamera> cameras_;
@@ -113,22 +148,86 @@ Result<void> Recorder::hold_world() {
     return {};
 }
 
-Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
-    const json what{{"camera", camera.name}, {"min_ns", instant_ns}};
-    json of_frame = what;
-    of_frame["format"] = options_.format;
-    const auto frame = client_.call("frame.get", of_frame);
+/// On a connection of its own where the first was lost: the world must not stand for that.
+Result<void> Recorder::let_world_go() {
+    const auto resumed = client_.is_usable() ? client_.call("world.resume") : context_.call("world.resume");
+    if (!resumed) return std::unexpected(resumed.error());
+    return {};
+}
+
+/// The bytes of frame.get; its frame must be the truth's.
+Result<std::vector<std::byte>> Recorder::picture(const json& params, const json& truth) {
+    const auto frame = client_.call("frame.get", params);
     if (!frame) return std::unexpected(frame.error());
-    const auto truth = client_.call("truth.get", what);
-    if (!truth) return std::unexpected(truth.error());
-    if ((*frame)["time_ns"] != instant_ns || (*truth)["time_ns"] != instant_ns ||
-        (*frame)["sequence"] != (*truth)["sequence"])
-        return error(ErrorKind::unavailable, "camera " + camera.name +
+    if ((*frame)["time_ns"] != truth["time_ns"] || (*frame)["sequence"] != truth["sequence"])
+        return error(ErrorKind::unavailable, "camera " + params["camera"].get<std::string>() +
                                                  ": somebody else moves the world or changes the camera; a recording "
                                                  "needs both for itself");
-    const auto picture = base64_decode(frame->value("data", ""));
-    if (!picture) return std::unexpected(picture.error());
-    return writer_->add(*truth, *picture, camera.rate.to_string());
+    return base64_decode(frame->value("data", ""));
+}
+
+Result<DatasetWriter::FrameFile> Recorder::depth(const RecordedCamera& camera, const json& truth) {
+    const bool is_npy = options_.depth == "npy";
+    auto bytes = picture(
+        {{"camera", camera.name}, {"min_ns", truth["time_ns"]}, {"kind", "depth"}, {"format", is_npy ? "raw" : "png"}},
+        truth);
+    if (!bytes) return std::unexpected(bytes.error());
+    if (is_npy) {
+        const std::string head = npy_float32_head({truth["size"][0].get<int>(), truth["size"][1].get<int>()});
+        const auto of_head = std::as_bytes(std::span(head));
+        bytes->insert(bytes->begin(), of_head.begin(), of_head.end());
+    }
+    return DatasetWriter::FrameFile{"depth", "." + options_.depth, std::move(*bytes)};
+}
+
+/// The instance picture; the masks of its objects go into the truth.
+Result<DatasetWriter::FrameFile> Recorder::masks(const RecordedCamera& camera, json& truth) {
+    auto bytes = picture(
+        {{"camera", camera.name}, {"min_ns", truth["time_ns"]}, {"kind", "instance"}, {"format", "raw"}}, truth);
+    if (!bytes) return std::unexpected(bytes.error());
+    const ImageSize size{truth["size"][0].get<int>(), truth["size"][1].get<int>()};
+    std::vector<std::uint32_t> ids(static_cast<std::size_t>(size.pixels()));
+    if (bytes->size() != ids.size() * sizeof ids[0])
+        return error(ErrorKind::internal, "camera " + camera.name + ": an instance picture of another size");
+    std::memcpy(ids.data(), bytes->data(), bytes->size());
+    auto masks = coco_masks(ids, size);
+    for (json& object : truth["objects"]) {
+        const auto mask = masks.find(object["id"].get<std::uint32_t>());
+        if (mask != masks.end())
+            object["segmentation"] = {{"size", {size.height, size.width}}, {"counts", std::move(mask->second)}};
+    }
+    FrameInfo info;
+    info.camera = std::make_shared<const std::string>(camera.name);
+    info.size = size;
+    info.kind = FrameKind::instance;
+    info.format = PixelFormat::id32;
+    auto encoder = create_png_encoder();
+    if (!encoder) return std::unexpected(encoder.error());
+    const auto png = (*encoder)->encode(Frame(std::move(info), std::move(*bytes)));
+    if (!png) return std::unexpected(png.error());
+    return DatasetWriter::FrameFile{"instance", ".png", **png};
+}
+
+Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
+    auto truth = client_.call("truth.get", {{"camera", camera.name}, {"min_ns", instant_ns}});
+    if (!truth) return std::unexpected(truth.error());
+    if ((*truth)["time_ns"] != instant_ns)
+        return error(ErrorKind::unavailable,
+                     "camera " + camera.name + ": somebody else moves the world; a recording needs it for itself");
+    const auto color = picture({{"camera", camera.name}, {"min_ns", instant_ns}, {"format", options_.format}}, *truth);
+    if (!color) return std::unexpected(color.error());
+    std::vector<DatasetWriter::FrameFile> further;
+    if (!options_.depth.empty()) {
+        auto file = depth(camera, *truth);
+        if (!file) return std::unexpected(file.error());
+        further.push_back(std::move(*file));
+    }
+    if (options_.masks) {
+        auto file = masks(camera, *truth);
+        if (!file) return std::unexpected(file.error());
+        further.push_back(std::move(*file));
+    }
+    return writer_->add(*truth, *color, further, camera.rate.to_string());
 }
 
 Result<std::int64_t> Recorder::record(Progress& progress) {
@@ -164,9 +263,9 @@ Result<json> Recorder::run(Progress& progress) {
     if (auto held = hold_world(); !held) return std::unexpected(held.error());
     json names = json::array();
     for (const RecordedCamera& camera : cameras_) names.push_back(camera.name);
-    auto writer = DatasetWriter::create(options_.folder,
-                                        {{"scene", world_["scene"]}, {"seed", world_["seed"]}, {"cameras", names}},
-                                        options_.format == "png" ? ".png" : ".jpg");
+    const json description{{"scene", world_["scene"]}, {"seed", world_["seed"]},  {"cameras", names},
+                           {"depth", options_.depth},  {"masks", options_.masks}, {"yolo", options_.yolo}};
+    auto writer = DatasetWriter::create(options_.folder, description, options_.format == "png" ? ".png" : ".jpg");
     Result<std::int64_t> frames = 0;
     if (writer) {
         writer_ = std::move(*writer);
@@ -175,7 +274,7 @@ Result<json> Recorder::run(Progress& progress) {
         frames = std::unexpected(writer.error());
     }
     if (resumes_) {
-        if (auto resumed = client_.call("world.resume"); !resumed && frames) return std::unexpected(resumed.error());
+        if (auto resumed = let_world_go(); !resumed && frames) frames = std::unexpected(resumed.error());
     }
     // What came before an error is a data set too.
     if (writer_)
@@ -193,13 +292,11 @@ int record_or_repair(const CliContext& context, const RecordOptions& options) {
     }
     auto client = context.connect();
     if (!client) return context.fail(client.error());
-    stop_asked = 0;
-    const auto before = std::signal(SIGINT, [](int) { stop_asked = 1; });
+    const StopSignals signals;
     Result<json> done = [&] {
         Progress progress(context.err, !context.json);
-        return Recorder(std::move(*client), options).run(progress);
+        return Recorder(context, std::move(*client), options).run(progress);
     }();
-    std::signal(SIGINT, before);
     if (!done) return context.fail(done.error());
     return context.print(*done, options.folder.string() + ": " + plain_text((*done)["frames"]) + " frames of " +
                                     std::to_string((*done)["cameras"].size()) +
@@ -221,6 +318,10 @@ void add_record_command(CLI::App& app, CliContext& context) {
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}))
         ->excludes(seconds);
     record->add_option("--format", options->format, "of pictures: png or jpeg")->check(CLI::IsMember({"png", "jpeg"}));
+    record->add_option("--depth", options->depth, "too: npy (float32, metres) or png (16 bit, millimetres)")
+        ->check(CLI::IsMember({"npy", "png"}));
+    record->add_flag("--masks", options->masks, "instance pictures (16-bit PNG of ids) and COCO masks too");
+    record->add_flag("--yolo", options->yolo, "YOLO labels too");
     record->add_flag("--repair", options->repairs, "completes a data set whose recording was killed, without a rig");
     record->callback(
         [options, &context] { context.action = [options, &context] { return record_or_repair(context, *options); }; });

@@ -10,7 +10,10 @@ from .camera import Camera
 from .code_strip import Code, read_code
 from .errors import CamrigError, CamrigTimeout
 from .frame import Frame
-from .launch import find_binary, start
+from .grab import Instant
+from .launch import start
+from .places import find_binary
+from .projection import Projection
 from .rig import Rig, connect, default_control_path
 
 __version__ = "0.1.0"
@@ -21,6 +24,8 @@ __all__ = [
     "CamrigTimeout",
     "Code",
     "Frame",
+    "Instant",
+    "Projection",
     "Rig",
     "connect",
     "default_control_path",

@@ -11,6 +11,7 @@ import numpy as np
 
 from .errors import CamrigError
 from .frame import Frame, data_of, frame_of
+from .projection import Projection
 from .spec import camera_params
 
 if TYPE_CHECKING:
@@ -59,6 +60,31 @@ class Camera:
     def truth(self, min_ns: int | None = None) -> dict[str, Any]:
         """The truth of the latest due frame: camera, pose and every object in view."""
         return self._rig.call("truth.get", camera=self.name, **_optional(min_ns=min_ns))
+
+    def projection(self) -> Projection:
+        """Calibration and place of this moment together; of an instant, ``camrig.Projection.of(truth)``."""
+        return Projection.of(self.get())
+
+    @property
+    def K(self) -> np.ndarray:
+        """3x3 float64 camera matrix, pixels, pixel centres at integers; asks the rig, like all below."""
+        return self.projection().K
+
+    @property
+    def distortion(self) -> np.ndarray:
+        """Coefficients of its lens model in the order of OpenCV and ROS; five zeros for a pinhole."""
+        return self.projection().distortion
+
+    @property
+    def world_from_camera(self) -> np.ndarray:
+        """4x4 float64: from its optical frame (z forward, x right, y down) to the world, metres; of a camera that is mounted, at its latest
+        due frame."""
+        return self.projection().world_from_camera
+
+    def project(self, points: Any) -> np.ndarray:
+        """Pixels (N x 2) of points of the world (N x 3, metres) through its lens, also outside of the picture; NaN for those behind it or
+        beyond the angle at which its lens folds."""
+        return self.projection().project(points)
 
     def snapshot(self, path: str | os.PathLike[str]) -> Path:
         """Writes the latest due frame to a .jpg or .png file, as encoded by the rig; returns the path."""

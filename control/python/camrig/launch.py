@@ -15,43 +15,18 @@ from typing import Any, Mapping, Sequence
 
 from .client import Client
 from .errors import CamrigError, CamrigTimeout
+from .places import find_binary, find_scene
 from .rig import Rig
 from .transport import unix_connector
 
 
-def _find_checkout() -> Path | None:
-    """The source checkout, when the package is used from one (control/python/camrig/launch.py)."""
-    root = Path(__file__).resolve().parents[3]
-    return root if (root / "control" / "python" / "pyproject.toml").is_file() else None
-
-
-_CHECKOUT = _find_checkout()
 _MAX_LOG_CHARS = 8000
-_STOP_TIMEOUT_S = 5.0
+_READY_EXIT_TIMEOUT_S = 5.0
 
 
-def find_binary() -> str:
-    """The camrig program: $CAMRIG_BIN, else one in $PATH, else the one built in this source checkout."""
-    if path := os.environ.get("CAMRIG_BIN"):
-        return path
-    if path := shutil.which("camrig"):
-        return path
-    places = "neither in $CAMRIG_BIN nor in $PATH"
-    if _CHECKOUT is not None:
-        for preset in ("dev", "run", "ci"):
-            candidate = _CHECKOUT / "build" / preset / "tools" / "camrig" / "camrig"
-            if candidate.is_file():
-                return str(candidate)
-        places += f" nor built in {_CHECKOUT}"
-    raise CamrigError("unavailable", f"no camrig program: {places}; build it with tools/run and set CAMRIG_BIN")
-
-
-def find_scene(scene: str | os.PathLike[str]) -> str:
-    """The file as given, else the one of that name in the source checkout ("scenes/minimal.json" works from anywhere)."""
-    path = Path(scene)
-    if not path.exists() and not path.is_absolute() and _CHECKOUT is not None and (_CHECKOUT / path).exists():
-        return str(_CHECKOUT / path)
-    return str(path)
+def _stop_timeout_s() -> float:
+    """How long a rig may take to end; programs built with a sanitizer need longer."""
+    return float(os.environ.get("CAMRIG_STOP_TIMEOUT_S", "5"))
 
 
 def start(
@@ -74,9 +49,11 @@ def start(
 
     mode (realtime, lockstep), device (EGL device number, "cpu", or "llvmpipe": all by Mesa's rasteriser), seed, overload (drop, slow), quality (fast, simple,
     beautiful), http, rtsp, tcp (ports; 0: any free one) are the options of that command; ``args`` are further ones. ``env`` adds
-    to the environment. The rig ends with close(), with the context manager, or with this Python program.
+    to the environment. The rig ends with close(), with the context manager, or with this Python program. close() raises CamrigError
+    when the rig has not ended as it should: with exit code 0, within 5 s ($CAMRIG_STOP_TIMEOUT_S).
     """
-    command = [os.fspath(binary) if binary is not None else find_binary(), "serve", find_scene(scene)]
+    program = os.fspath(binary) if binary is not None else find_binary()
+    command = [program, "serve", find_scene(scene, program)]
     command += ["--http", str(http), "--rtsp", str(rtsp)]
     for option, value in (("mode", mode), ("device", device), ("seed", seed), ("overload", overload), ("quality", quality), ("tcp", tcp)):
         if value is not None:
@@ -88,12 +65,13 @@ def start(
         host = ready.get("host", "127.0.0.1")
         return Rig(
             Client(unix_connector(process.control)),
+            control=process.control,
             host="127.0.0.1" if host in ("0.0.0.0", "::") else host,
             ports=ports,
             owner=process,
         )
     except BaseException:
-        process.stop()
+        process.discard()
         raise
 
 
@@ -127,8 +105,8 @@ class _Process:
             raise CamrigError("unavailable", f"cannot run {command[0]}: {problem.strerror}") from problem
         finally:
             os.close(child_fd)
-        # Runs once: at stop(), when nobody holds the rig any more, or at the end of the program.
-        self._finalizer = weakref.finalize(self, _end, self._child, directory, os.getpid())
+        # Runs once: at discard(), when nobody holds the rig any more, or at the end of the program; stop() takes its place.
+        self._finalizer = weakref.finalize(self, _discard, self._child, directory, os.getpid())
 
     @property
     def log(self) -> str:
@@ -166,13 +144,28 @@ class _Process:
         return ready
 
     def stop(self) -> None:
+        """Ends the daemon, once. Raises CamrigError when it did not end as it should, or had ended before in another way."""
+        end = self._finalizer.detach()
+        if end is None:
+            return
+        _, _, (child, directory, owner_pid), _ = end
+        if os.getpid() != owner_pid:  # a forked copy of us: the rig is not its own
+            return
+        complaint = _end(child)
+        self._final_log = self.log
+        shutil.rmtree(directory, ignore_errors=True)
+        if complaint:
+            raise CamrigError("internal", self._failure(complaint))
+
+    def discard(self) -> None:
+        """Ends the daemon, however it takes that."""
         if self._finalizer.alive:
             self._final_log = self.log
             self._finalizer()
 
     def _exit_text(self) -> str:
         try:
-            return f"ended with exit code {self._child.wait(_STOP_TIMEOUT_S)}"
+            return f"ended with exit code {self._child.wait(_READY_EXIT_TIMEOUT_S)}"
         except subprocess.TimeoutExpired:
             return "closed --ready-fd without being ready"
 
@@ -181,14 +174,28 @@ class _Process:
         return f"camrig {what}: {' '.join(self._child.args)}" + (f"\n{log}" if log else "")  # type: ignore[arg-type]
 
 
-def _end(child: subprocess.Popen[bytes], directory: str, pid: int) -> None:
-    if os.getpid() != pid:  # a forked copy of us: the rig is not its own
-        return
-    if child.poll() is None:
+def _end(child: subprocess.Popen[bytes]) -> str | None:
+    """Asks the child to end and waits until it has. What was wrong with that; None when nothing was."""
+    code = child.poll()
+    when = "had ended before it was stopped"
+    if code is None:
+        when = "ended"
         child.terminate()
         try:
-            child.wait(_STOP_TIMEOUT_S)
+            code = child.wait(_stop_timeout_s())
         except subprocess.TimeoutExpired:
-            child.kill()
-            child.wait()
+            return f"did not end within {_stop_timeout_s():g} s of SIGTERM and was killed"
+        finally:
+            if child.returncode is None:
+                child.kill()
+                child.wait()
+    if code == 0:
+        return None
+    return f"{when}, by signal {-code}" if code < 0 else f"{when}, with exit code {code}"
+
+
+def _discard(child: subprocess.Popen[bytes], directory: str, owner_pid: int) -> None:
+    if os.getpid() != owner_pid:  # a forked copy of us: the rig is not its own
+        return
+    _end(child)
     shutil.rmtree(directory, ignore_errors=True)

@@ -27,7 +27,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
-    """A running rig of this test's own, stopped after it; its log is shown when the test fails."""
+    """A running rig of this test's own, stopped after it; its log is shown when the test fails. A rig that then does not end with
+    exit code 0 and in time fails the test."""
     options = dict(_DEFAULTS)
     for marker in reversed(list(request.node.iter_markers("camrig"))):
         if marker.args:
@@ -35,7 +36,7 @@ def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
         options.update(marker.kwargs)
     scene = options.pop("scene")
     below_root = request.config.rootpath / scene
-    with launch.start(below_root if below_root.exists() else scene, **options) as running:
+    with launch.start(below_root if below_root.is_file() else scene, **options) as running:
         request.node.stash[_RIG] = running
         yield running
 

@@ -5,36 +5,68 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import tempfile
 from typing import Any, Sequence
 
 from .errors import CamrigError, CamrigTimeout
+from .places import find_binary
+
+#: A recording that is asked to end completes its labels first.
+_FINISH_TIMEOUT_S = 60.0
 
 
-def record(
-    control: str,
+def record(control: str, token: str | None, options: Sequence[str], timeout: float | None) -> dict[str, Any]:
+    """Runs `camrig record` at the rig with that control socket (a path, or HOST:PORT); gives what it prints. One that takes longer than
+    `timeout` seconds, or is interrupted, is asked to end: what is there then is a data set, and the world goes on."""
+    with tempfile.NamedTemporaryFile("w", prefix="camrig-token-") as token_file:  # readable by its owner only
+        command = [find_binary(), "record", "--control", control, "--json", *options]
+        if token:
+            token_file.write(token)
+            token_file.flush()
+            command += ["--token-file", token_file.name]
+        try:
+            child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        except OSError as problem:
+            raise CamrigError("unavailable", f"cannot run {command[0]}: {problem.strerror}") from problem
+        with child:
+            try:
+                out, err = child.communicate(timeout=timeout)
+            except subprocess.TimeoutExpired:
+                _finish(child)
+                raise CamrigTimeout("unavailable", f"record: not done within {timeout} s; what is there is a data set") from None
+            except BaseException:
+                _finish(child)
+                raise
+    if child.returncode != 0:
+        kind = "invalid_argument" if child.returncode == 2 else "unavailable"
+        raise CamrigError(kind, err.strip().removeprefix("camrig: ") or f"record: exit code {child.returncode}")
+    return json.loads(out)
+
+
+def record_options(
     folder: str | os.PathLike[str],
     cameras: Sequence[str],
+    *,
     seconds: float | None,
     frames: int | None,
     format: str,
-    timeout: float | None,
-) -> dict[str, Any]:
-    """Runs `camrig record` at a rig on this machine; gives what it prints."""
-    from .launch import find_binary  # launch makes rigs, which record
-
-    command = [find_binary(), "record", os.fspath(folder), "--control", control, "--format", format, "--json"]
+    depth: str | None,
+    masks: bool,
+    yolo: bool,
+) -> list[str]:
+    """The command line of it."""
+    options = [os.fspath(folder), "--format", format]
     if cameras:
-        command += ["--cameras", ",".join(cameras)]
-    for option, value in (("--seconds", seconds), ("--frames", frames)):
+        options += ["--cameras", ",".join(cameras)]
+    for option, value in (("--seconds", seconds), ("--frames", frames), ("--depth", depth)):
         if value is not None:
-            command += [option, str(value)]
+            options += [option, str(value)]
+    return options + [option for option, is_wanted in (("--masks", masks), ("--yolo", yolo)) if is_wanted]
+
+
+def _finish(child: subprocess.Popen[str]) -> None:
+    child.terminate()
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+        child.communicate(timeout=_FINISH_TIMEOUT_S)
     except subprocess.TimeoutExpired:
-        raise CamrigTimeout("unavailable", f"record: not done within {timeout} s; what is there is a data set") from None
-    except OSError as problem:
-        raise CamrigError("unavailable", f"cannot run {command[0]}: {problem.strerror}") from problem
-    if done.returncode != 0:
-        kind = "invalid_argument" if done.returncode == 2 else "unavailable"
-        raise CamrigError(kind, done.stderr.strip().removeprefix("camrig: ") or f"record: exit code {done.returncode}")
-    return json.loads(done.stdout)
+        child.kill()

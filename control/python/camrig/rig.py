@@ -9,7 +9,8 @@ from typing import Any, Mapping, Protocol, Sequence
 from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
-from .recording import record
+from .grab import Instant, grab
+from .recording import record, record_options
 from .spec import camera_params, nanoseconds_of
 from .transport import http_connector, tcp_connector, unix_connector
 
@@ -17,7 +18,9 @@ from .transport import http_connector, tcp_connector, unix_connector
 class Owner(Protocol):
     """What keeps the rig running: the process that start() made."""
 
-    def stop(self) -> None: ...
+    def stop(self) -> None:
+        """Raises CamrigError when the rig did not end as it should."""
+
     @property
     def log(self) -> str: ...
 
@@ -29,12 +32,15 @@ class Rig:
         self,
         client: Client,
         *,
+        control: str | None = None,
         host: str | None = None,
         token: str | None = None,
         ports: dict[str, int] | None = None,
         owner: Owner | None = None,
     ) -> None:
+        """control: where the command line finds this rig, a path or HOST:PORT; None when it cannot."""
         self.client = client
+        self._control = control
         self.token = token
         self._host = host
         self._ports = ports
@@ -67,6 +73,16 @@ class Rig:
         reply = self.call("camera.list")
         items = reply.get("cameras", []) if isinstance(reply, dict) else reply
         return [Camera(self, item if isinstance(item, str) else item["name"]) for item in items]
+
+    def grab(self, cameras: Sequence[Camera | str] = (), kinds: Sequence[str] = ("color",), *, timeout: float = 20.0) -> Instant:
+        """Pictures and truth of these cameras (none: all), all of one instant: ``grabbed[camera][kind]``, and ``grabbed.time_ns``.
+
+        kinds: color, depth, instance, semantic, normal (arrays, as in Camera.frame) and truth (as Camera.truth). While the world stands
+        (lockstep, pause) it is the instant of the cameras' latest due frames; while it runs, the next at which all are due. CamrigError when
+        there is none: the frames do not fall together, or each within ``timeout`` seconds was dropped for one of the cameras.
+        """
+        names = [camera if isinstance(camera, str) else camera.name for camera in cameras] or [camera.name for camera in self.cameras()]
+        return grab(self, names, kinds, timeout)
 
     # World
 
@@ -129,13 +145,18 @@ class Rig:
     # The rig
 
     def record(self, folder: str | os.PathLike[str], cameras: Sequence[Camera | str] = (), *, seconds: float | None = None,
-               frames: int | None = None, format: str = "png", timeout: float | None = None) -> dict[str, Any]:
-        """Writes a data set with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
+               frames: int | None = None, format: str = "png", depth: str | None = None, masks: bool = False, yolo: bool = False,
+               timeout: float | None = None) -> dict[str, Any]:
+        """Writes a data set on this machine with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
 
-        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures.
+        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures; depth: npy or png;
+        masks: instance pictures and COCO masks; yolo: YOLO labels. The rig may be another machine's (connect with ``port``).
         """
+        if self._control is None:
+            raise CamrigError("unsupported", "record: goes over the Unix socket or TCP (serve --tcp, connect(host=, port=)), not over HTTP")
         names = [camera if isinstance(camera, str) else camera.name for camera in cameras]
-        return record(self.info()["control"], folder, names, seconds, frames, format, timeout)
+        options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, masks=masks, yolo=yolo)
+        return record(self._control, self.token, options, timeout)
 
     def stats(self) -> dict[str, Any]:
         return self.call("stats.get")
@@ -167,7 +188,8 @@ class Rig:
         return self._owner.log if self._owner else ""
 
     def close(self) -> None:
-        """Closes the connection; stops the rig if start() made it. May be called twice."""
+        """Closes the connection; stops the rig if start() made it, and raises CamrigError if that did not end as it should (see
+        start()). May be called twice."""
         self.client.close()
         if self._owner:
             self._owner.stop()
@@ -176,7 +198,14 @@ class Rig:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
+        try:
+            self.close()
+        except CamrigError as problem:
+            if value is None:
+                raise
+            # What went wrong in the block says more; from Python 3.11 on it says this too.
+            if hasattr(value, "add_note"):
+                value.add_note(str(problem))
 
     def _url(self, service: str) -> str:
         port = self._port(service)
@@ -226,9 +255,11 @@ def connect(
     elif control is not None or (port is None) == (http_port is None):
         raise CamrigError("invalid_argument", "connect: give control, or host with either port (TCP) or http_port")
     if host is None:
-        rig = Rig(Client(unix_connector(control or default_control_path()), timeout_s=timeout), token=token)
+        path = os.fspath(control or default_control_path())
+        rig = Rig(Client(unix_connector(path), timeout_s=timeout), control=path, token=token)
     elif port is not None:
-        rig = Rig(Client(tcp_connector(host, port), token, timeout), host=host, token=token)
+        address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+        rig = Rig(Client(tcp_connector(host, port), token, timeout), control=address, host=host, token=token)
     else:
         assert http_port is not None
         rig = Rig(Client(http_connector(host, http_port, token), timeout_s=timeout), host=host, token=token)

@@ -196,8 +196,14 @@ def main() -> None:
         sys.exit(1)
     if "silent" in options.scene:
         signal.pause()
-    if "stubborn" in options.scene:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+
+    def end(*_: Any) -> None:
+        if "crashing" in options.scene:
+            print("CHECK failed: nothing is left", file=sys.stderr, flush=True)
+            os.abort()
+        os._exit(3 if "failing" in options.scene else 0)
+
+    signal.signal(signal.SIGTERM, signal.SIG_IGN if "stubborn" in options.scene else end)
     rig = FakeRig()
     rig.handlers["server.info"] = lambda params: {"pid": os.getpid(), "arguments": sys.argv[1:]}
     serve_unix(rig, options.control)

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import camrig
-from camrig import launch
+from camrig import places
 
 
 def alive(pid):
@@ -71,11 +72,38 @@ def test_a_forked_copy_does_not_stop_the_rig(fake_binary):
         assert alive(rig.info()["pid"])
 
 
-def test_a_rig_that_ignores_sigterm_is_killed(fake_binary, monkeypatch):
-    monkeypatch.setattr(launch, "_STOP_TIMEOUT_S", 0.1)
-    with camrig.start("stubborn.json", binary=fake_binary) as rig:
-        pid = rig.info()["pid"]
-    assert not alive(pid)
+def test_a_rig_that_ignores_sigterm_is_killed_and_that_is_an_error(fake_binary, monkeypatch):
+    monkeypatch.setenv("CAMRIG_STOP_TIMEOUT_S", "0.1")
+    rig = camrig.start("stubborn.json", binary=fake_binary)
+    pid, directory = rig.info()["pid"], private_directory(rig)
+    with pytest.raises(camrig.CamrigError, match=r"did not end within 0.1 s of SIGTERM(.|\n)*fake rig: serve"):
+        rig.close()
+    assert not alive(pid) and not directory.exists()
+    rig.close()
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"), [("failing.json", "ended, with exit code 3"), ("crashing.json", r"ended, by signal 6(.|\n)*CHECK failed: nothing is left")]
+)
+def test_a_rig_that_ends_badly_is_an_error_with_the_end_of_its_log(fake_binary, scene, said):
+    rig = camrig.start(scene, binary=fake_binary)
+    with pytest.raises(camrig.CamrigError, match=said):
+        rig.close()
+
+
+def test_a_rig_that_had_crashed_before_is_an_error_at_its_close(fake_binary):
+    rig = camrig.start("scene.json", binary=fake_binary)
+    os.kill(rig.info()["pid"], signal.SIGKILL)
+    with pytest.raises(camrig.CamrigError, match="by signal 9"):
+        rig.close()
+
+
+def test_what_went_wrong_in_the_block_is_not_hidden_by_a_bad_end(fake_binary):
+    with pytest.raises(ZeroDivisionError) as caught:
+        with camrig.start("failing.json", binary=fake_binary):
+            1 / 0
+    if sys.version_info >= (3, 11):
+        assert "exit code 3" in caught.value.__notes__[0]
 
 
 def test_a_rig_that_cannot_start_says_why(fake_binary):
@@ -94,31 +122,42 @@ def test_a_missing_program_is_an_error(tmp_path, monkeypatch):
         camrig.start("scene.json", binary=tmp_path / "nothing")
     monkeypatch.delenv("CAMRIG_BIN", raising=False)
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr(launch, "_CHECKOUT", tmp_path)
+    monkeypatch.setattr(places, "_CHECKOUT", tmp_path)
     with pytest.raises(camrig.CamrigError, match="tools/run"):
-        launch.find_binary()
+        places.find_binary()
 
 
 def test_the_program_is_found_by_variable_path_and_checkout(tmp_path, monkeypatch):
     built = tmp_path / "build" / "dev" / "tools" / "camrig" / "camrig"
     built.parent.mkdir(parents=True)
     built.touch()
-    monkeypatch.setattr(launch, "_CHECKOUT", tmp_path)
+    monkeypatch.setattr(places, "_CHECKOUT", tmp_path)
     monkeypatch.delenv("CAMRIG_BIN", raising=False)
     monkeypatch.setenv("PATH", "")
-    assert launch.find_binary() == str(built)
+    assert places.find_binary() == str(built)
     in_path = tmp_path / "bin" / "camrig"
     in_path.parent.mkdir()
     in_path.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(in_path.parent))
-    assert launch.find_binary() == str(in_path)
+    assert places.find_binary() == str(in_path)
     monkeypatch.setenv("CAMRIG_BIN", "/somewhere/camrig")
-    assert launch.find_binary() == "/somewhere/camrig"
+    assert places.find_binary() == "/somewhere/camrig"
 
 
-def test_scenes_of_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
-    (tmp_path / "scenes").mkdir()
-    (tmp_path / "scenes" / "x.json").touch()
-    monkeypatch.setattr(launch, "_CHECKOUT", tmp_path)
-    assert launch.find_scene("scenes/x.json") == str(tmp_path / "scenes" / "x.json")
-    assert launch.find_scene("missing.json") == "missing.json"
+@pytest.mark.parametrize("belongs_to", ["package", "program", "installation"])
+def test_scenes_that_came_along_are_found_from_anywhere(tmp_path, monkeypatch, belongs_to):
+    """In the checkout of the package (pip install -e), of the program (pip install), and beside an installed program."""
+    root, program = {
+        "package": (tmp_path, Path("/nowhere/camrig")),
+        "program": (tmp_path, tmp_path / "build" / "run" / "tools" / "camrig" / "camrig"),
+        "installation": (tmp_path / "share" / "camrig", tmp_path / "bin" / "camrig"),
+    }[belongs_to]
+    (root / "scenes").mkdir(parents=True)
+    (root / "scenes" / "x.json").touch()
+    if belongs_to == "program":
+        (tmp_path / "control" / "python").mkdir(parents=True)
+        (tmp_path / "control" / "python" / "pyproject.toml").touch()
+    monkeypatch.setattr(places, "_CHECKOUT", tmp_path if belongs_to == "package" else None)
+    assert places.find_scene("scenes/x.json", program) == str(root / "scenes" / "x.json")
+    for left in ("missing.json", "hall"):
+        assert places.find_scene(left, program) == left

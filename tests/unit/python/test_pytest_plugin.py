@@ -49,6 +49,14 @@ def test_a_failure_shows_the_log_of_the_rig(pytester, monkeypatch, fake_binary):
     result.stdout.fnmatch_lines(["*camrig log*", "fake rig: serve *"])
 
 
+def test_a_rig_that_ends_badly_fails_its_test(pytester, monkeypatch, fake_binary):
+    source = "import pytest\n@pytest.mark.camrig(scene='failing.json')\ndef test_x(rig): pass"
+    result = run(pytester, monkeypatch, fake_binary, source)
+    result.assert_outcomes(passed=1, errors=1)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(["*with exit code 3*"])
+
+
 def test_a_rig_that_cannot_start_is_an_error_with_its_reason(pytester, monkeypatch, fake_binary):
     source = "import pytest\n@pytest.mark.camrig(scene='broken.json')\ndef test_x(rig): pass"
     result = run(pytester, monkeypatch, fake_binary, source)

@@ -186,3 +186,53 @@ def test_errors_survive_pickling():
     for error in (camrig.CamrigError("not_found", "no camera"), camrig.CamrigTimeout("unavailable", "late")):
         copy = pickle.loads(pickle.dumps(error))
         assert type(copy) is type(error) and (copy.kind, copy.message) == (error.kind, error.message)
+
+
+def of_instants(**time_ns):
+    """frame.get that shows these world times, whatever is asked for."""
+    fake = {"sequence": 1, "monotonic_ns": 0, "size": [1, 1], "format": "raw", "pixels": "rgba8", "data": "AAAAAA=="}
+    return lambda params: {**fake, "camera": params["camera"], "time_ns": time_ns[params["camera"]]}
+
+
+def test_grabbed_pictures_of_different_instants_are_an_error(client_rig, fake):
+    fake.handlers["world.status"] = lambda params: {"mode": "lockstep", "paused": False, "world_ns": 7}
+    for name in ("left", "right"):
+        client_rig.create_camera(name)
+    fake.handlers["frame.get"] = of_instants(left=7, right=7)
+    got = client_rig.grab()
+    assert got.time_ns == 7 and sorted(got) == ["left", "right"] and got["left"]["color"].shape == (1, 1, 3)
+    fake.handlers["frame.get"] = of_instants(left=7, right=6)
+    with pytest.raises(camrig.CamrigError, match="different instants.*left at 7 ns, right at 6 ns") as caught:
+        client_rig.grab(["left", "right"])
+    assert caught.value.kind == "unavailable"
+
+
+def test_in_real_time_an_instant_that_was_dropped_gives_way_to_a_later_one(client_rig, fake):
+    fake.handlers["world.status"] = lambda params: {"mode": "realtime", "paused": False, "world_ns": 10**9}
+    for name, fps in (("left", 10), ("right", 4)):
+        client_rig.create_camera(name, fps=fps)
+    asked = []
+
+    def frame_get(params):
+        asked.append(params["min_ns"])
+        late = 100_000_000 if params["camera"] == "left" and len(asked) <= 2 else 0
+        return of_instants(left=params["min_ns"] + late, right=params["min_ns"])(params)
+
+    fake.handlers["frame.get"] = frame_get
+    assert client_rig.grab(["left", "right"]).time_ns == 1_500_000_000  # both are due every half second
+    assert len(asked) == 4
+
+
+def test_frames_that_never_fall_together_cannot_be_grabbed(client_rig, fake):
+    fake.handlers["world.status"] = lambda params: {"mode": "realtime", "paused": False, "world_ns": 10**9}
+    client_rig.create_camera("left", fps="30000/1001")
+    client_rig.create_camera("right", fps="29999/1000")
+    with pytest.raises(camrig.CamrigError, match="do not fall together"):
+        client_rig.grab()
+
+
+@pytest.mark.parametrize("wrong", [{"kinds": ["colour"]}, {"kinds": []}, {"cameras": [f"c{i}" for i in range(33)]}])
+def test_what_cannot_be_grabbed_is_an_invalid_argument(client_rig, wrong):
+    with pytest.raises(camrig.CamrigError) as caught:
+        client_rig.grab(**{"cameras": ["a"], **wrong})
+    assert caught.value.kind == "invalid_argument"

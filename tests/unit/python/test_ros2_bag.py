@@ -1,5 +1,6 @@
 """Bags: readable at any time, split, and described as rosbag2 does. Read by two libraries that need no ROS."""
 
+import errno
 import os
 import shutil
 import struct
@@ -142,3 +143,31 @@ def test_the_profile_is_that_of_ros2(tmp_path):
     with open(tmp_path / "bag" / "bag_0.mcap", "rb") as stream:
         assert make_reader(stream).get_header().profile == "ros2"
     assert bags._METADATA_VERSION == 5
+
+
+@pytest.mark.parametrize("options", [ALWAYS, BagOptions(flush_s=1e9)])
+def test_a_full_disk_leaves_what_was_flushed_before_and_says_so(tmp_path, monkeypatch, options):
+    bag = open_bag(tmp_path / "bag", options)
+    for n in range(1, 8):
+        write_frame(bag, n)
+    bag.flush()
+    room = [300]  # bytes that the disk still takes beyond what the file has
+
+    def pwrite(descriptor, data, offset, real=os.pwrite):
+        left = os.fstat(descriptor).st_size + room[0] - offset
+        if left <= 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        data = data[:left]
+        room[0] -= max(0, offset + len(data) - os.fstat(descriptor).st_size)
+        return real(descriptor, data, offset)
+
+    monkeypatch.setattr(os, "pwrite", pwrite)
+    with pytest.raises(camrig.CamrigError, match=r"bag_0.mcap: cannot be written: No space left on device; the bag holds what came before"):
+        for n in range(8, 20):
+            write_frame(bag, n)
+        bag.flush()
+    bag.close()
+    held = pictures(bag.directory / "bag_0.mcap")
+    assert held == list(range(1, len(held) + 1)) and 7 <= len(held) < 19
+    with Reader(bag.directory) as reader:
+        assert reader.message_count == len(held) + 1 == sum(1 for _ in reader.messages())

@@ -1,5 +1,6 @@
 #include "tools/camrig/dataset/dataset.h"
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -20,6 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* description_name = "dataset.json";
 constexpr const char* journal_name = "truth.jsonl";
+/// Where a camera has one file a frame.
+constexpr std::array frame_folders{"image_2", "label_2", "calib", "labels", "depth", "instance"};
 
 std::span<const std::byte> bytes_of_text(const std::string& text) {
     return std::as_bytes(std::span(text));
@@ -42,20 +45,6 @@ Result<void> make_folders(const fs::path& folder) {
     return {};
 }
 
-/// One write, so that a reader never sees a part of what belongs together.
-Result<void> append(const UniqueFd& fd, const fs::path& file, const std::string& text) {
-    if (text.empty()) return {};
-    const ssize_t count = ::write(fd.get(), text.data(), text.size());
-    if (count != static_cast<ssize_t>(text.size())) return std::unexpected(io_error(file, "written"));
-    return {};
-}
-
-Result<UniqueFd> open_to_append(const fs::path& file) {
-    UniqueFd fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-    if (!fd) return std::unexpected(io_error(file, "opened"));
-    return fd;
-}
-
 Result<std::string> ros_calibration(const json& truth) {
     Calibration calibration;
     calibration.camera_name = truth.at("camera").get<std::string>();
@@ -72,20 +61,43 @@ Result<std::string> ros_calibration(const json& truth) {
     return write_camera_info(calibration);
 }
 
+struct Journal {
+    std::int64_t frames = 0;
+    std::int64_t bytes = 0;  ///< of its whole lines
+};
+
 /// Calls `each(truth, frame)` for every whole line of a journal; a line that was cut off in its middle ends it.
 template <typename Each>
-Result<std::int64_t> read_journal(const fs::path& file, Each&& each) {
+Result<Journal> read_journal(const fs::path& file, Each&& each) {
     std::ifstream journal(file, std::ios::binary);
     if (!journal) return error(ErrorKind::not_found, file.string() + ": cannot be read");
     std::string line;
-    std::int64_t frame = 0;
+    Journal whole;
     while (std::getline(journal, line) && !journal.eof()) {
         const json truth = json::parse(line, nullptr, false);
         if (truth.is_discarded()) break;
-        ++frame;
-        if (Result<void> done = each(truth, frame); !done) return std::unexpected(done.error());
+        ++whole.frames;
+        whole.bytes += static_cast<std::int64_t>(line.size()) + 1;
+        if (Result<void> done = each(truth, whole.frames); !done) return std::unexpected(done.error());
     }
-    return frame;
+    return whole;
+}
+
+/// Removes what a recording that broke off has left of frames after the last whole one, temporary files too. Only
+/// files that are named as frames are: digits, then a dot.
+void remove_loose_files(const fs::path& of_camera, std::int64_t frames) {
+    for (const char* part : frame_folders) {
+        std::vector<fs::path> loose;
+        std::error_code missing;
+        for (const auto& entry : fs::directory_iterator(of_camera / part, missing)) {
+            const std::string name = entry.path().filename().string();
+            const std::size_t digits = name.find_first_not_of("0123456789");
+            if (digits == 0 || digits == std::string::npos || digits > 18 || name[digits] != '.') continue;
+            const bool is_temporary = name.find('.', digits + 1) != std::string::npos;
+            if (is_temporary || std::stoll(name) > frames) loose.push_back(entry.path());
+        }
+        for (const fs::path& file : loose) fs::remove(file, missing);
+    }
 }
 
 json coco_image(const json& truth, const std::string& camera, const std::string& suffix, std::int64_t image_id,
@@ -109,12 +121,12 @@ Result<json> read_description(const fs::path& folder) {
     return description;
 }
 
-/// COCO as a stream: the journals are read twice, so that memory does not grow with the recording.
-Result<std::int64_t> write_coco(const fs::path& folder, const json& description, const fs::path& to) {
+/// COCO as a stream: the journals are read twice, so that memory does not grow with the recording. Gathers the classes.
+Result<std::int64_t> write_coco(const fs::path& folder, const json& description, const fs::path& to, json& classes) {
     std::ofstream out(to, std::ios::binary);
+    if (!out) return std::unexpected(io_error(to, "opened"));
     const std::string suffix = description["picture_suffix"];
     std::int64_t frames = 0, annotation_id = 1;
-    json classes = json::object();
     for (const bool for_images : {true, false}) {
         out << (for_images ? "{\"info\": " + json{{"description", "recorded by camrig"}}.dump() + ",\n\"images\": ["
                            : "],\n\"categories\": " + coco_categories(classes).dump() + ",\n\"annotations\": [");
@@ -135,6 +147,8 @@ Result<std::int64_t> write_coco(const fs::path& folder, const json& description,
                 } else {
                     for (const json& annotation : coco_annotations(truth, image_id, annotation_id)) put(annotation);
                 }
+                // At once: errno is that of the write which failed.
+                if (!out) return std::unexpected(io_error(to, "written"));
                 return {};
             });
             if (!read) return std::unexpected(read.error());
@@ -151,20 +165,25 @@ std::string sequence_info(const std::string& head, std::int64_t frames) {
     return head + "seqLength=" + std::to_string(frames) + "\n";
 }
 
-/// The MOTChallenge files from the journal: a killed recording may have labels of a frame that it did not complete.
-Result<void> rewrite_mot(const fs::path& folder) {
+/// The MOTChallenge files from the journal: a recording that broke off may have labels of a frame that it did not
+/// complete. Then nothing is left of such a frame elsewhere either.
+Result<void> mend_camera(const fs::path& folder) {
     std::string lines;
-    const auto frames = read_journal(folder / journal_name, [&](const json& truth, std::int64_t frame) -> Result<void> {
-        lines += mot_lines(truth, frame);
-        return {};
-    });
-    if (!frames) return std::unexpected(frames.error());
+    const auto journal =
+        read_journal(folder / journal_name, [&](const json& truth, std::int64_t frame) -> Result<void> {
+            lines += mot_lines(truth, frame);
+            return {};
+        });
+    if (!journal) return std::unexpected(journal.error());
+    if (::truncate((folder / journal_name).c_str(), journal->bytes) != 0)
+        return std::unexpected(io_error(folder / journal_name, "cut to its whole lines"));
+    remove_loose_files(folder, journal->frames);
     if (auto done = write_atomically(folder / "gt" / "gt.txt", bytes_of_text(lines)); !done) return done;
     std::ifstream info(folder / "seqinfo.ini");
     std::string head;
     for (std::string line; std::getline(info, line);)
         if (!line.starts_with("seqLength=")) head += line + "\n";
-    return write_atomically(folder / "seqinfo.ini", bytes_of_text(sequence_info(head, *frames)));
+    return write_atomically(folder / "seqinfo.ini", bytes_of_text(sequence_info(head, journal->frames)));
 }
 
 }  // namespace
@@ -181,6 +200,7 @@ Result<DatasetWriter> DatasetWriter::create(const fs::path& folder, const json& 
         return std::unexpected(done.error());
     DatasetWriter writer;
     writer.folder_ = folder;
+    writer.with_yolo_ = description.value("yolo", false);
     writer.picture_suffix_ = picture_suffix;
     return writer;
 }
@@ -198,9 +218,16 @@ Result<DatasetWriter::Camera*> DatasetWriter::camera(const json& truth, const st
         return std::unexpected(done.error());
     if (auto done = write_atomically(folder / "opencv.yml", bytes_of_text(opencv_calibration(truth))); !done)
         return std::unexpected(done.error());
-    auto journal = open_to_append(folder / journal_name);
+    if (with_yolo_) {
+        // YOLO's trainer finds the labels of .../images/NAME.png at .../labels/NAME.txt.
+        if (auto made = make_folders(folder / "labels"); !made) return std::unexpected(made.error());
+        std::error_code failed;
+        fs::create_directory_symlink("image_2", folder / "images", failed);
+        if (failed) return error(ErrorKind::unavailable, (folder / "images").string() + ": " + failed.message());
+    }
+    auto journal = LineFile::open(folder / journal_name);
     if (!journal) return std::unexpected(journal.error());
-    auto mot = open_to_append(folder / "gt" / "gt.txt");
+    auto mot = LineFile::open(folder / "gt" / "gt.txt");
     if (!mot) return std::unexpected(mot.error());
     const json& size = truth.at("size");
     cameras_.push_back({.folder = folder,
@@ -212,39 +239,95 @@ Result<DatasetWriter::Camera*> DatasetWriter::camera(const json& truth, const st
     return &cameras_.back();
 }
 
-Result<void> DatasetWriter::add(const json& truth, std::span<const std::byte> picture, const std::string& frame_rate) {
+Result<DatasetWriter::LineFile> DatasetWriter::LineFile::open(const fs::path& path) {
+    LineFile file{.path = path,
+                  .fd = UniqueFd(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666))};
+    if (!file.fd) return std::unexpected(io_error(path, "opened"));
+    return file;
+}
+
+Result<void> DatasetWriter::LineFile::append(const std::string& lines) {
+    // A disk that gets full takes a part of the text and says so at the next write only.
+    for (std::size_t done = 0; done < lines.size();) {
+        const ssize_t count = ::write(fd.get(), lines.data() + done, lines.size() - done);
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) {
+            const Error why = io_error(path, "written");
+            cut_back(size);
+            return std::unexpected(why);
+        }
+        done += static_cast<std::size_t>(count);
+    }
+    size += static_cast<std::int64_t>(lines.size());
+    return {};
+}
+
+void DatasetWriter::LineFile::cut_back(std::int64_t to_size) {
+    // Fails on a broken disk only; then finish_dataset() drops the rest.
+    if (::ftruncate(fd.get(), to_size) == 0) size = to_size;
+}
+
+Result<void> DatasetWriter::add(const json& truth, std::span<const std::byte> picture,
+                                const std::vector<FrameFile>& further, const std::string& frame_rate) {
     auto found = camera(truth, frame_rate);
     if (!found) return std::unexpected(found.error());
     Camera& to = **found;
-    const std::int64_t frame = to.frames + 1;
-    const std::string name = frame_name(frame);
-    if (auto done = write_atomically(to.folder / "image_2" / (name + picture_suffix_), picture); !done) return done;
-    const std::string labels = kitti_lines(truth), calibration = kitti_calibration(truth);
-    if (auto done = write_atomically(to.folder / "label_2" / (name + ".txt"), bytes_of_text(labels)); !done)
+    const std::int64_t frame = to.frames + 1, mot_size = to.mot.size;
+    if (auto done = add_files(to, truth, picture, further, frame); !done) {
+        to.mot.cut_back(mot_size);
+        remove_loose_files(to.folder, to.frames);
         return done;
-    if (auto done = write_atomically(to.folder / "calib" / (name + ".txt"), bytes_of_text(calibration)); !done)
-        return done;
-    if (auto done = append(to.mot, to.folder / "gt" / "gt.txt", mot_lines(truth, frame)); !done) return done;
-    const std::string sequence = sequence_info(to.sequence_head, frame);
-    if (auto done = write_atomically(to.folder / "seqinfo.ini", bytes_of_text(sequence)); !done) return done;
-    if (auto done = append(to.journal, to.folder / journal_name, truth.dump() + "\n"); !done) return done;
+    }
     to.frames = frame;
     return {};
+}
+
+/// The journal's line comes last.
+Result<void> DatasetWriter::add_files(Camera& to, const json& truth, std::span<const std::byte> picture,
+                                      const std::vector<FrameFile>& further, std::int64_t frame) const {
+    const auto put = [&](const std::string& part, const std::string& suffix, std::span<const std::byte> bytes) {
+        return write_atomically(to.folder / part / (frame_name(frame) + suffix), bytes);
+    };
+    if (auto done = put("image_2", picture_suffix_, picture); !done) return done;
+    for (const FrameFile& file : further) {
+        if (auto made = make_folders(to.folder / file.folder); !made) return made;
+        if (auto done = put(file.folder, file.suffix, file.bytes); !done) return done;
+    }
+    const std::string labels = kitti_lines(truth), calibration = kitti_calibration(truth);
+    if (auto done = put("label_2", ".txt", bytes_of_text(labels)); !done) return done;
+    if (auto done = put("calib", ".txt", bytes_of_text(calibration)); !done) return done;
+    if (with_yolo_)
+        if (auto done = put("labels", ".txt", bytes_of_text(yolo_lines(truth))); !done) return done;
+    if (auto done = to.mot.append(mot_lines(truth, frame)); !done) return done;
+    const std::string sequence = sequence_info(to.sequence_head, frame);
+    if (auto done = write_atomically(to.folder / "seqinfo.ini", bytes_of_text(sequence)); !done) return done;
+    return to.journal.append(truth.dump() + "\n");
 }
 
 Result<std::int64_t> finish_dataset(const fs::path& folder) {
     const auto description = read_description(folder);
     if (!description) return std::unexpected(description.error());
+    std::vector<std::string> cameras;  // that have frames
     for (const json& camera : (*description)["cameras"]) {
-        const fs::path of_camera = folder / camera.get<std::string>();
-        if (!fs::exists(of_camera / journal_name)) continue;
-        if (auto done = rewrite_mot(of_camera); !done) return std::unexpected(done.error());
+        const auto name = camera.get<std::string>();
+        if (!fs::exists(folder / name / journal_name)) continue;
+        if (auto done = mend_camera(folder / name); !done) return std::unexpected(done.error());
+        cameras.push_back(name);
     }
     const fs::path temporary = folder / "coco.json.part";
-    const auto frames = write_coco(folder, *description, temporary);
-    if (!frames) return frames;
+    json classes = json::object();
+    const auto frames = write_coco(folder, *description, temporary, classes);
+    if (!frames) {
+        ::unlink(temporary.c_str());
+        return frames;
+    }
     if (::rename(temporary.c_str(), (folder / "coco.json").c_str()) != 0)
         return std::unexpected(io_error(folder / "coco.json", "written"));
+    if (description->value("yolo", false)) {
+        const std::string text = yolo_description(cameras, classes);
+        if (auto done = write_atomically(folder / "yolo.yaml", bytes_of_text(text)); !done)
+            return std::unexpected(done.error());
+    }
     return frames;
 }
 

@@ -141,7 +141,7 @@ json coco_annotations(const json& truth, std::int64_t image_id, std::int64_t& ne
                         {"bbox", object.at("box")},
                         {"area", object.at("pixels")},
                         {"iscrowd", 0},
-                        {"segmentation", json::array()},
+                        {"segmentation", object.value("segmentation", json::array())},
                         {"track_id", object.at("id")},
                         {"visible_fraction", object.at("visible_fraction")},
                         {"truncated", object.at("truncated")}};
@@ -161,6 +161,30 @@ json coco_annotations(const json& truth, std::int64_t image_id, std::int64_t& ne
         annotations.push_back(std::move(annotation));
     }
     return annotations;
+}
+
+std::string yolo_lines(const json& truth) {
+    const double width = truth.at("size").at(0).get<double>(), height = truth.at("size").at(1).get<double>();
+    std::string lines;
+    for (const json& object : truth.at("objects")) {
+        if (object.at("pixels").get<std::int64_t>() == 0) continue;
+        const json& box = object.at("box");
+        const double w = box.at(2).get<double>(), h = box.at(3).get<double>();
+        lines += format("%d %.6f %.6f %.6f %.6f\n", object.at("class_number").get<int>() - 1,
+                        (box.at(0).get<double>() + w / 2.0) / width, (box.at(1).get<double>() + h / 2.0) / height,
+                        w / width, h / height);
+    }
+    return lines;
+}
+
+std::string yolo_description(const std::vector<std::string>& cameras, const json& classes) {
+    json folders = json::array();
+    for (const std::string& camera : cameras) folders.push_back(camera + "/images");
+    std::map<int, std::string> names;
+    for (const auto& [name, number] : classes.items()) names[number.get<int>() - 1] = name;
+    std::string text = "train: " + folders.dump() + "\nval: " + folders.dump() + "\nnames:\n";
+    for (const auto& [number, name] : names) text += "  " + std::to_string(number) + ": " + json(name).dump() + "\n";
+    return text;
 }
 
 std::string opencv_calibration(const json& truth) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -22,8 +23,14 @@ std::string kitti_calibration(const nlohmann::json& truth);
 int coco_category(const std::string& class_name, int class_number);
 /// The categories of a rig's classes ({"person": 2, ...}); people with their 17 keypoints and the skeleton.
 nlohmann::json coco_categories(const nlohmann::json& classes);
-/// One annotation for each object that is seen; `next_id` counts on.
+/// One annotation for each object that is seen, with its mask where the truth has one; `next_id` counts on.
 nlohmann::json coco_annotations(const nlohmann::json& truth, std::int64_t image_id, std::int64_t& next_id);
+
+/// Lines of a YOLO label file: class (the rig's number of it less one), middle, width and height of the visible box as
+/// shares of the picture's size. For what is seen at all.
+std::string yolo_lines(const nlohmann::json& truth);
+/// The dataset file that YOLO's trainer takes: folders of pictures and names of classes ({"person": 2, ...}).
+std::string yolo_description(const std::vector<std::string>& cameras, const nlohmann::json& classes);
 
 /// OpenCV FileStorage YAML: image_width, image_height, camera_matrix, distortion_coefficients, fisheye_model.
 std::string opencv_calibration(const nlohmann::json& truth);

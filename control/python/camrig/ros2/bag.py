@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 import time
@@ -67,6 +68,7 @@ class _Staged:
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor, self._start, self._bytes = descriptor, 0, bytearray()
+        self._end = b""  # index and footer as they are in the file, from _start on
 
     def write(self, data: bytes) -> int:
         self._bytes += data
@@ -79,13 +81,23 @@ class _Staged:
         pass
 
     def commit(self, next_start: int) -> int:
-        """The next commit overwrites all from `next_start` on. Returns the length of the file."""
-        view, offset = memoryview(self._bytes), self._start
-        while view:
-            done = os.pwrite(self._descriptor, view, offset)
-            view, offset = view[done:], offset + done
-        self._start, self._bytes = next_start, bytearray()
-        return offset
+        """The next commit overwrites all from `next_start` on. Returns the length of the file. When it cannot be written the file is what it
+        was after the last commit."""
+        staged, self._bytes = bytes(self._bytes), bytearray()
+        try:
+            self._put(staged, self._start)
+        except OSError:
+            self._put(self._end, self._start)  # takes no room: it was there
+            os.ftruncate(self._descriptor, self._start + len(self._end))
+            raise
+        length = self._start + len(staged)
+        self._start, self._end = next_start, staged[next_start - self._start :]
+        return length
+
+    def _put(self, data: bytes, offset: int) -> None:
+        while data:
+            done = os.pwrite(self._descriptor, data, offset)
+            data, offset = data[done:], offset + done
 
 
 class BagFile:
@@ -98,6 +110,8 @@ class BagFile:
         self.path = path
         self.counts = _Counts()
         self.size = 0
+        self._flushed = _Counts()
+        self._is_broken = False
         self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._staged = _Staged(self._descriptor)
         # Pictures are compressed already. One chunk a flush: what is not flushed is in memory anyway.
@@ -124,14 +138,24 @@ class BagFile:
         self.counts.add(topic, log_ns)
 
     def flush(self) -> None:
+        """Raises CamrigError when the file cannot be written, once: it then stays what it was after the last flush."""
+        if self._is_broken:
+            return
         self._writer.flush()
         end_of_data = self._staged.tell()
         self._writer.finish()
-        self.size = self._staged.commit(end_of_data)
+        try:
+            self.size = self._staged.commit(end_of_data)
+        except OSError as problem:
+            self._is_broken, self.counts = True, self._flushed
+            raise CamrigError("unavailable", f"{self.path}: cannot be written: {problem.strerror}; the bag holds what came before") from problem
+        self._flushed = copy.deepcopy(self.counts)
 
     def close(self) -> None:
-        self.flush()
-        os.close(self._descriptor)
+        try:
+            self.flush()
+        finally:
+            os.close(self._descriptor)
 
 
 @dataclass(frozen=True)
@@ -195,12 +219,14 @@ class Bag:
         self._flushed_at = time.monotonic()
 
     def close(self) -> None:
-        self._close_file()
-        last = self._files[-1]
-        if last.counts.total == 0 and len(self._files) > 1:  # split at the very end
-            last.path.unlink()
-            self._files.pop()
-        self._write_metadata()
+        try:
+            self._close_file()
+        finally:
+            last = self._files[-1]
+            if last.counts.total == 0 and len(self._files) > 1:  # split at the very end
+                last.path.unlink()
+                self._files.pop()
+            self._write_metadata()
 
     def _open_file(self) -> None:
         name = f"{self.directory.name}_{len(self._files)}.mcap"
@@ -215,8 +241,12 @@ class Bag:
         """A reader finds the old file or the new one, never half of one."""
         path = self.directory / "metadata.yaml"
         temporary = path.with_suffix(".yaml.new")
-        temporary.write_text(metadata_yaml(self._topics, [(file.path.name, file.counts) for file in self._files]))
-        os.replace(temporary, path)
+        try:
+            temporary.write_text(metadata_yaml(self._topics, [(file.path.name, file.counts) for file in self._files]))
+            os.replace(temporary, path)
+        except OSError as problem:
+            temporary.unlink(missing_ok=True)
+            raise CamrigError("unavailable", f"{path}: cannot be written: {problem.strerror}; it describes an earlier state of the bag") from problem
 
 
 def metadata_yaml(topics: list[Topic], files: list[tuple[str, _Counts]]) -> str:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any, Mapping
 
 from ..errors import CamrigError
+from ..frame_times import due_count, next_due_ns, rate_of
 
 WORLD_FRAME = "map"
 
@@ -16,8 +17,6 @@ OPTICAL_FROM_LINK = (-0.5, 0.5, -0.5, 0.5)
 
 #: Coefficients of the models that sensor_msgs/distortion_models.hpp names.
 _COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8, "equidistant": 4}
-
-_NS = 10**9
 
 
 @dataclass(frozen=True)
@@ -79,20 +78,10 @@ class CameraState:
         return (fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
 
     def next_due_ns(self, after_ns: int) -> int:
-        """World time of its first frame after that time: frame n is due at floor(n * den * 1e9 / num)."""
-        num, den = self.rate.numerator, self.rate.denominator
-        return self._first_after(after_ns) * den * _NS // num
+        return next_due_ns(self.rate, after_ns)
 
     def due_count(self, after_ns: int, until_ns: int) -> int:
-        """Frames due after the one time, up to and with the other."""
-        return max(0, self._first_after(until_ns) - self._first_after(after_ns))
-
-    def _first_after(self, world_ns: int) -> int:
-        num, den = self.rate.numerator, self.rate.denominator
-        n = max(0, world_ns * num // (den * _NS))
-        while n * den * _NS // num <= world_ns:
-            n += 1
-        return n
+        return due_count(self.rate, after_ns, until_ns)
 
 
 class StateHistory:
@@ -113,11 +102,6 @@ class StateHistory:
     def at(self, world_ns: int) -> CameraState:
         """A frame was made in the state of the first poll that knew it."""
         return next((state for latest_ns, state in self._states if latest_ns >= world_ns), self.now)
-
-
-def rate_of(fps: Any) -> Fraction:
-    """25, 29.97 or "30000/1001" as the rig gives it."""
-    return Fraction(fps if isinstance(fps, (int, str)) else repr(fps))
 
 
 def camera_info_yaml(state: CameraState) -> str:

@@ -13,13 +13,13 @@ import cv2
 import numpy as np
 
 import camrig
+from camrig.projection import OPTICAL_FROM_BODY, rotation
 
 Box = tuple[float, float, float, float]  # x, y, width, height; OpenCV's coordinates
 
 ASPECT = 0.41  # width by height of a pedestrian's box
 WINDOW_MARGIN = 16 / 128  # of the detector's window, above and below the person it was trained on
 MARGIN = 32
-OPTICAL_FROM_BODY = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]])  # x ahead, y left, z up -> x right, y down, z ahead
 STEEPEST = math.radians(70)  # what is straight below has no place in an upright view
 
 
@@ -27,15 +27,6 @@ def upright(box: Box) -> Box:
     """A box of the same middle and height, ASPECT times as wide as high."""
     x, y, width, height = box
     return (x + (width - ASPECT * height) / 2, y, ASPECT * height, height)
-
-
-def rotation(quaternion: list[float]) -> np.ndarray:
-    x, y, z, w = quaternion
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])
 
 
 class View(Protocol):
