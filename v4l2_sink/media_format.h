@@ -9,9 +9,15 @@
 
 namespace camrig {
 
+/// Chroma of a device's MJPG: 4:2:2 unless its user wants otherwise. Most webcams send that, and some readers
+/// (guvcview) take it for granted.
+inline ChromaSampling mjpg_sampling_of(const OutputSpec& output) {
+    return output.subsampling == to_string(ChromaSampling::yuv420) ? ChromaSampling::yuv420 : ChromaSampling::yuv422;
+}
+
 /// The bus's name for a V4L2 format of this size, for devices of either kind; nothing for a fourcc that is none of
 /// ours.
-inline std::optional<MediaFormat> media_format_of(std::uint32_t fourcc, ImageSize size) {
+inline std::optional<MediaFormat> media_format_of(std::uint32_t fourcc, ImageSize size, ChromaSampling mjpg_sampling) {
     MediaFormat media;
     media.size = size;
     switch (fourcc) {
@@ -30,6 +36,7 @@ inline std::optional<MediaFormat> media_format_of(std::uint32_t fourcc, ImageSiz
         case V4L2_PIX_FMT_MJPEG:
             media.codec = Codec::jpeg;
             media.quality = default_jpeg_quality;
+            media.sampling = mjpg_sampling;
             return media;
         default:
             return std::nullopt;

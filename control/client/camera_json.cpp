@@ -63,6 +63,7 @@ json json_of(const Output& output) {
     json value{{"kind", output.kind}};
     put(value, "number", output.number);
     put(value, "format", output.format);
+    put(value, "subsampling", output.subsampling);
     put(value, "codec", output.codec);
     put(value, "quality", output.quality);
     put(value, "bitrate_kbps", output.bitrate_kbps);
@@ -105,6 +106,7 @@ Output output_of(const json& value) {
     output.kind = value.at("kind").get<std::string>();
     take(value, "number", output.number);
     take(value, "format", output.format);
+    take(value, "subsampling", output.subsampling);
     take(value, "codec", output.codec);
     take(value, "quality", output.quality);
     take(value, "bitrate_kbps", output.bitrate_kbps);

@@ -71,6 +71,8 @@ std::vector<Shape> protocol_shapes() {
          {{"kind", "string", "`v4l2`, `device`, `rtsp` or `mjpeg`", true},
           {"number", "integer", "v4l2 and device: N of /dev/videoN"},
           {"format", "string", "v4l2: `YUYV`, `YU12`, `MJPG` or `BGR3`", false, "", "YUYV"},
+          {"subsampling", "string", "chroma of MJPG, of device and of v4l2 with format `MJPG`: `4:2:2` or `4:2:0`",
+           false, "", "4:2:2"},
           {"codec", "string", "rtsp: `h264` or `mjpeg`", false, "", "h264"},
           {"quality", "integer", "mjpeg: 1 to 100", false, "", "90"},
           {"bitrate_kbps", "integer", "rtsp h264: 16 to 200000; by default 0.15 bits per pixel", false, "kbit/s"},

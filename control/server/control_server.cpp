@@ -15,7 +15,7 @@
 
 #include "control/rpc/json_rpc.h"
 #include "control/server/connection.h"
-#include "control/server/unix_socket.h"
+#include "core/base/unix_listener.h"
 
 namespace camrig {
 namespace asio = boost::asio;

@@ -11,6 +11,7 @@ struct OutputSpec {
     std::string kind;
     std::optional<int> number;   ///< v4l2, device: N of /dev/videoN
     std::string format;          ///< v4l2: YUYV, YU12, MJPG, BGR3
+    std::string subsampling;     ///< device, and v4l2 with format MJPG: 4:2:2, 4:2:0
     std::string codec;           ///< rtsp: h264, mjpeg
     std::optional<int> quality;  ///< mjpeg, and rtsp with codec mjpeg: 1..100
     // rtsp with codec h264:

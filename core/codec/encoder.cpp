@@ -14,4 +14,8 @@ std::string_view to_string(Codec codec) {
     return "unknown";
 }
 
+std::string_view to_string(ChromaSampling sampling) {
+    return sampling == ChromaSampling::yuv422 ? "4:2:2" : "4:2:0";
+}
+
 }  // namespace camrig

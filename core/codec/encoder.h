@@ -24,14 +24,21 @@ public:
     virtual Result<BytesRef> encode(const Frame& frame) = 0;
 };
 
+/// How many pixels share a chroma sample in a JPEG: 2x2 or 2x1.
+enum class ChromaSampling : std::uint8_t { yuv420, yuv422 };
+/// "4:2:0", "4:2:2".
+std::string_view to_string(ChromaSampling sampling);
+
 struct JpegOptions {
     /// Restart markers after every 16 rows, and only those rows are compressed that may differ from the last frame
     /// encoded (FrameInfo::same_as). The same bytes as without that knowledge. false: no restart markers.
     bool strips = true;
+    ChromaSampling sampling = ChromaSampling::yuv420;
 };
 
-/// Baseline JFIF, 4:2:0, accurate integer DCT, standard Huffman tables (RFC 2435 needs them), no EXIF.
-/// quality 1..100 on libjpeg's scale. Takes rgba8, bgr24, rgb24, gray8 and jpeg_i420 frames.
+/// Baseline JFIF, accurate integer DCT, standard Huffman tables (RFC 2435 needs them), no EXIF.
+/// quality 1..100 on libjpeg's scale. Takes rgba8, bgr24, rgb24, gray8 and jpeg_i420 frames (of whose chroma rows 4:2:2
+/// shows each twice).
 Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, JpegOptions options = {});
 
 /// 8-bit RGB from rgba8/rgb24/bgr24, 8-bit gray, or 16-bit gray from depth32f (millimetres, 0 = nothing or

@@ -111,7 +111,7 @@ Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, JpegOptions op
         return error(ErrorKind::invalid_argument,
                      "jpeg: quality is " + std::to_string(quality) + "; it goes from 1 to 100");
     }
-    auto compressor = JpegStripCompressor::create(quality, options.strips);
+    auto compressor = JpegStripCompressor::create(quality, options);
     if (!compressor) return std::unexpected(compressor.error());
     return std::make_unique<JpegEncoder>(std::move(*compressor), options.strips);
 }

@@ -86,11 +86,13 @@ struct JpegStripCompressor::Libjpeg {
     public:
         static constexpr int max_rows = jpeg_strip_rows;
 
-        JSAMPARRAY point_at(const std::byte* plane, int width, int height, int first_row, int rows) {
+        /// Each row of the plane is taken `repeat` times.
+        JSAMPARRAY point_at(const std::byte* plane, int width, int height, int first_row, int rows, int repeat = 1) {
             const int blocks_width = (width + DCTSIZE - 1) / DCTSIZE * DCTSIZE;
             if (blocks_width != width) padded_.resize(static_cast<std::size_t>(blocks_width) * max_rows);
             for (int i = 0; i < rows; ++i) {
-                const std::byte* row = plane + static_cast<std::ptrdiff_t>(std::min(first_row + i, height - 1)) * width;
+                const std::byte* row =
+                    plane + static_cast<std::ptrdiff_t>(std::min((first_row + i) / repeat, height - 1)) * width;
                 if (blocks_width != width) {
                     std::byte* const copy = padded_.data() + static_cast<std::ptrdiff_t>(i) * blocks_width;
                     std::memcpy(copy, row, static_cast<std::size_t>(width));
@@ -112,7 +114,7 @@ struct JpegStripCompressor::Libjpeg {
     jpeg_destination_mgr destination{};
     std::jmp_buf on_error{};
     int quality = 0;
-    bool restarts = false;
+    JpegOptions options;
     std::vector<std::byte> bytes;
     std::array<PlaneRows, 3> planes;
 
@@ -158,12 +160,18 @@ struct JpegStripCompressor::Libjpeg {
         // qualities.
         compress.dct_method = JDCT_ISLOW;
         compress.raw_data_in = layout.planes ? TRUE : FALSE;
-        if (restarts) compress.restart_in_rows = layout.components == 1 ? jpeg_strip_rows / 8 : jpeg_strip_rows / 16;
+        // jpeg_set_defaults() gave colour pictures 2x2 luma blocks to one of each chroma.
+        if (layout.components > 1 && options.sampling == ChromaSampling::yuv422)
+            compress.comp_info[0].v_samp_factor = 1;
+        if (options.strips) compress.restart_in_rows = jpeg_strip_rows / mcu_rows();
         jpeg_start_compress(&compress, TRUE);
         layout.planes ? write_planes(frame, first_row, end_row) : write_pixels(frame, layout, first_row, end_row);
         jpeg_finish_compress(&compress);
         return true;
     }
+
+    /// Rows of a minimum coded unit: what libjpeg takes of planes at one time.
+    int mcu_rows() const { return DCTSIZE * compress.comp_info[0].v_samp_factor; }
 
     void write_pixels(const Frame& frame, const Layout& layout, int first_row, int end_row) {
         const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(frame.info().size.width) * layout.components;
@@ -181,13 +189,14 @@ struct JpegStripCompressor::Libjpeg {
         const std::byte* const luma = frame.bytes().data();
         const std::byte* const u = luma + frame.info().size.pixels();
         const std::byte* const v = u + static_cast<std::ptrdiff_t>(half_width) * half_height;
-        for (int y = first_row; y < end_row; y += jpeg_strip_rows) {
+        const int mcu = mcu_rows(), lumas_per_chroma = mcu / DCTSIZE, repeat = 2 / lumas_per_chroma;
+        for (int y = first_row; y < end_row; y += mcu) {
             JSAMPARRAY rows[3] = {
-                planes[0].point_at(luma, width, height, y, jpeg_strip_rows),
-                planes[1].point_at(u, half_width, half_height, y / 2, jpeg_strip_rows / 2),
-                planes[2].point_at(v, half_width, half_height, y / 2, jpeg_strip_rows / 2),
+                planes[0].point_at(luma, width, height, y, mcu),
+                planes[1].point_at(u, half_width, half_height, y / lumas_per_chroma, DCTSIZE, repeat),
+                planes[2].point_at(v, half_width, half_height, y / lumas_per_chroma, DCTSIZE, repeat),
             };
-            jpeg_write_raw_data(&compress, rows, jpeg_strip_rows);
+            jpeg_write_raw_data(&compress, rows, static_cast<JDIMENSION>(mcu));
         }
     }
 
@@ -204,10 +213,10 @@ JpegStripCompressor::~JpegStripCompressor() {
     jpeg_destroy_compress(&libjpeg_->compress);
 }
 
-Result<std::unique_ptr<JpegStripCompressor>> JpegStripCompressor::create(int quality, bool restarts) {
+Result<std::unique_ptr<JpegStripCompressor>> JpegStripCompressor::create(int quality, JpegOptions options) {
     auto libjpeg = std::make_unique<Libjpeg>();
     libjpeg->quality = quality;
-    libjpeg->restarts = restarts;
+    libjpeg->options = options;
     if (!libjpeg->create()) return error(ErrorKind::resource_exhausted, libjpeg->message());
     return std::unique_ptr<JpegStripCompressor>(new JpegStripCompressor(std::move(libjpeg)));
 }

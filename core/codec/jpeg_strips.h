@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/codec/encoder.h"
 #include "core/frame/changed_rows.h"
 #include "core/frame/frame.h"
 
 namespace camrig {
 
-/// Rows of a strip (two rows of blocks, also of a gray picture); of the last one what is left.
+/// Rows of a strip (two rows of luma blocks, whatever the chroma); of the last one what is left.
 inline constexpr int jpeg_strip_rows = ChangedRows::band_rows;
 
 /// Rows of a picture as libjpeg wrote them, taken apart. A strip is what stands between two restart markers: it can be
@@ -24,8 +25,8 @@ struct JpegStrips {
 /// Compresses rows of frames by libjpeg. One thread at a time; keeps its buffers between calls.
 class JpegStripCompressor {
 public:
-    /// Without restarts the whole is one strip.
-    static Result<std::unique_ptr<JpegStripCompressor>> create(int quality, bool restarts);
+    /// Without `strips` the whole is one.
+    static Result<std::unique_ptr<JpegStripCompressor>> create(int quality, JpegOptions options);
     ~JpegStripCompressor();
     JpegStripCompressor(const JpegStripCompressor&) = delete;
     JpegStripCompressor& operator=(const JpegStripCompressor&) = delete;

@@ -23,6 +23,9 @@ struct EngineOptions {
     std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
     /// Kinds of OutputSpec that somebody serves; others are refused.
     std::vector<std::string> output_kinds = {"mjpeg"};
+    /// Whether this machine can serve an output that a command wishes and the camera has not yet; else the command
+    /// fails with this error. Cameras of a scene are made all the same. Engine's thread; must not wait. Empty: it can.
+    std::function<Result<void>(const std::string& camera, const OutputSpec& output)> check_output;
     RendererOptions renderer;
 };
 

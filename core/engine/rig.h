@@ -139,6 +139,8 @@ private:
     Result<void> check_mount(const CameraPatch& patch);
     /// Every output is of a kind somebody serves, and no number is taken twice.
     Result<void> check_outputs(const CameraSpec& spec);
+    /// Those that `present` has not: can they be served on this machine?
+    Result<void> check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present);
     /// The camera's newest picture shows the world of now with its present spec, as the next in its sequence.
     void renew_latest(CameraEntry& entry);
     CameraState state_of(const CameraEntry& entry) const;

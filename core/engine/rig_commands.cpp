@@ -77,6 +77,7 @@ Result<CameraState> Rig::run(CreateCamera& command) {
     if (auto good = check_mount(patch); !good) return std::unexpected(good.error());
     auto spec = patch_camera_spec(base, patch);
     if (!spec) return std::unexpected(spec.error());
+    if (auto good = check_new_outputs(*spec, {}); !good) return std::unexpected(good.error());
     auto entry = add_camera(std::move(*spec));
     if (!entry) return std::unexpected(entry.error());
     CameraState state = state_of(**entry);
@@ -124,6 +125,17 @@ Result<void> Rig::check_outputs(const CameraSpec& spec) {
     return {};
 }
 
+Result<void> Rig::check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present) {
+    if (!options_.check_output) return {};
+    for (const OutputSpec& output : spec.outputs) {
+        const bool is_there = std::ranges::any_of(
+            present, [&](const OutputSpec& one) { return one.kind == output.kind && one.number == output.number; });
+        if (is_there) continue;
+        if (auto good = options_.check_output(spec.name, output); !good) return at("outputs", good.error());
+    }
+    return {};
+}
+
 void Rig::renew_latest(CameraEntry& entry) {
     TimeNs monotonic_ns = monotonic_now_ns();
     const TimeNs now_ns = world_now_ns(monotonic_ns);
@@ -144,6 +156,7 @@ Result<CameraState> Rig::run(SetCamera& command) {
     auto spec = patch_camera_spec(*old, command.patch);
     if (!spec) return std::unexpected(spec.error());
     if (auto good = check_outputs(*spec); !good) return std::unexpected(good.error());
+    if (auto good = check_new_outputs(*spec, old->outputs); !good) return std::unexpected(good.error());
     auto replaced = cameras_.replace(command.name, std::move(*spec));
     if (!replaced) return std::unexpected(replaced.error());
     CameraEntry& entry = **replaced;

@@ -19,9 +19,10 @@ namespace camrig {
 /// In which form a sink wants a camera's pictures. Equal formats of one camera share one conversion and one encoding.
 struct MediaFormat {
     Codec codec = Codec::raw;
-    PixelFormat pixels = PixelFormat::rgba8;  ///< raw: the layout. jpeg, png: ignored
-    int quality = 0;                          ///< jpeg: 1..100. Others: 0
-    ImageSize size;                           ///< 0x0: the camera's own; else scaled to this
+    PixelFormat pixels = PixelFormat::rgba8;           ///< raw: the layout. jpeg, png: ignored
+    int quality = 0;                                   ///< jpeg: 1..100. Others: 0
+    ImageSize size;                                    ///< 0x0: the camera's own; else scaled to this
+    ChromaSampling sampling = ChromaSampling::yuv420;  ///< jpeg. Others: ignored
 
     friend auto operator<=>(const MediaFormat&, const MediaFormat&) = default;
 };

@@ -31,6 +31,7 @@ Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format
     transcoder->pool_ = std::move(pool);
     transcoder->timers_ = std::move(timers);
     if (format.codec != Codec::raw) {
+        jpeg.sampling = format.sampling;
         auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, jpeg) : create_png_encoder();
         if (!encoder) return std::unexpected(encoder.error());
         transcoder->encoder_ = std::move(*encoder);
@@ -69,13 +70,15 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
 PixelFormat source_format(const MediaFormat& format, ImageSize camera_size) {
     const bool is_scaled = format.size != ImageSize{} && format.size != camera_size;
     if (is_scaled || format.codec == Codec::png) return PixelFormat::rgba8;
-    return format.codec == Codec::jpeg ? PixelFormat::jpeg_i420 : format.pixels;
+    if (format.codec != Codec::jpeg) return format.pixels;
+    return format.sampling == ChromaSampling::yuv420 ? PixelFormat::jpeg_i420 : PixelFormat::rgba8;
 }
 
 std::string describe(const MediaFormat& format) {
     std::string text(to_string(format.codec));
     if (format.codec == Codec::raw) text += " " + std::string(to_string(format.pixels));
-    if (format.codec == Codec::jpeg) text += " q" + std::to_string(format.quality);
+    if (format.codec == Codec::jpeg)
+        text += " q" + std::to_string(format.quality) + " " + std::string(to_string(format.sampling));
     if (format.size != ImageSize{}) text += " " + format.size.to_string();
     return text;
 }

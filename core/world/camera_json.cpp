@@ -165,6 +165,7 @@ OutputSpec read_output(const json& value, const std::string& path, JsonReader& p
     reader.required("kind", output.kind);
     reader.optional("number", output.number);
     reader.optional("format", output.format);
+    reader.optional("subsampling", output.subsampling);
     reader.optional("codec", output.codec);
     reader.optional("quality", output.quality);
     reader.optional("bitrate_kbps", output.bitrate_kbps);
@@ -209,6 +210,7 @@ json output_to_json(const OutputSpec& output) {
     json out = {{"kind", output.kind}};
     if (output.number) out["number"] = *output.number;
     if (!output.format.empty()) out["format"] = output.format;
+    if (!output.subsampling.empty()) out["subsampling"] = output.subsampling;
     if (!output.codec.empty()) out["codec"] = output.codec;
     if (output.quality) out["quality"] = *output.quality;
     if (output.bitrate_kbps) out["bitrate_kbps"] = *output.bitrate_kbps;

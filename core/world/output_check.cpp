@@ -62,6 +62,14 @@ Result<void> check_output(const OutputSpec& output, ImageSize size, const std::s
         return std::unexpected(
             refusal(place + ".format: '" + output.format.substr(0, 40) + "' is none of YUYV, YU12, MJPG, BGR3"));
 
+    constexpr std::array samplings = {"", "4:2:2", "4:2:0"};
+    if (!output.subsampling.empty() && output.kind != "device" && output.format != "MJPG")
+        return std::unexpected(
+            refusal(place + ".subsampling: only device outputs and v4l2 outputs of format MJPG have one"));
+    if (std::ranges::find(samplings, output.subsampling) == samplings.end())
+        return std::unexpected(
+            refusal(place + ".subsampling: '" + output.subsampling.substr(0, 40) + "' is none of 4:2:2, 4:2:0"));
+
     constexpr std::array codecs = {"", "h264", "mjpeg"};
     if (!output.codec.empty() && output.kind != "rtsp")
         return std::unexpected(refusal(place + ".codec: only rtsp outputs have one"));

@@ -78,7 +78,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }();
     const auto tasks = std::make_shared<TaskQueue>();
     DeviceHost host(*bus, std::make_shared<SomeControls>(), tasks);
-    host.add_device(10, "lobby", DevicePolicy::share);
+    host.add_device(10, "lobby", ChromaSampling::yuv422);
     Peer hostile, honest;
     const camrig_request first = hello();
     host.receive(honest.session, std::as_bytes(std::span(&first, 1)));

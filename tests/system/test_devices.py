@@ -3,7 +3,10 @@
 import os
 import subprocess
 import sys
+import urllib.request
 
+import cv2
+import numpy as np
 import pytest
 
 import camrig
@@ -56,3 +59,59 @@ def test_a_deleted_camera_is_unplugged_and_its_number_is_free(rig):
     assert run_exec(rig, "v4l2-ctl", "-d", "/dev/video3", "--all").returncode != 0
     rig.create_camera("b", size=(320, 240), outputs=[{"kind": "device", "number": 3}])
     assert run_exec(rig, "v4l2-ctl", "-d", "/dev/video3", "--all").returncode == 0
+
+
+def sampling_of(jpeg: bytes) -> list[tuple[int, int]]:
+    """Horizontal and vertical sampling factors of the components, from the frame header (SOF0)."""
+    at = 2
+    while jpeg[at + 1] != 0xC0:
+        at += 2 + int.from_bytes(jpeg[at + 2:at + 4], "big")
+    return [(jpeg[at + 11 + 3 * i] >> 4, jpeg[at + 11 + 3 * i] & 15) for i in range(jpeg[at + 9])]
+
+
+def captured_mjpg(rig, number: int, file) -> bytes:
+    """A picture as the device gives it, untouched."""
+    done = run_exec(rig, "ffmpeg", "-v", "error", "-y", "-f", "v4l2", "-input_format", "mjpeg", "-i", f"/dev/video{number}", "-c", "copy",
+                    "-frames:v", "1", "-f", "mjpeg", str(file))
+    assert done.returncode == 0, done.stderr
+    return file.read_bytes()
+
+
+def as_guvcview_reads_it(file, size: tuple[int, int]) -> np.ndarray:
+    """guvcview has libavcodec decode a picture and takes the planes it gets for 4:2:2, whatever they are."""
+    width, height = size
+    planes = subprocess.run(["ffmpeg", "-v", "error", "-i", str(file), "-f", "rawvideo", "-"], stdout=subprocess.PIPE, check=True).stdout
+    luma, u, v = (np.frombuffer(planes, np.uint8, count, start) for start, count in (
+        (0, width * height), (width * height, width * height // 2), (width * height * 3 // 2, width * height // 2)))
+    chroma = [np.repeat(plane.reshape(height, width // 2), 2, axis=1) for plane in (v, u)]
+    return cv2.cvtColor(np.dstack([luma.reshape(height, width), *chroma]), cv2.COLOR_YCrCb2BGR)
+
+
+def test_mjpg_is_422_as_most_webcams_send_it_and_some_readers_take_for_granted(rig, tmp_path):
+    size, file = (320, 240), tmp_path / "picture.jpg"
+    cam = rig.create_camera("lobby", size=size, outputs=[{"kind": "device", "number": 5}])
+    jpeg = captured_mjpg(rig, 5, file)
+    assert sampling_of(jpeg) == [(2, 1), (1, 1), (1, 1)]
+    right = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+    assert abs(as_guvcview_reads_it(file, size).astype(int) - right).mean() < 2
+    assert abs(right.astype(int) - cam.frame().image).mean() < 8  # people and colours where they are
+
+    cam.set(outputs=[{"kind": "device", "number": 5, "subsampling": "4:2:0"}])
+    assert sampling_of(captured_mjpg(rig, 5, file)) == [(2, 2), (1, 1), (1, 1)]
+    page = f"http://127.0.0.1:{rig.call('server.info')['http']}/cameras/lobby/snapshot.jpg"
+    with urllib.request.urlopen(page, timeout=20) as answer:
+        assert sampling_of(answer.read()) == [(2, 2), (1, 1), (1, 1)]
+
+
+def test_a_kernel_device_that_this_machine_cannot_have_is_an_error_and_nothing_is_made(rig):
+    number = 8
+    if os.path.exists("/sys/module/v4l2loopback"):
+        pytest.skip("this machine has the module: tests/vm is about it")
+    with pytest.raises(camrig.CamrigError) as caught:
+        rig.create_camera("hallway", size=(320, 240), outputs=[{"kind": "v4l2", "number": number}])
+    assert "v4l2loopback" in str(caught.value)
+    assert "hallway" not in [camera.name for camera in rig.cameras()]
+    cam = rig.create_camera("hallway", size=(320, 240))
+    with pytest.raises(camrig.CamrigError):
+        cam.set(size=(640, 480), outputs=[{"kind": "v4l2", "number": number}])
+    assert rig.call("camera.get", name="hallway")["size"] == [320, 240]

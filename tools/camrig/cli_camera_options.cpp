@@ -111,6 +111,7 @@ json outputs_of(const CameraOptions& options) {
     json outputs = json::array();
     if (options.v4l2) outputs.push_back({{"kind", "v4l2"}, {"number", *options.v4l2}});
     if (options.device) outputs.push_back({{"kind", "device"}, {"number", *options.device}});
+    if (options.device && !options.subsampling.empty()) outputs.back()["subsampling"] = options.subsampling;
     if (!options.rtsp.empty()) outputs.push_back(rtsp_output_of(options));
     if (options.mjpeg) outputs.push_back({{"kind", "mjpeg"}});
     return outputs;
@@ -161,6 +162,8 @@ void CameraOptions::add_to(CLI::App& command) {
     command.add_flag("--no-code-strip", no_code_strip, "does not")->excludes(strip);
     auto* module_output = command.add_option("--v4l2", v4l2, "N: also as /dev/videoN by v4l2loopback");
     auto* user_output = command.add_option("--device", device, "N: also as /dev/videoN for camrig exec");
+    command.add_option("--subsampling", subsampling, "4:2:2 or 4:2:0: chroma of the MJPG of --device")
+        ->needs(user_output);
     auto* rtsp_output = command.add_option("--rtsp", rtsp, "h264 or mjpeg: also by RTSP");
     for (auto* option :
          {command.add_option("--rtsp-bitrate-kbps", rtsp_bitrate_kbps, "of H.264: 16 to 200000"),

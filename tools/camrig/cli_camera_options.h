@@ -19,7 +19,7 @@ struct CameraOptions {
     std::string size, fps, position, look_at, orientation, intrinsics, quality, lens, antialias, rtsp;
     std::optional<std::string> mount;
     std::string calibration, calibration_camera;
-    std::string rtsp_preset, rtsp_profile;
+    std::string rtsp_preset, rtsp_profile, subsampling;
     std::optional<int> rtsp_bitrate_kbps, rtsp_quality;
     std::optional<double> rtsp_key_interval_s;
     std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far, zoom;

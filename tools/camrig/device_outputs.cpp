@@ -1,8 +1,8 @@
 #include "tools/camrig/device_outputs.h"
 
-#include <set>
-
 #include <spdlog/spdlog.h>
+
+#include "v4l2_sink/media_format.h"
 
 namespace camrig {
 
@@ -51,24 +51,26 @@ void DeviceOutputs::camera_adjusted(const CameraStream& camera) {
 }
 
 void DeviceOutputs::plug(const CameraStream& camera, bool is_there) {
-    std::set<int> wanted;
+    std::map<int, ChromaSampling> wanted;
     for (const OutputSpec& output : camera.outputs)
-        if (is_there && output.kind == "device" && output.number) wanted.insert(*output.number);
+        if (is_there && output.kind == "device" && output.number)
+            wanted.emplace(*output.number, mjpg_sampling_of(output));
     for (auto it = plugged_.begin(); it != plugged_.end();) {
-        if (it->second != camera.name || wanted.contains(it->first)) {
+        const auto kept = wanted.find(it->first);
+        if (it->second.camera != camera.name || (kept != wanted.end() && kept->second == it->second.mjpg_sampling)) {
             ++it;
             continue;
         }
         server_->remove_device(it->first);
         it = plugged_.erase(it);
     }
-    for (const int number : wanted) {
+    for (const auto& [number, mjpg_sampling] : wanted) {
         if (plugged_.contains(number)) continue;
-        if (const auto added = server_->add_device(number, camera.name); !added) {
+        if (const auto added = server_->add_device(number, camera.name, mjpg_sampling); !added) {
             spdlog::error("camera {}: /dev/video{}: {}", camera.name, number, added.error().message);
             continue;
         }
-        plugged_.emplace(number, camera.name);
+        plugged_.emplace(number, Plugged{camera.name, mjpg_sampling});
     }
 }
 

@@ -38,7 +38,11 @@ private:
     FrameBus& bus_;
     const std::shared_ptr<CameraControls> controls_;
     const std::unique_ptr<DeviceServer> server_;
-    std::map<int, std::string> plugged_;  ///< number -> camera; the bus calls observers one at a time
+    struct Plugged {
+        std::string camera;
+        ChromaSampling mjpg_sampling;
+    };
+    std::map<int, Plugged> plugged_;  ///< by number; the bus calls observers one at a time
 };
 
 }  // namespace camrig

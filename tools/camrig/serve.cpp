@@ -118,6 +118,9 @@ int run_serve(const ServeOptions& options) {
     EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
     engine_options.output_kinds = {"mjpeg", "device", "v4l2", "rtsp"};
+    engine_options.check_output = [](const std::string& camera, const OutputSpec& output) {
+        return output.kind == "v4l2" ? check_loopback(*output.number, camera) : Result<void>();
+    };
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 

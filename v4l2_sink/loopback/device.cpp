@@ -28,25 +28,45 @@ std::unexpected<Error> LoopbackDevice::failed(const char* what, int problem) con
     return error(ErrorKind::unavailable, video_path(number_) + ": " + what + ": " + std::strerror(-problem));
 }
 
+Result<std::unique_ptr<LoopbackDevice>> LoopbackDevice::open_node(LoopbackKernel& kernel, int number) {
+    const int fd = kernel.open(video_path(number));
+    if (fd == -EACCES || fd == -EPERM)
+        return error(ErrorKind::unauthorized, video_path(number) +
+                                                  ": no permission; run: sudo usermod -aG video $USER and log in "
+                                                  "again, or run the rig as a user of the group video");
+    if (fd == -ENOENT || fd == -ENODEV || fd == -ENXIO)
+        return error(ErrorKind::not_found, video_path(number) + ": is not there");
+    if (fd == -EBUSY)
+        return error(ErrorKind::unavailable, video_path(number) +
+                                                 ": too many programs have it open; close some (module parameter "
+                                                 "max_openers)");
+    if (fd < 0) return error(ErrorKind::unavailable, video_path(number) + ": " + std::strerror(-fd));
+    std::unique_ptr<LoopbackDevice> device(new LoopbackDevice(kernel, number, fd));
+    v4l2_capability caps{};
+    if (kernel.ioctl(fd, VIDIOC_QUERYCAP, &caps) < 0 ||
+        std::string_view(reinterpret_cast<const char*>(caps.driver)) != loopback_driver_name) {
+        const std::string driver = reinterpret_cast<const char*>(caps.driver);
+        return error(ErrorKind::already_exists, video_path(number) + ": belongs to the driver '" + driver +
+                                                    "', not to v4l2loopback; choose another number");
+    }
+    return device;
+}
+
+Result<void> LoopbackDevice::check(LoopbackKernel& kernel, int number) {
+    const auto opened = open_node(kernel, number);
+    if (!opened) return std::unexpected(opened.error());
+    return {};
+}
+
 Result<std::unique_ptr<LoopbackDevice>> LoopbackDevice::open(LoopbackKernel& kernel, const LoopbackFeatures& features,
                                                              int number, const LoopbackFormat& wanted) {
     // The second try helps where the module frees a kept format only when the last descriptor is closed (0.12, 0.13).
     constexpr int tries = 2;
     for (int attempt = 1;; ++attempt) {
-        const int fd = kernel.open(video_path(number));
-        if (fd == -EACCES || fd == -EPERM)
-            return error(ErrorKind::unauthorized, video_path(number) +
-                                                      ": no permission; run: sudo usermod -aG video $USER and log in "
-                                                      "again, or run the rig as a user of the group video");
-        if (fd == -ENOENT || fd == -ENODEV || fd == -ENXIO)
-            return error(ErrorKind::not_found, video_path(number) + ": is not there");
-        if (fd == -EBUSY)
-            return error(ErrorKind::unavailable, video_path(number) +
-                                                     ": too many programs have it open; close some (module parameter "
-                                                     "max_openers)");
-        if (fd < 0) return error(ErrorKind::unavailable, video_path(number) + ": " + std::strerror(-fd));
-        std::unique_ptr<LoopbackDevice> device(new LoopbackDevice(kernel, number, fd));
-        if (auto ours = device->check_driver(); !ours) return std::unexpected(ours.error());
+        auto opened = open_node(kernel, number);
+        if (!opened) return opened;
+        std::unique_ptr<LoopbackDevice> device = std::move(*opened);
+        if (auto free = device->check_writers(); !free) return std::unexpected(free.error());
         if (auto set = device->set_format(wanted); !set) return std::unexpected(set.error());
         if (!device->format_.same_pictures(wanted) && attempt < tries) continue;
         if (!media_format_of(device->format_))
@@ -54,6 +74,7 @@ Result<std::unique_ptr<LoopbackDevice>> LoopbackDevice::open(LoopbackKernel& ker
                                                      device->format_.to_string() +
                                                      ", which is none of YUYV, YU12, MJPG, BGR3; close that program");
         device->set_rate();
+        const int fd = device->fd_;
         if (features.streams) {
             if (auto ready = device->set_up_buffers(); !ready) return std::unexpected(ready.error());
         } else {
@@ -76,15 +97,7 @@ LoopbackDevice::~LoopbackDevice() {
     kernel_.close(fd_);
 }
 
-Result<void> LoopbackDevice::check_driver() {
-    v4l2_capability before{};
-    if (kernel_.ioctl(fd_, VIDIOC_QUERYCAP, &before) < 0 ||
-        std::string_view(reinterpret_cast<const char*>(before.driver)) != loopback_driver_name) {
-        const std::string driver = reinterpret_cast<const char*>(before.driver);
-        return error(ErrorKind::already_exists, video_path(number_) + ": belongs to the driver '" + driver +
-                                                    "', not to v4l2loopback; choose another number");
-    }
-    card_ = reinterpret_cast<const char*>(before.card);
+Result<void> LoopbackDevice::check_writers() {
     // A kept format hides that the device takes output (0.14 on), so it is let go before the question is asked.
     set_keep_format(false);
     v4l2_capability now{};
@@ -108,7 +121,10 @@ Result<void> LoopbackDevice::set_format(const LoopbackFormat& wanted) {
     if (set < 0) return failed("S_FMT", set);
     // Whoever has the device already decides: then the module answers with that format and no error.
     const v4l2_pix_format& got = request.fmt.pix;
-    format_ = {got.pixelformat, {static_cast<int>(got.width), static_cast<int>(got.height)}, wanted.rate};
+    format_ = {got.pixelformat,
+               {static_cast<int>(got.width), static_cast<int>(got.height)},
+               wanted.rate,
+               wanted.mjpg_sampling};
     return {};
 }
 

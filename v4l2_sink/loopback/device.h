@@ -30,12 +30,13 @@ public:
     /// program writes to it), unsupported (it holds a format that is none of ours).
     static Result<std::unique_ptr<LoopbackDevice>> open(LoopbackKernel& kernel, const LoopbackFeatures& features,
                                                         int number, const LoopbackFormat& wanted);
+    /// Whether it can be opened and is the module's; changes nothing. Errors as of open().
+    static Result<void> check(LoopbackKernel& kernel, int number);
     LoopbackDevice(const LoopbackDevice&) = delete;
     LoopbackDevice& operator=(const LoopbackDevice&) = delete;
     ~LoopbackDevice();
 
     const LoopbackFormat& format() const { return format_; }
-    const std::string& card() const { return card_; }
     /// Buffers it has; programs need four.
     int buffers() const { return buffers_; }
 
@@ -62,7 +63,8 @@ private:
 
     LoopbackDevice(LoopbackKernel& kernel, int number, int fd) : kernel_(kernel), number_(number), fd_(fd) {}
 
-    Result<void> check_driver();
+    static Result<std::unique_ptr<LoopbackDevice>> open_node(LoopbackKernel& kernel, int number);
+    Result<void> check_writers();
     Result<void> set_format(const LoopbackFormat& wanted);
     Result<void> set_up_buffers();
     void set_rate();
@@ -74,7 +76,6 @@ private:
     LoopbackKernel& kernel_;
     const int number_;
     const int fd_;
-    std::string card_;
     LoopbackFormat format_;
     int buffers_ = 0;
     bool streams_ = false;

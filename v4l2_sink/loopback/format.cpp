@@ -11,7 +11,7 @@ std::string LoopbackFormat::to_string() const {
 }
 
 LoopbackFormat loopback_format_of(const CameraStream& camera, const OutputSpec& output) {
-    LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate};
+    LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate, mjpg_sampling_of(output)};
     if (output.format == "YU12") format.fourcc = V4L2_PIX_FMT_YUV420;
     if (output.format == "MJPG") format.fourcc = V4L2_PIX_FMT_MJPEG;
     if (output.format == "BGR3") format.fourcc = V4L2_PIX_FMT_BGR24;
@@ -21,7 +21,8 @@ LoopbackFormat loopback_format_of(const CameraStream& camera, const OutputSpec& 
 std::optional<MediaFormat> media_format_of(const LoopbackFormat& format) {
     // NV12 is not offered here: OpenCV up to 4.10 swaps its red and blue.
     if (format.fourcc == V4L2_PIX_FMT_NV12) return std::nullopt;
-    return media_format_of(format.fourcc, format.size);  // its own, even when the camera's changes while it is read
+    // Its own size, even when the camera's changes while it is read.
+    return media_format_of(format.fourcc, format.size, format.mjpg_sampling);
 }
 
 v4l2_pix_format pix_format_of(const LoopbackFormat& format) {

@@ -15,6 +15,7 @@ struct LoopbackFormat {
     std::uint32_t fourcc = V4L2_PIX_FMT_YUYV;
     ImageSize size;
     Rate rate;
+    ChromaSampling mjpg_sampling = ChromaSampling::yuv422;  ///< of MJPG; the kernel knows nothing of it
 
     /// "YUYV 640x480".
     std::string to_string() const;

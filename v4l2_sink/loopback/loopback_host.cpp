@@ -41,9 +41,11 @@ void LoopbackHost::set(LoopbackWish wish, TimeNs monotonic_ns) {
         close(entry);
         // Made anew, under its own label; if a program has it open, it goes on under the old one.
         if (entry.is_own && module_.remove(wish.number)) entry.is_own = false;
-    } else if (entry.sink && entry.shown.rate != wish.format.rate) {
-        entry.shown.rate = wish.format.rate;
-        entry.sink->with_device([&](LoopbackDevice& device) { device.change_rate(wish.format.rate); });
+    } else if (entry.sink) {
+        if (std::exchange(entry.shown.rate, wish.format.rate) != wish.format.rate)
+            entry.sink->with_device([&](LoopbackDevice& device) { device.change_rate(wish.format.rate); });
+        if (std::exchange(entry.shown.mjpg_sampling, wish.format.mjpg_sampling) != wish.format.mjpg_sampling)
+            entry.subscription.reset();  // and subscribes anew
     }
     entry.wish = std::move(wish);
     entry.retry_ns = entry.reopen_ns = monotonic_ns;
@@ -93,8 +95,6 @@ Result<std::unique_ptr<LoopbackDevice>> LoopbackHost::try_open(Entry& entry, Tim
     }
     auto device = LoopbackDevice::open(kernel_, provided->features, wish.number, wish.format);
     if (!device) return std::unexpected(device.error());
-    // A rig that was killed leaves its devices; they are known by their label.
-    if (provided->features.adds_devices && (*device)->card() == wish.camera) entry.is_own = true;
     if ((*device)->buffers() != static_cast<int>(LoopbackDevice::buffer_count))
         spdlog::warn(
             "camera {}: {} has {} buffers, programs as ROS usb_cam need 4: load v4l2loopback with max_buffers=4",

@@ -50,7 +50,7 @@ public:
 private:
     struct Entry {
         std::optional<LoopbackWish> wish;  ///< none: only waits to be removed
-        bool is_own = false;               ///< the rig made it, now or in an earlier life
+        bool is_own = false;               ///< this rig made it, and will remove it
         TimeNs made_ns = 0;
         TimeNs retry_ns = 0;  ///< when to try again what failed
         std::string complaint;

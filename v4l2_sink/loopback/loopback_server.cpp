@@ -14,6 +14,16 @@ constexpr int tick_ms = 250;
 
 }  // namespace
 
+Result<void> check_loopback(int number, const std::string& camera, LoopbackKernel& kernel) {
+    const auto features = LoopbackModule(kernel).can_provide(number, camera);
+    if (!features) return std::unexpected(features.error());
+    if (!kernel.exists(video_path(number))) return {};
+    auto good = LoopbackDevice::check(kernel, number);
+    // It went in between, with the camera that had it: it can be made anew.
+    if (!good && good.error().kind == ErrorKind::not_found && features->adds_devices) return {};
+    return good;
+}
+
 LoopbackServer::LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options,
                                LoopbackKernel& kernel)
     : host_(std::make_unique<LoopbackHost>(bus, fetcher, kernel, tasks_, options)), thread_([this] { run(); }) {}

@@ -9,6 +9,11 @@
 
 namespace camrig {
 
+/// Whether this machine can give a camera /dev/video<number>, as far as one sees without trying: the module is there,
+/// and so is the device or the right to make it. Changes nothing and does not wait; any thread. The errors say what to
+/// run.
+Result<void> check_loopback(int number, const std::string& camera, LoopbackKernel& kernel = linux_kernel());
+
 /// The rig's devices of the kernel module v4l2loopback: one thread of its own; calls from any thread never wait.
 /// What cannot be done is logged, with what to run, and tried again: a module that is loaded later is used then.
 class LoopbackServer {

@@ -85,18 +85,26 @@ Result<LoopbackFeatures> LoopbackModule::features() const {
     return features;
 }
 
-Result<LoopbackModule::Provided> LoopbackModule::provide(int number, const std::string& label) const {
+Result<LoopbackFeatures> LoopbackModule::can_provide(int number, const std::string& label) const {
     const auto features = this->features();
     if (!features && features.error().kind == ErrorKind::unavailable)
         return error(ErrorKind::unavailable, features.error().message + "; run: sudo apt install v4l2loopback-dkms; " +
                                                  modprobe_line(number, label) +
                                                  "  (or use a user-space device, --device N)");
     if (!features) return std::unexpected(features.error());
-    if (kernel_.exists(video_path(number))) return Provided{*features, false};
+    if (kernel_.exists(video_path(number))) return features;
     if (!features->adds_devices)
         return error(ErrorKind::not_found, video_path(number) + " is not there and v4l2loopback " + features->version +
                                                " cannot add it while loaded; run: sudo modprobe -r v4l2loopback; " +
                                                modprobe_line(number, label));
+    if (ControlNode(kernel_).problem() != 0) return std::unexpected(no_permission());
+    return features;
+}
+
+Result<LoopbackModule::Provided> LoopbackModule::provide(int number, const std::string& label) const {
+    const auto features = can_provide(number, label);
+    if (!features) return std::unexpected(features.error());
+    if (kernel_.exists(video_path(number))) return Provided{*features, false};
     ControlNode control(kernel_);
     if (control.problem() != 0) return std::unexpected(no_permission());
     LoopbackConfig config;

@@ -32,6 +32,8 @@ public:
         LoopbackFeatures features;
         bool is_new = false;
     };
+    /// What provide() would say; changes nothing.
+    Result<LoopbackFeatures> can_provide(int number, const std::string& label) const;
     /// Makes /dev/video<number> of this card label unless it is there, whoever owns it.
     Result<Provided> provide(int number, const std::string& label) const;
     /// unavailable: some program has the device open.

@@ -115,7 +115,7 @@ void DeviceControls::tell(const DeviceSession* by, const std::string& camera, st
         if (subscription == session->subscriptions.end()) continue;
         if (session.get() == by && !subscription->second) continue;
         const camrig_control_event event{camrig_message_control_event, id, value, 0};
-        session->send(std::as_bytes(std::span(&event, 1)));
+        session->tell(event);
     }
 }
 

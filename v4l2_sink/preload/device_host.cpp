@@ -46,8 +46,8 @@ DeviceHost::~DeviceHost() {
     for (const SessionRef& session : sessions_) stream_off(session);
 }
 
-void DeviceHost::add_device(int number, std::string camera, DevicePolicy policy) {
-    devices_[number] = DeviceState{std::move(camera), policy, std::nullopt};
+void DeviceHost::add_device(int number, std::string camera, ChromaSampling mjpg_sampling) {
+    devices_[number] = DeviceState{std::move(camera), mjpg_sampling, std::nullopt};
 }
 
 void DeviceHost::remove_device(int number) {
@@ -59,8 +59,8 @@ void DeviceHost::remove_device(int number) {
 
 void DeviceHost::end(const SessionRef& session) {
     session->dead = true;
+    leave(session);                 // first: nobody may send a token to a number that is free again
     session->event_socket.reset();  // the program sees POLLHUP: unplugged
-    leave(session);
     ended_.push_back(session);
 }
 
@@ -125,6 +125,11 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
     if (session->dead) end(session);
 }
 
+void DeviceHost::tick(TimeNs monotonic_ns) {
+    rings_.tick(monotonic_ns);
+    for (const SessionRef& session : sessions_) session->send_waiting();
+}
+
 int DeviceHost::describe(DeviceSession& session, const DeviceState& device, int number) {
     const auto camera = bus_.find(device.camera);
     if (!camera) return ENODEV;
@@ -166,6 +171,7 @@ int DeviceHost::hello(const SessionRef& session, const camrig_request& request) 
     session->format = session->description.current;
     session->priority = V4L2_PRIORITY_DEFAULT;
     session->number = number;
+    session->process = std::uint64_t{request.u.hello.process[1]} << 32 | request.u.hello.process[0];
 
     const char* program = request.u.hello.program;
     session->stats = std::make_shared<ReaderStats>();
@@ -211,7 +217,7 @@ int DeviceHost::set_format(const SessionRef& session, const camrig_request& requ
 }
 
 bool DeviceHost::share_queue(const DeviceSession& a, const DeviceSession& b) const {
-    return a.number == b.number && (devices_.at(*a.number).policy == DevicePolicy::exclusive || a.process == b.process);
+    return a.number == b.number && a.process == b.process;
 }
 
 bool DeviceHost::owned_by_another(const DeviceSession& session) const {
@@ -229,7 +235,8 @@ int DeviceHost::acquire(const SessionRef& session) {
 int DeviceHost::stream_on(const SessionRef& session, const camrig_request& request) {
     if (!offered(session->description, request.u.format) || session->ring) return EINVAL;
     if (owned_by_another(*session)) return EBUSY;
-    auto ring = rings_.take(devices_.at(*session->number).camera, request.u.format);
+    const DeviceState& device = devices_.at(*session->number);
+    auto ring = rings_.take(device.camera, request.u.format, device.mjpg_sampling);
     if (!ring) return ring.error().kind == ErrorKind::not_found ? ENODEV : errno_of(ring.error());
     session->ring = *ring;
     session->format = request.u.format;

@@ -27,7 +27,7 @@ public:
     DeviceHost(FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks);
     ~DeviceHost();
 
-    void add_device(int number, std::string camera, DevicePolicy policy);
+    void add_device(int number, std::string camera, ChromaSampling mjpg_sampling);
     /// Its openers see it unplugged.
     void remove_device(int number);
     /// Tells openers who asked for it that somebody else changed these controls of a camera.
@@ -39,7 +39,7 @@ public:
     void receive(const std::shared_ptr<DeviceSession>& session, std::span<const std::byte> message);
     /// The program closed its device, ended or was thrown out.
     void leave(const std::shared_ptr<DeviceSession>& session);
-    void tick(TimeNs monotonic_ns) { rings_.tick(monotonic_ns); }
+    void tick(TimeNs monotonic_ns);
 
     /// Sessions whose connection the caller shall close.
     std::vector<std::shared_ptr<DeviceSession>> take_ended() { return std::exchange(ended_, {}); }
@@ -57,7 +57,7 @@ private:
 
     int describe(DeviceSession& session, const DeviceState& device, int number);
     camrig_format format_of(const DeviceSession& session) const;
-    /// Do the two meet in one queue, as two openers of a hardware camera do?
+    /// Do the two meet in one queue, as two openers of a hardware camera do? Those of one program do.
     bool share_queue(const DeviceSession& a, const DeviceSession& b) const;
     bool owned_by_another(const DeviceSession& session) const;
     void share_priorities(int number);

@@ -40,12 +40,13 @@ DeviceModes modes_of(const CameraStream& camera) {
     return modes;
 }
 
-std::optional<MediaFormat> media_format_of(const camrig_format& format) {
-    return media_format_of(format.fourcc, {static_cast<int>(format.width), static_cast<int>(format.height)});
+std::optional<MediaFormat> media_format_of(const camrig_format& format, ChromaSampling mjpg_sampling) {
+    return media_format_of(format.fourcc, {static_cast<int>(format.width), static_cast<int>(format.height)},
+                           mjpg_sampling);
 }
 
 std::uint32_t picture_bytes(const camrig_format& format) {
-    const auto media = media_format_of(format);
+    const auto media = media_format_of(format, ChromaSampling::yuv422);
     if (!media) return 0;
     if (media->codec == Codec::jpeg) return 2 * format.width * format.height + jpeg_headroom;
     return static_cast<std::uint32_t>(bytes_of(media->pixels, media->size));

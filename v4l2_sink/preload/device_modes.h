@@ -23,7 +23,7 @@ extern const std::array<std::uint32_t, 5> device_fourccs;
 DeviceModes modes_of(const CameraStream& camera);
 
 /// The bus's name for a V4L2 format; nullopt: not one of ours.
-std::optional<MediaFormat> media_format_of(const camrig_format& format);
+std::optional<MediaFormat> media_format_of(const camrig_format& format, ChromaSampling mjpg_sampling);
 
 /// Most bytes a picture of this format can have.
 std::uint32_t picture_bytes(const camrig_format& format);

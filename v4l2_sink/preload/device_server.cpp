@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <future>
 #include <map>
+#include <optional>
 
 #include <poll.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 
 #include "core/base/clock.h"
+#include "core/base/unix_listener.h"
 #include "v4l2_sink/preload/device_host.h"
 
 namespace camrig {
@@ -24,53 +22,20 @@ namespace {
 constexpr int tick_ms = 250;
 constexpr int events_at_once = 64;
 
-Result<UniqueFd> listen_on(const std::string& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.size() >= sizeof address.sun_path)
-        return error(ErrorKind::invalid_argument, path + ": longer than the " +
-                                                      std::to_string(sizeof address.sun_path - 1) +
-                                                      " characters a socket's path can have");
-    std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-    const auto* as_address = reinterpret_cast<const sockaddr*>(&address);
-
-    const UniqueFd probe(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
-    if (::connect(probe.get(), as_address, sizeof address) == 0)
-        return error(ErrorKind::already_exists, path + ": another rig serves devices there");
-    struct stat info{};
-    if (::lstat(path.c_str(), &info) == 0) {
-        if (!S_ISSOCK(info.st_mode))
-            return error(ErrorKind::already_exists, path + ": exists and is not a socket; give another path");
-        ::unlink(path.c_str());  // left behind by a rig that was killed
-    }
-    UniqueFd fd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    const mode_t old = ::umask(0177);
-    const int bound = ::bind(fd.get(), as_address, sizeof address);
-    const int why = errno;
-    ::umask(old);
-    if (bound != 0 || ::listen(fd.get(), 64) != 0)
-        return error(ErrorKind::unavailable, path + ": " + std::strerror(bound != 0 ? why : errno));
-    return fd;
-}
+/// Out of descriptors: accepting at once again would only burn the processor.
+constexpr TimeNs accept_pause_ns = 100 * ns_per_ms;
 
 }  // namespace
-
-std::string default_device_socket() {
-    if (const char* given = std::getenv("CAMRIG_DEVICE_SOCKET"); given != nullptr && *given != '\0') return given;
-    if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime != '\0')
-        return std::string(runtime) + "/camrig-devices.sock";
-    return "/tmp/camrig-devices-" + std::to_string(::getuid()) + ".sock";
-}
 
 /// The server's thread: sockets in, host called, sockets out.
 class DeviceServer::Loop {
 public:
-    Loop(UniqueFd listener, FrameBus& bus, std::shared_ptr<ControlPort> controls, std::shared_ptr<TaskQueue> tasks)
+    Loop(UnixListener listener, FrameBus& bus, std::shared_ptr<ControlPort> controls, std::shared_ptr<TaskQueue> tasks)
         : listener_(std::move(listener)),
           epoll_(::epoll_create1(EPOLL_CLOEXEC)),
           tasks_(tasks),
           host_(bus, std::move(controls), std::move(tasks)) {
-        watch(listener_.get());
+        watch(listener_.fd());
         watch(tasks_->fd());
     }
 
@@ -79,7 +44,12 @@ public:
             std::array<epoll_event, events_at_once> events;
             const int count = ::epoll_wait(epoll_.get(), events.data(), events_at_once, tick_ms);
             for (int i = 0; i < count; ++i) handle(events[static_cast<std::size_t>(i)].data.fd);
-            host_.tick(monotonic_now_ns());
+            const TimeNs now_ns = monotonic_now_ns();
+            if (accept_again_ns_ && now_ns >= *accept_again_ns_) {
+                watch(listener_.fd());
+                accept_again_ns_.reset();
+            }
+            host_.tick(now_ns);
             for (const auto& session : host_.take_ended()) forget(session->control_fd());
         }
         connections_.clear();
@@ -97,7 +67,7 @@ private:
     }
 
     void handle(int fd) {
-        if (fd == listener_.get()) return accept_one();
+        if (fd == listener_.fd()) return accept_one();
         if (fd == tasks_->fd()) {
             for (const auto& task : tasks_->take()) task();
             return;
@@ -117,7 +87,11 @@ private:
     }
 
     void accept_one() {
-        UniqueFd fd(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        UniqueFd fd(::accept4(listener_.fd(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+        if (!fd && errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) {
+            ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, listener_.fd(), nullptr);
+            accept_again_ns_ = monotonic_now_ns() + accept_pause_ns;
+        }
         // Beyond the limit a connection is closed again: the program's open() fails with ENODEV.
         if (!fd || connections_.size() >= max_connections) return;
         const int number = fd.get();
@@ -127,8 +101,9 @@ private:
 
     void forget(int fd) { connections_.erase(fd); }
 
-    const UniqueFd listener_;
+    UnixListener listener_;
     const UniqueFd epoll_;
+    std::optional<TimeNs> accept_again_ns_;  ///< the listener is not watched until then
     const std::shared_ptr<TaskQueue> tasks_;
     std::map<int, std::shared_ptr<DeviceSession>> connections_;
     DeviceHost host_;
@@ -136,8 +111,8 @@ private:
 };
 
 Result<std::unique_ptr<DeviceServer>> DeviceServer::create(FrameBus& bus, DeviceServerOptions options) {
-    const std::string path = options.socket_path.empty() ? default_device_socket() : options.socket_path;
-    auto listener = listen_on(path);
+    const std::string path = options.socket_path;
+    auto listener = UnixListener::listen(path, {.name = "device socket", .type = SOCK_SEQPACKET});
     if (!listener) return std::unexpected(listener.error());
     auto tree = DeviceTree::create(path);
     if (!tree) return std::unexpected(tree.error());
@@ -157,10 +132,9 @@ DeviceServer::DeviceServer(std::string socket_path, DeviceTree tree, std::unique
 DeviceServer::~DeviceServer() {
     tasks_->post([loop = loop_.get()] { loop->stop(); });
     thread_.join();
-    ::unlink(socket_path_.c_str());
 }
 
-Result<void> DeviceServer::add_device(int number, const std::string& camera, DevicePolicy policy) {
+Result<void> DeviceServer::add_device(int number, const std::string& camera, ChromaSampling mjpg_sampling) {
     if (number < 0 || number > camrig_max_device_number)
         return error(ErrorKind::invalid_argument, "device number " + std::to_string(number) + ": must be 0 to " +
                                                       std::to_string(camrig_max_device_number));
@@ -171,7 +145,9 @@ Result<void> DeviceServer::add_device(int number, const std::string& camera, Dev
                          "device number " + std::to_string(number) + " is camera " + by + "; choose another");
     if (auto added = tree_.add(number, camera); !added) return added;
     numbers_.emplace_back(number, camera);
-    tasks_->post([loop = loop_.get(), number, camera, policy] { loop->host().add_device(number, camera, policy); });
+    tasks_->post([loop = loop_.get(), number, camera, mjpg_sampling] {
+        loop->host().add_device(number, camera, mjpg_sampling);
+    });
     return {};
 }
 

@@ -17,13 +17,9 @@
 namespace camrig {
 
 struct DeviceServerOptions {
-    std::string socket_path;  ///< empty: default_device_socket()
+    std::string socket_path;
     std::shared_ptr<ControlPort> controls = std::make_shared<NoControls>();
 };
-
-/// Where programs look for the rig when nothing is said: $CAMRIG_DEVICE_SOCKET, else $XDG_RUNTIME_DIR/
-/// camrig-devices.sock, else /tmp/camrig-devices-UID.sock.
-std::string default_device_socket();
 
 /// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open
 /// a device. One thread of its own; calls from any thread.
@@ -37,7 +33,8 @@ public:
     ~DeviceServer();
 
     /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
-    Result<void> add_device(int number, const std::string& camera, DevicePolicy policy = DevicePolicy::share);
+    Result<void> add_device(int number, const std::string& camera,
+                            ChromaSampling mjpg_sampling = ChromaSampling::yuv422);
     void remove_device(int number);
     /// Somebody other than a device's program changed these controls: sends events to those who subscribed.
     void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);

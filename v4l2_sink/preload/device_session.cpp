@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include <poll.h>
 #include <sys/socket.h>
 
 namespace camrig {
@@ -33,11 +34,7 @@ int errno_of(const Error& error) {
     }
 }
 
-DeviceSession::DeviceSession(UniqueFd control) : control_(std::move(control)) {
-    ucred peer{};
-    socklen_t length = sizeof peer;
-    if (::getsockopt(control_.get(), SOL_SOCKET, SO_PEERCRED, &peer, &length) == 0) process = peer.pid;
-}
+DeviceSession::DeviceSession(UniqueFd control) : control_(std::move(control)) {}
 
 void DeviceSession::send(std::span<const std::byte> message, std::span<const int> fds) {
     if (dead) return;
@@ -56,7 +53,7 @@ void DeviceSession::send(std::span<const std::byte> message, std::span<const int
         rights->cmsg_len = CMSG_LEN(sizeof(int) * fds.size());
         std::memcpy(CMSG_DATA(rights), fds.data(), sizeof(int) * fds.size());
     }
-    // An honest library has one request under way and reads every reply, so its socket always has room.
+    // An honest library has one request under way and reads every reply, and events leave room for it.
     if (::sendmsg(control_.get(), &header, MSG_DONTWAIT | MSG_NOSIGNAL) < 0) dead = true;
 }
 
@@ -71,6 +68,23 @@ void DeviceSession::fail(std::uint32_t serial, int error_number, std::uint32_t d
     answer.status = error_number;
     answer.detail = detail;
     reply(serial, answer);
+}
+
+void DeviceSession::tell(const camrig_control_event& event) {
+    waiting_[event.id] = event;
+    send_waiting();
+}
+
+void DeviceSession::send_waiting() {
+    // "Writable" is a Unix socket with a quarter of its room used at most: replies keep the rest.
+    const auto takes_more = [this] {
+        pollfd control{control_.get(), POLLOUT, 0};
+        return ::poll(&control, 1, 0) == 1 && (control.revents & POLLOUT) != 0;
+    };
+    while (!dead && !waiting_.empty() && takes_more()) {
+        send(std::as_bytes(std::span(&waiting_.begin()->second, 1)));
+        waiting_.erase(waiting_.begin());
+    }
 }
 
 }  // namespace camrig

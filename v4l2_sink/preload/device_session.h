@@ -18,15 +18,11 @@
 
 namespace camrig {
 
-enum class DevicePolicy : std::uint8_t {
-    share,      ///< every program streams on its own, in a format of its own; within one program as with hardware
-    exclusive,  ///< as hardware: who has buffers owns the device, all others get EBUSY
-};
-
 /// A ring that is fed by the bus.
 struct FedRing {
     std::string camera;
     camrig_format format{};  ///< rate 0/0: the camera's own
+    ChromaSampling mjpg_sampling = ChromaSampling::yuv422;
     std::shared_ptr<DeviceRing> ring;
     Subscription subscription;
 };
@@ -34,7 +30,7 @@ struct FedRing {
 /// One /dev/videoN, whoever has it open.
 struct DeviceState {
     std::string camera;
-    DevicePolicy policy = DevicePolicy::share;
+    ChromaSampling mjpg_sampling = ChromaSampling::yuv422;
     std::optional<camrig_format> format;  ///< as last set by anybody; new openers start with it
 };
 
@@ -55,8 +51,12 @@ public:
     void send(std::span<const std::byte> message, std::span<const int> fds = {});
     void reply(std::uint32_t serial, camrig_reply reply, std::span<const int> fds = {});
     void fail(std::uint32_t serial, int error_number, std::uint32_t detail = 0);
+    /// A control has a new value. While the peer does not read, of each control the newest waits, as in the kernel.
+    void tell(const camrig_control_event& event);
+    /// Sends the events that wait, if the peer takes them.
+    void send_waiting();
 
-    int process = 0;  ///< who opened it
+    std::uint64_t process = 0;  ///< who opened it, as it says
     bool dead = false;
     std::optional<int> number;  ///< after HELLO
     camrig_description description{};
@@ -77,6 +77,7 @@ public:
 
 private:
     UniqueFd control_;
+    std::map<std::uint32_t, camrig_control_event> waiting_;  ///< by control
 };
 
 }  // namespace camrig

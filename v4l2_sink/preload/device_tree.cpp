@@ -21,6 +21,17 @@ std::string char_link(const std::string& root, int number) {
     return root + "/sys/dev/char/" + std::to_string(video_major) + ":" + std::to_string(number);
 }
 
+std::string udev_file(const std::string& root, int number) {
+    return root + "/run/udev/data/c" + std::to_string(video_major) + ":" + std::to_string(number);
+}
+/// What udev would know of a camera (systemd's own format, which only libudev reads): that it is set up, what its rules
+/// found out by asking the device, and its link, if it has one.
+std::string udev_text(std::string_view camera, bool has_link) {
+    const std::string name(camera);
+    return (has_link ? "S:v4l/by-id/camrig-" + name + "-video-index0\n" : "") +
+           "I:1\nE:ID_V4L_VERSION=2\nE:ID_V4L_PRODUCT=" + name + "\nE:ID_V4L_CAPABILITIES=:capture:\nV:1\n";
+}
+
 bool write_file(const std::string& path, const std::string& text) {
     std::ofstream file(path);
     file << text;
@@ -58,10 +69,13 @@ Result<void> DeviceTree::add(int number, std::string_view camera) {
                 write_file(folder + "/uevent", "MAJOR=" + std::to_string(video_major) +
                                                    "\nMINOR=" + std::to_string(number) + "\nDEVNAME=" + node + "\n");
     if (good) fs::create_symlink("../../class/video4linux/" + node, char_link(root_, number), problem);
+    if (good && !problem) fs::create_symlink("../../video4linux", folder + "/subsystem", problem);
+    if (good && !problem) fs::create_directories(root_ + "/run/udev/data", problem);
     std::error_code taken;  // a camera may have two devices; its name leads to the first
     if (good && !problem) fs::create_symlink("../../" + node, link_name(root_, camera), taken);
     // The node comes last: who sees it sees everything.
-    good = good && !problem && write_file(root_ + "/dev/" + node, "");
+    good = good && !problem && write_file(udev_file(root_, number), udev_text(camera, !taken)) &&
+           write_file(root_ + "/dev/" + node, "");
     if (good) return {};
     remove(number, camera);
     return error(ErrorKind::unavailable, root_ + ": cannot write the files of /dev/" + node);
@@ -72,6 +86,7 @@ void DeviceTree::remove(int number, std::string_view camera) {
     fs::remove(root_ + "/dev/video" + std::to_string(number), ignored);
     fs::remove(link_name(root_, camera), ignored);
     fs::remove(char_link(root_, number), ignored);
+    fs::remove(udev_file(root_, number), ignored);
     fs::remove_all(class_folder(root_, number), ignored);
 }
 

@@ -8,8 +8,6 @@
 
 #include <unistd.h>
 
-#include "v4l2_sink/preload/device_server.h"
-
 namespace camrig {
 
 namespace fs = std::filesystem;
@@ -43,7 +41,7 @@ int exec_with_devices(const std::vector<std::string>& command, const ExecOptions
     const char* before = std::getenv("LD_PRELOAD");
     const std::string preload = before != nullptr && *before != '\0' ? library + ":" + before : library;
     ::setenv("LD_PRELOAD", preload.c_str(), 1);
-    ::setenv("CAMRIG_DEVICE_SOCKET", (options.socket.empty() ? default_device_socket() : options.socket).c_str(), 1);
+    ::setenv("CAMRIG_DEVICE_SOCKET", options.socket.c_str(), 1);
 
     std::vector<char*> arguments;
     for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));

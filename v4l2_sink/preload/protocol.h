@@ -18,7 +18,7 @@
 
 #include <stdint.h>
 
-#define CAMRIG_DEVICE_PROTOCOL 1u
+#define CAMRIG_DEVICE_PROTOCOL 2u
 
 enum {
     camrig_max_formats = 8,
@@ -39,7 +39,7 @@ enum camrig_request_type {
     camrig_request_hello = 1,
     camrig_request_get_format,  // of the device, for readers that have not chosen
     camrig_request_set_format,
-    camrig_request_acquire,  // before the first buffers: exclusive devices have one owner
+    camrig_request_acquire,  // before the first buffers: of the openers of one program one owns them
     camrig_request_release,
     camrig_request_stream_on,
     camrig_request_stream_off,
@@ -84,6 +84,9 @@ struct camrig_hello {
     uint32_t protocol;
     uint32_t number;   // N of /dev/videoN
     char program[32];  // for statistics and messages
+    // Drawn at random by the program (two halves of 64 bits): its openers of a device share one queue. Process numbers
+    // would not do, a program in another container has none here.
+    uint32_t process[2];
 };
 
 struct camrig_controls_set {

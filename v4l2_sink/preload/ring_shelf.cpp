@@ -13,7 +13,8 @@ bool same_rate(const camrig_rate& a, const camrig_rate& b) {
 
 }  // namespace
 
-Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, const camrig_format& format) {
+Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, const camrig_format& format,
+                                                 ChromaSampling mjpg_sampling) {
     const auto stream = bus_.find(camera);
     if (!stream) return std::unexpected(stream.error());
     camrig_format key = format;
@@ -23,8 +24,8 @@ Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, cons
 
     std::erase_if(rings_, [](const auto& ring) { return ring.expired(); });
     for (const auto& known : rings_)
-        if (auto ring = known.lock();
-            ring && ring->camera == camera && std::memcmp(&ring->format, &key, sizeof key) == 0)
+        if (auto ring = known.lock(); ring && ring->camera == camera && ring->mjpg_sampling == mjpg_sampling &&
+                                      std::memcmp(&ring->format, &key, sizeof key) == 0)
             return ring;
 
     std::optional<Rate> rate;
@@ -33,13 +34,14 @@ Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, cons
         if (!lower) return std::unexpected(lower.error());
         rate = *lower;
     }
-    const auto media = media_format_of(format);
+    const auto media = media_format_of(format, mjpg_sampling);
     if (!media) return error(ErrorKind::invalid_argument, "a pixel format that devices do not have");
     auto memory = DeviceRing::create(media->size, picture_bytes(format), rate);
     if (!memory) return std::unexpected(memory.error());
     auto ring = std::make_shared<FedRing>();
     ring->camera = camera;
     ring->format = key;
+    ring->mjpg_sampling = mjpg_sampling;
     ring->ring = std::move(*memory);
     if (auto fed = feed(ring); !fed) return std::unexpected(fed.error());
     rings_.push_back(ring);
@@ -55,12 +57,13 @@ Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
         if (!rate) return std::unexpected(rate.error());
         options.rate = *rate;
     }
-    auto subscription = bus_.subscribe(ring->camera, *media_format_of(ring->format), std::move(options), ring->ring,
-                                       [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error&) {
-                                           tasks->post([this, weak] {
-                                               if (auto held = weak.lock()) ended(held);
-                                           });
-                                       });
+    auto subscription =
+        bus_.subscribe(ring->camera, *media_format_of(ring->format, ring->mjpg_sampling), std::move(options),
+                       ring->ring, [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error&) {
+                           tasks->post([this, weak] {
+                               if (auto held = weak.lock()) ended(held);
+                           });
+                       });
     if (!subscription) return std::unexpected(subscription.error());
     ring->subscription = std::move(*subscription);
     return {};

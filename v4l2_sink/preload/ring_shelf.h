@@ -21,7 +21,8 @@ public:
         : bus_(bus), tasks_(std::move(tasks)), lost_(std::move(lost)) {}
 
     /// The ring of this format, existing or new; not_found when the bus has no such camera.
-    Result<std::shared_ptr<FedRing>> take(const std::string& camera, const camrig_format& format);
+    Result<std::shared_ptr<FedRing>> take(const std::string& camera, const camrig_format& format,
+                                          ChromaSampling mjpg_sampling);
     /// Keeps silent cameras alive (see DeviceRing::repeat_if_idle).
     void tick(TimeNs monotonic_ns);
 

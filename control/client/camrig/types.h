@@ -84,15 +84,16 @@ struct Controls {
 
 /// Where pictures go beside HTTP, which every camera has. Members that a kind does not know must be left out.
 struct Output {
-    std::string kind = {};                      ///< v4l2, device, rtsp or mjpeg
-    std::optional<int> number = {};             ///< v4l2 and device: N of /dev/videoN
-    std::optional<std::string> format = {};     ///< v4l2: YUYV, YU12, MJPG or BGR3
-    std::optional<std::string> codec = {};      ///< rtsp: h264 or mjpeg
-    std::optional<int> quality = {};            ///< mjpeg: 1 to 100
-    std::optional<int> bitrate_kbps = {};       ///< rtsp h264
-    std::optional<double> key_interval_s = {};  ///< rtsp h264
-    std::optional<std::string> preset = {};     ///< rtsp h264
-    std::optional<std::string> profile = {};    ///< rtsp h264
+    std::string kind = {};                        ///< v4l2, device, rtsp or mjpeg
+    std::optional<int> number = {};               ///< v4l2 and device: N of /dev/videoN
+    std::optional<std::string> format = {};       ///< v4l2: YUYV, YU12, MJPG or BGR3
+    std::optional<std::string> subsampling = {};  ///< device, and v4l2 with format MJPG: 4:2:2 or 4:2:0
+    std::optional<std::string> codec = {};        ///< rtsp: h264 or mjpeg
+    std::optional<int> quality = {};              ///< mjpeg: 1 to 100
+    std::optional<int> bitrate_kbps = {};         ///< rtsp h264
+    std::optional<double> key_interval_s = {};    ///< rtsp h264
+    std::optional<std::string> preset = {};       ///< rtsp h264
+    std::optional<std::string> profile = {};      ///< rtsp h264
 };
 
 /// What a camera can be given. What is left out has the rig's default in create_camera and stays as it is in

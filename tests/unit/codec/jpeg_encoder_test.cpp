@@ -106,6 +106,39 @@ TEST(JpegEncoder, PlanesGiveThePictureThatPixelsGive) {
     }
 }
 
+// What guvcview takes for granted: 2x1 luma blocks to one of each chroma, and so two samples a pixel in planes.
+TEST(JpegEncoder, Yuv422HasAChromaRowForEachRow) {
+    auto encoder = create_jpeg_encoder(90, {.sampling = ChromaSampling::yuv422}).value();
+    for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {16, 8}, {33, 7}, {1, 1}, {64, 4096}}) {
+        const Frame picture = test::smooth(size);
+        for (const PixelFormat format : {PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::jpeg_i420}) {
+            const auto jpeg = encoder->encode(format == PixelFormat::rgba8 ? picture : as_format(picture, format));
+            ASSERT_TRUE(jpeg.has_value()) << jpeg.error().message;
+            const Decoded decoded = decode(**jpeg);
+            ASSERT_EQ(decoded.size, size);
+            EXPECT_EQ(decoded.subsampling, TJSAMP_422);
+            EXPECT_GT(psnr(decoded.rgba, picture.bytes()), 30) << size.to_string() << " " << to_string(format);
+        }
+    }
+    EXPECT_EQ(decode(*encoder->encode(as_format(test::smooth({64, 48}), PixelFormat::gray8)).value()).subsampling,
+              TJSAMP_GRAY);
+}
+
+TEST(JpegEncoder, Yuv422IsWhatTurboJpegMakes) {
+    const Frame picture = test::noise({321, 241});
+    tjhandle handle = tjInitCompress();
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    ASSERT_EQ(tjCompress2(handle, reinterpret_cast<const unsigned char*>(picture.bytes().data()), 321, 0, 241,
+                          TJPF_RGBX, &bytes, &size, TJSAMP_422, 85, TJFLAG_ACCURATEDCT),
+              0);
+    const JpegOptions options{.strips = false, .sampling = ChromaSampling::yuv422};
+    const BytesRef ours = create_jpeg_encoder(85, options).value()->encode(picture).value();
+    EXPECT_TRUE(std::ranges::equal(*ours, std::as_bytes(std::span(bytes, size))));
+    tjFree(bytes);
+    tjDestroy(handle);
+}
+
 TEST(JpegEncoder, RestartMarkersChangeNoPixel) {
     auto with = create_jpeg_encoder(90).value(), without = create_jpeg_encoder(90, {.strips = false}).value();
     for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {33, 7}}) {

@@ -12,6 +12,7 @@
 namespace camrig {
 namespace {
 
+constexpr std::array samplings = {ChromaSampling::yuv420, ChromaSampling::yuv422};
 constexpr std::array formats = {PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::gray8, PixelFormat::jpeg_i420};
 
 /// A camera's frames, each the last one but for some rows.
@@ -72,8 +73,8 @@ Frame without_memory(const Frame& frame) {
     return Frame(info, {frame.bytes().begin(), frame.bytes().end()});
 }
 
-std::vector<std::byte> whole(const Frame& frame, int quality = 90) {
-    return *create_jpeg_encoder(quality).value()->encode(without_memory(frame)).value();
+std::vector<std::byte> whole(const Frame& frame, int quality = 90, ChromaSampling sampling = ChromaSampling::yuv420) {
+    return *create_jpeg_encoder(quality, {.sampling = sampling}).value()->encode(without_memory(frame)).value();
 }
 
 std::vector<std::byte> encoded(Encoder& encoder, const Frame& frame) {
@@ -92,12 +93,15 @@ Frame spoilt(const Frame& frame, int row) {
 TEST(JpegStrips, AreTheBytesOfTheWholePictureWhateverChanged) {
     for (const ImageSize size : {ImageSize{320, 240}, {641, 479}, {97, 151}, {160, 200}, {16, 16}, {33, 7}}) {
         for (const PixelFormat format : formats) {
-            Film film(size);
-            auto encoder = create_jpeg_encoder(90).value();
-            for (std::uint64_t n = 0; n < 12; ++n, film.change_somewhere(n)) {
-                const FrameRef frame = film.as(format);
-                ASSERT_TRUE(encoded(*encoder, *frame) == whole(*frame))
-                    << size.to_string() << " " << to_string(format) << ", frame " << n;
+            for (const ChromaSampling sampling : samplings) {
+                Film film(size);
+                auto encoder = create_jpeg_encoder(90, {.sampling = sampling}).value();
+                for (std::uint64_t n = 0; n < 12; ++n, film.change_somewhere(n)) {
+                    const FrameRef frame = film.as(format);
+                    ASSERT_TRUE(encoded(*encoder, *frame) == whole(*frame, 90, sampling))
+                        << size.to_string() << " " << to_string(format) << " " << to_string(sampling) << ", frame "
+                        << n;
+                }
             }
         }
     }
@@ -105,17 +109,20 @@ TEST(JpegStrips, AreTheBytesOfTheWholePictureWhateverChanged) {
 
 TEST(JpegStrips, OnlyWhatChangedIsCompressed) {
     for (const PixelFormat format : formats) {
-        Film film({320, 240});
-        auto encoder = create_jpeg_encoder(90).value();
-        std::ignore = encoded(*encoder, *film.as(format));
-        film.change(100, 120);
-        const FrameRef frame = film.as(format);
-        // Row 50 is not looked at, and the changed bands are 96 to 127.
-        EXPECT_TRUE(encoded(*encoder, spoilt(*frame, 50)) == whole(*frame)) << to_string(format);
-        film.change(0, 0);
-        EXPECT_TRUE(encoded(*encoder, spoilt(*film.as(format), 110)) == whole(*frame)) << to_string(format);
-        film.change(100, 120);
-        EXPECT_FALSE(encoded(*encoder, spoilt(*film.as(format), 97)) == whole(*film.as(format))) << to_string(format);
+        for (const ChromaSampling sampling : samplings) {
+            SCOPED_TRACE(std::string(to_string(format)) + " " + std::string(to_string(sampling)));
+            Film film({320, 240});
+            auto encoder = create_jpeg_encoder(90, {.sampling = sampling}).value();
+            std::ignore = encoded(*encoder, *film.as(format));
+            film.change(100, 120);
+            const FrameRef frame = film.as(format);
+            // Row 50 is not looked at, and the changed bands are 96 to 127.
+            EXPECT_TRUE(encoded(*encoder, spoilt(*frame, 50)) == whole(*frame, 90, sampling));
+            film.change(0, 0);
+            EXPECT_TRUE(encoded(*encoder, spoilt(*film.as(format), 110)) == whole(*frame, 90, sampling));
+            film.change(100, 120);
+            EXPECT_FALSE(encoded(*encoder, spoilt(*film.as(format), 97)) == whole(*film.as(format), 90, sampling));
+        }
     }
 }
 

@@ -26,7 +26,7 @@ const json every_param = json::parse(R"({
     "code_strip": true,
     "outputs": [{"kind": "rtsp", "codec": "h264", "bitrate_kbps": 900, "key_interval_s": 0.75, "preset": "faster",
                  "profile": "main"},
-                {"kind": "v4l2", "number": 7, "format": "YU12"}, {"kind": "mjpeg", "quality": 70}]})");
+                {"kind": "v4l2", "number": 7, "format": "MJPG", "subsampling": "4:2:0"}, {"kind": "mjpeg", "quality": 70}]})");
 
 CameraOptions every_option() {
     CameraOptions options;
@@ -57,7 +57,8 @@ CameraOptions every_option() {
                               .key_interval_s = 0.75,
                               .preset = "faster",
                               .profile = "main"},
-                       Output{.kind = "v4l2", .number = 7, .format = "YU12"}, Output{.kind = "mjpeg", .quality = 70}};
+                       Output{.kind = "v4l2", .number = 7, .format = "MJPG", .subsampling = "4:2:0"},
+                       Output{.kind = "mjpeg", .quality = 70}};
     return options;
 }
 

@@ -104,6 +104,8 @@ TEST_F(FrameBusTest, EachOutputGetsTheLayoutItWantsElseRgba) {
 TEST(SourceFormat, IsWhatNeedsNoConversion) {
     constexpr ImageSize own{64, 48};
     EXPECT_EQ(source_format({Codec::jpeg, PixelFormat::rgba8, 90, {}}, own), PixelFormat::jpeg_i420);
+    EXPECT_EQ(source_format({Codec::jpeg, PixelFormat::rgba8, 90, {}, ChromaSampling::yuv422}, own),
+              PixelFormat::rgba8);
     EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, {}}, own), PixelFormat::yuyv);
     EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, own}, own), PixelFormat::yuyv);
     EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, {32, 24}}, own), PixelFormat::rgba8);

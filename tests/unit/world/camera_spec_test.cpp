@@ -25,7 +25,7 @@ TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
         "oversample": 2}, "antialias": "msaa4", "quality": "fast", "code_strip": true,
         "outputs": [{"kind": "v4l2", "number": 3, "format": "YUYV"}, {"kind": "rtsp", "codec": "h264", "bitrate_kbps": 900,
                      "key_interval_s": 0.5, "preset": "fast", "profile": "high"},
-                    {"kind": "mjpeg", "quality": 90}, {"kind": "device", "number": 0}]})");
+                    {"kind": "mjpeg", "quality": 90}, {"kind": "device", "number": 0, "subsampling": "4:2:0"}]})");
     ASSERT_TRUE(spec) << spec.error().message;
     EXPECT_EQ(spec->rate, Rate::create(30000, 1001).value());
     EXPECT_NEAR(spec->intrinsics.fx, 960.0, 1e-9);
@@ -38,6 +38,7 @@ TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
     EXPECT_NEAR(json["pose"]["roll_deg"].get<double>(), 5.0, 1e-9);
     EXPECT_EQ(json["outputs"][1], nlohmann::json::parse(R"({"kind": "rtsp", "codec": "h264", "bitrate_kbps": 900,
         "key_interval_s": 0.5, "preset": "fast", "profile": "high"})"));
+    EXPECT_EQ(json["outputs"][3], nlohmann::json::parse(R"({"kind": "device", "number": 0, "subsampling": "4:2:0"})"));
     EXPECT_EQ(json["quality"], "fast");
     EXPECT_EQ(json["lens"], nlohmann::json::parse(R"({"model": "equidistant", "coefficients": [0.01, 0, 0, 0],
         "method": "cube", "filter": "bilinear", "oversample": 2})"));
@@ -164,6 +165,9 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"size": [161, 120], "outputs": [{"kind": "v4l2", "number": 1}]})",
          "outputs[0]: a v4l2 device needs an even width and height; the camera has 161x120"},
         {R"({"size": [160, 121], "outputs": [{"kind": "v4l2", "number": 1}]})", "needs an even width and height"},
+        {R"({"outputs": [{"kind": "device", "number": 1, "subsampling": "4:4:4"}]})",
+         "outputs[0].subsampling: '4:4:4' is none of 4:2:2, 4:2:0"},
+        {R"({"outputs": [{"kind": "v4l2", "number": 1, "subsampling": "4:2:0"}]})", "outputs[0].subsampling: only"},
         {R"({"outputs": [{"kind": "mjpeg", "quality": 101}]})", "outputs[0].quality"},
         {R"({"outputs": [{"kind": "mjpeg"}, {"kind": "mjpeg"}]})", "outputs[1]: is the same output"},
         {R"({"outputs": [{"kind": "rtsp", "size": 1}]})", "outputs[0].size: unknown key"},

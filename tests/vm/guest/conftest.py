@@ -61,12 +61,13 @@ class Station:
 
     def __init__(self) -> None:
         self.rig = start_rig()
-        create(self.rig, LEFT)
-        wait_until(lambda: "v4l2loopback" in self.rig.log, what="a word about the missing module")
-        self.log_without_module = self.rig.log
-        self.snapshot_without_module = self.rig.camera("left").frame().image.shape
+        with pytest.raises(camrig.CamrigError) as caught:
+            create(self.rig, LEFT)
+        self.refusal = caught.value
+        self.cameras_without_module = [camera.name for camera in self.rig.cameras() if camera.name in NAMES.values()]
         load_module()
-        create(self.rig, RIGHT)
+        for number in (LEFT, RIGHT):
+            create(self.rig, number)
         for number in (LEFT, RIGHT):
             wait_until(lambda: is_camera(number), what=f"/dev/video{number}")
 

@@ -76,7 +76,10 @@ def test_a_waiting_reader_survives_a_rig_that_is_killed_and_started_again(statio
         reader.take(3)
 
 
-def test_an_ending_rig_takes_its_devices_along(station):
+def test_an_ending_rig_takes_the_devices_along_that_it_made(station):
+    create(station.rig, SPARE)
+    wait_until(lambda: is_camera(SPARE), what="spare")
     station.rig.close()
-    for number in (LEFT, RIGHT):
-        assert os.path.exists(f"/dev/video{number}") == (not HAS_CONTROL_NODE)
+    assert os.path.exists(f"/dev/video{SPARE}") == (not HAS_CONTROL_NODE)
+    for number in (LEFT, RIGHT):  # the killed rig's
+        assert os.path.exists(f"/dev/video{number}")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 CAPTURE, MMAP, DISCRETE = 1, 1, 1
 CAP_VIDEO_CAPTURE, CAP_VIDEO_OUTPUT, CAP_STREAMING = 0x1, 0x2, 0x04000000
 BUFFERS = 4  # usb_cam has room for exactly four
-SELECT_S = 5.0  # usb_cam gives up then
+PATIENCE_S = 60.0  # a bound for what hangs: usb_cam gives up after 5 s, on machines that are not emulated beside busy ones
 
 
 def _now_us() -> int:
@@ -113,7 +113,7 @@ class V4l2Reader:
         numerator, denominator = struct.unpack_from("<II", self._call(G_PARM, struct.pack("<I", CAPTURE).ljust(204, b"\0")), 12)
         return denominator, numerator
 
-    def next(self, timeout_s: float = SELECT_S) -> Picture:
+    def next(self, timeout_s: float = PATIENCE_S) -> Picture:
         """The next picture; fails if none comes in time."""
         deadline = time.monotonic() + timeout_s
         while True:

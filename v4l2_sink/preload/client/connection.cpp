@@ -112,6 +112,9 @@ int introduce(Device& device, uint32_t number) {
     request.u.hello.protocol = CAMRIG_DEVICE_PROTOCOL;
     request.u.hello.number = number;
     read_program_name(request.u.hello.program, sizeof request.u.hello.program);
+    const uint64_t process = process_mark();
+    request.u.hello.process[0] = static_cast<uint32_t>(process);
+    request.u.hello.process[1] = static_cast<uint32_t>(process >> 32);
     camrig_reply reply;
     int fds[fds_per_message] = {-1, -1};
     if (const int problem = transact(device, request, reply, fds)) {

@@ -118,6 +118,8 @@ bool is_hidden(int fd);
 void relocate_hidden(int fd);
 /// True in a vfork() child, which shares our memory but not our descriptors: nothing may be recorded there.
 bool in_borrowed_memory();
+/// What tells this program from all others: drawn at random at its start, anew after fork().
+uint64_t process_mark();
 
 /// Holds a reference for the length of a call.
 class Ref {

@@ -1,12 +1,14 @@
 // Calls that name a file: /dev/videoN opens a camera, its neighbours in /dev and /sys are read from the rig's tree.
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <sys/vfs.h>
 
 #include "v4l2_sink/preload/client/device.h"
 #include "v4l2_sink/preload/client/hook.h"
@@ -23,6 +25,7 @@ HOOK(int, __openat_2, (int directory, const char* name, int flags))
 HOOK(int, __openat64_2, (int directory, const char* name, int flags))
 HOOK(FILE*, fopen, (const char* name, const char* mode))
 HOOK(FILE*, fopen64, (const char* name, const char* mode))
+HOOK(int, fclose, (FILE * file))
 HOOK(int, stat, (const char* name, struct stat* info))
 HOOK(int, stat64, (const char* name, struct stat* info))
 HOOK(int, lstat, (const char* name, struct stat* info))
@@ -40,6 +43,8 @@ HOOK(int, __fxstat64, (int version, int fd, struct stat* info))
 HOOK(int, __fxstatat, (int version, int directory, const char* name, struct stat* info, int flags))
 HOOK(int, __fxstatat64, (int version, int directory, const char* name, struct stat* info, int flags))
 HOOK(int, statx, (int directory, const char* name, int flags, unsigned mask, struct statx* info))
+HOOK(int, fstatfs, (int fd, struct statfs* info))
+HOOK(int, fstatfs64, (int fd, struct statfs64* info))
 HOOK(int, access, (const char* name, int mode))
 HOOK(int, eaccess, (const char* name, int mode))
 HOOK(int, euidaccess, (const char* name, int mode))
@@ -245,6 +250,13 @@ FILE* hook_fopen64(const char* name, const char* mode) {
     return open_file(real::fopen64.get(), name, mode);
 }
 
+// libc closes the descriptor by a name of its own, and its number may be another file's a moment later.
+int hook_fclose(FILE* file) {
+    const int fd = file != nullptr ? fileno(file) : -1;
+    if (is_ours(fd) && !in_borrowed_memory()) unbind_fd(fd);
+    return real::fclose(file);
+}
+
 int hook_stat(const char* name, struct stat* info) {
     int result;
     return stat_ours(AT_FDCWD, name, info, 0, result) ? result : real::stat(name, info);
@@ -330,6 +342,18 @@ int hook_statx(int directory, const char* name, int flags, unsigned mask, struct
     info->stx_dev_major = major(simple.st_dev);
     info->stx_dev_minor = minor(simple.st_dev);
     return 0;
+}
+
+// libudev takes a device only from a file system of the kind that the kernel's /sys is.
+int hook_fstatfs(int fd, struct statfs* info) {
+    const int result = real::fstatfs(fd, info);
+    if (result == 0 && is_in_our_sys(fd)) info->f_type = SYSFS_MAGIC;
+    return result;
+}
+int hook_fstatfs64(int fd, struct statfs64* info) {
+    const int result = real::fstatfs64(fd, info);
+    if (result == 0 && is_in_our_sys(fd)) info->f_type = SYSFS_MAGIC;
+    return result;
 }
 
 int hook_access(const char* name, int mode) {

@@ -31,6 +31,14 @@ bool append(char* to, size_t& length, const char* text) {
 bool starts_with(const char* text, const char* prefix) {
     return strncmp(text, prefix, strlen(prefix)) == 0;
 }
+bool is_at_or_below(const char* name, const char* folder) {
+    const size_t length = strlen(folder);
+    return strncmp(name, folder, length) == 0 && (name[length] == 0 || name[length] == '/');
+}
+/// Where devices are named and described. Only what udev knows of them is ours in /run.
+bool is_of_devices(const char* name) {
+    return is_at_or_below(name, "/dev") || is_at_or_below(name, "/sys") || is_at_or_below(name, "/run/udev");
+}
 
 /// "videoN" with N in range and nothing behind: the number, else -1.
 int video_number(const char* name) {
@@ -106,21 +114,7 @@ __attribute__((constructor)) void read_environment() {
     socket_name[0] = tree_name[0] = 0;
     size_t length = 0;
     const char* given = getenv("CAMRIG_DEVICE_SOCKET");
-    const char* runtime = getenv("XDG_RUNTIME_DIR");
-    if (given != nullptr && *given != 0) {
-        append(socket_name, length, given);
-    } else if (runtime != nullptr && *runtime != 0) {
-        if (append(socket_name, length, runtime)) append(socket_name, length, "/camrig-devices.sock");
-    } else {
-        append(socket_name, length, "/tmp/camrig-devices-");
-        char digits[12];
-        int at = sizeof digits;
-        unsigned user = static_cast<unsigned>(raw_syscall(SYS_getuid));
-        do digits[--at] = static_cast<char>('0' + user % 10);
-        while ((user /= 10) != 0);
-        append(socket_name, length, digits + at, sizeof digits - static_cast<size_t>(at));
-        append(socket_name, length, ".sock");
-    }
+    if (given == nullptr || *given == 0 || !append(socket_name, length, given)) return;
     length = 0;
     if (!append(tree_name, length, socket_name) || !append(tree_name, length, ".tree")) tree_name[0] = 0;
 }
@@ -129,11 +123,16 @@ bool may_be_ours(const char* name) {
     if (name == nullptr || tree_name[0] == 0) return false;
     if (name[0] == '/') {
         while (name[1] == '/') ++name;
-        if (starts_with(name, "/dev")) return name[4] == 0 || name[4] == '/';
-        if (starts_with(name, "/sys")) return name[4] == 0 || name[4] == '/';
-        return starts_with(name, tree_name);
+        return is_of_devices(name) || starts_with(name, tree_name);
     }
     return true;
+}
+
+bool is_in_our_sys(int fd) {
+    char name[PATH_MAX];
+    size_t length = 0;
+    if (tree_name[0] == 0 || fd < 0 || !base_folder(fd, name, length)) return false;
+    return starts_with(name, tree_name) && is_at_or_below(name + strlen(tree_name), "/sys");
 }
 
 void find_place(int directory_fd, const char* name, Place& place) {
@@ -149,13 +148,13 @@ void find_place(int directory_fd, const char* name, Place& place) {
         char base[PATH_MAX];
         size_t base_length = 0;
         if (name[0] == 0 || !base_folder(directory_fd, base, base_length)) return;
-        if (!starts_with(base, "/dev") && !starts_with(base, "/sys") && !starts_with(base, tree_name)) return;
+        if (!is_of_devices(base) && !starts_with(base, tree_name)) return;
         if (!tidy(base, full, length)) return;
     }
     if (!tidy(name, full, length)) return;
     const char* inside = full;
     if (starts_with(full, tree_name)) inside += strlen(tree_name);  // a folder of ours that the program has opened
-    if (!starts_with(inside, "/dev") && !starts_with(inside, "/sys")) return;
+    if (!is_of_devices(inside)) return;
     if (strcmp(inside, "/dev/null") == 0) return;
 
     size_t tree_length = 0;

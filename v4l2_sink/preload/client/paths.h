@@ -3,13 +3,13 @@
 #include <limits.h>
 #include <stdint.h>
 
-// Which names in /dev and /sys are ours. The rig keeps a small tree of real files beside its socket (SOCKET.tree) that
-// looks like the parts of /dev and /sys a camera has: dev/videoN (empty), dev/v4l/by-id/...,
-// sys/class/video4linux/videoN/ {name,index,dev,uevent}, sys/dev/char/81:N. A name that exists there is ours;
-// everything else goes to the kernel untouched.
+// Which names in /dev, /sys and /run/udev are ours. The rig keeps a small tree of real files beside its socket
+// (SOCKET.tree) that looks like the parts of them a camera has: dev/videoN (empty), dev/v4l/by-id/...,
+// sys/class/video4linux/videoN/ {name,index,dev,uevent,subsystem}, sys/dev/char/81:N, run/udev/data/c81:N (what udev
+// knows of it, for libudev). A name that exists there is ours; everything else goes to the kernel untouched.
 namespace camrig::device {
 
-/// $CAMRIG_DEVICE_SOCKET, else $XDG_RUNTIME_DIR/camrig-devices.sock, else /tmp/camrig-devices-UID.sock.
+/// $CAMRIG_DEVICE_SOCKET; empty: there is no rig, and nothing is ours.
 const char* socket_path();
 /// Done when the library is loaded; again when a test has changed the environment.
 void read_environment();
@@ -32,6 +32,8 @@ struct Place {
 
 /// Could this name be ours? Cheap; decides without a system call for nearly every name.
 bool may_be_ours(const char* name);
+/// Is this descriptor a file or folder of our part of /sys? Never changes errno.
+bool is_in_our_sys(int fd);
 /// Looks a name up, relative to `directory_fd` like openat(). Never changes errno.
 void find_place(int directory_fd, const char* name, Place& place);
 

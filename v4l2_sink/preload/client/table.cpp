@@ -12,6 +12,7 @@ namespace {
 Device devices[max_open_devices];
 pthread_mutex_t table_lock = PTHREAD_MUTEX_INITIALIZER;
 std::atomic<int> own_pid{0};
+std::atomic<uint64_t> own_mark{0};
 
 constexpr uintptr_t hidden_bit = 1;
 
@@ -35,13 +36,19 @@ void unlock_all() {
     }
     pthread_mutex_unlock(&table_lock);
 }
-void after_fork_in_child() {
+void know_ourselves() {
     own_pid.store(sys_getpid(), std::memory_order_relaxed);
+    uint64_t mark = 0;
+    raw_syscall(SYS_getrandom, arg(&mark), sizeof mark, 0);
+    own_mark.store(mark, std::memory_order_relaxed);
+}
+void after_fork_in_child() {
+    know_ourselves();
     unlock_all();
 }
 
 __attribute__((constructor)) void start() {
-    own_pid.store(sys_getpid(), std::memory_order_relaxed);
+    know_ourselves();
     pthread_atfork(before_fork, unlock_all, after_fork_in_child);
 }
 
@@ -74,6 +81,10 @@ void reset(Device& device) {
 bool in_borrowed_memory() {
     const int known = own_pid.load(std::memory_order_relaxed);
     return known != 0 && known != sys_getpid();
+}
+
+uint64_t process_mark() {
+    return own_mark.load(std::memory_order_relaxed);
 }
 
 Device* acquire(int fd) {

@@ -144,6 +144,19 @@ TEST_P(LoopbackHostOf, ADeviceThatTheUserMadeIsNotRemoved) {
     EXPECT_FALSE(device().keep_format);
 }
 
+// A user may well give it the camera's name (modprobe ... card_label=lobby).
+TEST_P(LoopbackHostOf, ADeviceOfTheCamerasNameThatTheUserMadeStaysToo) {
+    kernel.plug(video_number, "lobby");
+    set_up();
+    host->unset(video_number, now_ns);
+    tick();
+    EXPECT_TRUE(kernel.devices.contains(video_number));
+    set_up();
+    host.reset();
+    EXPECT_TRUE(kernel.devices.contains(video_number));
+    EXPECT_EQ(kernel.removed, 0);
+}
+
 TEST_P(LoopbackHostOf, AfterAKillTheSameDeviceServesTheWaitingReader) {
     set_up();
     kernel.reader_comes(video_number);
@@ -218,6 +231,21 @@ TEST_P(LoopbackHostOf, AChangedRateIsToldWithoutDisturbingTheReader) {
     tick();
     EXPECT_EQ(device().interval.denominator, 10u);
     EXPECT_EQ(bus.subscribers().size(), 1u);
+}
+
+TEST_P(LoopbackHostOf, MjpgHasTheSubsamplingThatIsWished) {
+    LoopbackWish mjpg = wish();
+    mjpg.format.fourcc = V4L2_PIX_FMT_MJPEG;
+    set_up(mjpg);
+    kernel.reader_comes(video_number);
+    tick();
+    ASSERT_EQ(bus.subscribers().size(), 1u);
+    EXPECT_EQ(bus.subscribers()[0]->format.sampling, ChromaSampling::yuv422);
+    mjpg.format.mjpg_sampling = ChromaSampling::yuv420;
+    host->set(mjpg, now_ns);
+    tick();
+    ASSERT_EQ(bus.subscribers().size(), 1u);
+    EXPECT_EQ(bus.subscribers()[0]->format.sampling, ChromaSampling::yuv420);
 }
 
 TEST_P(LoopbackHostOf, AReadersRateIsNoticedAndPutBack) {

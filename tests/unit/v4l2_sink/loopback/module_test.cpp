@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/unit/v4l2_sink/loopback/fake_module.h"
+#include "v4l2_sink/loopback/loopback_server.h"
 
 namespace camrig {
 namespace {
@@ -85,6 +86,31 @@ TEST(LoopbackModule, WithoutPermissionItSaysHowToGetIt) {
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().kind, ErrorKind::unauthorized);
     EXPECT_THAT(made.error().message, HasSubstr("chgrp video /dev/v4l2loopback"));
+}
+
+TEST(CheckLoopback, SaysBeforehandWhatWouldFailAndChangesNothing) {
+    const auto said = [](FakeModule& kernel) {
+        const auto good = check_loopback(10, "lobby", kernel);
+        EXPECT_EQ(kernel.added, 0);
+        EXPECT_EQ(kernel.open_descriptors(), 0u);
+        return good ? std::string() : good.error().message;
+    };
+    FakeModule absent(15), old(12), forbidden(15), foreign(15), unreadable(15), ready(15), present(12);
+    absent.loaded = false;
+    EXPECT_THAT(said(absent), HasSubstr("modprobe v4l2loopback"));
+    EXPECT_THAT(said(old), HasSubstr("modprobe -r v4l2loopback"));
+    forbidden.control_problem = EACCES;
+    EXPECT_THAT(said(forbidden), HasSubstr("chgrp video /dev/v4l2loopback"));
+    foreign.plug(10).driver = "uvcvideo";
+    EXPECT_THAT(said(foreign), HasSubstr("belongs to the driver 'uvcvideo'"));
+    unreadable.plug(10);
+    unreadable.open_problem = EACCES;
+    EXPECT_THAT(said(unreadable), HasSubstr("usermod -aG video"));
+    EXPECT_EQ(said(ready), "");
+    present.plug(10).keep_format = true;
+    EXPECT_EQ(said(present), "");
+    EXPECT_TRUE(present.devices.at(10).keep_format);
+    EXPECT_TRUE(present.calls.empty());
 }
 
 TEST(LoopbackModule, ANumberThatTheKernelCannotGiveIsNotKept) {

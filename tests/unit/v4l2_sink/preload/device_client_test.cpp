@@ -287,6 +287,25 @@ TEST_F(DeviceClientTest, ARemovedDeviceIsAnUnpluggedCamera) {
     EXPECT_EQ(device::open_device(10, O_RDWR), -ENODEV);
 }
 
+// The number of a closed socket may be a stranger's connection at once: nobody may send to it any more by then. What
+// waits for the reader goes when the ring lets go of it, and then the socket must still be there.
+TEST_F(DeviceClientTest, TheRingLetsGoOfAReaderBeforeItsSocketIsClosed) {
+    Opened program;
+    ASSERT_EQ(program.request(2), 0);
+    ASSERT_EQ(program.stream(true), 0);  // no buffer queued: the picture waits
+    std::atomic<bool> is_armed = false, was_closed = false;
+    auto latch =
+        DeliveryLatch::create([&] { was_closed = was_closed || (is_armed && (program.poll_now() & POLLHUP) != 0); });
+    rig.show(latch);
+    while (rig.server->report().at(0).offered < 1) std::this_thread::yield();
+    ASSERT_FALSE(latch->is_open());
+    is_armed = true;
+    rig.server->remove_device(10);
+    EXPECT_NE(program.poll_now(patience_ms) & POLLHUP, 0);
+    EXPECT_TRUE(latch->is_open());
+    EXPECT_FALSE(was_closed);
+}
+
 // A format holds for as long as a program reads; the pictures are scaled to it.
 TEST_F(DeviceClientTest, AStreamGoesOnWhenItsCameraChangesSize) {
     Opened program;

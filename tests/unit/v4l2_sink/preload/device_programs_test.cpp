@@ -71,11 +71,6 @@ TEST_F(DevicePrograms, V4l2ComplianceFindsNothing) {
     says("v4l2-compliance -d /dev/video10 -s", "Failed: 0, Warnings: 0");
 }
 
-TEST_F(DevicePrograms, AnExclusiveDeviceIsCompliantToo) {
-    ASSERT_TRUE(rig.server->add_device(11, "lobby", DevicePolicy::exclusive));
-    says("v4l2-compliance -d /dev/video11 -s", "Failed: 0, Warnings: 0");
-}
-
 // What ROS usb_cam, v4l2_camera and libwebrtc check, and every picture whole and in order.
 TEST_F(DevicePrograms, ACarefulClientIsContentWithEveryFormat) {
     for (const char* fourcc : {"YUYV", "MJPG", "YU12", "NV12", "BGR3"})
@@ -107,12 +102,52 @@ TEST_F(DevicePrograms, GStreamerReads) {
     passes("gst-launch-1.0 -q v4l2src device=/dev/video10 num-buffers=5 ! image/jpeg,width=320 ! jpegdec ! fakesink");
 }
 
+// libc's fclose() closes the descriptor past the library; the next file gets its number.
+TEST_F(DevicePrograms, AfterFcloseTheNumberIsAnotherFiles) {
+    passes(R"(/usr/bin/python3 -c "
+import ctypes, os
+libc = ctypes.CDLL(None)
+libc.fopen.restype = ctypes.c_void_p
+libc.fclose.argtypes = libc.fileno.argtypes = [ctypes.c_void_p]
+stream = libc.fopen(b'/dev/video10', b'r')
+number = libc.fileno(stream)
+assert libc.fclose(stream) == 0
+fd = os.open('/proc/version', os.O_RDONLY)
+assert fd == number
+assert os.read(fd, 5) == b'Linux'
+")");
+}
+
 TEST_F(DevicePrograms, TheShellSeesTheNodes) {
     says("sh -c 'ls /dev/video*'", "/dev/video10");
     says("ls -l /dev/video10", "81, 10");
     says("cat /sys/class/video4linux/video10/name", "lobby");
     says("readlink -f /dev/v4l/by-id/camrig-lobby-video-index0", "/dev/video10");
     passes("test -c /dev/video10");
+}
+
+// How desktop programs (Cheese, GNOME, GStreamer's device monitor) look for cameras.
+TEST_F(DevicePrograms, LibudevFindsTheCamera) {
+    passes(R"(/usr/bin/python3 -c "
+import ctypes
+udev = ctypes.CDLL('libudev.so.1')
+def call(name, *arguments, text=False):
+    function = getattr(udev, 'udev_' + name)
+    function.restype = ctypes.c_char_p if text else ctypes.c_void_p
+    return function(*[ctypes.c_void_p(a) if isinstance(a, int) else a for a in arguments])
+context = call('new')
+found = call('enumerate_new', context)
+call('enumerate_add_match_subsystem', found, b'video4linux')
+call('enumerate_scan_devices', found)
+entry, cameras = call('enumerate_get_list_entry', found), []
+while entry:
+    device = call('device_new_from_syspath', context, call('list_entry_get_name', entry, text=True))
+    cameras.append((call('device_get_devnode', device, text=True), call('device_get_sysattr_value', device, b'name', text=True),
+                    call('device_get_property_value', device, b'ID_V4L_CAPABILITIES', text=True),
+                    call('device_get_property_value', device, b'DEVLINKS', text=True)))
+    entry = call('list_entry_get_next', entry)
+assert cameras == [(b'/dev/video10', b'lobby', b':capture:', b'/dev/v4l/by-id/camrig-lobby-video-index0')], cameras
+")");
 }
 
 TEST_F(DevicePrograms, AProgramOutlivesItsRig) {

@@ -5,9 +5,11 @@
 #include <random>
 #include <thread>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -85,6 +87,127 @@ TEST(DeviceServer, AFileInTheWayIsNotRemoved) {
     EXPECT_TRUE(std::filesystem::exists(options.socket_path));
 }
 
+TEST(DeviceServer, ASocketWithAFullBacklogIsSomebodys) {
+    const TemporaryFolder folder;
+    LocalFrameBus bus({1, std::make_shared<FramePool>()});
+    DeviceServerOptions options;
+    options.socket_path = folder / "s";
+    const UniqueFd busy(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, options.socket_path.c_str());
+    ASSERT_EQ(::bind(busy.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(::listen(busy.get(), 0), 0);
+    const UniqueFd first = connect_to(options.socket_path);
+    const auto second = DeviceServer::create(bus, options);
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().kind, ErrorKind::already_exists);
+}
+
+TEST(DeviceServer, TheSocketOfASuccessorStays) {
+    TestRig rig;
+    const std::string path = rig.server->socket_path();
+    std::filesystem::remove(path);
+    UniqueFd successor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, path.c_str());
+    ASSERT_EQ(::bind(successor.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    rig.server.reset();
+    EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+// A waiting connection makes the listener readable for as long as there is no descriptor for it.
+TEST(DeviceServer, WithoutDescriptorsItWaitsAndThenGoesOn) {
+    TestRig rig;
+    const UniqueFd program(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    const int next = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    ::close(next);
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+    const rlimit none{static_cast<rlim_t>(next), before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, rig.server->socket_path().c_str());
+    ASSERT_EQ(::connect(program.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    const auto cpu_ns = [] {
+        timespec now{};
+        ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+        return now.tv_sec * ns_per_s + now.tv_nsec;
+    };
+    const TimeNs started_ns = cpu_ns();
+    pollfd answer{program.get(), POLLIN, 0};
+    EXPECT_EQ(::poll(&answer, 1, 500), 0);  // nobody is there to answer; this thread sleeps
+    const TimeNs spent_ns = cpu_ns() - started_ns;
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+    EXPECT_LT(spent_ns, 50 * ns_per_ms);
+    EXPECT_EQ(ask(program.get(), hello(10)).status, 0);
+}
+
+// Programs in other containers have no process number here.
+TEST(DeviceServer, AProgramIsKnownByTheMarkItDraws) {
+    TestRig rig;
+    const auto open_as = [&](std::uint32_t low, std::uint32_t high) {
+        UniqueFd fd = connect_to(rig.server->socket_path());
+        camrig_request request = hello(10);
+        request.u.hello.process[0] = low;
+        request.u.hello.process[1] = high;
+        EXPECT_EQ(ask(fd.get(), request).status, 0);
+        return fd;
+    };
+    camrig_request acquire{};
+    acquire.type = camrig_request_acquire;
+    const UniqueFd one = open_as(1, 7), same = open_as(1, 7), other = open_as(1, 8), another = open_as(2, 7);
+    EXPECT_EQ(ask(one.get(), acquire).status, 0);
+    EXPECT_EQ(ask(same.get(), acquire).status, EBUSY);
+    EXPECT_EQ(ask(other.get(), acquire).status, 0);
+    EXPECT_EQ(ask(another.get(), acquire).status, 0);
+}
+
+// The kernel keeps the newest value of a control for a subscriber that does not look; so does the rig.
+TEST(DeviceServer, ASubscriberThatDoesNotReadKeepsItsDeviceAndGetsTheNewestValue) {
+    TestRig rig;
+    const UniqueFd idle = connect_to(rig.server->socket_path());
+    ASSERT_EQ(ask(idle.get(), hello(10)).status, 0);
+    for (const std::uint32_t id : {V4L2_CID_BRIGHTNESS, V4L2_CID_GAIN}) {
+        camrig_request subscribe{};
+        subscribe.type = camrig_request_subscribe;
+        subscribe.u.subscribe = {id, 1, 0};
+        ASSERT_EQ(ask(idle.get(), subscribe).status, 0);
+    }
+    const auto set = [&](std::uint32_t id, std::int32_t value) {
+        rig.controls->set("lobby", std::array{DeviceControlValue{id, value}}, [](const Result<void>&) {});
+        rig.server->controls_changed("lobby", {id});
+    };
+    set(V4L2_CID_GAIN, 99);
+    for (int n = 0; n < 5000; ++n) set(V4L2_CID_BRIGHTNESS, n % 60);
+    set(V4L2_CID_BRIGHTNESS, 64);
+    std::ignore = rig.server->report();  // all of it has been told
+
+    // A request is still answered, behind what was told before.
+    camrig_request ask_format{};
+    ask_format.type = camrig_request_get_format;
+    ASSERT_EQ(::send(idle.get(), &ask_format, sizeof ask_format, MSG_NOSIGNAL),
+              static_cast<ssize_t>(sizeof ask_format));
+    std::map<std::uint32_t, std::int32_t> values;
+    bool is_answered = false;
+    while (!is_answered || values[V4L2_CID_BRIGHTNESS] != 64) {
+        pollfd wait{idle.get(), POLLIN, 0};
+        ASSERT_EQ(::poll(&wait, 1, patience_ms), 1);
+        camrig_reply message{};
+        const ssize_t got = ::recv(idle.get(), &message, sizeof message, 0);
+        ASSERT_GT(got, 0) << "unplugged";
+        camrig_control_event event{};
+        std::memcpy(&event, &message, sizeof event);
+        if (event.type == camrig_message_control_event)
+            values[event.id] = event.value;
+        else
+            is_answered = true;
+    }
+    EXPECT_EQ(values[V4L2_CID_GAIN], 99);
+}
+
 TEST(DeviceServer, NumbersAreGivenOnceAndWithinRange) {
     TestRig rig;
     EXPECT_EQ(rig.server->add_device(10, "lobby").error().kind, ErrorKind::already_exists);
@@ -104,8 +227,12 @@ TEST(DeviceServer, TheTreeShowsWhatDevAndSysWouldShow) {
     std::getline(std::ifstream(tree + "/sys/dev/char/81:10/dev"), text);
     EXPECT_EQ(text, "81:10");
     EXPECT_TRUE(std::filesystem::exists(tree + "/dev/v4l/by-id/camrig-lobby-video-index0"));
+    EXPECT_TRUE(std::filesystem::equivalent(tree + "/sys/class/video4linux/video10/subsystem",
+                                            tree + "/sys/class/video4linux"));
+    EXPECT_TRUE(std::filesystem::exists(tree + "/run/udev/data/c81:10"));
     rig.server->remove_device(10);
     EXPECT_FALSE(std::filesystem::exists(tree + "/dev/video10"));
+    EXPECT_FALSE(std::filesystem::exists(tree + "/run/udev/data/c81:10"));
     EXPECT_FALSE(std::filesystem::exists(tree + "/sys/class/video4linux/video10"));
     rig.server.reset();
     EXPECT_FALSE(std::filesystem::exists(tree));

@@ -1,6 +1,6 @@
 // A rig without a world: cameras with test pictures as user-space devices, for trying real programs against them.
 //
-//   device_generator SOCKET SECONDS DEVICE...      DEVICE = NUMBER:NAME:WIDTHxHEIGHT:FPS[:exclusive][:lockstep]
+//   device_generator SOCKET SECONDS DEVICE...      DEVICE = NUMBER:NAME:WIDTHxHEIGHT:FPS[:lockstep]
 //
 // Prints "ready" and then, at the end, one line per reader.
 
@@ -24,7 +24,7 @@ std::atomic<bool> stop{false};
 
 int main(int argc, char** argv) {
     if (argc < 4) {
-        std::fprintf(stderr, "use: %s SOCKET SECONDS NUMBER:NAME:WIDTHxHEIGHT:FPS[:exclusive]...\n", argv[0]);
+        std::fprintf(stderr, "use: %s SOCKET SECONDS NUMBER:NAME:WIDTHxHEIGHT:FPS[:lockstep]...\n", argv[0]);
         return 2;
     }
     std::signal(SIGTERM, [](int) { stop = true; });
@@ -48,10 +48,8 @@ int main(int argc, char** argv) {
             return 2;
         CameraStream camera{static_cast<CameraId>(i), name, {width, height}, *Rate::parse(rate)};
         bus.add_camera(camera);
-        const bool exclusive = std::strstr(rest, "exclusive") != nullptr;
         lockstep = lockstep || std::strstr(rest, "lockstep") != nullptr;
-        if (auto added = (*server)->add_device(number, name, exclusive ? DevicePolicy::exclusive : DevicePolicy::share);
-            !added) {
+        if (auto added = (*server)->add_device(number, name); !added) {
             std::fprintf(stderr, "%s\n", added.error().message.c_str());
             return 1;
         }

@@ -126,8 +126,7 @@ private:
 /// A frame bus with one camera ("lobby", number 10) and a device server, driven by the test.
 class TestRig {
 public:
-    explicit TestRig(ImageSize size = {320, 240}, Rate rate = *Rate::create(30, 1),
-                     DevicePolicy policy = DevicePolicy::share)
+    explicit TestRig(ImageSize size = {320, 240}, Rate rate = *Rate::create(30, 1))
         : maker({CameraId{1}, "lobby", size, rate}) {
         bus.add_camera(maker.camera());
         DeviceServerOptions options;
@@ -136,7 +135,7 @@ public:
         auto created = DeviceServer::create(bus, options);
         CHECK(created.has_value());
         server = std::move(*created);
-        CHECK(server->add_device(10, "lobby", policy).has_value());
+        CHECK(server->add_device(10, "lobby").has_value());
     }
     /// Shows the next picture of the camera; in lockstep under a latch.
     void show(const std::shared_ptr<DeliveryLatch>& latch = nullptr) {
