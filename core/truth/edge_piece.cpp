@@ -15,6 +15,9 @@ constexpr double field_inset = 1e-9;
 constexpr double largest_angle = pi - 1e-5;
 /// Below this angle the series are as good as the quotients, which lose digits.
 constexpr double small_angle = 0.02;
+/// Edges of ordinary meshes are shorter, as seen from the camera; and how much longer than its chord such an arc is.
+constexpr double longest_chord = 0.2;
+constexpr double arc_of_chord = 1.002;
 
 /// theta / sin(theta), which takes (x, y) of a direction to its ideal point, and minus its derivative by z =
 /// cos(theta). Both rise from the axis outwards.
@@ -84,21 +87,24 @@ EdgeTracer::EdgeTracer(const CameraModel& camera)
     if (angular_) radius_ = std::min(radius_, largest_angle);
 }
 
-std::optional<glm::dvec3> EdgeTracer::place_of(const glm::dvec3& point) const {
+std::optional<EdgeTracer::Seen> EdgeTracer::see(const glm::dvec3& point) const {
     const auto ideal = camera_.lens().ideal_from_direction(point);
     if (!ideal || !camera_.lens().contains(*ideal)) return std::nullopt;
-    return angular_ ? glm::normalize(point) : glm::dvec3(*ideal, 0.0);
+    return Seen{angular_ ? glm::normalize(point) : glm::dvec3(*ideal, 0.0), pixel_of_ideal(*ideal),
+                glm::length(*ideal)};
+}
+
+glm::dvec2 EdgeTracer::pixel_of_ideal(const glm::dvec2& ideal) const {
+    const glm::dvec2 distorted = camera_.lens().distort(ideal);
+    const Intrinsics& k = camera_.intrinsics();
+    return {k.fx * distorted.x + k.cx, k.fy * distorted.y + k.cy};
 }
 
 glm::dvec2 EdgeTracer::pixel_of(const glm::dvec3& place) const {
     glm::dvec2 ideal(place);
-    if (angular_) {
-        const double across = std::hypot(place.x, place.y);
-        if (across > 0.0) ideal *= std::atan2(across, place.z) / across;
-    }
-    const glm::dvec2 distorted = camera_.lens().distort(ideal);
-    const Intrinsics& k = camera_.intrinsics();
-    return {k.fx * distorted.x + k.cx, k.fy * distorted.y + k.cy};
+    const double across = angular_ ? glm::length(ideal) : 0.0;
+    if (across > 0.0) ideal *= std::atan2(across, place.z) / across;
+    return pixel_of_ideal(ideal);
 }
 
 std::span<const EdgePiece> EdgeTracer::trace(const glm::dvec3& a, const glm::dvec3& b) {
@@ -184,17 +190,17 @@ void EdgeTracer::bound(EdgePiece& piece) const {
     piece.max = {x.high, y.high};
 }
 
-double EdgeTracer::radius_of(const glm::dvec3& place) const {
-    const double across = std::hypot(place.x, place.y);
-    return angular_ ? std::atan2(across, place.z) : across;
+double EdgeTracer::longest_step() const {
+    return angular_ ? longest_chord : std::numeric_limits<double>::infinity();
 }
 
 double EdgeTracer::reach(double radius) const {
-    // A cap of less than a half sphere holds the arcs between its points; an arc is at most pi / 2 chords long.
-    if (angular_ && radius >= 0.5 * pi) return std::numeric_limits<double>::infinity();
-    const double arcs = angular_ ? spread_at(std::cos(radius)).value * 0.5 * pi : 1.0;
+    // A disc holds the lines between its points; an arc reaches beyond its ends by half of its length at most.
+    const double furthest = angular_ ? radius + longest_chord : radius;
+    if (furthest > radius_) return std::numeric_limits<double>::infinity();
+    const double arcs = angular_ ? spread_at(std::cos(furthest)).value * arc_of_chord : 1.0;
     const Intrinsics& k = camera_.intrinsics();
-    return camera_.lens().greatest_stretch(radius) * std::max(k.fx, k.fy) * arcs;
+    return camera_.lens().greatest_stretch(furthest) * std::max(k.fx, k.fy) * arcs;
 }
 
 }  // namespace camrig

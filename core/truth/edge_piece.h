@@ -14,7 +14,7 @@ namespace camrig {
 /// A piece of the picture of a straight edge, seen through a lens that bends it: where its ends are, exactly, and a
 /// rectangle that holds all of it.
 struct EdgePiece {
-    glm::dvec3 a{0.0}, b{0.0};  ///< the ends as EdgeTracer::place_of gives them
+    glm::dvec3 a{0.0}, b{0.0};  ///< the ends as EdgeTracer::Seen::place
     glm::dvec3 normal{0.0};     ///< equidistant: of the plane through edge and camera
     double length = 1.0;        ///< of the curve's parameter: 1, or the angle between the ends
     glm::dvec2 at_a{0.0}, at_b{0.0};
@@ -33,20 +33,26 @@ public:
     /// `camera` must outlive it.
     explicit EdgeTracer(const CameraModel& camera);
 
-    /// Ideal point (z is 0) or, equidistant, unit direction of a point of the optical frame; none outside of the field.
-    std::optional<glm::dvec3> place_of(const glm::dvec3& point) const;
-    glm::dvec2 pixel_of(const glm::dvec3& place) const;
+    /// A point that has a pixel.
+    struct Seen {
+        glm::dvec3 place{0.0};  ///< its ideal point (z is 0) or, equidistant, its unit direction
+        glm::dvec2 pixel{0.0};
+        double radius = 0.0;  ///< of its ideal point
+    };
+    /// None where a point of the optical frame is outside of the field.
+    std::optional<Seen> see(const glm::dvec3& point) const;
     /// Pieces of the edge between two points of the optical frame (in front of the camera for plane models) that lie
     /// within the lens's field. They last until the next call.
     std::span<const EdgePiece> trace(const glm::dvec3& a, const glm::dvec3& b);
     std::pair<EdgePiece, EdgePiece> halves(const EdgePiece& piece) const;
-    /// Distance to the axis of a place: in the ideal plane.
-    double radius_of(const glm::dvec3& place) const;
     /// Pixels of picture per unit of distance between two places of which none is further than `radius` from the axis,
-    /// at most; infinite where that cannot be told.
+    /// and which are at most longest_step() apart, at most; infinite where that cannot be told.
     double reach(double radius) const;
+    double longest_step() const;
 
 private:
+    glm::dvec2 pixel_of(const glm::dvec3& place) const;
+    glm::dvec2 pixel_of_ideal(const glm::dvec2& ideal) const;
     void add(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& normal, double length);
     void trace_line(const glm::dvec3& a, const glm::dvec3& b);
     void trace_arc(const glm::dvec3& a, const glm::dvec3& b);

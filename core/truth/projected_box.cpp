@@ -74,13 +74,12 @@ Result<void> BoxProjector::add(std::span<const glm::dvec3> points, const Primiti
     // Vertices first: most edges then lie well inside of the box and need no following.
     for (const std::uint32_t index : primitive.indices) {
         if (seen_[index]) continue;
-        const auto place = between_planes(points[index]) ? tracer_.place_of(points[index]) : std::nullopt;
-        if (!place) {
+        if (between_planes(points[index])) seen_[index] = tracer_.see(points[index]);
+        if (seen_[index]) {
+            box.grow(seen_[index]->pixel);
+        } else {
             all_seen = false;
-            continue;
         }
-        seen_[index] = Seen{*place, tracer_.pixel_of(*place)};
-        box.grow(seen_[index]->pixel);
     }
     if (!all_seen) box.is_clipped = true;
     if (primitive.topology == Topology::points || (all_seen && !bends_)) return {};
@@ -96,7 +95,7 @@ Result<void> BoxProjector::add(std::span<const glm::dvec3> points, const Primiti
 double BoxProjector::greatest_radius() const {
     double radius = 0.0;
     for (const auto& vertex : seen_)
-        if (vertex) radius = std::max(radius, tracer_.radius_of(vertex->place));
+        if (vertex) radius = std::max(radius, vertex->radius);
     return radius;
 }
 
@@ -125,15 +124,26 @@ void BoxProjector::add_surface(std::span<const std::uint32_t> corners, std::span
             }
         }
     }
-    // A field of more than a half sphere may end inside of a triangle whose corners are all seen.
-    if (!is_line && !rim_.empty() && (!is_whole || field_angle_ > 0.5 * std::numbers::pi))
+    if (!is_line && !rim_.empty() && (!is_whole || may_reach_rim(corners)))
         add_rim({points[corners[0]], points[corners[1]], points[corners[2]]}, box);
+}
+
+/// A field of more than a half sphere may end inside of a triangle whose corners are all seen.
+bool BoxProjector::may_reach_rim(std::span<const std::uint32_t> corners) const {
+    if (field_angle_ <= 0.5 * std::numbers::pi) return false;
+    const Seen &a = *seen_[corners[0]], &b = *seen_[corners[1]], &c = *seen_[corners[2]];
+    // The triangle lies within the longer of two sides from its first corner; an arc is at most pi / 2 chords long.
+    const double side =
+        0.5 * std::numbers::pi * std::max(glm::distance(a.place, b.place), glm::distance(a.place, c.place));
+    return side >= 0.5 * std::numbers::pi || a.radius + side >= field_angle_;
 }
 
 /// No picture of an edge between two seen vertices is further from the nearer one than half of what the lens can make
 /// of their distance.
 bool BoxProjector::stays_inside(const Seen& a, const Seen& b, const ProjectedBox& box) const {
-    const double margin = 0.5 * reach_ * glm::distance(a.place, b.place);
+    const double length = glm::distance(a.place, b.place);
+    if (length > tracer_.longest_step()) return false;
+    const double margin = 0.5 * reach_ * length;
     const auto is_deep = [&](glm::dvec2 pixel) {
         return glm::all(glm::greaterThanEqual(pixel - margin, box.min)) &&
                glm::all(glm::lessThanEqual(pixel + margin, box.max));

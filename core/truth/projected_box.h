@@ -54,10 +54,7 @@ public:
     static constexpr std::int64_t max_halvings = 200'000;
 
 private:
-    struct Seen {
-        glm::dvec3 place;  ///< EdgeTracer::place_of
-        glm::dvec2 pixel;
-    };
+    using Seen = EdgeTracer::Seen;
     /// A piece of an edge whose picture may reach beyond the box.
     struct Candidate {
         EdgePiece piece;
@@ -71,6 +68,7 @@ private:
     bool between_planes(const glm::dvec3& point) const;
     double greatest_radius() const;
     void add_surface(std::span<const std::uint32_t> corners, std::span<const glm::dvec3> points, ProjectedBox& box);
+    bool may_reach_rim(std::span<const std::uint32_t> corners) const;
     bool stays_inside(const Seen& a, const Seen& b, const ProjectedBox& box) const;
     void add_edge(const glm::dvec3& a, const glm::dvec3& b, ProjectedBox& box);
     void add_rim(const glm::dvec3 (&corners)[3], ProjectedBox& box) const;

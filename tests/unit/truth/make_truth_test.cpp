@@ -13,7 +13,9 @@ template <typename Value>
 FrameRef frame_of(const std::vector<Value>& values) {
     std::vector<std::byte> bytes(values.size() * sizeof(Value));
     std::memcpy(bytes.data(), values.data(), bytes.size());
-    return std::make_shared<Frame>(FrameInfo{.size = size}, std::move(bytes));
+    FrameInfo info;
+    info.size = size;
+    return std::make_shared<Frame>(info, std::move(bytes));
 }
 
 /// A triangle of 2 m, 5 m ahead of the origin along +x, with a nose in its middle.
@@ -51,10 +53,9 @@ TEST(MakeTruth, APointOnTheLeftEdgeOfThePictureIsJudgedByTheFirstColumn) {
     ids[4 * 64 + 63] = 9u;  // something near covers the end of row 4
     depths[4 * 64 + 63] = 1.0f;
     const FrameRef alone = frame_of(ids);
-    const auto truth =
-        make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
-                   {.instance = alone, .depth = frame_of(depths)},
-                   [&](std::span<const ObjectId>) -> Result<FrameRef> { return alone; });
+    const auto truth = make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}},
+                                  *snapshot, {.instance = alone, .depth = frame_of(depths)},
+                                  [&](std::span<const ObjectId>) -> Result<FrameRef> { return alone; });
     ASSERT_TRUE(truth) << truth.error().message;
     ASSERT_EQ(truth->objects.size(), 1u);
     const Keypoint& nose = truth->objects[0].keypoints.at(0);

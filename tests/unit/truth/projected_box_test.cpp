@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -239,6 +240,17 @@ TEST(ProjectedBox, AWallAllAroundAFisheyeFillsItsField) {
     EXPECT_NEAR(box.max.x, 319.5 + radius, 0.1);
     EXPECT_NEAR(box.min.y, 239.5 - radius, 0.1);
     EXPECT_NEAR(box.max.y, 239.5 + radius, 0.1);
+}
+
+TEST(ProjectedBox, AWallRightBehindAFisheyeReachesItsRimThoughAllItsCornersAreSeen) {
+    const CameraModel camera = camera_with({LensModel::equidistant, {}}, 50.0);
+    const auto box = projected(camera, {{-9, -5, -1}, {9, -5, -1}, {0, 9, -1}});
+    const double radius = 50.0 * std::numbers::pi;
+    EXPECT_FALSE(box.is_clipped);
+    EXPECT_NEAR(box.min.x, 319.5 - radius, 1e-2);
+    EXPECT_NEAR(box.max.x, 319.5 + radius, 1e-2);
+    EXPECT_NEAR(box.min.y, 239.5 - radius, 1e-2);
+    EXPECT_NEAR(box.max.y, 239.5 + radius, 1e-2);
 }
 
 TEST(ProjectedBox, LinesAndPointsHaveBoxes) {
