@@ -6,7 +6,6 @@
 #include <map>
 #include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <gst/rtsp-server/rtsp-server.h>
@@ -15,6 +14,7 @@
 #include "rtsp_out/rtsp/failed_logins.h"
 #include "rtsp_out/rtsp/gst_handle.h"
 #include "rtsp_out/rtsp/log_pace.h"
+#include "rtsp_out/rtsp/mount_path.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
 namespace camrig {
@@ -94,9 +94,6 @@ private:
     std::deque<Departed> departed_;
     std::atomic<std::uint64_t> open_{0}, total_{0}, over_limit_{0};
 };
-
-/// "/lobby/mjpeg" of "/lobby/mjpeg/stream=0" and "/lobby/mjpeg/".
-std::string mount_path_of(std::string_view url_path);
 
 /// Closes a connection from the main loop, not from inside one of its callbacks.
 void close_later(GMainContext* context, GstRTSPClient* client);
