@@ -228,3 +228,14 @@ def test_udp_ports_are_open_on_the_rigs_host_only(rig, process):
     finally:
         reader.kill()
         reader.wait()
+
+
+@pytest.mark.slow
+def test_who_says_nothing_or_never_ends_a_request_is_closed_and_a_reader_is_not(guarded):
+    """After ten seconds. Who waits has shown no token; the reader has, and reads on."""
+    _, port = guarded
+    with connect(port) as silent, connect(port) as slow:
+        reader = RtspReader(f"rtsp://camrig:{TOKEN}@127.0.0.1:{port}/main")
+        slow.sendall(b"OPTIONS * RTSP/1.0\r\nCSeq:")
+        assert is_closed(silent) and is_closed(slow)
+        assert len(take(reader, 5)) == 5
