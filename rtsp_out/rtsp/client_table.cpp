@@ -39,12 +39,6 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
-std::string mount_path_of(std::string_view path) {
-    if (const auto stream = path.find("/stream="); stream != std::string_view::npos) path = path.substr(0, stream);
-    while (path.size() > 1 && path.ends_with('/')) path.remove_suffix(1);
-    return std::string(path);
-}
-
 void close_later(GMainContext* context, GstRTSPClient* client) {
     GSource* source = g_idle_source_new();
     g_source_set_priority(source, G_PRIORITY_HIGH);  // also while others keep the loop busy

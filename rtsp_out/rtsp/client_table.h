@@ -6,7 +6,6 @@
 #include <map>
 #include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <gst/rtsp-server/rtsp-server.h>
@@ -15,6 +14,7 @@
 #include "rtsp_out/rtsp/failed_logins.h"
 #include "rtsp_out/rtsp/gst_handle.h"
 #include "rtsp_out/rtsp/log_pace.h"
+#include "rtsp_out/rtsp/mount_path.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
 namespace camrig {
@@ -46,7 +46,7 @@ public:
     /// Lets go of clients that have gone, a while after: now and then.
     ///
     /// Sending threads use a client without a reference to it, and ask our thread to close it when they cannot send
-    /// (GStreamer 1.22, do_send_data in rtsp-client.c). That takes microseconds; only a thread that was interrupted in
+    /// (GStreamer 1.22 to 1.26, do_send_data in rtsp-client.c). That takes microseconds; only a thread that was interrupted in
     /// the middle is late.
     void let_go(TimeNs monotonic_ns);
     /// Those who have asked for this path or what lies under it.
@@ -94,9 +94,6 @@ private:
     std::deque<Departed> departed_;
     std::atomic<std::uint64_t> open_{0}, total_{0}, over_limit_{0};
 };
-
-/// "/lobby/mjpeg" of "/lobby/mjpeg/stream=0" and "/lobby/mjpeg/".
-std::string mount_path_of(std::string_view url_path);
 
 /// Closes a connection from the main loop, not from inside one of its callbacks.
 void close_later(GMainContext* context, GstRTSPClient* client);

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,8 +28,5 @@ inline constexpr std::array<std::uint8_t, 16> frame_times_uuid = {0x73, 0x53, 0x
 /// The access unit (Annex B byte stream) with the message put before its first slice, where SEI has to be. One without
 /// a slice is given back as it is.
 std::vector<std::byte> with_frame_times(std::span<const std::byte> access_unit, const FrameTimes& times);
-
-/// The message of an access unit, if it has one. Reads any bytes.
-std::optional<FrameTimes> find_frame_times(std::span<const std::byte> access_unit);
 
 }  // namespace camrig

@@ -106,7 +106,9 @@ Result<void> RtspServer::Impl::listen() {
     if (!certificate) return std::unexpected(certificate.error());
 
     server.reset(gst_rtsp_server_new());
-    gst_rtsp_server_set_address(server.get(), options.host.c_str());
+    // GLib takes localhost for ::1 first, whatever the machine says of it (2.74), and many clients know 127.0.0.1 only.
+    const std::string address = options.host == "localhost" ? "127.0.0.1" : options.host;
+    gst_rtsp_server_set_address(server.get(), address.c_str());
     gst_rtsp_server_set_service(server.get(), std::to_string(options.port).c_str());
     gst_rtsp_server_set_backlog(server.get(), 128);
     mounts.reset(gst_rtsp_server_get_mount_points(server.get()));

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "rtsp_out/rtsp/frame_times_sei.h"
+#include "tests/unit/rtsp_out/rtsp/find_frame_times.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace camrig;

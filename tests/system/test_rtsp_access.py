@@ -76,6 +76,11 @@ def test_on_loopback_nothing_is_asked(rig):
     assert ask(rig.call("server.info")["rtsp"], "OPTIONS").startswith("RTSP/1.0 200 OK")
 
 
+def test_localhost_is_127_0_0_1(scenes):
+    with camrig.start(str(scenes / "minimal.json"), args=["--host", "localhost"]) as rig:
+        assert ask(rig.call("server.info")["rtsp"], "OPTIONS").startswith("RTSP/1.0 200 OK")
+
+
 def test_rtsps_with_a_certificate(scenes, tmp_path):
     cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
     made = run("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost", "-keyout", str(key), "-out", str(cert))

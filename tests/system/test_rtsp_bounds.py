@@ -6,7 +6,9 @@ import os
 import pathlib
 import re
 import socket
+import ssl
 import subprocess
+import threading
 import time
 
 import pytest
@@ -97,25 +99,32 @@ def test_bodies_before_authentication_cost_no_memory(guarded):
 
 
 def test_header_lines_without_end_do_not_keep_others_waiting(guarded):
+    """One connection kept everybody's requests waiting for as long as it sent."""
     _, port = guarded
     with connect(port) as raw:
-        raw.settimeout(0.2)
-        sent = 0
-        with contextlib.suppress(OSError):
-            raw.sendall(b"OPTIONS * RTSP/1.0\r\n")
-            for _ in range(64):
-                raw.sendall(b"X-Field: value\r\n" * 4096)
-                sent += 65536
-        assert sent < 4 << 20, "all of it was taken"
-        with connect(port) as other:
-            assert options(other).startswith("RTSP/1.0 401")
+        def send():
+            with contextlib.suppress(OSError):
+                raw.sendall(b"OPTIONS * RTSP/1.0\r\n")
+                while not stop.is_set():
+                    raw.sendall(b"X-Field: value\r\n" * 4096)
+        stop = threading.Event()
+        sender = threading.Thread(target=send)
+        sender.start()
+        try:
+            sender.join(10)
+            assert not sender.is_alive(), "it is still taken"
+        finally:
+            stop.set()
+            raw.shutdown(socket.SHUT_RDWR) if sender.is_alive() else None
+            sender.join()
+    with connect(port) as other:
+        assert options(other).startswith("RTSP/1.0 401")
 
 
 def test_over_tls_the_same_bounds_hold(scenes, tmp_path):
     cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
     made = run("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost", "-keyout", str(key), "-out", str(cert))
     assert made.returncode == 0
-    import ssl
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     with camrig.start(str(scenes / "minimal.json"), args=["--rtsp-cert", str(cert), "--rtsp-key", str(key)]) as rig:
@@ -219,3 +228,14 @@ def test_udp_ports_are_open_on_the_rigs_host_only(rig, process):
     finally:
         reader.kill()
         reader.wait()
+
+
+@pytest.mark.slow
+def test_who_says_nothing_or_never_ends_a_request_is_closed_and_a_reader_is_not(guarded):
+    """After ten seconds. Who waits has shown no token; the reader has, and reads on."""
+    _, port = guarded
+    with connect(port) as silent, connect(port) as slow:
+        reader = RtspReader(f"rtsp://camrig:{TOKEN}@127.0.0.1:{port}/main")
+        slow.sendall(b"OPTIONS * RTSP/1.0\r\nCSeq:")
+        assert is_closed(silent) and is_closed(slow)
+        assert len(take(reader, 5)) == 5

@@ -16,7 +16,7 @@ import time
 import pytest
 
 from conftest import REPOSITORY, wait_until
-from rtsp_client import RtspReader, gst_reads, take
+from rtsp_client import RtspReader, gst_launch, take
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -27,16 +27,21 @@ class Counter:
     def __init__(self, url):
         reader = RtspReader(url)
         self.socket, self.data, self.pictures = reader.socket, reader.data, 0
+        self.next_packet, self.missing = None, 0  # RTP packets, by their sequence numbers
         self.socket.setblocking(False)
 
     def read(self):
         self.data += self.socket.recv(1 << 18)
         at, end = 0, len(self.data)
-        while at + 6 <= end:
+        while at + 8 <= end:
             size = self.data[at + 2] << 8 | self.data[at + 3]
             if at + 4 + size > end:
                 break
-            self.pictures += self.data[at + 1] == 0 and self.data[at + 5] >> 7
+            if self.data[at + 1] == 0:
+                self.pictures += self.data[at + 5] >> 7
+                number = self.data[at + 6] << 8 | self.data[at + 7]
+                self.missing += (number - (number if self.next_packet is None else self.next_packet)) & 0xFFFF
+                self.next_packet = number + 1 & 0xFFFF
             at += 4 + size
         self.data = self.data[at:]
 
@@ -52,6 +57,19 @@ def count_for(counters, seconds):
     selector.close()
 
 
+def count_pictures(counters, more, timeout_s=60):
+    """Reads until each has so many more pictures."""
+    wanted = [(counter, counter.pictures + more) for counter in counters]
+    wait_until(lambda: count_for(counters, 0.05) or all(c.pictures >= n for c, n in wanted), timeout_s, f"{more} pictures")
+
+
+def is_open(local_port, peer_port):
+    """Whether the kernel has an established TCP connection of these ports."""
+    ends = f":{local_port:04X}", f":{peer_port:04X}"
+    rows = [line.split() for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]]
+    return any(row[1].endswith(ends[0]) and row[2].endswith(ends[1]) and row[3] == "01" for row in rows)
+
+
 def camera_stats(rig, name="lobby"):
     return next(camera for camera in rig.stats()["cameras"] if camera["name"] == name)
 
@@ -65,15 +83,13 @@ def cpu_s(process):
 def test_fifty_clients_share_one_encoding_and_get_every_frame(rig, process):
     cam = rig.create_camera("lobby", size=(640, 480), fps=25)
     counters = [Counter(cam.url("rtsp")) for _ in range(50)]
-    count_for(counters, 2)
-    before, stats_before, cpu_before = [c.pictures for c in counters], camera_stats(rig), cpu_s(process)
-    count_for(counters, 8)
-    got, stats, cpu = [c.pictures - b for c, b in zip(counters, before)], camera_stats(rig), cpu_s(process) - cpu_before
+    count_pictures(counters, 10)
+    cpu_before, begun = cpu_s(process), time.monotonic()
+    count_pictures(counters, 100)
+    print(f"50 clients, 100 pictures each, CPU of the rig {(cpu_s(process) - cpu_before) / (time.monotonic() - begun):.2f} cores")
+    stats = camera_stats(rig)
     assert len(stats["outputs"]) == 1 and len(stats["outputs"][0]["readers"]) == 1  # one encoding
-    made = stats["rendered"] - stats_before["rendered"]
-    print(f"50 clients, {made} frames made in 8 s, {min(got)} to {max(got)} received, CPU of the rig {cpu / 8:.2f} cores")
-    assert made > 20  # a busy machine may make fewer than 200
-    assert min(got) >= made * 0.99 - 2  # the two may be on their way at either end
+    assert [counter.missing for counter in counters] == [0] * 50  # packets of the one stream are numbered without a gap
 
 
 @pytest.mark.slow
@@ -197,14 +213,20 @@ def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path):
     cam = heavy_camera(rig)
     stuck = RtspReader(cam.url("rtsp-mjpeg"))
     take(stuck, 1)  # the only TCP client, and it takes nothing more
-    received = lambda: camera_stats(rig, "heavy")["outputs"][0]["readers"][0]
-    before = received()["delivered"]
-    wait_until(lambda: received()["delivered"] > before + 25, 9, what="pictures to go on, past what the connection holds")
-    pipeline = f"rtspsrc location={cam.url('rtsp-mjpeg')} protocols=udp latency=0 ! identity eos-after=3000 ! fakesink"  # packets: some are lost
-    started = time.monotonic()
-    gst_reads(pipeline, timeout=60)
-    assert time.monotonic() - started < 9, "it waited until the stuck client was closed"
-    print(f"3000 packets by UDP beside a stuck TCP client in {time.monotonic() - started:.1f} s")
+    port, own_port = rig.call("server.info")["rtsp"], stuck.socket.getsockname()[1]
+    received = lambda: camera_stats(rig, "heavy")["outputs"][0]["readers"][0]["delivered"]
+    before = received()
+    wait_until(lambda: received() > before + 5 or not is_open(port, own_port), what="pictures to go on, past what the connection holds")
+    # Packets: some are lost. 3000 are less than half a second of the stream; the stuck client is closed after six.
+    pipeline = f"rtspsrc location={cam.url('rtsp-mjpeg')} protocols=udp latency=0 ! identity eos-after=3000 ! fakesink"
+    reader = subprocess.Popen(gst_launch(pipeline), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    said = b""
+    while b"Got EOS from element" not in said:
+        assert is_open(port, own_port), "it waited until the stuck client was closed"
+        line = reader.stdout.readline()
+        assert line, said
+        said += line
+    reader.communicate(timeout=60)
 
 
 GARBAGE = [b"\0" * 1000, b"GET / HTTP/1.1\r\n\r\n", b"DESCRIBE\r\n\r\n", b"$\0\xff\xff" + b"x" * 100, b"A" * 100_000,
@@ -228,9 +250,8 @@ def test_malformed_requests_harm_nobody(rig):
         with socket.create_connection(("127.0.0.1", port), 10) as raw, contextlib.suppress(ConnectionError):
             raw.sendall(request)
             raw.shutdown(socket.SHUT_WR)
-    before = watcher.pictures
-    count_for([watcher], 2)
-    assert watcher.pictures > before + 5
+    count_pictures([watcher], 5)
+    assert watcher.missing == 0
     assert len(take(RtspReader(cam.url("rtsp")), 3)) == 3
 
 
@@ -247,10 +268,9 @@ def test_a_thousand_connections_that_say_nothing_harm_nobody(rig, process):
             crowd.append(socket.create_connection(("127.0.0.1", port), 10))
             if i % 3 == 0:
                 crowd[-1].sendall(b"DESCRIBE rtsp://127.0.0.1/lobby RTSP/1.0\r\nCS")  # half a request
-        before = watcher.pictures
-        count_for([watcher], 2)
-        assert watcher.pictures > before + 5
-        assert process.fds() < 700  # 512 connections are held, the others were closed
+        count_pictures([watcher], 5)
+        assert watcher.missing == 0
+        assert process.fds() < 250  # 128 strangers of one address are held, the others have made room
     finally:
         for one in crowd:
             one.close()

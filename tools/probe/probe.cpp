@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "core/base/clock.h"
+#include "tools/probe/first_burst.h"
 
 namespace camrig {
 namespace {
@@ -22,6 +23,7 @@ public:
         if (!source) return fail(log, source.error());
         log.kind = (*source)->kind();
         TimeNs last_ns = monotonic_now_ns();
+        FirstBurst burst;
         bool ready = false;
         while (!is_over(log)) {
             auto picture = (*source)->next(monotonic_now_ns() + look_up_ns);
@@ -31,7 +33,7 @@ public:
                 continue;
             }
             last_ns = (*picture)->arrival_ns;
-            if (!std::exchange(ready, true)) arrived();
+            if (!ready && (ready = burst.is_over(last_ns, (*picture)->stamp_ns))) arrived();
             if (start_ns_ == 0 || last_ns < start_ns_) continue;
             keep(log, **source, **picture);
         }
@@ -55,7 +57,7 @@ private:
                                             " s (--timeout to wait longer; a paused world sends none)"};
     }
 
-    /// Everybody begins when the last source has delivered its first picture.
+    /// Everybody begins when the last source delivers, and what it had piled up is taken.
     void arrived() {
         if (--unready_ == 0) start_ns_ = monotonic_now_ns();
     }

@@ -1,9 +1,9 @@
-#include "rtsp_out/rtsp/frame_times_sei.h"
-
 #include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "tests/unit/rtsp_out/rtsp/find_frame_times.h"
 
 namespace camrig {
 namespace {

@@ -119,14 +119,15 @@ TEST(RtspAccess, OtherAddressesThanLoopbackNeedAToken) {
 TEST(RtspAccess, ACertificateThatIsNoneIsAnErrorThatNamesTheFile) {
     RtspOptions options;
     options.certificate = "/nonexistent/cert.pem";
-    const auto auth = create_rtsp_auth(options);
-    ASSERT_FALSE(auth);
-    EXPECT_THAT(auth.error().message, HasSubstr("/nonexistent/cert.pem"));
+    const auto certificate = load_rtsp_certificate(options);
+    ASSERT_FALSE(certificate);
+    EXPECT_THAT(certificate.error().message, HasSubstr("/nonexistent/cert.pem"));
     options = {};
     options.key = "key.pem";
-    EXPECT_FALSE(create_rtsp_auth(options));
+    EXPECT_FALSE(load_rtsp_certificate(options));
     options = {};
-    EXPECT_EQ(*create_rtsp_auth(options), nullptr);
+    EXPECT_EQ(*load_rtsp_certificate(options), nullptr);
+    EXPECT_EQ(create_rtsp_auth(options), nullptr);
 }
 
 }  // namespace

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace camrig {
+
+/// A NAL unit's place in a byte stream (ITU-T H.264, Annex B).
+struct Nal {
+    std::size_t begin = 0;  ///< of its start code, with the zero byte that may come before it
+    std::size_t header = 0;
+    std::size_t end = 0;
+    std::uint8_t type = 0;
+
+    static constexpr std::uint8_t sei = 6;
+    bool is_slice() const { return type >= 1 && type <= 5; }
+};
+
+/// The NAL unit whose start code is the first at or after `from`.
+inline std::optional<Nal> next_nal(std::span<const std::byte> data, std::size_t from) {
+    constexpr std::array code = {std::byte{0}, std::byte{0}, std::byte{1}};
+    const auto find_code = [&](std::size_t at) {
+        const auto found =
+            std::search(data.begin() + static_cast<std::ptrdiff_t>(at), data.end(), code.begin(), code.end());
+        return static_cast<std::size_t>(found - data.begin());
+    };
+    const std::size_t at = find_code(std::min(from, data.size()));
+    if (at + code.size() >= data.size()) return std::nullopt;
+    Nal nal;
+    nal.begin = at > from && data[at - 1] == std::byte{0} ? at - 1 : at;
+    nal.header = at + code.size();
+    nal.end = find_code(nal.header);
+    nal.type = std::to_integer<std::uint8_t>(data[nal.header]) & 0x1f;
+    return nal;
+}
+
+}  // namespace camrig
