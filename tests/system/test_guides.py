@@ -51,6 +51,21 @@ def test_the_devices_page_works(hall, environment, tmp_path):  # noqa: F811
     assert (tmp_path / "door.mp4").stat().st_size > 10_000
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_the_page_of_the_python_package_works(rig, tmp_path, monkeypatch):
+    """Its programs one after the other at one rig, as they share names; the one that connects elsewhere and the test are not run."""
+    monkeypatch.chdir(tmp_path)
+    known = {"camrig": camrig, "rig": rig, "cam": rig.camera("lobby")}
+    programs = [block for block in blocks("control/python/README.md", "python") if "10.0.0.5" not in block and "pytest.mark" not in block]
+    assert len(programs) == 5
+    for program in programs[1:]:
+        exec(compile(program, "control/python/README.md", "exec"), known)
+    assert len(known["shot"]) == 2 and all(len(kinds) == 6 for kinds in known["shot"].values())
+    assert (tmp_path / "dataset" / "yolo.yaml").is_file()
+    exec(compile(programs[0], "control/python/README.md", "exec"), {})
+    assert (tmp_path / "mine.png").is_file()
+
+
 def test_troubleshooting_quotes_what_is_really_said(hall, environment, tmp_path):  # noqa: F811
     """Each message of the page is provoked; `...` in the page stands for what differs."""
     page = (REPOSITORY / "docs" / "troubleshooting.md").read_text()
