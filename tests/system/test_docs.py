@@ -1,8 +1,9 @@
-"""The examples of the README run as they stand (only the ports are replaced: tests take free ones)."""
+"""The examples of the README run as they stand (only the ports are replaced: tests take free ones), and no page for users has a block that no test runs."""
 
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
@@ -12,9 +13,33 @@ import camrig
 from conftest import REPOSITORY
 
 
+#: What a reader goes through block by block. Every sh and python block of these pages is run, by this file or by test_guides.py,
+#: test_actors_docs.py, test_ros2_docs.py and test_cpp_client.py ...
+PAGES = ["README.md", "docs/getting-started.md", "docs/recipes.md", "docs/actors.md", "docs/devices.md", "docs/ros2.md"]
+#: ... and these are all others: how they begin, and why not.
+NOT_RUN = {
+    "git clone ADDRESS": "is how the tests came here",
+    "sudo apt install v4l2loopback-dkms": "needs a kernel with the module: tests/vm",
+    "sudo modprobe v4l2loopback": "needs a kernel with the module: tests/vm",
+    "vlc ": "as the page says",
+    "FROM debian:12": "as the page says",
+    "camrig exec -- ros2 launch": "ROS 2 is not in Debian; what it starts is checked by test_ros2.py",
+}
+
+
 def blocks(document: str, language: str) -> list[str]:
     text = (REPOSITORY / document).read_text()
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def test_every_block_of_a_users_page_is_run_or_says_why_not():
+    left = dict(NOT_RUN)
+    for page in PAGES:
+        for language, block in re.findall(r"^```([^\n]*)\n(.*?)^```", (REPOSITORY / page).read_text(), re.MULTILINE | re.DOTALL):
+            if language not in ("sh", "python", "python test", "cpp"):
+                assert (start := next((start for start in NOT_RUN if block.startswith(start)), None)), f"{page}: {block}"
+                left.pop(start, None)
+    assert not left, "no page has these any more"
 
 
 def run(command, timeout=120, **options):
@@ -31,36 +56,52 @@ def hall():
 
 @pytest.fixture
 def environment(hall, tmp_path):
-    """`camrig` on the PATH and pointed at the running hall; scenes/ as seen from the repository."""
+    """A reader's: `camrig` on the PATH and pointed at the running hall, and an environment of Python of their own, in which `pip install` works
+    without the network and does not see this checkout's camrig."""
     tools = tmp_path / "bin"
     tools.mkdir()
     (tools / "camrig").symlink_to(os.environ["CAMRIG_BIN"])
-    (tmp_path / "scenes").symlink_to(REPOSITORY / "scenes")
-    return dict(os.environ, PATH=f"{tools}:{os.environ['PATH']}", CAMRIG_CONTROL=hall.call("server.info")["control"])
+    run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "venv"])
+    (site,) = (tmp_path / "venv" / "lib").glob("python*/site-packages")
+    (site / "others.pth").write_text("\n".join(path for path in sys.path if path.endswith("-packages")))  # numpy, OpenCV, pytest, setuptools
+    (tools / "pip").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pip --python "{tmp_path}/venv/bin/python" "$@"\n')
+    (tools / "pip").chmod(0o755)
+    # In place, pip would leave its build folders in the checkout.
+    shutil.copytree(REPOSITORY / "control" / "python", tmp_path / "control" / "python", ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
+    known = {key: value for key, value in os.environ.items() if key not in ("CAMRIG_BIN", "PYTHONPATH")}
+    return dict(known, PATH=f"{tools}:{tmp_path}/venv/bin:{os.environ['PATH']}", CAMRIG_CONTROL=hall.call("server.info")["control"],
+                PIP_NO_BUILD_ISOLATION="0", PIP_NO_INDEX="1", PIP_NO_DEPS="1", PIP_DISABLE_PIP_VERSION_CHECK="1")  # 0: none of it (sic)
+
+
+def ported(text, hall):
+    """With the ports that the running hall has."""
+    return text.replace("http://127.0.0.1:8080/", hall.http_url.rstrip("/") + "/").replace("rtsp://127.0.0.1:8554", hall.rtsp_url)
+
+
+def shell(block, hall, environment, folder):
+    return run(["bash", "-euo", "pipefail", "-c", ported(block, hall)], env=environment, cwd=folder)
 
 
 def test_the_readme_opencv_program_reads_frames(hall, environment, tmp_path):
     program = next(block for block in blocks("README.md", "python") if "VideoCapture" in block)
-    program = program.replace("http://127.0.0.1:8080/", hall.http_url.rstrip("/") + "/")
-    program = program.replace("while capture.read()[0]:\n    pass", "assert all(capture.read()[0] for _ in range(10))")
+    program = ported(program, hall).replace("while capture.read()[0]:\n    pass", "assert all(capture.read()[0] for _ in range(10))")
     assert "range(10)" in program
-    run([sys.executable, "-c", program], env=environment, cwd=tmp_path)
+    run(["python", "-c", program], env=environment, cwd=tmp_path)
 
 
-def test_the_readme_python_programs_run(environment, tmp_path):
+def test_the_readme_python_programs_run_after_the_readmes_install(hall, environment, tmp_path):
     programs = [block for block in blocks("README.md", "python") if "import camrig" in block]
-    assert programs
+    assert programs and "`pip install ./control/python` brings the package" in (REPOSITORY / "README.md").read_text()
+    shell("pip install ./control/python", hall, environment, tmp_path)
     for program in programs:
-        assert "(480, 640, 3)" in run([sys.executable, "-c", program], env=environment, cwd=tmp_path)
+        assert "(480, 640, 3)" in run(["python", "-c", program], env=environment, cwd=tmp_path)
 
 
 def test_the_readme_shell_commands_run(hall, environment, tmp_path):
-    shell = [block for block in blocks("README.md", "sh") if "tools/run" not in block]
-    assert len(shell) >= 2
-    for block in shell:
-        block = block.replace("http://127.0.0.1:8080/", hall.http_url.rstrip("/") + "/")
-        block = block.replace("rtsp://127.0.0.1:8554", hall.rtsp_url)
-        run(["bash", "-euo", "pipefail", "-c", block], env=environment, cwd=tmp_path)
+    found = [block for block in blocks("README.md", "sh") if "tools/run" not in block]  # that and tools/test: what runs this
+    assert len(found) >= 2
+    for block in found:
+        shell(block, hall, environment, tmp_path)
     assert (tmp_path / "desk.jpg").stat().st_size > 10_000
     assert (tmp_path / "lobby.png").stat().st_size > 10_000
     assert "50" in run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", str(tmp_path / "lobby.mp4")])

@@ -1,7 +1,7 @@
 """camrig: a rig of virtual cameras that programs take for real ones.
 
     with camrig.start("scenes/hall.json", mode="lockstep") as rig:
-        cam = rig.create_camera("lobby", size=(640, 480), fps=25, vfov_deg=60, position=(2, 3, 2.8), look_at=(12, 9, 1))
+        cam = rig.create_camera("mine", size=(640, 480), fps=25, vfov_deg=60, position=(2, 3, 2.8), look_at=(12, 9, 1))
         rig.step(seconds=0.2)
         frame = cam.frame()
 """

@@ -167,3 +167,15 @@ def test_an_overlap_of_half_is_a_find(beside_px, mark):
     """Of two boxes 41 px wide, (41 - d) / (41 + d)."""
     marks = Tally().add([(0.5, (100.0 + beside_px, 100.0, 41.0, 100.0))], truth([person(1, BOX)]))
     assert [found for _, found in marks] == [mark]
+
+
+def test_an_opencv_without_the_detector_is_refused_with_what_to_install(monkeypatch):
+    """OpenCV 5."""
+    import cv2
+
+    from camrig.samples import people
+
+    monkeypatch.delattr(cv2, "HOGDescriptor", raising=False)
+    with pytest.raises(CamrigError, match="no HOG people detector any more; pip install 'camrig.samples.'") as caught:
+        people.main(["--control", "/nowhere"])
+    assert caught.value.kind == "unsupported"

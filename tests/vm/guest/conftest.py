@@ -47,6 +47,9 @@ def load_module() -> None:
     subprocess.run(["insmod", f"/tmp/modules/v4l2loopback-{LOOPBACK}.ko", *parameters], check=True)
 
 
+os.environ.setdefault("CAMRIG_STOP_TIMEOUT_S", "60")  # an emulated processor
+
+
 def start_rig(**options) -> camrig.Rig:
     return camrig.start("scenes/minimal.json", mode="realtime", device="cpu", quality="fast", timeout=120, **options)
 

@@ -76,7 +76,9 @@ def solve(camera, pictures, corners):
     """(rms, matrix, distortion) by OpenCV from pixels of several pictures and the corners' indices."""
     points = [boards.OBJECT_POINTS[c] for c in corners]
     if camera.model == "equidistant":
-        flags = cv2.fisheye.CALIB_RECOMPUTE_EXTRINSIC + cv2.fisheye.CALIB_FIX_SKEW + cv2.fisheye.CALIB_USE_INTRINSIC_GUESS
+        # OpenCV 5 has the flags of its fisheye module among all others, with other values.
+        of = cv2.fisheye if hasattr(cv2.fisheye, "CALIB_FIX_SKEW") else cv2
+        flags = of.CALIB_RECOMPUTE_EXTRINSIC + of.CALIB_FIX_SKEW + of.CALIB_USE_INTRINSIC_GUESS
         criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 200, 1e-10)
         # A start as a person would type it: its own guess is too poor for boards that go over the border.
         start = np.diag([round(camera.fx, -1) + 10.0, round(camera.fx, -1) + 10.0, 1.0])

@@ -131,7 +131,7 @@ def inverse(section, quick):
                 r = np.linalg.norm(found, axis=1)
                 found = np.where(r[:, None] > 0, found / np.maximum(r, 1e-300)[:, None] * np.arctan(r)[:, None], found)
             else:
-                found = cv2.undistortPoints(flat, matrix, np.array(k)) if iterations is None else cv2.undistortPointsIter(flat, matrix, np.array(k), None, None, criteria)
+                found = cv2.undistortPoints(flat, matrix, np.array(k)) if iterations is None else undistorted(flat, matrix, np.array(k), criteria)
                 found = found.reshape(-1, 2)
                 lost = ~np.isfinite(found).all(axis=1)
             found = np.where(lost[:, None], np.nan, found)
@@ -153,6 +153,13 @@ def inverse(section, quick):
         "The larger run, 10^4 lenses and 10^6 points and both ways, is the unit test `InverseMap.TenThousandLensesAndAMillionPointsHaveNoResidualAndNeverLeaveTheValidDisc`; it also "
         "holds that no answer lies beyond the fold."
     )
+
+
+def undistorted(points, matrix, k, criteria):
+    """OpenCV 5 takes the criteria in undistortPoints itself."""
+    if hasattr(cv2, "undistortPointsIter"):
+        return cv2.undistortPointsIter(points, matrix, k, None, None, criteria)
+    return cv2.undistortPoints(points, matrix, k, criteria=criteria)
 
 
 def residual(camera, ideal, distorted):

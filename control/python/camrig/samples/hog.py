@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ..errors import CamrigError
 from .views import Box, View
 
 WINDOWS = 3  # that must agree on a person, as OpenCV's own grouping asks for
@@ -37,7 +38,11 @@ def strongest(found: list[tuple[float, Box]]) -> list[tuple[float, Box]]:
 
 
 class Detector:
+    """Needs OpenCV 4: version 5 dropped the detector and its model."""
+
     def __init__(self, threshold: float) -> None:
+        if not hasattr(cv2, "HOGDescriptor"):
+            raise CamrigError("unsupported", f"OpenCV {cv2.__version__} has no HOG people detector any more; pip install 'camrig[samples]', or 'opencv-python-headless<5'")
         self._hog = cv2.HOGDescriptor()
         self._hog.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector())
         self._threshold = threshold

@@ -3,7 +3,7 @@
     python -m camrig.samples.people                               # starts scenes/hall.json and looks at its cameras
     python -m camrig.samples.people --control /tmp/camrig.sock --cameras lobby,gallery
 
-The detector is OpenCV's, with its default people model; hog.py runs it, views.py shows it the pictures, scoring.py says what counts.
+The detector is OpenCV's, with its default people model (OpenCV 4: pip install 'camrig[samples]'); hog.py runs it, views.py shows it the pictures, scoring.py says what counts.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from typing import Any
+from typing import Any, Sequence
 
 import cv2
 import numpy as np
 
 import camrig
 
+from ..command_line import run
 from .hog import Detector
 from .scoring import Tally, counts, table, together
 from .views import AsSeen, Box, Upright, View
@@ -80,7 +81,7 @@ def score(rig: camrig.Rig, names: list[str], frames: int, every_s: float, detect
     return {**tallies, "all": together(tallies.values())}
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m camrig.samples.people", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="scenes/hall.json", help="started in lockstep, if no --control is given")
     parser.add_argument("--control", help="control socket of a running rig")
@@ -95,9 +96,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--json", action="store_true", help="numbers instead of a table")
     options = parser.parse_args(arguments)
 
+    detector = Detector(options.threshold)
     with camrig.connect(options.control) if options.control else camrig.start(options.scene, mode="lockstep") as rig:
         names = options.cameras.split(",") if options.cameras else [camera.name for camera in rig.cameras()]
-        tallies = score(rig, names, options.frames, options.every, Detector(options.threshold), Views(options.view, options.enlarge), options.pictures)
+        tallies = score(rig, names, options.frames, options.every, detector, Views(options.view, options.enlarge), options.pictures)
     if options.json:
         json.dump({name: {"precision": t.precision(), "recall": t.recall("all"), "recall_clear": t.recall("clear"), "people": t.there[("all",)]}
                    for name, t in tallies.items()}, sys.stdout, indent=1)
@@ -108,4 +110,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main))
