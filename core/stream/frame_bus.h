@@ -30,7 +30,8 @@ struct SubscribeOptions {
         rate;  ///< at most this rate: of the camera's frames those are taken that are first at or after a tick of it
 };
 
-/// Hears of cameras that come, change and go. Calls come from the engine's thread, one at a time, and must not block.
+/// Hears of cameras that come, change and go. Engine's thread, one at a time: waits for nobody, writes a few small
+/// files.
 class CameraObserver {
 public:
     virtual ~CameraObserver() = default;

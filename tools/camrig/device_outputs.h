@@ -13,7 +13,8 @@
 namespace camrig {
 
 /// Plugs cameras with an output {kind: "device", number: N} in as /dev/videoN and out again, as they come, change and
-/// go.
+/// go. The few small files of a device are written before the call returns: who has the answer to camera.create finds
+/// /dev/videoN.
 class DeviceOutputs final : public CameraObserver {
 public:
     /// `commands`: where the devices' controls go; it must outlive the bus's cameras.

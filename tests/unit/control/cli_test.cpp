@@ -107,6 +107,13 @@ TEST_F(Cli, TheOptionsOfAnRtspOutput) {
     EXPECT_THAT(no_output.err, HasSubstr("--rtsp"));
 }
 
+TEST_F(Cli, TheSubsamplingOfADevice) {
+    const json camera =
+        json_of({"camera", "create", "a", "--position", "1,2,3", "--device", "5", "--subsampling", "4:2:0"});
+    EXPECT_EQ(camera["outputs"], json::parse(R"([{"kind": "device", "number": 5, "subsampling": "4:2:0"}])"));
+    EXPECT_EQ(run({"camera", "set", "a", "--subsampling", "4:2:0"}).code, 2);
+}
+
 TEST_F(Cli, ZoomAndControlsAreSetOneByOne) {
     const json camera = json_of({"camera", "create", "lobby", "--position", "1,2,3", "--set-ctrl", "exposure_ev=-1.5",
                                  "--set-ctrl", "saturation=0"});
