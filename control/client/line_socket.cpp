@@ -10,7 +10,9 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 namespace camrig {
 namespace {
@@ -49,14 +51,35 @@ Result<UniqueFd> connect_to(int family, const sockaddr* address, socklen_t size,
     return fd;
 }
 
+/// Below /tmp anybody may have made the socket of this name first. Trusted are this user, root, and the owner of the
+/// socket's folder where nobody else can put anything into it (a service's /run/camrig).
+Result<void> check_server(int fd, const std::string& path) {
+    ucred server{};
+    socklen_t length = sizeof server;
+    if (::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &server, &length) != 0)
+        return error(ErrorKind::unavailable, path + ": who serves it cannot be told: " + std::strerror(errno));
+    if (server.uid == ::geteuid() || server.uid == 0) return {};
+    const std::size_t slash = path.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+    struct stat facts{};
+    if (::stat(folder.c_str(), &facts) == 0 && facts.st_uid == server.uid && (facts.st_mode & 0022) == 0) return {};
+    return error(ErrorKind::unauthorized,
+                 path + ": is served by user " + std::to_string(server.uid) + ", not by user " +
+                     std::to_string(::geteuid()) +
+                     ": nothing was sent; to command a rig of that user, be that user (or use its TCP port and token)");
+}
+
 Result<UniqueFd> connect_unix(const Endpoint& endpoint, Deadline deadline) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (endpoint.unix_path.size() >= sizeof address.sun_path)
         return error(ErrorKind::invalid_argument, "--control " + endpoint.unix_path + ": too long for a socket's path");
     std::memcpy(address.sun_path, endpoint.unix_path.data(), endpoint.unix_path.size());
-    return connect_to(AF_UNIX, reinterpret_cast<const sockaddr*>(&address), sizeof address, deadline,
-                      endpoint.to_string());
+    auto fd = connect_to(AF_UNIX, reinterpret_cast<const sockaddr*>(&address), sizeof address, deadline,
+                         endpoint.to_string());
+    if (auto trusted = fd ? check_server(fd->get(), endpoint.to_string()) : Result<void>(); !trusted)
+        return std::unexpected(trusted.error());
+    return fd;
 }
 
 Result<UniqueFd> connect_tcp(const Endpoint& endpoint, Deadline deadline) {

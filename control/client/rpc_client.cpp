@@ -28,8 +28,10 @@ Result<RpcClient> RpcClient::connect(const RpcClientOptions& options) {
     auto socket = LineSocket::connect(options.endpoint, deadline);
     if (!socket) return std::unexpected(socket.error());
     RpcClient client(std::move(*socket));
-    if (!options.token.empty() && !options.endpoint.host.empty()) {
-        auto authorized = client.call("auth", {{"token", options.token}}, options.connect_timeout);
+    std::string token = options.token;
+    if (token.empty() && !options.endpoint.host.empty()) token = client.socket_.command_key().value_or("");
+    if (!token.empty() && !options.endpoint.host.empty()) {
+        auto authorized = client.call("auth", {{"token", token}}, options.connect_timeout);
         if (!authorized) return std::unexpected(authorized.error());
     }
     return client;

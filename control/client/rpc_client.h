@@ -14,7 +14,7 @@ namespace camrig {
 
 struct RpcClientOptions {
     Endpoint endpoint;
-    std::string token = {};  ///< not empty: shown first, TCP only
+    std::string token = {};  ///< shown first, TCP only; empty: the key of this user's rig there, if it has one
     std::chrono::milliseconds connect_timeout{5'000};
 };
 

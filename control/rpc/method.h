@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <utility>
@@ -34,6 +35,13 @@ struct RpcResult {
 /// Answers one call, exactly once, from any thread.
 using RpcReply = std::function<void(Result<RpcResult>)>;
 
+/// What the sender of a message may do (docs/control-protocol.md, "Who may command").
+enum class Authority : std::uint8_t {
+    look,     ///< methods that only look
+    command,  ///< all methods
+    own,      ///< all methods, by the rig's own user on its Unix socket: may read whatever the rig may
+};
+
 /// A method, described in one place: the dispatcher's check of parameter names, docs/control-protocol.md, `camrig
 /// methods` and server.info all come from here. A method without an example that runs fails the unit tests.
 struct Method {
@@ -45,6 +53,8 @@ struct Method {
     /// Gets an object whose keys are all in `params` and which has the required ones. Must not block.
     std::function<void(const nlohmann::json& params, RpcReply done)> handler;
     std::string example = "{}";  ///< parameters as JSON text
+    bool only_looks = false;     ///< changes nothing and reads no files: also for those who may not command
+    bool reads_files = false;    ///< its errors may tell of files: in full to the rig's owner only
 };
 
 }  // namespace camrig

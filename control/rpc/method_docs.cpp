@@ -50,7 +50,8 @@ void result_table(std::string& out, const std::vector<Field>& fields) {
 }
 
 void method_section(std::string& out, const Method& method) {
-    out += "### `" + method.name + "`\n\n" + method.summary + "\n\n";
+    out += "### `" + method.name + "`\n\n" + method.summary +
+           (method.only_looks ? " *Open to all who may look.*\n\n" : "\n\n");
     if (method.params.empty()) {
         out += "No parameters.\n\n";
     } else {

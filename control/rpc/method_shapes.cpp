@@ -126,19 +126,42 @@ $ echo '{"jsonrpc":"2.0","id":1,"method":"world.step","params":{"seconds":0.2}}'
 | `unavailable` | not now: the world runs or stands still, a reader holds a step up, a time limit has passed |
 | `unsupported` | this rig cannot do it |
 | `resource_exhausted` | a limit is reached |
-| `unauthorized` | a token is missing or wrong |
+| `unauthorized` | a token or key is missing or wrong, or the rig takes no commands here; the message says what to do |
 | `internal` | a bug in camrig |
 
-## Token
+## Who may command
 
-`--token-file FILE` is required when `--host` is not loopback. TCP connections then begin with
+The user who started the rig, without being asked; on the **Unix socket** nobody else gets in (mode 0600), and clients send
+nothing to a socket that another user made.
+
+| | looking | commanding |
+|---|---|---|
+| Unix socket | its owner | its owner |
+| loopback HTTP | open: page, streams, `GET`, and methods marked *open to all who may look* | the rig's **key** |
+| loopback TCP | the key | the key |
+| with `--token-file FILE`, a must when `--host` is not loopback | the **token** | the token |
+| `--read-only` | as above; TCP asks for no key | on the Unix socket only |
+| `--open-loopback`, for containers and machines of one user | open | open |
+
+The rig makes a new key at every start and writes it into its private folder, mode 0600:
+`$XDG_RUNTIME_DIR/camrig/127.0.0.1:8080.key`, else `/tmp/camrig-$UID/127.0.0.1:8080.key`, one for each address and port
+(`key_file` of `server.info`). Clients of the same user (Python, C++, `camrig --control HOST:PORT`) read it by themselves,
+and the link that `camrig serve` prints brings it to the web page. By hand:
+
+```
+$ key=$(cat /tmp/camrig-$UID/127.0.0.1:8080.key)
+$ curl -H "Authorization: Bearer $key" -H 'Content-Type: application/json' \
+       -d '{"jsonrpc":"2.0","id":1,"method":"world.pause"}' http://127.0.0.1:8080/rpc
+```
+
+TCP connections begin with the token or the key,
 
 ```json
 {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}}
 ```
 
-and are closed when the token is wrong or anything else comes first. HTTP takes it as `Authorization: Bearer ...`. The Unix
-socket asks for none: its mode admits its owner only.
+and are closed when it is wrong or anything else comes first. Of scene files outside the folder of the rig's scene,
+`world.load` tells clients of the network only that they cannot be loaded; the reason is in the rig's log.
 
 )md";
 }

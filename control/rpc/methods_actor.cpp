@@ -102,7 +102,8 @@ std::vector<Method> actor_methods(RpcContext& context) {
                                  {"state_ns", list.state.world_ns},
                                  {"state_hash", hex_text(list.state.value)}};
                  });
-             }},
+             },
+         .only_looks = true},
         {.name = "actor.spawn",
          .summary =
              "Puts an actor into the world. The keys are those of an actor in a scene file (docs/scene-format.md); "

@@ -155,7 +155,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
                  if (!name) return done(std::unexpected(name.error()));
                  post(context, GetCamera{*name}, std::move(done), to_json_of_state);
              },
-         .example = R"({"name": "lobby"})"},
+         .example = R"({"name": "lobby"})",
+         .only_looks = true},
         {.name = "camera.list",
          .summary = "All cameras, in the order they were made.",
          .params = {},
@@ -168,7 +169,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
                      for (const auto& state : states) cameras.push_back(to_json(state));
                      return json{{"cameras", std::move(cameras)}};
                  });
-             }},
+             },
+         .only_looks = true},
     };
 }
 

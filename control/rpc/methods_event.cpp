@@ -81,7 +81,8 @@ std::vector<Method> event_methods(RpcContext& context) {
                      for (const auto& event : reports) events.push_back(report_json(event));
                      return json{{"events", std::move(events)}};
                  });
-             }},
+             },
+         .only_looks = true},
         {.name = "event.add",
          .summary = "Adds an event. The keys are those of an event in a scene file (docs/scene-format.md). Times count "
                     "from the loading of the scene.",
@@ -115,7 +116,8 @@ std::vector<Method> event_methods(RpcContext& context) {
               {"missed", "integer", "events after `since` that are not kept any more"}},
          .errors = {invalid_argument, resource_exhausted},
          .handler = [&context](const json& params, RpcReply done) { wait_event(context, params, std::move(done)); },
-         .example = R"({"since": 0, "timeout_s": 0})"},
+         .example = R"({"since": 0, "timeout_s": 0})",
+         .only_looks = true},
     };
 }
 

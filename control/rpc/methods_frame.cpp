@@ -99,7 +99,8 @@ std::vector<Method> frame_methods(RpcContext& context) {
                         {"data", "string", "the bytes"}},
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
              .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
-             .example = R"({"camera": "lobby", "format": "png"})"}};
+             .example = R"({"camera": "lobby", "format": "png"})",
+             .only_looks = true}};
 }
 
 }  // namespace camrig

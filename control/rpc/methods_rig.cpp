@@ -25,7 +25,8 @@ void authorize(RpcContext& context, const json& params, RpcReply done) {
     reader.required("token", token);
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
     if (!context.token.empty() && !equal_tokens(token, context.token))
-        return done(error(ErrorKind::unauthorized, "this is not the rig's token (the one in its --token-file)"));
+        return done(error(ErrorKind::unauthorized,
+                          "this is not the rig's token (the one in its --token-file, or in its key file)"));
     done(json{{"authorized", true}});
 }
 
@@ -39,6 +40,7 @@ std::vector<Field> info_fields() {
             {"http", "integer", "port"},
             {"rtsp", "integer", "port; 0: off"},
             {"tcp", "integer", "port of control over TCP; 0: off"},
+            {"key_file", "string", "file with the key that commands over HTTP and TCP need; absent: none is needed"},
             {"methods", "array of strings", "all methods"},
             {"calls", "object", "how often each was called"},
             {"limits", "object", "the bounds, see limits"}};
@@ -72,7 +74,8 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
          .handler =
              [&context](const json&, RpcReply done) {
                  post(context, GetStats{}, std::move(done), [](const RigReport& report) { return to_json(report); });
-             }},
+             },
+         .only_looks = true},
         {.name = "server.info",
          .summary = "What this rig is and where it listens.",
          .params = {},
@@ -84,7 +87,8 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                  info["calls"] = call_counts();
                  info["limits"] = limits_json(context.limits);
                  done(std::move(info));
-             }},
+             },
+         .only_looks = true},
         {.name = "server.shutdown",
          .summary = "Ends the rig, after this answer.",
          .params = {},
@@ -97,13 +101,14 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
              }},
         {.name = "auth",
          .summary =
-             "Shows the token. Where one is asked for (TCP with --token-file) this is the first line of a connection, "
-             "or the connection is closed; elsewhere it is not needed.",
-         .params = {{"token", "string", "the line in the rig's --token-file", true}},
+             "Shows the token or the key. Where one is asked for (TCP) this is the first line of a connection, or the "
+             "connection is closed; elsewhere it is not needed.",
+         .params = {{"token", "string", "the line in the rig's --token-file, or in its key file", true}},
          .result = {{"authorized", "boolean", "true"}},
          .errors = {invalid_argument, unauthorized},
          .handler = [&context](const json& params, RpcReply done) { authorize(context, params, std::move(done)); },
-         .example = R"({"token": "0123456789abcdef"})"},
+         .example = R"({"token": "0123456789abcdef"})",
+         .only_looks = true},
     };
 }
 

@@ -44,7 +44,8 @@ std::vector<Method> truth_methods(RpcContext& context) {
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
              .handler = [&context](const nlohmann::json& params,
                                    RpcReply done) { get_truth(context, params, std::move(done)); },
-             .example = R"({"camera": "lobby"})"}};
+             .example = R"({"camera": "lobby"})",
+             .only_looks = true}};
 }
 
 }  // namespace camrig

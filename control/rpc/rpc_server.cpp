@@ -4,6 +4,8 @@
 #include <mutex>
 #include <optional>
 
+#include <spdlog/spdlog.h>
+
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/methods.h"
 #include "control/rpc/work_thread.h"
@@ -76,6 +78,17 @@ Result<void> check_names(const Method& method, const json& params) {
     return {};
 }
 
+/// Where a path leads when every link is followed: a link below our folder may lead anywhere. Its last part need not be
+/// there. Empty: nobody can tell.
+std::filesystem::path real_place(const std::filesystem::path& path) {
+    std::error_code failed, ignored;
+    const auto place = std::filesystem::canonical(path, failed);
+    if (!failed) return place;
+    const auto folder = std::filesystem::canonical(path.has_parent_path() ? path.parent_path() : ".", failed);
+    if (failed || std::filesystem::is_symlink(std::filesystem::symlink_status(path, ignored))) return {};
+    return folder / path.filename();
+}
+
 }  // namespace
 
 RpcServer::RpcServer(RpcContext context)
@@ -104,15 +117,31 @@ std::map<std::string, std::uint64_t> RpcServer::calls() const {
     return counts;
 }
 
-void RpcServer::call(const json& params, std::size_t index, RpcReply done) {
+RpcReply RpcServer::without_foreign_files(const json& params, RpcReply done) const {
+    const std::string scene = params.value("scene", json()).is_string() ? params["scene"].get<std::string>() : "";
+    const auto file = real_place(scene), folder = real_place(context_.scenes);
+    if (!folder.empty() && std::ranges::mismatch(folder, file).in1 == folder.end()) return done;
+    return [scene, folder, done = std::move(done)](Result<RpcResult> result) {
+        if (result) return done(std::move(result));
+        spdlog::warn("control: refused to a client of the network: {}", result.error().message);
+        done(error(ErrorKind::invalid_argument,
+                   "'" + scene.substr(0, 200) + "' cannot be loaded; of files outside of '" + folder.string() +
+                       "' the reason is told only in the rig's log and on its control socket"));
+    };
+}
+
+void RpcServer::call(const json& params, std::size_t index, Authority authority, RpcReply done) {
     const Method& method = methods_[index];
+    if (authority == Authority::look && !method.only_looks)
+        return done(error(ErrorKind::unauthorized, method.name + ": " + context_.how_to_command));
     calls_[index].fetch_add(1);
+    if (authority != Authority::own && method.reads_files) done = without_foreign_files(params, std::move(done));
     if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
     const auto answer = std::make_shared<Answer>(std::move(done));
     method.handler(params, [answer](Result<RpcResult> result) { answer->give(std::move(result)); });
 }
 
-void RpcServer::handle(std::string_view text, std::function<void(std::string)> done) {
+void RpcServer::handle(std::string_view text, std::function<void(std::string)> done, Authority authority) {
     const RpcMessage message = parse_rpc(text);
     const auto batch = std::make_shared<Batch>(message.items.size(), message.is_batch, std::move(done));
     for (std::size_t i = 0; i < message.items.size(); ++i) {
@@ -130,7 +159,7 @@ void RpcServer::handle(std::string_view text, std::function<void(std::string)> d
             batch->answer(i, request.id ? rpc_error(unknown) : std::string());
             continue;
         }
-        call(request.params, found->second, [batch, i, id = request.id](Result<RpcResult> result) {
+        call(request.params, found->second, authority, [batch, i, id = request.id](Result<RpcResult> result) {
             if (!id) return batch->answer(i, {});
             if (result) return batch->answer(i, rpc_result(*id, *result));
             batch->answer(i, rpc_error({rpc_code_of(result.error().kind), result.error(), *id}));

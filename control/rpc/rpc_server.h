@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -29,6 +30,10 @@ struct RpcContext {
     /// What `auth` compares with; empty: any token will do.
     std::string token = {};
     ControlLimits limits = {};
+    /// Said to a command of somebody who may only look: what to do about it.
+    std::string how_to_command = "commands are taken on the control socket only";
+    /// Errors about files below this folder are told in full to everybody who may command.
+    std::filesystem::path scenes = {};
 
     // Made by the server: one thread reads scenes, one turns the engine's replies into text.
     std::shared_ptr<WorkThread> loader = {};
@@ -48,7 +53,7 @@ public:
 
     /// Handles one message (one request or one batch). `done` gets the answer, exactly once, from any thread; an empty
     /// string means there is nothing to answer (notifications only). `done` may outlive the server.
-    void handle(std::string_view text, std::function<void(std::string)> done);
+    void handle(std::string_view text, std::function<void(std::string)> done, Authority authority = Authority::own);
 
     /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and
     /// frames alone from then on, as far as world.load goes. To be called before these go. Twice is fine.
@@ -59,7 +64,9 @@ public:
     std::map<std::string, std::uint64_t> calls() const;
 
 private:
-    void call(const nlohmann::json& params, std::size_t method, RpcReply done);
+    void call(const nlohmann::json& params, std::size_t method, Authority authority, RpcReply done);
+    /// `done`, but what an error tells of files elsewhere goes to the log instead.
+    RpcReply without_foreign_files(const nlohmann::json& params, RpcReply done) const;
 
     RpcContext context_;
     std::vector<Method> methods_;

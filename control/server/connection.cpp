@@ -36,11 +36,12 @@ asio::awaitable<void> wait(asio::steady_timer& bell) {
 
 }  // namespace
 
-Connection::Connection(ConnectionShared& shared, Socket socket, bool must_authorize)
+Connection::Connection(ConnectionShared& shared, Socket socket, Access access)
     : shared_(shared),
       socket_(std::move(socket)),
-      lines_(must_authorize ? shared.limits.unauthorized_line_bytes : shared.limits.line_bytes),
-      is_authorized_(!must_authorize),
+      lines_(access.must_show_token ? shared.limits.unauthorized_line_bytes : shared.limits.line_bytes),
+      authority_(access.authority),
+      is_authorized_(!access.must_show_token),
       room_(socket_.get_executor()),
       ready_(socket_.get_executor()),
       limit_(socket_.get_executor()) {}
@@ -97,11 +98,12 @@ bool Connection::take(std::string_view line) {
     }
     if (!is_authorized_) return take_first(line);
     auto slot = slots_.emplace_back(std::make_shared<Slot>());
-    shared_.rpc.handle(line, [post = shared_.post, weak = weak_from_this(), slot](std::string reply) {
+    const auto done = [post = shared_.post, weak = weak_from_this(), slot](std::string reply) {
         (*post)([weak, slot, reply = std::move(reply)]() mutable {
             if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
         });
-    });
+    };
+    shared_.rpc.handle(line, done, authority_);
     return true;
 }
 
@@ -114,8 +116,9 @@ bool Connection::take_first(std::string_view line) {
         refuse(
             rpc_code::application, ErrorKind::unauthorized,
             is_auth
-                ? "wrong token; it is the line in the rig's --token-file"
-                : R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}})");
+                ? "wrong token; it is the line in the rig's --token-file, or in its key file"
+                : R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}}: )"
+                  "the line in the rig's --token-file, or in its key file, which camrig call server.info names");
         return false;
     }
     is_authorized_ = true;

@@ -13,6 +13,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "control/rpc/limits.h"
+#include "control/rpc/method.h"
 #include "control/server/line_buffer.h"
 #include "control/server/loop_post.h"
 
@@ -40,7 +41,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
 public:
     using Socket = boost::asio::generic::stream_protocol::socket;
 
-    Connection(ConnectionShared& shared, Socket socket, bool must_authorize);
+    /// What a client of this door has to show, and what it may do then.
+    struct Access {
+        bool must_show_token = true;
+        Authority authority = Authority::look;
+    };
+
+    Connection(ConnectionShared& shared, Socket socket, Access access);
 
     void start();
     /// Takes no more requests; closes when what was asked is answered and sent.
@@ -74,6 +81,7 @@ private:
     LineBuffer lines_;
     std::deque<std::shared_ptr<Slot>> slots_;  ///< requests not yet answered and sent, oldest first
     std::size_t reply_bytes_ = 0;
+    const Authority authority_;  ///< once it is authorized
     bool is_authorized_;
     bool is_finishing_ = false;
     bool is_closed_ = false;

@@ -36,8 +36,8 @@ struct ControlServer::Impl {
     Result<void> listen_unix();
     Result<void> listen_tcp();
     template <typename Acceptor>
-    asio::awaitable<void> accept_loop(Acceptor& acceptor, bool must_authorize);
-    void take(Connection::Socket socket, bool must_authorize);
+    asio::awaitable<void> accept_loop(Acceptor& acceptor, Connection::Access access);
+    void take(Connection::Socket socket, Connection::Access access);
     void refuse(Connection::Socket socket);
     void closed(Connection* connection);
     void begin_stop();
@@ -48,6 +48,7 @@ struct ControlServer::Impl {
     local::acceptor unix_acceptor{loop};
     tcp::acceptor tcp_acceptor{loop};
     asio::steady_timer linger{loop};
+    std::string tcp_address;
     std::uint16_t tcp_port = 0;
     ConnectionShared shared{*options.rpc,
                             options.limits,
@@ -96,12 +97,13 @@ Result<void> ControlServer::Impl::listen_tcp() {
     step([&] { tcp_acceptor.bind(endpoint, failed); });
     step([&] { tcp_acceptor.listen(tcp::acceptor::max_listen_connections, failed); });
     step([&] { tcp_port = tcp_acceptor.local_endpoint(failed).port(); });
+    tcp_address = endpoint.address().to_string();
     if (failed) return error(ErrorKind::unavailable, place + ": " + failed.message());
     return {};
 }
 
 template <typename Acceptor>
-asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool must_authorize) {
+asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Connection::Access access) {
     while (acceptor.is_open()) {
         auto [failed, socket] = co_await acceptor.async_accept(no_result);
         if (!failed) {
@@ -110,7 +112,7 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool 
                 socket.set_option(tcp::no_delay(true), ignored);
                 socket.set_option(asio::socket_base::keep_alive(true), ignored);
             }
-            take(Connection::Socket(std::move(socket)), must_authorize);
+            take(Connection::Socket(std::move(socket)), access);
         } else if (acceptor.is_open()) {
             spdlog::warn("control: a connection could not be taken: {}", failed.message());
             asio::steady_timer pause(loop, accept_pause);
@@ -119,10 +121,10 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool 
     }
 }
 
-void ControlServer::Impl::take(Connection::Socket socket, bool must_authorize) {
+void ControlServer::Impl::take(Connection::Socket socket, Connection::Access access) {
     if (is_stopping) return;
     if (connections.size() >= options.limits.connections) return refuse(std::move(socket));
-    auto connection = std::make_shared<Connection>(shared, std::move(socket), must_authorize);
+    auto connection = std::make_shared<Connection>(shared, std::move(socket), access);
     connections.emplace(connection.get(), connection);
     open = connections.size();
     ++total;
@@ -172,9 +174,14 @@ Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOption
         if (!listened) return std::unexpected(listened.error());
     Impl& self = *impl;
     if (self.unix_acceptor.is_open())
-        asio::co_spawn(self.loop, self.accept_loop(self.unix_acceptor, false), asio::detached);
+        asio::co_spawn(self.loop,
+                       self.accept_loop(self.unix_acceptor, {.must_show_token = false, .authority = Authority::own}),
+                       asio::detached);
     if (self.tcp_acceptor.is_open())
-        asio::co_spawn(self.loop, self.accept_loop(self.tcp_acceptor, !self.options.token.empty()), asio::detached);
+        asio::co_spawn(self.loop,
+                       self.accept_loop(self.tcp_acceptor, {.must_show_token = !self.options.token.empty(),
+                                                            .authority = self.options.tcp_authority}),
+                       asio::detached);
     self.thread = std::thread([&self] { self.loop.run(); });
     return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
 }
@@ -186,6 +193,10 @@ ControlServer::~ControlServer() {
 
 std::uint16_t ControlServer::tcp_port() const {
     return impl_->tcp_port;
+}
+
+std::string ControlServer::tcp_address() const {
+    return impl_->tcp_address;
 }
 
 ControlCounts ControlServer::counts() const {

@@ -16,9 +16,10 @@ struct ControlServerOptions {
     /// answers is an error.
     std::string unix_path;
     std::string host = "127.0.0.1";
-    std::optional<std::uint16_t> tcp_port;  ///< nullopt: no TCP; 0: any free port
-    std::string token;                      ///< asked for on TCP; required unless host is loopback
-    RpcServer* rpc = nullptr;               ///< outlives the server
+    std::optional<std::uint16_t> tcp_port;         ///< nullopt: no TCP; 0: any free port
+    std::string token;                             ///< asked for on TCP; required unless host is loopback
+    Authority tcp_authority = Authority::command;  ///< of a TCP client that has shown the token, or where none is asked
+    RpcServer* rpc = nullptr;                      ///< outlives the server
     ControlLimits limits = {};
 };
 
@@ -44,6 +45,8 @@ public:
 
     /// 0 when there is no TCP.
     std::uint16_t tcp_port() const;
+    /// The address of TCP in numbers: "127.0.0.1", "::1"; empty when there is none.
+    std::string tcp_address() const;
     ControlCounts counts() const;
     /// Takes no more requests, gives answers in work a moment (limits.linger), closes every connection, removes the
     /// socket file and joins the thread. Twice is fine.

@@ -34,6 +34,10 @@ Result<void> clear_the_way(const std::string& path, const sockaddr_un& address) 
     if (::lstat(path.c_str(), &facts) != 0) return {};
     if (!S_ISSOCK(facts.st_mode))
         return failed(path, "there is a file of that name that is no socket; choose another --control");
+    if (facts.st_uid != ::geteuid()) {
+        return failed(path, "belongs to user " + std::to_string(facts.st_uid) + ", not to user " +
+                                std::to_string(::geteuid()) + "; have it removed, or choose another --control");
+    }
     if (is_alive(address)) {
         return error(ErrorKind::already_exists,
                      "control socket " + path +

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/number_text.h"
+
 namespace camrig {
 
 Result<CameraModel> CameraModel::create(ImageSize size, const Intrinsics& intrinsics, const Lens& lens) {
@@ -19,7 +21,7 @@ Result<CameraModel> CameraModel::create(ImageSize size, const Intrinsics& intrin
     if (!camera.survey_edges()) {
         return error(ErrorKind::invalid_argument, "lens: no pixel of the " + size.to_string() +
                                                       " picture is inside the lens's valid " +
-                                                      std::to_string(map->valid_angle() * 180.0 / std::numbers::pi) +
+                                                      number_text(map->valid_angle() * 180.0 / std::numbers::pi) +
                                                       " deg; check that size and intrinsics belong to this lens");
     }
     return camera;

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/number_text.h"
+
 namespace camrig {
 namespace {
 
@@ -23,7 +25,7 @@ Result<void> check_size(ImageSize size) {
 Result<double> focal_length(const char* what, int pixels, double fov_rad) {
     if (!(fov_rad > min_fov_rad && fov_rad < max_fov_rad)) {
         return error(ErrorKind::invalid_argument,
-                     std::string(what) + ": " + std::to_string(fov_rad / deg) +
+                     std::string(what) + ": " + number_text(fov_rad / deg) +
                          " deg is no field of view of a pinhole camera; use 0.01 to 179.9 deg");
     }
     return 0.5 * pixels / std::tan(0.5 * fov_rad);
@@ -63,9 +65,9 @@ Result<void> check_intrinsics(ImageSize size, const Intrinsics& k) {
         return error(ErrorKind::invalid_argument, "intrinsics: cx and cy must be within 1e6 pixels of the image");
     for (const double fov : {hfov_rad(size, k), vfov_rad(size, k)}) {
         if (!(fov > narrow_side * min_fov_rad && fov < max_fov_rad)) {
-            return error(ErrorKind::invalid_argument,
-                         "intrinsics: they mean a field of view of " + std::to_string(fov / deg) + " deg for size " +
-                             size.to_string() + "; a pinhole camera has 0.01 to 179.9 deg");
+            return error(ErrorKind::invalid_argument, "intrinsics: they mean a field of view of " +
+                                                          number_text(fov / deg) + " deg for size " + size.to_string() +
+                                                          "; a pinhole camera has 0.01 to 179.9 deg");
         }
     }
     return {};

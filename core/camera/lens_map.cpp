@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/number_text.h"
 #include "core/camera/polynomial.h"
 
 namespace camrig {
@@ -16,12 +17,6 @@ constexpr double tiny = 1e-8;
 /// How close to a pole the disc may come, relative to its radius. Closer, one unit in the last place of the radius
 /// moves the image by so much that no inverse could keep its residual; no picture reaches so far out.
 constexpr double pole_margin = 1e-4;
-
-std::string describe(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
-}
 
 }  // namespace
 
@@ -49,7 +44,7 @@ Result<LensMap> LensMap::create(const Lens& lens) {
         const std::string where = "lens: " + name + " coefficient " + std::to_string(i);
         if (!std::isfinite(k[i]) || std::abs(k[i]) > max_coefficient)
             return error(ErrorKind::invalid_argument,
-                         where + " is " + describe(k[i]) + "; it must be finite and within 1e9");
+                         where + " is " + number_text(k[i]) + "; it must be finite and within 1e9");
         if (i >= count && k[i] != 0.0) {
             return error(ErrorKind::invalid_argument,
                          where + " is one too many; " + name + " takes " + std::to_string(count));
@@ -81,7 +76,7 @@ Result<LensMap> LensMap::create(const Lens& lens) {
     if (map.valid_radius_ < min_valid_radius) {
         return error(ErrorKind::invalid_argument,
                      "lens: these " + name + " coefficients have no rising branch: the image folds back at " +
-                         describe(map.valid_angle() * 180.0 / pi) +
+                         number_text(map.valid_angle() * 180.0 / pi) +
                          " deg from the axis; check their order, sign and units against the calibration");
     }
     map.fill_guesses();

@@ -48,7 +48,8 @@ private:
     boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, HttpRequest& request);
     /// Fills `request` from the header fields, or says why it is refused.
     std::optional<Reply> examine(const Message& message, HttpRequest& request) const;
-    std::optional<Reply> check_access(const Message& message, const Target& target) const;
+    /// Whether this may be asked at all, and whether it may command.
+    std::optional<Reply> check_access(const Message& message, HttpRequest& request) const;
     /// Closes streams whose client has gone while we wait for pictures.
     boost::asio::awaitable<void> watch_peer();
     /// Lets the peer read our last answer: closing with unread input would reset the connection.

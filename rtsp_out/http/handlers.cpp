@@ -122,7 +122,8 @@ asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell,
 asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
     auto later = std::make_shared<Later<std::string>>(bell);
-    state.options.hooks.rpc(request.body, [later](std::string text) { later->set(std::move(text)); });
+    state.options.hooks.rpc(request.body, request.may_command,
+                            [later](std::string text) { later->set(std::move(text)); });
     auto got = co_await later->wait_for(state.options.limits.rpc_time);
     if (!got) co_return error_reply(got.error());
     if (got->empty()) {

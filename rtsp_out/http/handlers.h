@@ -22,6 +22,7 @@ struct HttpRequest {
     HttpRoute route;
     std::string if_none_match;
     std::string body;
+    bool may_command = false;  ///< POST /rpc: not only look
 };
 
 /// The methods of a path, as for the Allow field.

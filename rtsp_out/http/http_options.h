@@ -25,7 +25,7 @@ struct StaticFile {
 /// What the composition root plugs in. Every hook is called on the server's thread and must not block; a `reply` may be
 /// called once, later, from any thread, also after the server is gone.
 struct HttpHooks {
-    using Rpc = std::function<void(std::string body, std::function<void(std::string)> reply)>;
+    using Rpc = std::function<void(std::string body, bool may_command, std::function<void(std::string)> reply)>;
     using Stats = std::function<void(std::function<void(RigReport)> reply)>;
     using Truth =
         std::function<void(std::string camera, TimeNs min_ns, std::function<void(Result<std::string>)> reply)>;
@@ -60,7 +60,8 @@ struct HttpLimits {
 struct HttpOptions {
     std::string host = "127.0.0.1";   ///< address or name to listen on
     std::uint16_t port = 8080;        ///< 0: any free port
-    std::string token;                ///< empty: none; required unless `host` is loopback
+    std::string token;                ///< of every request; empty: none; required unless `host` is loopback
+    std::string command_key;          ///< without a token: what a `POST /rpc` shows to command; empty: all may
     FrameBus* bus = nullptr;          ///< outlives the server
     FrameFetcher* fetcher = nullptr;  ///< outlives the server
     HttpHooks hooks;

@@ -92,6 +92,7 @@ struct HttpServer::Impl {
     asio::io_context io{1};  // after state: connections that die with it use the state
     tcp::acceptor acceptor{io};
     asio::steady_timer pause{io};
+    std::string address;
     std::uint16_t port = 0;
     std::once_flag stopped;
     std::thread thread;
@@ -109,6 +110,7 @@ Result<void> HttpServer::Impl::listen() {
     if (failed)
         return error(ErrorKind::unavailable, "http: cannot listen on " + describe(*endpoint) + ": " + failed.message() +
                                                  "; choose another --http PORT (0: any free one)");
+    address = endpoint->address().to_string();
     port = acceptor.local_endpoint(failed).port();
     return {};
 }
@@ -189,6 +191,9 @@ Result<std::unique_ptr<HttpServer>> HttpServer::create(HttpOptions options) {
 
 std::uint16_t HttpServer::port() const {
     return impl_->port;
+}
+std::string HttpServer::address() const {
+    return impl_->address;
 }
 HttpCounts HttpServer::counts() const {
     return impl_->state.counts.read();

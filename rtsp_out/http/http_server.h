@@ -23,6 +23,8 @@ public:
 
     /// The port that is listened on.
     std::uint16_t port() const;
+    /// The address that is listened on, in numbers: "127.0.0.1", "::1".
+    std::string address() const;
     HttpCounts counts() const;
     /// Closes every connection and joins the thread. Twice is fine. Not from a hook.
     void stop();

@@ -182,3 +182,31 @@ def test_serving_what_cannot_be_served_is_one_clear_line(tmp_path):
         assert done.returncode == 1
         assert word in done.stderr
         assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_rig_of_another_version_is_said_to_be_one(tmp_path):
+    """An answer without a field that this command shows is neither made up nor shown as a parser's error."""
+    import threading
+
+    path = str(tmp_path / "old.sock")
+    with socket.socket(socket.AF_UNIX) as old:
+        old.bind(path)
+        old.listen()
+
+        def answer():
+            for _ in range(2):
+                with old.accept()[0] as client, client.makefile("rw") as lines:
+                    request = json.loads(lines.readline())
+                    result = {"cameras": [{"name": "a", "size": [64, 48]}]} if request["method"] == "camera.list" else {"name": "a"}
+                    lines.write(json.dumps({"jsonrpc": "2.0", "id": request["id"], "result": result}) + "\n")
+                    lines.flush()
+
+        threading.Thread(target=answer, daemon=True).start()
+        for words in (["camera", "list"], ["camera", "get", "a"]):
+            done = subprocess.run([os.environ["CAMRIG_BIN"], *words, "--control", path], capture_output=True, text=True, timeout=30)
+            assert done.returncode == 1 and "another version" in done.stderr and "json.exception" not in done.stderr, done.stderr
+
+
+def test_a_field_of_view_that_is_none_is_told_in_few_digits(rig):
+    with pytest.raises(camrig.CamrigError, match=r"vfov_deg: 200 deg is no field of view"):
+        rig.create_camera("wide", size=(64, 48), vfov_deg=200)

@@ -16,7 +16,7 @@ def browser():
 
 @pytest.fixture
 def page(browser, rig):
-    with opened(browser, rig.http_url) as shown:
+    with opened(browser, rig.page_url) as shown:
         yield shown
 
 
@@ -218,7 +218,7 @@ def test_a_hidden_page_costs_nothing(rig, page):
 def test_twelve_live_pictures_and_the_controls_still_answer(rig, browser):
     for number in range(11):
         rig.create_camera(f"eye_{number}", place="above" if number % 2 else "main", size=(320, 240), fps=15)
-    with opened(browser, rig.http_url, viewport={"width": 1600, "height": 1500}) as page:
+    with opened(browser, rig.page_url, viewport={"width": 1600, "height": 1500}) as page:
         until(page, "document.querySelectorAll('.tile canvas[data-frames]').length === 12")
         frames = "Object.fromEntries([...document.querySelectorAll('.tile')].map(one => [one.dataset.camera, Number(one.querySelector('canvas').dataset.frames)]))"
         then, at = page.evaluate(frames), page.evaluate("performance.now()")
@@ -236,7 +236,7 @@ def test_twelve_live_pictures_and_the_controls_still_answer(rig, browser):
 
 def test_links_lead_to_the_camera(rig, browser):
     rig.create_camera("door", size=(320, 240), outputs=[{"kind": "device", "number": 9}])
-    with opened(browser, rig.http_url) as page:
+    with opened(browser, rig.page_url) as page:
         page.click(".tile[data-camera=door]")
         until(page, "document.getElementById('link-list').textContent.includes('/door')")
         links = page.eval_on_selector_all("#link-list dd code", "all => all.map(one => one.textContent)")
@@ -252,7 +252,7 @@ def test_links_lead_to_the_camera(rig, browser):
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_on_a_phone_nothing_needs_sideways_scrolling(rig, browser, tmp_path):
-    with opened(browser, rig.http_url, viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True) as page:
+    with opened(browser, rig.page_url, viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True) as page:
         page.wait_for_selector("#map .actor")
         page.screenshot(path=str(tmp_path / "phone.png"), full_page=True)
         assert page.evaluate("[document.documentElement.scrollWidth, innerWidth]") == [360, 360]
@@ -290,6 +290,27 @@ def test_every_control_has_a_name_a_place_in_the_order_of_keys_and_enough_contra
     # Nor has any control an empty name in the browser's own tree for screen readers.
     unnamed = page.evaluate("[...document.querySelectorAll('button')].filter(one => one.checkVisibility() && !(one.getAttribute('aria-label') || one.textContent.trim())).length")
     assert unnamed == 0
+
+
+def test_without_the_key_the_page_looks_and_says_how_to_command(rig, browser):
+    with opened(browser, rig.http_url) as page:
+        page.focus("#view")
+        page.keyboard.press("ArrowLeft")
+        page.wait_for_selector("#messages .error")
+        assert "#key=" in page.text_content("#messages")
+        pan = rig.camera("main").get()["pose"]["pan_deg"]
+        # The printed link in the same tab: only the part after # is new, so nothing is loaded again.
+        page.goto(rig.page_url)
+        until(page, "location.hash === ''")
+        page.focus("#view")
+        page.keyboard.press("ArrowLeft")
+        wait_until(lambda: rig.camera("main").get()["pose"]["pan_deg"] == pytest.approx(pan + 4), what="the pan")
+        page.reload()
+        assert "key" not in page.url
+        page.wait_for_selector("#stage[aria-labelledby] #picture[data-frames]")
+        page.focus("#view")
+        page.keyboard.press("ArrowLeft")
+        wait_until(lambda: rig.camera("main").get()["pose"]["pan_deg"] == pytest.approx(pan + 8), what="the pan after a reload")
 
 
 def test_a_page_of_another_origin_can_neither_steer_nor_read(rig, browser, tmp_path):

@@ -25,6 +25,25 @@ std::string unknown_command(const CLI::App& app) {
     return problem + "; there are " + commands;
 }
 
+/// A word that belongs nowhere, and the options that it may be the beginning of.
+std::string unexpected_word(const CLI::App& app) {
+    const CLI::App* innermost = &app;
+    while (!innermost->get_subcommands().empty()) innermost = innermost->get_subcommands().front();
+    const auto words = app.remaining(true);
+    const auto option = std::ranges::find_if(words, [](const std::string& each) { return each.starts_with("-"); });
+    const std::string command = innermost == &app ? "camrig" : innermost->get_name();
+    if (option == words.end())
+        return command + ": '" + (words.empty() ? "" : words.front()) + "' is one word more than it takes";
+    const std::string name = option->substr(0, option->find('='));
+    std::string similar;
+    for (const CLI::App* each = innermost; each; each = each->get_parent())
+        for (const CLI::Option* known : each->get_options())
+            for (const std::string& known_name : known->get_lnames())
+                if (("--" + known_name).starts_with(name)) similar += (similar.empty() ? "--" : ", --") + known_name;
+    return command + ": no option " + name +
+           (similar.empty() || name.size() < 3 ? "" : "; did you mean " + similar + "?");
+}
+
 }  // namespace
 
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
@@ -68,7 +87,16 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
         if (problem.get_exit_code() == 0) return app.exit(problem, hooks.out, hooks.err);
         if (problem.get_name() == "RequiredError" && std::string_view(problem.what()).starts_with("A subcommand"))
             return context.usage(unknown_command(app));
+        if (problem.get_name() == "ExtrasError")
+            return context.usage(unexpected_word(app) + " (camrig --help, camrig COMMAND --help)");
         return context.usage(std::string(problem.what()) + " (camrig --help, camrig COMMAND --help)");
+    } catch (const nlohmann::json::exception& problem) {
+        // "[json.exception.out_of_range.403] key 'x' not found" -> what a person needs.
+        const std::string_view what = problem.what();
+        const auto end = what.find("] ");
+        return context.fail({ErrorKind::unsupported,
+                             "the rig's answer is not what this camrig expects; is the rig of another version? (" +
+                                 std::string(end == std::string_view::npos ? what : what.substr(end + 2)) + ")"});
     } catch (const std::exception& problem) {
         return context.fail({ErrorKind::internal, problem.what()});
     }

@@ -33,17 +33,18 @@ std::string vector_words(const json& numbers) {
 }
 
 std::string actor_words(const json& actor) {
-    return plain_text(actor["name"]) + ": " + plain_text(actor["behaviour"]) + " at " +
-           vector_words(actor["position"]) + ", shown from world time " + seconds_text(actor["applied_ns"]);
+    return plain_text(actor.at("name")) + ": " + plain_text(actor.at("behaviour")) + " at " +
+           vector_words(actor.at("position")) + ", shown from world time " + seconds_text(actor.at("applied_ns"));
 }
 
 int list_actors(const CliContext& context) {
     auto answer = context.call("actor.list");
     if (!answer) return context.fail(answer.error());
     std::vector<std::vector<std::string>> rows{{"NAME", "CLASS", "BEHAVIOUR", "CLIP", "POSITION", "YAW"}};
-    for (const json& actor : (*answer)["actors"])
-        rows.push_back({plain_text(actor["name"]), plain_text(actor["class"]), plain_text(actor["behaviour"]),
-                        plain_text(actor["clip"]), vector_words(actor["position"]), plain_text(actor["yaw_deg"])});
+    for (const json& actor : (*answer).at("actors"))
+        rows.push_back({plain_text(actor.at("name")), plain_text(actor.at("class")), plain_text(actor.at("behaviour")),
+                        plain_text(actor.at("clip")), vector_words(actor.at("position")),
+                        plain_text(actor.at("yaw_deg"))});
     return context.print(*answer, table(rows, 4));
 }
 
@@ -51,9 +52,9 @@ int list_events(const CliContext& context) {
     auto answer = context.call("event.list");
     if (!answer) return context.fail(answer.error());
     std::vector<std::vector<std::string>> rows{{"NAME", "WHEN", "FIRED", "LIMIT"}};
-    for (const json& event : (*answer)["events"])
-        rows.push_back({plain_text(event["name"]), plain_text(event["when"]), plain_text(event["fired"]),
-                        event["limit"] == 0 ? "" : plain_text(event["limit"])});
+    for (const json& event : (*answer).at("events"))
+        rows.push_back({plain_text(event.at("name")), plain_text(event.at("when")), plain_text(event.at("fired")),
+                        event.at("limit") == 0 ? "" : plain_text(event.at("limit"))});
     return context.print(*answer, table(rows, 2));
 }
 
@@ -142,7 +143,7 @@ void add_event_add(CLI::App& group, CliContext& context) {
             if (options->limit) params["limit"] = *options->limit;
             auto event = context.call("event.add", params);
             return event ? context.print(*event, options->name + ": waits from world time " +
-                                                     seconds_text((*event)["applied_ns"]))
+                                                     seconds_text((*event).at("applied_ns")))
                          : context.fail(event.error());
         };
     });
@@ -166,9 +167,10 @@ void add_event_wait(CLI::App& group, CliContext& context) {
                 context.call("event.wait", {{"since", options->since}, {"timeout_s", options->timeout_s}}, patience);
             if (!log) return context.fail(log.error());
             std::vector<std::vector<std::string>> rows{{"NUMBER", "EVENT", "ACTOR", "DATA", "TIME"}};
-            for (const json& event : (*log)["events"])
-                rows.push_back({plain_text(event["sequence"]), plain_text(event["event"]), plain_text(event["actor"]),
-                                event["data"].empty() ? "" : event["data"].dump(), seconds_text(event["world_ns"])});
+            for (const json& event : (*log).at("events"))
+                rows.push_back({plain_text(event.at("sequence")), plain_text(event.at("event")),
+                                plain_text(event.at("actor")), event.at("data").empty() ? "" : event.at("data").dump(),
+                                seconds_text(event.at("world_ns"))});
             return context.print(*log, table(rows, 4));
         };
     });

@@ -16,12 +16,12 @@ namespace {
 using nlohmann::json;
 
 std::string size_text(const json& camera) {
-    return plain_text(camera["size"][0]) + "x" + plain_text(camera["size"][1]);
+    return plain_text(camera.at("size").at(0)) + "x" + plain_text(camera.at("size").at(1));
 }
 
 std::string short_text(const json& camera) {
-    return camera["name"].get<std::string>() + ": " + size_text(camera) + " at " + plain_text(camera["fps"]) +
-           " frames/s, shown from world time " + seconds_text(camera["applied_ns"]);
+    return camera.at("name").get<std::string>() + ": " + size_text(camera) + " at " + plain_text(camera.at("fps")) +
+           " frames/s, shown from world time " + seconds_text(camera.at("applied_ns"));
 }
 
 std::string vector_text(const json& numbers) {
@@ -31,26 +31,26 @@ std::string vector_text(const json& numbers) {
 }
 
 std::string long_text(const json& camera) {
-    const json& pose = camera["pose"];
-    const json& k = camera["intrinsics"];
+    const json& pose = camera.at("pose");
+    const json& k = camera.at("intrinsics");
     std::vector<std::vector<std::string>> rows{
-        {"name", camera["name"].get<std::string>()},
+        {"name", camera.at("name").get<std::string>()},
         {"size", size_text(camera)},
-        {"fps", plain_text(camera["fps"])},
-        {"field of view", plain_text(camera["hfov_deg"]) + " x " + plain_text(camera["vfov_deg"]) + " deg"},
-        {"intrinsics", vector_text({k["fx"], k["fy"], k["cx"], k["cy"]}) + " px"},
-        {"position", vector_text(pose["position"]) + " m"},
-        {"pan, tilt, roll", vector_text({pose["pan_deg"], pose["tilt_deg"], pose["roll_deg"]}) + " deg"},
-        {"mounted on", camera["mount"].is_null()
-                           ? "nothing"
-                           : plain_text(camera["mount"]["actor"]) + " " + plain_text(camera["mount"]["node"])},
-        {"lens", plain_text(camera["lens"]["model"]) + " " + vector_text(camera["lens"]["coefficients"])},
-        {"near, far", plain_text(camera["near"]) + ", " + plain_text(camera["far"]) + " m"},
-        {"quality", camera["quality"].is_null() ? "the rig's" : plain_text(camera["quality"])},
-        {"code strip", camera["code_strip"] == true ? "yes" : "no"}};
-    for (const json& output : camera["outputs"]) rows.push_back({"output", output.dump()});
-    rows.push_back({"sequence", plain_text(camera["sequence"])});
-    rows.push_back({"readers", plain_text(camera["readers"])});
+        {"fps", plain_text(camera.at("fps"))},
+        {"field of view", plain_text(camera.at("hfov_deg")) + " x " + plain_text(camera.at("vfov_deg")) + " deg"},
+        {"intrinsics", vector_text({k.at("fx"), k.at("fy"), k.at("cx"), k.at("cy")}) + " px"},
+        {"position", vector_text(pose.at("position")) + " m"},
+        {"pan, tilt, roll", vector_text({pose.at("pan_deg"), pose.at("tilt_deg"), pose.at("roll_deg")}) + " deg"},
+        {"mounted on", camera.at("mount").is_null() ? "nothing"
+                                                    : plain_text(camera.at("mount").at("actor")) + " " +
+                                                          plain_text(camera.at("mount").at("node"))},
+        {"lens", plain_text(camera.at("lens").at("model")) + " " + vector_text(camera.at("lens").at("coefficients"))},
+        {"near, far", plain_text(camera.at("near")) + ", " + plain_text(camera.at("far")) + " m"},
+        {"quality", camera.at("quality").is_null() ? "the rig's" : plain_text(camera.at("quality"))},
+        {"code strip", camera.at("code_strip") == true ? "yes" : "no"}};
+    for (const json& output : camera.at("outputs")) rows.push_back({"output", output.dump()});
+    rows.push_back({"sequence", plain_text(camera.at("sequence"))});
+    rows.push_back({"readers", plain_text(camera.at("readers"))});
     return table(rows, 2);
 }
 
@@ -147,7 +147,7 @@ void add_set(CLI::App& camera, CliContext& context) {
             if (options->camera.has_pose()) {
                 auto state = client->call("camera.get", {{"name", options->name}});
                 if (!state) return context.fail(state.error());
-                present = (*state)["pose"];
+                present = (*state).at("pose");
             }
             auto params = camera_params(options->camera, present);
             if (!params) return context.usage(params.error().message);
@@ -163,10 +163,10 @@ int list(const CliContext& context) {
     auto answer = context.call("camera.list");
     if (!answer) return context.fail(answer.error());
     std::vector<std::vector<std::string>> rows{{"NAME", "SIZE", "FPS", "VFOV", "POSITION", "READERS"}};
-    for (const json& camera : (*answer)["cameras"]) {
-        rows.push_back({camera["name"].get<std::string>(), size_text(camera), plain_text(camera["fps"]),
-                        plain_text(camera["vfov_deg"]), vector_text(camera["world_pose"]["position"]),
-                        plain_text(camera["readers"])});
+    for (const json& camera : (*answer).at("cameras")) {
+        rows.push_back({camera.at("name").get<std::string>(), size_text(camera), plain_text(camera.at("fps")),
+                        plain_text(camera.at("vfov_deg")), vector_text(camera.at("world_pose").at("position")),
+                        plain_text(camera.at("readers"))});
     }
     return context.print(*answer, table(rows));
 }

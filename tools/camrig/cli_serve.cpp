@@ -37,6 +37,12 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->check(CLI::IsMember(h264_elements));
     serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
         ->check(is_port);
+    auto* open_loopback =
+        serve->add_flag("--open-loopback", options->open_loopback,
+                        "commands over loopback HTTP and TCP need no key: for containers and machines of "
+                        "one user");
+    serve->add_flag("--read-only", options->read_only, "HTTP and TCP only look: commands on the Unix socket alone")
+        ->excludes(open_loopback);
     serve->add_option("--mode", options->engine.mode, "realtime (default) or lockstep: moved by world.step only")
         ->transform(CLI::CheckedTransformer(modes).description("realtime|lockstep"));
     serve->add_option("--overload", options->engine.overload, "drop whole instants (default) or slow the world down")

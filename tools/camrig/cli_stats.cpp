@@ -23,26 +23,26 @@ std::vector<std::string> cells(const json& object, std::initializer_list<const c
 std::string words_of(const json& stats) {
     Rows cameras{{"CAMERA", "DUE", "RENDERED", "DROPPED", "IDLE"}};
     Rows readers{{"READER", "CAMERA", "FORMAT", "OFFERED", "DELIVERED", "DROPPED", "LATENCY MS"}};
-    for (const json& camera : stats["cameras"]) {
+    for (const json& camera : stats.at("cameras")) {
         cameras.push_back(cells(camera, {"name", "due", "rendered", "dropped", "idle"}));
-        for (const json& output : camera["outputs"]) {
-            for (const json& reader : output["readers"]) {
-                readers.push_back({plain_text(reader["kind"]) + " " + plain_text(reader["peer"]),
-                                   plain_text(camera["name"]), plain_text(output["format"]),
-                                   plain_text(reader["offered"]), plain_text(reader["delivered"]),
-                                   plain_text(reader["dropped"]), plain_text(reader["latency_ms"])});
+        for (const json& output : camera.at("outputs")) {
+            for (const json& reader : output.at("readers")) {
+                readers.push_back({plain_text(reader.at("kind")) + " " + plain_text(reader.at("peer")),
+                                   plain_text(camera.at("name")), plain_text(output.at("format")),
+                                   plain_text(reader.at("offered")), plain_text(reader.at("delivered")),
+                                   plain_text(reader.at("dropped")), plain_text(reader.at("latency_ms"))});
             }
         }
     }
     Rows stages{{"STAGE", "COUNT", "MEAN MS", "P50", "P99", "P99.9", "MAX"}};
-    for (const json& stage : stats["stages"])
+    for (const json& stage : stats.at("stages"))
         stages.push_back(cells(stage, {"name", "count", "mean_ms", "p50_ms", "p99_ms", "p999_ms", "max_ms"}));
-    std::string text = "world time " + seconds_text(stats["world_ns"]) + ", " + plain_text(stats["instants"]) +
-                       " instants, " + plain_text(stats["dropped_instants"]) + " dropped as a whole\n";
+    std::string text = "world time " + seconds_text(stats.at("world_ns")) + ", " + plain_text(stats.at("instants")) +
+                       " instants, " + plain_text(stats.at("dropped_instants")) + " dropped as a whole\n";
     text += "\n" + table(cameras);
     if (readers.size() > 1) text += "\n" + table(readers, 3);
     Rows renderer{{"RENDERER", "COUNT"}};
-    for (const auto& [name, value] : stats["renderer"].items()) renderer.push_back({name, plain_text(value)});
+    for (const auto& [name, value] : stats.at("renderer").items()) renderer.push_back({name, plain_text(value)});
     return text + "\n" + table(stages) + "\n" + table(renderer);
 }
 

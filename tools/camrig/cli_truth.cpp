@@ -31,14 +31,14 @@ std::string place_text(const json& position) {
 
 std::string truth_words(const json& truth) {
     std::vector<std::vector<std::string>> rows{{"ID", "NAME", "CLASS", "BOX", "POSITION", "VISIBLE", "OCCLUDED BY"}};
-    for (const json& object : truth["objects"]) {
-        rows.push_back({plain_text(object["id"]), plain_text(object["name"]), plain_text(object["class"]),
-                        box_text(object["box"]), place_text(object["position"]),
-                        percent_text(object["visible_fraction"]),
-                        object["occluded_by"].is_null() ? "-" : plain_text(object["occluded_by"])});
+    for (const json& object : truth.at("objects")) {
+        rows.push_back({plain_text(object.at("id")), plain_text(object.at("name")), plain_text(object.at("class")),
+                        box_text(object.at("box")), place_text(object.at("position")),
+                        percent_text(object.at("visible_fraction")),
+                        object.at("occluded_by").is_null() ? "-" : plain_text(object.at("occluded_by"))});
     }
-    return "frame " + plain_text(truth["sequence"]) + " of " + plain_text(truth["camera"]) + ", world time " +
-           seconds_text(truth["time_ns"]) + "\n" + table(rows, 5);
+    return "frame " + plain_text(truth.at("sequence")) + " of " + plain_text(truth.at("camera")) + ", world time " +
+           seconds_text(truth.at("time_ns")) + "\n" + table(rows, 5);
 }
 
 }  // namespace

@@ -18,17 +18,17 @@ constexpr std::chrono::seconds load_timeout{600};
 
 std::string words_of(const json& world) {
     std::string places;
-    for (const json& place : world["places"]) places += (places.empty() ? "" : ", ") + plain_text(place);
-    const bool is_lockstep = world["mode"] == "lockstep";
+    for (const json& place : world.at("places")) places += (places.empty() ? "" : ", ") + plain_text(place);
+    const bool is_lockstep = world.at("mode") == "lockstep";
     return table(
-        {{"scene", plain_text(world["scene"]) + " (" + plain_text(world["scene_file"]) + ")"},
-         {"world time", seconds_text(world["world_ns"]) + (world["paused"] == true ? ", paused" : "")},
-         {"mode", plain_text(world["mode"]) + (is_lockstep ? "" : ", overload " + plain_text(world["overload"]))},
-         {"quality", plain_text(world["quality"])},
-         {"seed", plain_text(world["seed"])},
-         {"objects", plain_text(world["objects"])},
-         {"actors", plain_text(world["actors"])},
-         {"cameras", plain_text(world["cameras"])},
+        {{"scene", plain_text(world.at("scene")) + " (" + plain_text(world.at("scene_file")) + ")"},
+         {"world time", seconds_text(world.at("world_ns")) + (world.at("paused") == true ? ", paused" : "")},
+         {"mode", plain_text(world.at("mode")) + (is_lockstep ? "" : ", overload " + plain_text(world.at("overload")))},
+         {"quality", plain_text(world.at("quality"))},
+         {"seed", plain_text(world.at("seed"))},
+         {"objects", plain_text(world.at("objects"))},
+         {"actors", plain_text(world.at("actors"))},
+         {"cameras", plain_text(world.at("cameras"))},
          {"places", places}},
         2);
 }

@@ -12,11 +12,6 @@
 
 namespace camrig {
 
-/// The socket of a rig's user-space devices, beside its control socket: `camrig exec` finds it by the same rule.
-inline std::string device_socket_of(const std::string& control) {
-    return control + ".devices";
-}
-
 /// Plugs cameras with an output {kind: "device", number: N} in as /dev/videoN and out again, as they come, change and
 /// go.
 class DeviceOutputs final : public CameraObserver {

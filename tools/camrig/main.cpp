@@ -2,7 +2,7 @@
 
 #include "tools/camrig/cli.h"
 #include "tools/camrig/cli_view.h"
-#include "tools/camrig/device_outputs.h"
+#include "tools/camrig/rig_folder.h"
 #include "v4l2_sink/preload/exec.h"
 
 int main(int argc, char** argv) {

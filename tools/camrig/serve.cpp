@@ -5,7 +5,9 @@
 #include <fstream>
 #include <mutex>
 #include <thread>
+#include <vector>
 
+#include <fcntl.h>
 #include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -15,12 +17,14 @@
 #include "control/server/control_server.h"
 #include "control/web/page_files.h"
 #include "core/base/clock.h"
+#include "core/base/command_key.h"
 #include "core/stream/local_frame_bus.h"
 #include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
 #include "tools/camrig/device_outputs.h"
 #include "tools/camrig/loopback_outputs.h"
+#include "tools/camrig/rig_folder.h"
 #include "tools/camrig/version.h"
 
 // The composition root: makes every part, plugs them together, and takes them down in the opposite order.
@@ -95,12 +99,68 @@ void tell_ready(int fd, const nlohmann::json& facts) {
     const std::string line = facts.dump() + "\n";
     if (::write(fd, line.data(), line.size()) != static_cast<ssize_t>(line.size()))
         spdlog::warn("--ready-fd {}: could not be written", fd);
-    ::close(fd);
+    if (fd > STDERR_FILENO) ::close(fd);
+}
+
+/// To be asked before anything else is opened: a number that nobody opened for us would soon be one of our own files.
+Result<void> check_ready_fd(int fd) {
+    const int flags = fd < 0 ? O_WRONLY : ::fcntl(fd, F_GETFL);
+    if (flags >= 0 && (flags & O_ACCMODE) != O_RDONLY) return {};
+    const std::string number = std::to_string(fd);
+    return error(ErrorKind::invalid_argument,
+                 "--ready-fd " + number +
+                     ": no file is open for writing there; in a shell: camrig serve ... --ready-fd " + number + " " +
+                     number + ">FILE");
+}
+
+/// Who may command over HTTP and TCP; the owner of the Unix socket always may.
+struct NetworkAccess {
+    std::string key = {};     ///< asked for with commands; empty: none, or the token's matter
+    std::string secret = {};  ///< what TCP asks for: the token, else the key
+    Authority authority = Authority::command;
+    std::string how_to_command = {};  ///< told to whom a command was refused
+};
+
+Result<NetworkAccess> network_access(const ServeOptions& options, const std::string& token) {
+    NetworkAccess access{.secret = token};
+    if (options.read_only) {
+        access.authority = Authority::look;
+        access.how_to_command = "this rig takes commands on its control socket " + options.control +
+                                " only (it was started with --read-only)";
+    } else if (token.empty() && !options.open_loopback) {
+        auto key = new_command_key();
+        if (!key) return std::unexpected(key.error());
+        access.key = access.secret = std::move(*key);
+        access.how_to_command =
+            "commands need this rig's key: open the page by the link that camrig serve printed (it ends in #key=...), "
+            "or "
+            "send 'Authorization: Bearer KEY' with the line in the rig's key file, which camrig call server.info names";
+    }
+    return access;
+}
+
+/// Where clients of this user find the key by themselves. Without them the rig goes on: the printed link carries the
+/// key, so that nobody stops a rig by taking a name in /tmp.
+std::vector<CommandKeyFile> write_key_files(const std::string& key, const HttpServer& http,
+                                            const ControlServer& control, Facts& facts) {
+    std::vector<CommandKeyFile> files;
+    if (key.empty()) return files;
+    const auto write = [&](const std::string& address, std::uint16_t port) {
+        auto file = CommandKeyFile::create(key, address, port);
+        if (!file)
+            return spdlog::warn("{}; until then no client finds the key for commands by itself", file.error().message);
+        if (files.empty()) facts.add("key_file", file->path());
+        files.push_back(std::move(*file));
+    };
+    write(http.address(), http.port());
+    if (control.tcp_port() != 0) write(control.tcp_address(), control.tcp_port());
+    return files;
 }
 
 }  // namespace
 
 int run_serve(const ServeOptions& options) {
+    if (auto open = check_ready_fd(options.ready_fd); !open) return fail(open.error());
     std::signal(SIGPIPE, SIG_IGN);
     // glibc gives new threads heaps of their own, which streams that come and go would leave behind half empty.
     mallopt(M_ARENA_MAX, max_heaps);
@@ -108,8 +168,13 @@ int run_serve(const ServeOptions& options) {
 
     auto token = read_token(options.token_file);
     if (!token) return fail(token.error());
+    auto access = network_access(options, *token);
+    if (!access) return fail(access.error());
+    auto folder = RigFolder::claim(options.control);
+    if (!folder) return fail(folder.error());
     auto scene = load_scene(options.scene);
     if (!scene) return fail(scene.error());
+    const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
 
     // The engine's thread has no time for text, and the HTTP server's must not wait for it.
     WorkThread truth_text(max_truths_waiting);
@@ -133,16 +198,24 @@ int run_serve(const ServeOptions& options) {
     facts.add("control", options.control);
     facts.add("host", options.host);
     facts.add("devices", device_socket_of(options.control));
-    RpcServer rpc({**engine, **engine, [&facts] { return facts.get(); }, [] { StopSignal::raise(); }, *token});
+    RpcServer rpc({.commands = **engine,
+                   .frames = **engine,
+                   .info = [&facts] { return facts.get(); },
+                   .shutdown = [] { StopSignal::raise(); },
+                   .token = access->secret,
+                   .how_to_command = access->how_to_command,
+                   .scenes = scenes});
 
     HttpOptions http_options;
     http_options.host = options.host;
     http_options.port = options.http_port;
     http_options.token = *token;
+    http_options.command_key = access->key;
     http_options.bus = &bus;
     http_options.fetcher = engine->get();
-    http_options.hooks.rpc = [&rpc](std::string body, std::function<void(std::string)> reply) {
-        rpc.handle(body, std::move(reply));
+    http_options.hooks.rpc = [&rpc, granted = access->authority](std::string body, bool may_command,
+                                                                 std::function<void(std::string)> reply) {
+        rpc.handle(body, std::move(reply), may_command ? granted : Authority::look);
     };
     http_options.hooks.stats = [&engine = **engine](std::function<void(RigReport)> reply) {
         engine.post(Request<GetStats>{{}, [reply = std::move(reply)](Result<RigReport> report) {
@@ -186,17 +259,22 @@ int run_serve(const ServeOptions& options) {
     control_options.unix_path = options.control;
     control_options.host = options.host;
     control_options.tcp_port = options.tcp_port;
-    control_options.token = *token;
+    control_options.token = access->secret;
+    control_options.tcp_authority = access->authority;
     control_options.rpc = &rpc;
     auto control = ControlServer::create(std::move(control_options));
     if (!control) return fail(control.error());
     facts.add("tcp", (*control)->tcp_port());
+    auto keys = write_key_files(access->key, **http, **control, facts);
 
     std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());
     std::printf("  control  %s\n", options.control.c_str());
-    if (options.tcp_port) std::printf("  control  %s:%u\n", options.host.c_str(), (*control)->tcp_port());
-    std::printf("  http     http://%s:%u/\n", options.host.c_str(), (*http)->port());
-    const char* const host = options.host.c_str();
+    const std::string url_host = options.host.find(':') == std::string::npos ? options.host : "[" + options.host + "]";
+    const char* const host = url_host.c_str();
+    if (options.tcp_port) std::printf("  control  %s:%u\n", host, (*control)->tcp_port());
+    // As a fragment the key stays in the browser: it is neither sent nor logged when the page is asked for.
+    const std::string key = access->key.empty() ? "" : "#key=" + access->key;
+    std::printf("  http     http://%s:%u/%s\n", host, (*http)->port(), key.c_str());
     for (const auto& camera : bus.cameras()) {
         const char* const name = camera.name.c_str();
         std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, (*http)->port(), name);
@@ -206,6 +284,7 @@ int run_serve(const ServeOptions& options) {
     tell_ready(options.ready_fd, facts.get());
 
     stop.wait();
+    keys.clear();  // before their ports are free for another rig
     (*control)->stop();
     (*rtsp)->stop();
     (*http)->stop();

@@ -18,6 +18,8 @@ struct ServeOptions {
     std::uint16_t rtsp_port = 8554;
     std::optional<std::uint16_t> tcp_port;
     std::filesystem::path token_file;
+    bool open_loopback = false;                 ///< commands over loopback need no key
+    bool read_only = false;                     ///< no commands over HTTP and TCP at all
     std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
     std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
     EngineOptions engine;

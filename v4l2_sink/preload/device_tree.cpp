@@ -1,7 +1,10 @@
 #include "v4l2_sink/preload/device_tree.h"
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
+
+#include <sys/stat.h>
 
 namespace camrig {
 
@@ -33,6 +36,13 @@ Result<DeviceTree> DeviceTree::create(std::string_view socket_path) {
     const std::string root = std::string(socket_path) + ".tree";
     std::error_code problem;
     fs::remove_all(root, problem);
+    // Only a folder that did not exist a moment ago is empty and ours: in one that somebody prepared, a link named like
+    // a device would send what we write into any file of this user.
+    if (!problem && ::mkdir(root.c_str(), 0700) != 0) problem = std::error_code(errno, std::generic_category());
+    if (problem)
+        return error(ErrorKind::unavailable,
+                     root + ": " + problem.message() +
+                         "; the files of devices need a new folder of that name: have the old one removed");
     for (const char* folder : {"/dev/v4l/by-id", "/sys/class/video4linux", "/sys/dev/char"}) {
         fs::create_directories(root + folder, problem);
         if (problem)

@@ -11,7 +11,8 @@ namespace camrig {
 /// has its layout). It stands beside the socket as SOCKET.tree and is removed with its owner.
 class DeviceTree {
 public:
-    /// Starts with an empty tree; what a crashed rig left behind goes.
+    /// Starts with an empty tree that only this user can enter; what a crashed rig left behind goes. unavailable: it
+    /// cannot be removed or made, for instance because it is another user's.
     static Result<DeviceTree> create(std::string_view socket_path);
     DeviceTree(DeviceTree&& other) noexcept : root_(std::move(other.root_)) { other.root_.clear(); }
     DeviceTree& operator=(DeviceTree&&) = delete;

@@ -16,7 +16,7 @@ namespace camrig::client {
 
 struct ConnectOptions {
     std::string control = {};  ///< a socket's path or HOST:PORT; empty: as for the command line ($CAMRIG_CONTROL, ..)
-    std::string token = {};    ///< for TCP, where the rig asks for one
+    std::string token = {};    ///< for TCP beyond this machine; a rig of this user is found with its key
     std::chrono::milliseconds timeout{30'000};  ///< longest wait of a call, for the connection and for the answer
 };
 

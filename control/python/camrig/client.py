@@ -96,9 +96,9 @@ class Client:
                 return connection
             connection.close()
         connection = self._connector(deadline)
-        if self._token:
+        if token := self._token or connection.key:
             try:
-                self._exchange(connection, "auth", {"token": self._token}, deadline)
+                self._exchange(connection, "auth", {"token": token}, deadline)
             except (OSError, CamrigError) as problem:
                 connection.close()
                 if isinstance(problem, CamrigError):

@@ -26,7 +26,7 @@ def rig_options() -> argparse.ArgumentParser:
     """A parent parser with the options that all commands take, before or after their own."""
     parser = argparse.ArgumentParser(add_help=False)
     # SUPPRESS: a subparser's default must not undo what was given before the subcommand.
-    parser.add_argument("--control", default=argparse.SUPPRESS, help="the rig's control socket: a path, or HOST:PORT")
+    parser.add_argument("--control", default=argparse.SUPPRESS, help="the rig's control socket: a path, HOST:PORT or http://HOST:PORT")
     parser.add_argument("--token-file", default=argparse.SUPPRESS, help="file with the token of the rig")
     parser.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="machine-readable output")
     return parser

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import urllib.parse
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Mapping, Protocol, Sequence
 
@@ -157,6 +159,16 @@ class Rig:
         return self._url("http")
 
     @property
+    def page_url(self) -> str:
+        """The web page, with the key that it needs to command (docs/web-page.md): for a browser, and for nobody else to see."""
+        path = self.info().get("key_file")
+        try:
+            key = Path(path).read_text().strip() if path else None
+        except OSError as problem:
+            raise CamrigError("unauthorized", f"{path}: {problem.strerror}; only the user whose rig it is reads its key") from problem
+        return f"{self.http_url}/" + (f"#key={key}" if key else "")
+
+    @property
     def rtsp_url(self) -> str:
         """``rtsp://host:port``, without a slash at the end."""
         return self._url("rtsp")
@@ -206,6 +218,18 @@ def default_control_path() -> str:
     return f"/tmp/camrig-{os.getuid()}.sock"
 
 
+def _parts_of(url: str) -> tuple[str, int, str | None]:
+    """Host, port and, if it is there, the key of an address as `camrig serve` prints it."""
+    try:
+        parts = urllib.parse.urlsplit(url)
+        host, port = parts.hostname, parts.port
+    except ValueError as problem:
+        raise CamrigError("invalid_argument", f"connect: '{url}': {problem}") from None
+    if not host or parts.path not in ("", "/") or parts.query:
+        raise CamrigError("invalid_argument", f"connect: '{url}' is not http://HOST:PORT")
+    return host, port or 80, urllib.parse.parse_qs(parts.fragment).get("key", [None])[0]
+
+
 def connect(
     control: str | os.PathLike[str] | None = None,
     *,
@@ -217,9 +241,16 @@ def connect(
 ) -> Rig:
     """Connects to a running rig and checks that it answers.
 
-    control: its Unix socket (default: as for the command line). host with port: control over TCP (`serve --tcp`). host with
-    http_port: control over HTTP (`POST /rpc`), which every rig has. timeout: seconds for each call that names none itself.
+    control: its Unix socket (default: as for the command line), or "http://HOST:PORT": control over HTTP (`POST /rpc`), which every
+    rig has; the link that `camrig serve` prints will do. host with http_port is the same; host with port: control over TCP (`serve --tcp`).
+    token: where the rig asks for one; the key of a rig of this user on this machine is found. timeout: seconds for each call that names
+    none itself.
     """
+    if isinstance(control, str) and control.startswith("http://"):
+        if host is not None or port is not None or http_port is not None:
+            raise CamrigError("invalid_argument", "connect: give an http:// address, or host and port")
+        host, http_port, key = _parts_of(control)
+        return connect(host=host, http_port=http_port, token=token or key, timeout=timeout)
     if host is None:
         if port is not None or http_port is not None:
             host = "127.0.0.1"

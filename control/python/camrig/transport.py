@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from typing import Callable
 
 from .errors import CamrigError, CamrigTimeout
+from .runtime import check_server, command_key
 
 #: Longest answer: a raw 8192x8192 frame of 4 bytes a pixel in base64, and some.
 MAX_ANSWER_BYTES = 400 << 20
@@ -31,6 +32,9 @@ def _left(deadline: Deadline) -> float:
 
 
 class Connection(ABC):
+    #: What this connection has to begin with, when the client was given no token.
+    key: str | None = None
+
     @abstractmethod
     def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
         """Sends one line and returns the answer's. Raises TimeoutError, OSError or CamrigError; then it is of no more use."""
@@ -89,7 +93,7 @@ class HttpConnection(Connection):
         self._connection = http.client.HTTPConnection(host, port, timeout=_left(deadline))
         self._connection.connect()
         self._headers = {"Content-Type": "application/json"}
-        if token:
+        if token := token or command_key(self._connection.sock):
             self._headers["Authorization"] = f"Bearer {token}"
 
     def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
@@ -140,6 +144,11 @@ def unix_connector(path: str | os.PathLike[str]) -> Connector:
             raise CamrigError(
                 "unavailable", f"no rig at {path} ({problem.strerror or problem}); start one with: camrig serve SCENE --control {path}"
             ) from problem
+        try:
+            check_server(sock, path)
+        except CamrigError:
+            sock.close()
+            raise
         return LineConnection(sock)
 
     return connect
@@ -154,7 +163,9 @@ def tcp_connector(host: str, port: int) -> Connector:
                 "unavailable", f"no rig at {host}:{port} ({problem}); start one with: camrig serve SCENE --host {host} --tcp {port}"
             ) from problem
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return LineConnection(sock)
+        connection = LineConnection(sock)
+        connection.key = command_key(sock)
+        return connection
 
     return connect
 

@@ -1,5 +1,6 @@
 // Where programs find the camera that is shown large: addresses and lines to copy.
 import { listen, selectedCamera, state } from './state.js';
+import { forgetKey } from './key.js';
 import { tell } from './messages.js';
 
 const list = document.getElementById('link-list');
@@ -9,6 +10,7 @@ let shown = '';
 const address = new URL(location.href);
 if (address.searchParams.has('token')) {
   sessionStorage.setItem('camrig-token-asked', '1');
+  forgetKey();
   address.searchParams.delete('token');
   history.replaceState(null, '', address);
 }

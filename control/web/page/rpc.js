@@ -1,4 +1,5 @@
 // Calls of the control protocol (docs/control-protocol.md) by POST /rpc.
+import { authorization } from './key.js';
 
 export class RpcError extends Error {
   constructor({ message, data }) {
@@ -10,7 +11,8 @@ export class RpcError extends Error {
 async function post(body, signal) {
   let reply;
   try {
-    reply = await fetch('rpc', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body), signal });
+    const headers = { 'Content-Type': 'application/json', ...authorization() };
+    reply = await fetch('rpc', { method: 'POST', headers, body: JSON.stringify(body), signal });
   } catch (problem) {
     if (problem.name === 'AbortError') throw problem;
     throw new RpcError({ message: 'no answer from the rig: ' + problem.message, data: { kind: 'unavailable' } });

@@ -339,6 +339,22 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
     }
 }
 
+TEST_F(Cli, AnOptionThatIsNoneIsNamedWithWhatItMayHaveMeant) {
+    EXPECT_THAT(at_rig({"camera", "create", "a", "--vfov", "60"}).err,
+                AllOf(HasSubstr("create: no option --vfov"), HasSubstr("did you mean --vfov-deg?")));
+    EXPECT_THAT(at_rig({"camera", "create", "a", "--siez", "1x1"}).err,
+                AllOf(HasSubstr("no option --siez"), Not(HasSubstr("did you mean"))));
+    EXPECT_THAT(at_rig({"camera", "get", "a", "b"}).err, HasSubstr("get: 'b' is one word more"));
+}
+
+TEST_F(Cli, AnOutOfRangeValueIsToldOnceAndWithFewDigits) {
+    const Outcome rate = at_rig({"camera", "create", "a", "--fps", "0"});
+    EXPECT_THAT(rate.err, AllOf(HasSubstr("fps: '0"), Not(HasSubstr("fps: fps"))));
+    const Outcome fov =
+        at_rig({"camera", "create", "a", "--position", "0,0,1", "--look-at", "1,1,1", "--vfov-deg", "200"});
+    EXPECT_THAT(fov.err, AllOf(HasSubstr("200 deg"), Not(HasSubstr("200.0"))));
+}
+
 TEST(CliServe, OptionsAreThoseOfTheContract) {
     const Outcome done = run({"serve",          "scenes/hall.json",
                               "--control",      "/tmp/c.sock",

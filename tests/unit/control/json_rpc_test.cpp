@@ -56,6 +56,26 @@ TEST(JsonRpc, ParametersByPositionAreRefusedWithAHint) {
     }
 }
 
+// In a batch too: each request of it is looked at by itself.
+TEST(JsonRpc, WhoMayOnlyLookIsToldHowToCommandAndChangesNothing) {
+    RpcHarness rpc;
+    for (const Method& method : rpc.server.methods()) {
+        const json request{
+            {"jsonrpc", "2.0"}, {"id", 1}, {"method", method.name}, {"params", json::parse(method.example)}};
+        const json reply = json::parse(rpc.handle("[" + request.dump() + "]", Authority::look)).at(0);
+        const bool is_refused =
+            reply.contains("error") && reply["error"]["data"]["kind"] == "unauthorized" && method.name != "auth";
+        const auto verb = method.name.substr(method.name.find('.') + 1);
+        const bool only_asks = verb == "get" || verb == "list" || verb == "status" || verb == "info" ||
+                               method.name == "event.wait" || method.name == "auth";
+        EXPECT_EQ(is_refused, !only_asks) << method.name << ": " << reply.dump();
+        if (is_refused) {
+            EXPECT_EQ(reply["error"]["message"], method.name + ": this is how to command");
+        }
+    }
+    EXPECT_EQ(rpc.shutdowns, 0);
+}
+
 TEST(JsonRpc, UnknownMethodsAreNotFound) {
     RpcHarness rpc;
     const json error = error_of(rpc.handle(R"({"jsonrpc":"2.0","id":1,"method":"camera.fly"})"));

@@ -21,13 +21,12 @@ struct RpcHarness {
                                 [this] { ++shutdowns; },
                                 "correct-token",
                                 {},
-                                {},
-                                {}}};
+                                "this is how to command"}};
 
-    std::string handle(std::string_view text) {
+    std::string handle(std::string_view text, Authority authority = Authority::own) {
         auto answered = std::make_shared<std::promise<std::string>>();
         auto answer = answered->get_future();
-        server.handle(text, [answered](std::string reply) { answered->set_value(std::move(reply)); });
+        server.handle(text, [answered](std::string reply) { answered->set_value(std::move(reply)); }, authority);
         return answer.get();
     }
     nlohmann::json call(std::string_view method, const nlohmann::json& params) {

@@ -29,7 +29,7 @@ TEST_F(Limits, APortInUseIsAnErrorThatSaysSo) {
 }
 
 TEST_F(Limits, LargeBodiesAreRefusedBeforeAndWhileTheyCome) {
-    options.hooks.rpc = [](const std::string&, const auto& reply) { reply("{}"); };
+    options.hooks.rpc = [](const std::string&, bool, const auto& reply) { reply("{}"); };
     start();
     EXPECT_EQ(post_rpc(std::string(1024 * 1024, ' ')).status, 200);
     const std::string head = "POST /rpc HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n";
@@ -43,7 +43,7 @@ TEST_F(Limits, LargeBodiesAreRefusedBeforeAndWhileTheyCome) {
 }
 
 TEST_F(Limits, ExpectContinueIsAnswered) {
-    options.hooks.rpc = [](const std::string& body, const auto& reply) { reply(body); };
+    options.hooks.rpc = [](const std::string& body, bool, const auto& reply) { reply(body); };
     start();
     TestClient client(server->port());
     client.send(
@@ -124,7 +124,7 @@ TEST_F(Limits, APictureThatNeverComesIsAnErrorAfterTheTimeLimit) {
 }
 
 TEST_F(Limits, AHookThatThrowsIsA500AndTheServerLivesOn) {
-    options.hooks.rpc = [](const std::string&, const auto&) { throw std::runtime_error("bug"); };
+    options.hooks.rpc = [](const std::string&, bool, const auto&) { throw std::runtime_error("bug"); };
     start();
     EXPECT_EQ(post_rpc("{}").status, 500);
     EXPECT_EQ(get("/healthz").status, 200);

@@ -97,7 +97,7 @@ TEST_F(Routes, TruthComesFromItsHook) {
 
 TEST_F(Routes, RpcMayAnswerLaterFromAnotherThread) {
     std::thread later;
-    options.hooks.rpc = [&later](std::string body, std::function<void(std::string)> reply) {
+    options.hooks.rpc = [&later](std::string body, bool, std::function<void(std::string)> reply) {
         later = std::thread([body = std::move(body), reply = std::move(reply)] { reply("[" + body + "]"); });
     };
     start();
@@ -110,7 +110,7 @@ TEST_F(Routes, RpcMayAnswerLaterFromAnotherThread) {
 
 TEST_F(Routes, RpcIsForJsonFromProgramsAndOwnPagesOnly) {
     int asked = 0;
-    options.hooks.rpc = [&asked](const std::string&, const auto& reply) {
+    options.hooks.rpc = [&asked](const std::string&, bool, const auto& reply) {
         ++asked;
         reply("");
     };
@@ -125,6 +125,20 @@ TEST_F(Routes, RpcIsForJsonFromProgramsAndOwnPagesOnly) {
     EXPECT_EQ(post_rpc("{}", json + "Sec-Fetch-Site: cross-site\r\n").status, 403);
     EXPECT_EQ(get("/rpc").status, 405);
     EXPECT_EQ(asked, 2);
+}
+
+TEST_F(Routes, WithoutTheKeyAndWithAWrongOneARequestMayOnlyLook) {
+    options.command_key = "0123456789abcdef";
+    options.hooks.rpc = [](const std::string&, bool may_command, const auto& reply) {
+        reply(may_command ? "[1]" : "[0]");
+    };
+    start();
+    const std::string json = "Content-Type: application/json\r\n";
+    EXPECT_EQ(post_rpc("{}", json + "Authorization: Bearer 0123456789abcdef\r\n").body, "[1]");
+    for (const char* field : {"", "Authorization: Bearer 0123456789abcdeX\r\n", "Authorization: Bearer \r\n",
+                              "Authorization: Basic 0123456789abcdef\r\n"})
+        EXPECT_EQ(post_rpc("{}", json + field).body, "[0]") << field;
+    EXPECT_EQ(get("/cameras").status, 200);
 }
 
 TEST_F(Routes, AForeignHostNameIsRefused) {

@@ -111,6 +111,33 @@ TEST(DeviceServer, TheTreeShowsWhatDevAndSysWouldShow) {
     EXPECT_FALSE(std::filesystem::exists(tree));
 }
 
+// What a stranger prepared under the tree's name would send our writing into any file of ours.
+TEST(DeviceServer, ATreeThatCannotBeRemovedIsNotWrittenInto) {
+    namespace fs = std::filesystem;
+    constexpr uid_t nobody = 65534;
+    const fs::path folder = fs::path(testing::TempDir()) / ("prepared_tree_" + std::to_string(::getpid()));
+    const fs::path tree = folder / "devices.tree", victim = folder / "victim";
+    fs::create_directories(tree / "dev");
+    std::ofstream(victim) << "precious";
+    fs::create_symlink(victim, tree / "dev/video10");
+    fs::permissions(folder, fs::perms(0755));
+    fs::permissions(tree / "dev", fs::perms(0555));
+    if (::geteuid() == 0) ASSERT_EQ(::chown(victim.c_str(), nobody, nobody), 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        // Root may remove whatever it likes; an ordinary user may not.
+        if (::geteuid() == 0 && ::setuid(nobody) != 0) ::_exit(2);
+        auto made = DeviceTree::create((folder / "devices").string());
+        ::_exit(made && made->add(10, "lobby") ? 1 : 0);
+    }
+    int ended = -1;
+    ::waitpid(child, &ended, 0);
+    EXPECT_EQ(ended, 0);
+    EXPECT_EQ(fs::file_size(victim), 8u);
+    fs::permissions(tree / "dev", fs::perms(0755));
+    fs::remove_all(folder);
+}
+
 TEST(DeviceServer, WhoBreaksTheProtocolIsThrownOutAndOthersGoOn) {
     TestRig rig;
     const UniqueFd honest = connect_to(rig.server->socket_path());

@@ -1,0 +1,48 @@
+#include "tools/camrig/rig_folder.h"
+
+#include <cerrno>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
+#include "core/base/private_folder.h"
+
+namespace camrig {
+namespace {
+
+/// How often a rig that ends may remove the folder between our making and our locking it.
+constexpr int max_attempts = 100;
+
+bool is_still_at(const UniqueFd& folder, const std::string& path) {
+    struct stat held{}, named{};
+    return ::fstat(folder.get(), &held) == 0 && ::lstat(path.c_str(), &named) == 0 && held.st_dev == named.st_dev &&
+           held.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+Result<RigFolder> RigFolder::claim(const std::string& control) {
+    const std::string path = path_of(control);
+    for (int attempt = 0; attempt < max_attempts; ++attempt) {
+        if (auto made = make_private_folder(path); !made)
+            return error(made.error().kind, made.error().message + "; or choose another --control");
+        UniqueFd folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+        if (!folder) continue;
+        // Some network file systems lock no folders; the sockets' own checks have to do there.
+        if (::flock(folder.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            return error(ErrorKind::already_exists,
+                         "control socket " + control +
+                             ": another rig lives there; end it (camrig call server.shutdown) or choose another "
+                             "--control");
+        }
+        if (is_still_at(folder, path)) return RigFolder(path, std::move(folder));
+    }
+    return error(ErrorKind::unavailable, path + ": somebody removes it as often as it is made");
+}
+
+RigFolder::~RigFolder() {
+    if (!path_.empty()) ::rmdir(path_.c_str());  // before the lock goes
+}
+
+}  // namespace camrig
