@@ -148,3 +148,54 @@ def test_a_closed_rig_says_so(client_rig):
     client_rig.close()
     with pytest.raises(camrig.CamrigError, match="closed"):
         client_rig.info()
+
+
+@pytest.fixture
+def keys(tmp_path, monkeypatch):
+    """This user's folder of keys."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    (tmp_path / "camrig").mkdir(mode=0o700)
+    return tmp_path / "camrig"
+
+
+def test_the_key_of_a_rig_of_this_user_is_found_by_its_address(keys):
+    fake = fake_rig.FakeRig()
+    fake.handlers["auth"] = lambda params: {"authorized": True}
+    http, http_port = fake_rig.serve_http(fake, "the-key")
+    tcp, tcp_port = fake_rig.serve_tcp(fake)
+    (keys / f"127.0.0.1:{http_port}.key").write_text("the-key\n")
+    (keys / f"127.0.0.1:{tcp_port}.key").write_text("another-key\n")
+    camrig.connect(f"http://127.0.0.1:{http_port}").close()
+    camrig.connect(host="localhost", port=tcp_port).close()
+    assert ("auth", {"token": "another-key"}) in fake.requests
+    (keys / f"127.0.0.1:{http_port}.key").rename(keys / f"[::1]:{http_port}.key")
+    with pytest.raises(camrig.CamrigError, match="refused the token"):
+        camrig.connect(host="127.0.0.1", http_port=http_port)
+    camrig.connect(f"http://127.0.0.1:{http_port}/#key=the-key").close()
+    for server in (http, tcp):
+        server.shutdown()
+        server.server_close()
+
+
+@pytest.mark.parametrize("planted", ["folder open to all", "link"])
+def test_a_key_that_others_could_have_written_is_not_shown(keys, planted):
+    fake = fake_rig.FakeRig()
+    server, port = fake_rig.serve_tcp(fake)
+    key = keys / f"127.0.0.1:{port}.key"
+    if planted == "link":
+        (keys / "elsewhere").write_text("planted")
+        key.symlink_to(keys / "elsewhere")
+    else:
+        key.write_text("planted")
+        keys.chmod(0o755)
+    camrig.connect(host="127.0.0.1", port=port).close()
+    assert [method for method, _ in fake.requests] == ["server.info"]
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.mark.parametrize("address", ["http://", "http://:80", "http://127.0.0.1:99999", "http://127.0.0.1:80/cameras"])
+def test_an_address_that_is_none_is_said_to_be(address):
+    with pytest.raises(camrig.CamrigError) as refused:
+        camrig.connect(address)
+    assert refused.value.kind == "invalid_argument"

@@ -1,6 +1,7 @@
 // The rig's side alone: rings, the tree, hostile peers.
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -10,10 +11,13 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "tests/unit/v4l2_sink/preload/test_rig.h"
 #include "v4l2_sink/preload/device_modes.h"
 #include "v4l2_sink/preload/device_ring.h"
+#include "v4l2_sink/preload/device_tree.h"
 
 namespace camrig {
 namespace {
