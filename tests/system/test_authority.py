@@ -215,7 +215,7 @@ def test_a_ready_descriptor_that_nobody_opened_is_an_error_and_not_one_of_the_ri
 
 def test_a_scene_that_is_a_link_to_a_private_file_tells_nothing_of_it_over_the_network(rig, tmp_path):
     secret = tmp_path / "secret"
-    secret.write_text("root:x:0:0")
+    secret.write_text("zebra:x:0:0")
     links = []
     for name, target in (("there.json", secret), ("missing.json", tmp_path / "nothing")):
         links.append(tmp_path / name)
@@ -226,7 +226,7 @@ def test_a_scene_that_is_a_link_to_a_private_file_tells_nothing_of_it_over_the_n
             with pytest.raises(camrig.CamrigError) as refused:
                 other.load(link)
             told.append((refused.value.kind, refused.value.message.replace(link.name, "")))
-        assert told[0] == told[1] and "root" not in told[0][1] and "log" in told[0][1]
+        assert told[0] == told[1] and "zebra" not in told[0][1] and "log" in told[0][1]
     with pytest.raises(camrig.CamrigError, match="not JSON"):
         rig.load(links[0])
 
