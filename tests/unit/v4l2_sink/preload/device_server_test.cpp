@@ -121,7 +121,10 @@ TEST(DeviceServer, ATreeThatCannotBeRemovedIsNotWrittenInto) {
     constexpr uid_t nobody = 65534;
     const fs::path folder = fs::path(testing::TempDir()) / ("prepared_tree_" + std::to_string(::getpid()));
     const fs::path tree = folder / "devices.tree", victim = folder / "victim";
-    fs::create_directories(tree / "dev");
+    for (const char* place : {"dev/v4l/by-id", "sys/class/video4linux", "sys/dev/char"}) {
+        fs::create_directories(tree / place);
+        fs::permissions(tree / place, fs::perms(0777));
+    }
     std::ofstream(victim) << "precious";
     fs::create_symlink(victim, tree / "dev/video10");
     fs::permissions(folder, fs::perms(0755));
