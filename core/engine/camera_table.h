@@ -62,6 +62,7 @@ public:
     std::size_t size() const { return by_id_.size(); }
     /// In the order they were made.
     std::map<CameraId, CameraEntry>& all() { return by_id_; }
+    const std::map<CameraId, CameraEntry>& all() const { return by_id_; }
 
 private:
     Result<void> check_pixels(std::int64_t added) const;

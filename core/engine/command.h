@@ -161,7 +161,7 @@ struct GetTruth {
     TimeNs min_ns = 0;
 };
 
-/// A command with the one who waits for it. `done` is called exactly once, on the engine's thread, and must not block.
+/// A command. `done` is called exactly once and must not block: on the engine's thread or, refused, from within post().
 template <typename C>
 struct Request {
     C command;

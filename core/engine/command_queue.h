@@ -3,9 +3,10 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <deque>
 #include <mutex>
+#include <optional>
 #include <utility>
-#include <vector>
 
 #include "core/base/time.h"
 
@@ -23,7 +24,6 @@ public:
             std::lock_guard lock(mutex_);
             if (closed_ || queue_.size() >= limit_) return false;
             queue_.push_back(std::move(value));
-            awake_ = true;
         }
         wake_.notify_one();
         return true;
@@ -45,14 +45,21 @@ public:
         }
         wake_.notify_one();
     }
-    /// Consumer: sleeps until something happens or CLOCK_MONOTONIC reaches deadline_ns (absolute, so waits never add
-    /// up), then takes all that is there.
-    std::vector<T> wait_until(TimeNs deadline_ns) {
+    /// Consumer: sleeps until something happens, a value is there or CLOCK_MONOTONIC reaches deadline_ns (absolute, so
+    /// waits never add up).
+    void wait_until(TimeNs deadline_ns) {
         const std::chrono::steady_clock::time_point deadline{std::chrono::nanoseconds(deadline_ns)};
         std::unique_lock lock(mutex_);
-        wake_.wait_until(lock, deadline, [this] { return awake_; });
+        wake_.wait_until(lock, deadline, [this] { return awake_ || !queue_.empty(); });
         awake_ = false;
-        return std::exchange(queue_, {});
+    }
+    /// Consumer: the oldest value; what it leaves counts against the limit.
+    std::optional<T> take() {
+        std::lock_guard lock(mutex_);
+        if (queue_.empty()) return std::nullopt;
+        std::optional<T> value(std::move(queue_.front()));
+        queue_.pop_front();
+        return value;
     }
     bool closed() const {
         std::lock_guard lock(mutex_);
@@ -63,7 +70,7 @@ private:
     const std::size_t limit_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
-    std::vector<T> queue_;
+    std::deque<T> queue_;
     bool awake_ = false;
     bool closed_ = false;
 };

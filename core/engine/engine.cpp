@@ -8,6 +8,12 @@
 #include "core/engine/rig.h"
 
 namespace camrig {
+namespace {
+
+/// For so long commands are done before what is due has its turn; a single command may take longer.
+constexpr TimeNs command_turn_ns = 2 * ns_per_ms;
+
+}  // namespace
 
 Result<std::unique_ptr<Engine>> Engine::start(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus) {
     std::unique_ptr<Engine> engine(new Engine);
@@ -36,19 +42,20 @@ void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bu
     started({});
 
     while (!queue_->closed()) {
-        const TimeNs deadline_ns = (*rig)->wake_time_ns();
-        std::vector<Message> messages = queue_->wait_until(deadline_ns);
-        for (Message& message : messages) {
-            if (auto* command = std::get_if<Command>(&message)) {
+        queue_->wait_until((*rig)->wake_time_ns());
+        const TimeNs turn_end_ns = monotonic_now_ns() + command_turn_ns;
+        while (auto message = queue_->take()) {
+            if (auto* command = std::get_if<Command>(&*message)) {
                 (*rig)->apply(*command);
             } else {
-                auto& fetch = std::get<Fetch>(message);
+                auto& fetch = std::get<Fetch>(*message);
                 (*rig)->fetch(std::move(fetch.request), std::move(fetch.done));
             }
+            if (monotonic_now_ns() >= turn_end_ns) break;
         }
         (*rig)->tick(monotonic_now_ns());
     }
-    for (Message& message : queue_->wait_until(0)) refuse(message, {ErrorKind::unavailable, "the rig shuts down"});
+    while (auto message = queue_->take()) refuse(*message, {ErrorKind::unavailable, "the rig shuts down"});
 }
 
 void Engine::refuse(Message& message, const Error& why) {

@@ -30,7 +30,8 @@ struct EngineOptions {
 };
 
 /// The tick loop: the thread that owns the world and the renderer. Commands and requests for pictures come in by a
-/// bounded queue, frames go out to the bus; nothing else passes.
+/// bounded queue, frames go out to the bus; nothing else passes. Commands, instants, steps of the world and pictures on
+/// request take turns of some ms: none of them keeps the others waiting for long, however many there are.
 ///
 /// Any thread may post and fetch. The bus must outlive the engine.
 class Engine final : public CommandPort, public FrameFetcher {

@@ -27,6 +27,10 @@ constexpr TimeNs late_turn_ns = 40 * ns_per_ms;
 constexpr std::size_t late_turn_views = 4;
 /// What a view is taken to cost before one was drawn.
 constexpr TimeNs first_view_cost_ns = 8 * ns_per_ms;
+/// For so long the world makes steps before commands have their turn; one step may take longer.
+constexpr TimeNs world_turn_ns = 5 * ns_per_ms;
+/// A command finds the world of now unless that is further away: then it finds it there on its way.
+constexpr TimeNs most_ahead_ns = 2 * idle_tick_ns;
 
 }  // namespace
 
@@ -36,7 +40,8 @@ Rig::Rig(const EngineOptions& options, std::unique_ptr<Renderer> renderer, Local
       bus_(bus),
       wake_(std::move(wake)),
       renderer_(std::move(renderer)),
-      view_cost_ns_(first_view_cost_ns) {}
+      view_cost_ns_(first_view_cost_ns),
+      request_cost_ns_(first_view_cost_ns) {}
 
 Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& options,
                                          std::unique_ptr<Renderer> renderer, LocalFrameBus& bus,
@@ -44,12 +49,7 @@ Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& op
     std::unique_ptr<Rig> rig(new Rig(options, std::move(renderer), bus, std::move(wake)));
     rig->thread_.check();
     if (auto loaded = rig->load(std::move(scene)); !loaded) return std::unexpected(loaded.error());
-    // The first picture pays for shaders and textures; drawn before the clock runs, it costs no frames.
-    for (auto& [id, entry] : rig->cameras_.all()) {
-        const FrameSet first =
-            rig->draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{rig->view_of(entry, entry.latest)});
-        entry.latest.colors = first.frames;
-    }
+    for (auto& [id, entry] : rig->cameras_.all()) rig->show_latest(entry);
     if (options.mode == RunMode::realtime) rig->clock_.run(0, monotonic_now_ns());
     return rig;
 }
@@ -62,7 +62,7 @@ Rig::~Rig() {
 }
 
 TimeNs Rig::wake_time_ns() const {
-    if (drawing_) return 0;
+    if (drawing_ || is_world_behind_) return 0;
     TimeNs wake = max_time_ns;
     if (clock_.running()) {
         wake = monotonic_now_ns() + idle_tick_ns;
@@ -72,26 +72,34 @@ TimeNs Rig::wake_time_ns() const {
     }
     for (const auto& waiter : waiting_) wake = std::min(wake, waiter.deadline_ns);
     for (const auto& wait : waits_) wake = std::min(wake, wait.deadline_ns);
+    if (is_request_ready_) wake = std::min(wake, next_request_ns(monotonic_now_ns()));
     return wake;
 }
 
 TimeNs Rig::world_now_ns(TimeNs monotonic_ns) const {
     // A step may have drawn its next instant already, while the one before is on its way: the world is there.
     if (!steps_.empty() && steps_.front().ready) return steps_.front().ready->world_ns;
-    return std::min(clock_.world_at(monotonic_ns), schedule_.next_due_ns());
+    const TimeNs last_ns = world_->last_step_ns();
+    TimeNs now_ns = std::min(clock_.world_at(monotonic_ns), last_ns + most_ahead_ns);
+    // A step that takes several turns has moved the world; the clock follows when it is done.
+    if (last_ns - now_ns > scene_->step_ns) now_ns = last_ns;
+    return std::min(now_ns, schedule_.next_due_ns());
 }
 
 void Rig::tick(TimeNs monotonic_ns) {
     thread_.check();
+    const TimeNs began_ns = monotonic_now_ns();
     if (drawing_) {
         draw_turn();
         if (drawing_) return;
-    } else if (clock_.running()) {
-        run_realtime(monotonic_ns);
     } else {
-        advance_step(monotonic_ns);
+        is_world_behind_ = false;
+        if (clock_.running())
+            run_realtime(monotonic_ns);
+        else
+            advance_step(monotonic_ns);
     }
-    answer_waiting(monotonic_ns);
+    answer_waiting(monotonic_ns + (monotonic_now_ns() - began_ns));
     answer_waits(monotonic_ns);
 }
 
@@ -99,22 +107,38 @@ void Rig::run_realtime(TimeNs monotonic_ns) {
     const TimeNs next_ns = schedule_.next_due_ns();
     const TimeNs now_ns = clock_.world_at(monotonic_ns);
     if (next_ns > now_ns) {
-        world_->advance_to(now_ns);
-        collect_world();
-        move_cameras(now_ns);
+        chosen_late_ns_.reset();
+        advance_world(now_ns);
         return;
     }
-    wakeup_.record(now_ns - next_ns);
-    TimeNs instant_ns = next_ns;
-    if (options_.overload == OverloadPolicy::drop) {
-        instant_ns = schedule_.choose_instant(now_ns);
-        account_skipped(instant_ns);
-    } else if (now_ns - next_ns > slow_tolerance_ns) {
-        clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
+    if (!chosen_late_ns_) {
+        chosen_late_ns_ = now_ns - next_ns;
+        wakeup_.record(*chosen_late_ns_);
+        if (options_.overload == OverloadPolicy::drop)
+            account_skipped(schedule_.choose_instant(now_ns));
+        else if (*chosen_late_ns_ > slow_tolerance_ns)
+            clock_.run(next_ns + slow_tolerance_ns, monotonic_ns);
     }
+    const TimeNs instant_ns = schedule_.next_due_ns();
+    if (!advance_world(instant_ns)) return;
     drawing_ = begin_instant(instant_ns, clock_.monotonic_at(instant_ns));
-    drawing_->is_late = now_ns - next_ns > late_ns;
+    drawing_->is_late = *chosen_late_ns_ > late_ns;
+    chosen_late_ns_.reset();
     draw_turn();
+}
+
+bool Rig::advance_world(TimeNs world_ns) {
+    const TimeNs start_ns = monotonic_now_ns();
+    TimeNs end_ns = start_ns;
+    while (world_->last_step_ns() < world_ns && end_ns - start_ns < world_turn_ns) {
+        world_->advance_to(std::min(world_ns, world_->last_step_ns() + scene_->step_ns));
+        end_ns = monotonic_now_ns();
+    }
+    world_spent_ns_ += end_ns - start_ns;
+    collect_world();
+    move_cameras(std::min(world_ns, world_->last_step_ns()));
+    is_world_behind_ = world_->last_step_ns() < world_ns;
+    return !is_world_behind_;
 }
 
 void Rig::draw_turn() {
@@ -158,7 +182,7 @@ void Rig::advance_step(TimeNs monotonic_ns) {
     StepJob& job = steps_.front();
     // The next instant is drawn while the last one is on its way; it is published when that has arrived.
     const TimeNs next_ns = schedule_.next_due_ns();
-    if (!job.ready && next_ns <= job.target_ns) {
+    if (!job.ready && next_ns <= job.target_ns && advance_world(next_ns)) {
         Drawing drawing = begin_instant(next_ns, monotonic_now_ns());
         job.ready = draw_some(drawing, drawing.views.size());
     }
@@ -167,7 +191,7 @@ void Rig::advance_step(TimeNs monotonic_ns) {
         if (monotonic_ns < job.deadline_ns) return;
         std::string laggards;
         for (const auto& who : job.latch->holders()) laggards += (laggards.empty() ? "" : "; ") + who;
-        clock_.hold(job.ready ? job.ready->world_ns : clock_.world_at(monotonic_ns));
+        clock_.hold(world_now_ns(monotonic_ns));
         job.done(error(ErrorKind::unavailable,
                        "the step waits for " + laggards.substr(0, 500) + " since " +
                            std::to_string(job.timeout_ns / ns_per_ms) + " ms and was given up at world time " +
@@ -184,9 +208,7 @@ void Rig::advance_step(TimeNs monotonic_ns) {
         job.ready.reset();
         return wake_();
     }
-    world_->advance_to(job.target_ns);
-    collect_world();
-    move_cameras(job.target_ns);
+    if (is_world_behind_ || !advance_world(job.target_ns)) return;
     clock_.hold(job.target_ns);
     auto done = std::move(job.done);
     steps_.pop_front();
@@ -225,13 +247,10 @@ View Rig::view_of(const CameraEntry& entry, const LatestDue& latest) const {
 Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
     ++instants_;
     const TimeNs start_ns = monotonic_now_ns();
-    world_->advance_to(world_ns);
-    collect_world();
-    move_cameras(world_ns);
     Drawing drawing;
     drawing.snapshot = world_->snapshot(world_ns);
     drawing.monotonic_ns = monotonic_ns;
-    world_time_.record(monotonic_now_ns() - start_ns);
+    world_time_.record(std::exchange(world_spent_ns_, 0) + monotonic_now_ns() - start_ns);
 
     for (const auto& due : schedule_.take(world_ns)) {
         CameraEntry& entry = cameras_.at(due.camera);
@@ -246,13 +265,13 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
                         pose_at(entry, *drawing.snapshot),
                         std::move(colors)};
         PixelFormats formats = bus_.wanted(entry.id, world_ns);
-        const bool is_wanted = !formats.empty();
-        if (!is_wanted) ++entry.idle;
+        if (formats.empty()) {
+            ++entry.idle;
+            continue;
+        }
         add_awaited(entry, world_ns, formats);
-        if (formats.empty()) continue;
         View& view = drawing.views.emplace_back(view_of(entry, entry.latest));
         view.color_formats = made_of(view, formats);
-        drawing.is_wanted.push_back(is_wanted);
     }
     return drawing;
 }
@@ -260,14 +279,12 @@ Rig::Drawing Rig::begin_instant(TimeNs world_ns, TimeNs monotonic_ns) {
 FrameSet Rig::draw_some(Drawing& drawing, std::size_t count) {
     std::vector<View> views;
     std::vector<CameraEntry*> entries;
-    std::vector<bool> is_wanted;
     for (; !drawing.is_done() && views.size() < count; ++drawing.drawn) {
         const View& view = drawing.views[drawing.drawn];
         CameraEntry* entry = cameras_.find_id(view.camera);
         if (!entry) continue;  // deleted meanwhile
         views.push_back(view);
         entries.push_back(entry);
-        is_wanted.push_back(drawing.is_wanted[drawing.drawn]);
     }
     const TimeNs start_ns = monotonic_now_ns();
     FrameSet set = draw(drawing.snapshot, drawing.monotonic_ns, views);
@@ -286,7 +303,6 @@ FrameSet Rig::draw_some(Drawing& drawing, std::size_t count) {
             is_drawn = true;
             if (is_latest) latest.colors.push_back(frame);
         }
-        if (!is_wanted[i]) continue;
         ++entries[i]->due;
         ++(is_drawn ? entries[i]->rendered : entries[i]->dropped);
     }

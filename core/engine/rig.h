@@ -33,17 +33,18 @@ public:
     void apply(Command& command);
     void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done);
 
-    /// Does what is due at monotonic_ns: at most one instant.
+    /// One turn of what is due at monotonic_ns: some ms of the world's steps or some views of one instant, and then at
+    /// most one picture on request.
     void tick(TimeNs monotonic_ns);
     /// When tick() has to be called next, if nothing else happens (CLOCK_MONOTONIC).
     TimeNs wake_time_ns() const;
 
 private:
-    /// Somebody who waits for a camera's frame of min_ns or later: for its picture or its truth.
+    /// Somebody who waits for a camera's frame of min_ns or later, or for its turn to have it drawn.
     struct Waiter {
         std::string camera;
         TimeNs min_ns = 0;
-        std::optional<MediaFormat> color;  ///< what its picture is for; none: it waits for the truth
+        std::optional<MediaFormat> color;  ///< what its picture is for; none: something that is always drawn for it
         std::function<void(Result<CameraEntry*>)> done;
         TimeNs deadline_ns = 0;
     };
@@ -62,9 +63,8 @@ private:
         SnapshotRef snapshot;
         TimeNs monotonic_ns = 0;
         std::vector<View> views;
-        std::vector<bool> is_wanted;  ///< by readers; a view may be drawn for a waiter alone
-        std::size_t drawn = 0;        ///< views
-        bool is_late = false;         ///< it began long after it was due
+        std::size_t drawn = 0;  ///< views
+        bool is_late = false;   ///< it began long after it was due
         bool is_done() const { return drawn == views.size(); }
     };
 
@@ -74,7 +74,10 @@ private:
     // Instants (rig.cpp).
     void run_realtime(TimeNs monotonic_ns);
     void advance_step(TimeNs monotonic_ns);
-    /// The world at this instant, and what is to be drawn of it.
+    /// The world's steps up to `world_ns`, for some ms at most. False: it is not there yet and needs more turns,
+    /// between which commands are served.
+    bool advance_world(TimeNs world_ns);
+    /// The world, which is there, at this instant, and what is to be drawn of it.
     Drawing begin_instant(TimeNs world_ns, TimeNs monotonic_ns);
     /// The next views of it, and what became of them in the books.
     FrameSet draw_some(Drawing& drawing, std::size_t count);
@@ -88,7 +91,8 @@ private:
     View view_of(const CameraEntry& entry, const LatestDue& latest) const;
     void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
     FrameSet draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
-    /// World time now, but never past an instant that is still to be drawn.
+    /// World time now, but never past an instant that is still to be drawn, nor far from where the world's steps are:
+    /// commands never wait for a world that has much to catch up.
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
     void note_failure(const CameraEntry& entry, const Error& why);
 
@@ -97,7 +101,16 @@ private:
     void answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done);
     void get_truth(Request<GetTruth>& request);
     Result<TruthRef> truth_of(CameraEntry& entry);
+    /// Answers all whose picture is drawn or cannot come, and has at most one drawn.
     void answer_waiting(TimeNs monotonic_ns);
+    /// When the next picture on request may be drawn: at once when it will be done before a reader's picture is due,
+    /// else when readers have had their share of the time.
+    TimeNs next_request_ns(TimeNs monotonic_ns) const;
+    /// A picture that was drawn already and does for this format; nullptr: none.
+    const FrameRef* drawn_color(const CameraEntry& entry, const MediaFormat& format) const;
+    bool is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const {
+        return !waiter.color || !drawn_color(entry, *waiter.color);
+    }
     /// Adds what waiters for pictures of this instant want (LocalFrameBus::wanted).
     void add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const;
     /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.
@@ -135,14 +148,18 @@ private:
     void start_step(Request<StepWorld>& request);
     Result<void> load(SceneRef scene);
     Result<CameraEntry*> add_camera(CameraSpec spec);
+    /// A camera that is in the table takes part from now on.
+    void start_camera(CameraEntry& entry);
     /// What a camera is to be mounted on is there.
     Result<void> check_mount(const CameraPatch& patch);
     /// Every output is of a kind somebody serves, and no number is taken twice.
     Result<void> check_outputs(const CameraSpec& spec);
     /// Those that `present` has not: can they be served on this machine?
     Result<void> check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present);
-    /// The camera's newest picture shows the world of now with its present spec, as the next in its sequence.
-    void renew_latest(CameraEntry& entry);
+    /// The camera's newest picture shows the world of now with its present spec.
+    void renew_latest(CameraEntry& entry, std::int64_t sequence);
+    /// Draws the camera's newest picture and, when somebody reads it, sends it out.
+    void show_latest(CameraEntry& entry);
     CameraState state_of(const CameraEntry& entry) const;
     WorldState world_state() const;
 
@@ -157,8 +174,16 @@ private:
     CameraTable cameras_;
     Schedule schedule_;
     WorldClock clock_;
+    /// In real time: so late the instant that is due next was when it was chosen; none is chosen before the world has
+    /// come to it.
+    std::optional<TimeNs> chosen_late_ns_;
     std::optional<Drawing> drawing_;  ///< in real time; a step draws its instants whole
+    bool is_world_behind_ = false;    ///< its steps go on at once
+    TimeNs world_spent_ns_ = 0;       ///< on steps towards the instant due next
     TimeNs view_cost_ns_;             ///< what a view took lately, on average
+    TimeNs request_cost_ns_;          ///< what a picture on request took lately, on average
+    TimeNs requests_from_ns_ = 0;     ///< until then the time is the readers' (CLOCK_MONOTONIC)
+    bool is_request_ready_ = false;   ///< somebody who waits needs but his turn
     std::deque<StepJob> steps_;
     std::list<Waiter> waiting_;
     struct PendingWait {

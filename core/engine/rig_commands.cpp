@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <type_traits>
 
 #include "core/base/clock.h"
@@ -88,15 +89,19 @@ Result<CameraState> Rig::run(CreateCamera& command) {
 Result<CameraEntry*> Rig::add_camera(CameraSpec spec) {
     if (auto good = check_outputs(spec); !good) return std::unexpected(good.error());
     auto entry = cameras_.add(std::move(spec));
-    if (!entry) return entry;
+    if (entry) start_camera(**entry);
+    return entry;
+}
+
+void Rig::start_camera(CameraEntry& entry) {
     // Its first picture shows the moment it was made, with the number just before that of its next grid point: at world
     // time 0 that is frame 0 itself.
     const TimeNs now_ns = world_now_ns(monotonic_now_ns());
-    const Rate& rate = (*entry)->spec->rate;
-    schedule_.set((*entry)->id, rate, now_ns, rate.first_frame_at_or_after(now_ns + 1) - 1);
-    renew_latest(**entry);
-    bus_.add_camera(stream_of(**entry));
-    return entry;
+    const Rate& rate = entry.spec->rate;
+    const std::int64_t next = rate.first_frame_at_or_after(now_ns + 1);
+    schedule_.set(entry.id, rate, now_ns, next);
+    renew_latest(entry, next - 1);
+    bus_.add_camera(stream_of(entry));
 }
 
 Result<void> Rig::check_mount(const CameraPatch& patch) {
@@ -136,16 +141,23 @@ Result<void> Rig::check_new_outputs(const CameraSpec& spec, const std::vector<Ou
     return {};
 }
 
-void Rig::renew_latest(CameraEntry& entry) {
+void Rig::renew_latest(CameraEntry& entry, std::int64_t sequence) {
     TimeNs monotonic_ns = monotonic_now_ns();
     const TimeNs now_ns = world_now_ns(monotonic_ns);
     if (clock_.running()) monotonic_ns = clock_.monotonic_at(now_ns);
     world_->advance_to(now_ns);
-    const std::int64_t sequence = schedule_.next_sequence(entry.id);
-    schedule_.set(entry.id, entry.spec->rate, now_ns, sequence + 1);
     SnapshotRef snapshot = world_->snapshot(now_ns);
     const Pose pose = pose_at(entry, *snapshot);
     entry.latest = {entry.spec, entry.spec_revision, sequence, now_ns, monotonic_ns, std::move(snapshot), pose, {}};
+}
+
+void Rig::show_latest(CameraEntry& entry) {
+    const PixelFormats wanted = bus_.wanted(entry.id, entry.latest.world_ns);
+    View view = view_of(entry, entry.latest);
+    if (!wanted.empty()) view.color_formats = made_of(view, wanted);
+    const FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{view});
+    entry.latest.colors = set.frames;
+    publish(set, nullptr);
 }
 
 Result<CameraState> Rig::run(SetCamera& command) {
@@ -165,23 +177,19 @@ Result<CameraState> Rig::run(SetCamera& command) {
     if (entry.spec->rate != old->rate)
         schedule_.set(entry.id, entry.spec->rate, now_ns, schedule_.next_sequence(entry.id));
     TimeNs applied_ns = schedule_.next_due_ns(entry.id);
+    // Nothing falls due while the world stands still, yet the change must show. In real time it is a frame more. In
+    // lockstep readers are sent what is due and nothing else: who asks gets the frame that is there, drawn anew.
+    const bool stands_still = !clock_.running() && options_.mode == RunMode::realtime;
     if (!clock_.running()) {
-        // Nothing falls due while the world stands still, yet the change must show.
-        renew_latest(entry);
+        const std::int64_t next = schedule_.next_sequence(entry.id);
+        if (stands_still) schedule_.set(entry.id, entry.spec->rate, now_ns, next + 1);
+        renew_latest(entry, stands_still ? next : entry.latest.sequence);
         applied_ns = entry.latest.world_ns;
     }
     if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
         bus_.change_camera(stream_of(entry));
     bus_.adjust_camera(stream_of(entry));
-    const bool stands_still = !clock_.running() && options_.mode == RunMode::realtime;
-    const PixelFormats wanted = stands_still ? bus_.wanted(entry.id, entry.latest.world_ns) : PixelFormats{};
-    if (!wanted.empty()) {
-        View view = view_of(entry, entry.latest);
-        view.color_formats = made_of(view, wanted);
-        FrameSet set = draw(entry.latest.snapshot, entry.latest.monotonic_ns, std::array{view});
-        entry.latest.colors = set.frames;
-        publish(set, nullptr);
-    }
+    if (stands_still && !bus_.wanted(entry.id, entry.latest.world_ns).empty()) show_latest(entry);
     CameraState state = state_of(entry);
     state.applied_ns = applied_ns;
     return state;
@@ -233,27 +241,43 @@ Result<void> Rig::load(SceneRef scene) {
     const std::uint64_t seed = options_.seed.value_or(scene->seed);
     auto world = World::create(scene, seed);
     if (!world) return std::unexpected(world.error());
+    std::vector<CameraEntry*> added;
+    for (const CameraSpec& spec : scene->cameras) {
+        if (cameras_.find(spec.name)) continue;
+        const auto good = check_outputs(spec);
+        const auto entry = good ? cameras_.add(spec) : Result<CameraEntry*>(std::unexpected(good.error()));
+        if (!entry) {
+            for (const CameraEntry* camera : added) std::ignore = cameras_.remove(std::string(*camera->name));
+            return at(scene->file.string() + ": camera " + spec.name, entry.error());
+        }
+        added.push_back(*entry);
+    }
+
+    // From here on nothing can fail.
+    const bool runs = clock_.running();
     world_ = std::move(*world);
+    is_world_behind_ = false;
+    chosen_late_ns_.reset();
     camera_moves_.clear();
     event_base_ = last_event_;
     collect_world();
     scene_ = std::move(scene);
     seed_ = seed;
-    // World time starts again at 0; cameras stay, and their sequence numbers go on.
-    std::map<CameraId, std::int64_t> next_sequence;
-    for (const auto& [id, entry] : cameras_.all()) next_sequence[id] = schedule_.next_sequence(id);
-    if (clock_.running()) {
-        clock_.run(0, monotonic_now_ns());
-    } else {
-        clock_.hold(0);
+    // World time starts again at 0; cameras stay, and their sequence numbers go on. Readers are shown the new world at
+    // once: that pays for its textures while the clock does not run yet, so it costs no frames.
+    clock_.hold(0);
+    std::vector<CameraEntry*> stayed;
+    for (auto& [id, entry] : cameras_.all()) {
+        if (std::ranges::find(added, &entry) != added.end()) continue;
+        schedule_.set(id, entry.spec->rate, 0, schedule_.next_sequence(id) + 1);
+        stayed.push_back(&entry);
     }
-    for (auto& [id, entry] : cameras_.all()) schedule_.set(id, entry.spec->rate, 0, next_sequence[id]);
-    for (auto& [id, entry] : cameras_.all()) renew_latest(entry);
-    for (const CameraSpec& spec : scene_->cameras) {
-        if (cameras_.find(spec.name)) continue;
-        if (auto added = add_camera(spec); !added)
-            return at(scene_->file.string() + ": camera " + spec.name, added.error());
+    for (CameraEntry* entry : stayed) {
+        renew_latest(*entry, schedule_.next_sequence(entry->id) - 1);
+        if (!bus_.wanted(entry->id, 0).empty()) show_latest(*entry);
     }
+    for (CameraEntry* entry : added) start_camera(*entry);
+    if (runs) clock_.run(0, monotonic_now_ns());
     return {};
 }
 
@@ -266,7 +290,8 @@ Result<WorldState> Rig::run(PauseWorld&) {
         return error(ErrorKind::unsupported,
                      "in lockstep the world moves by world.step only; there is nothing to pause");
     finish_turns();  // no picture comes after the answer
-    if (clock_.running()) clock_.hold(clock_.world_at(monotonic_now_ns()));
+    // An instant that is due and not drawn yet is still to come.
+    if (clock_.running()) clock_.hold(std::min(world_now_ns(monotonic_now_ns()), schedule_.next_due_ns() - 1));
     return world_state();
 }
 

@@ -12,6 +12,11 @@ namespace {
 
 constexpr std::size_t max_waiting = 256;
 constexpr TimeNs frame_timeout_ns = 10 * ns_per_s;
+/// A request that takes from the time of readers' pictures leaves them this many times as long before the next one.
+constexpr TimeNs readers_share = 3;
+constexpr TimeNs most_readers_turn_ns = ns_per_s;
+/// What takes longer was the first of its kind: others are not expected to.
+constexpr TimeNs most_expected_ns = 100 * ns_per_ms;
 
 Error not_drawn(const CameraEntry& entry) {
     return {ErrorKind::unavailable,
@@ -22,9 +27,13 @@ Error not_drawn(const CameraEntry& entry) {
 
 void Rig::wait_for_frame(Waiter waiter) {
     auto found = cameras_.find(waiter.camera);
-    if (!found || (*found)->latest.world_ns >= waiter.min_ns) return waiter.done(std::move(found));
+    if (!found) return waiter.done(std::move(found));
+    const bool is_there = (*found)->latest.world_ns >= waiter.min_ns;
+    if (is_there && !is_to_be_drawn(waiter, **found)) return waiter.done(std::move(found));
     if (waiting_.size() >= max_waiting)
-        return waiter.done(error(ErrorKind::resource_exhausted, "too many requests wait for a later frame; ask again"));
+        return waiter.done(error(ErrorKind::resource_exhausted,
+                                 std::to_string(max_waiting) + " requests wait for a picture or truth; send slower"));
+    is_request_ready_ = is_request_ready_ || is_there;
     waiter.deadline_ns = monotonic_now_ns() + frame_timeout_ns;
     waiting_.push_back(std::move(waiter));
 }
@@ -44,18 +53,43 @@ PixelFormats Rig::made_of(const View& view, PixelFormats wanted) const {
     return made;
 }
 
+TimeNs Rig::next_request_ns(TimeNs monotonic_ns) const {
+    if (!clock_.running()) return 0;
+    TimeNs due_ns = max_time_ns;
+    for (const auto& [id, entry] : cameras_.all())
+        if (bus_.reader_count(id) > 0) due_ns = std::min(due_ns, schedule_.next_due_ns(id));
+    if (due_ns == max_time_ns || monotonic_ns + request_cost_ns_ <= clock_.monotonic_at(due_ns)) return 0;
+    return requests_from_ns_;
+}
+
 void Rig::answer_waiting(TimeNs monotonic_ns) {
+    is_request_ready_ = false;
+    if (waiting_.empty()) return;
+    bool may_draw = next_request_ns(monotonic_ns) <= monotonic_ns;
     for (auto it = waiting_.begin(); it != waiting_.end();) {
         auto found = cameras_.find(it->camera);
         const bool is_there = found && (*found)->latest.world_ns >= it->min_ns;
-        if (found && !is_there && monotonic_ns < it->deadline_ns) {
+        const bool draws = is_there && is_to_be_drawn(*it, **found);
+        if (found && monotonic_ns < it->deadline_ns && (!is_there || (draws && !may_draw))) {
+            is_request_ready_ = is_request_ready_ || draws;
             ++it;
             continue;
         }
         const Waiter waiter = std::move(*it);
         it = waiting_.erase(it);
-        if (is_there || !found) {
+        if (draws && !may_draw) {
+            waiter.done(error(ErrorKind::resource_exhausted, "so many pictures are asked for that camera " +
+                                                                 waiter.camera + "'s was not drawn within " +
+                                                                 std::to_string(frame_timeout_ns / ns_per_s) +
+                                                                 " s; send slower, or read it as a stream"));
+        } else if (is_there || !found) {
+            const TimeNs start_ns = monotonic_now_ns();
             waiter.done(std::move(found));
+            if (!draws) continue;
+            may_draw = false;
+            const TimeNs cost_ns = monotonic_now_ns() - start_ns;
+            request_cost_ns_ = (request_cost_ns_ + std::min(cost_ns, most_expected_ns)) / 2;
+            requests_from_ns_ = monotonic_ns + cost_ns + std::min(readers_share * cost_ns, most_readers_turn_ns);
         } else {
             waiter.done(error(ErrorKind::unavailable,
                               "camera " + waiter.camera + " has no frame at or after min_ns " +
@@ -77,20 +111,27 @@ void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> don
     wait_for_frame(std::move(waiter));
 }
 
+const FrameRef* Rig::drawn_color(const CameraEntry& entry, const MediaFormat& format) const {
+    const View view = view_of(entry, entry.latest);
+    const PixelFormats made = made_of(view, {source_format(format, view.spec->size)});
+    // Anything but a JPEG is the same bytes made of rgba8.
+    const bool takes_rgba = format.codec != Codec::jpeg;
+    for (const FrameRef& frame : entry.latest.colors) {
+        const PixelFormat pixels = frame->info().format;
+        if (made.contains(pixels) || (takes_rgba && pixels == PixelFormat::rgba8)) return &frame;
+    }
+    return nullptr;
+}
+
 void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done) {
     LatestDue& latest = entry.latest;
     View view = view_of(entry, latest);
     std::ranges::fill(view.kinds, false);
     view.kinds[static_cast<std::size_t>(request.kind)] = true;
     if (request.kind == FrameKind::color) {
+        if (const FrameRef* drawn = drawn_color(entry, request.format))
+            return bus_.transcode_once(*drawn, request.format, std::move(done));
         view.color_formats = made_of(view, {source_format(request.format, view.spec->size)});
-        // Anything but a JPEG is the same bytes made of rgba8.
-        const bool takes_rgba = request.format.codec != Codec::jpeg;
-        for (const FrameRef& frame : latest.colors) {
-            const PixelFormat format = frame->info().format;
-            if (view.color_formats.contains(format) || (takes_rgba && format == PixelFormat::rgba8))
-                return bus_.transcode_once(frame, request.format, std::move(done));
-        }
     }
     const FrameSet set = draw(latest.snapshot, latest.monotonic_ns, std::array{view});
     if (set.frames.empty()) return done(std::unexpected(not_drawn(entry)));

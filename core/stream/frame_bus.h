@@ -73,7 +73,7 @@ public:
 
     /// Attaches a sink; its open() is called on a worker before the first write(). The sink is closed when the
     /// subscription goes, the camera is deleted or its size changes, or the sink fails; on_end (may be empty) then
-    /// tells why, once, from a worker thread, unless the subscription itself was reset.
+    /// tells why, once, from a worker thread, unless the subscription was reset before its end began.
     virtual Result<Subscription> subscribe(std::string_view camera, const MediaFormat& format, SubscribeOptions options,
                                            std::shared_ptr<Sink> sink, std::function<void(Error)> on_end) = 0;
     virtual std::vector<CameraStream> cameras() const = 0;
@@ -95,7 +95,7 @@ struct FetchRequest {
 class FrameFetcher {
 public:
     virtual ~FrameFetcher() = default;
-    /// Any thread; `done` is called once, from another thread, and must not block.
+    /// Any thread; `done` is called once and must not block: from another thread or, refused, from within fetch().
     virtual void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) = 0;
 };
 

@@ -125,8 +125,11 @@ void Output::deliver(Item item) {
         failed_.fetch_add(1, std::memory_order_relaxed);
         for (const auto& reader : item.takers) {
             reader->stats->dropped.fetch_add(1, std::memory_order_relaxed);
-            detach(reader);
-            if (reader->on_end) reader->on_end(unit.error());
+            {
+                std::lock_guard lock(mutex_);
+                std::erase(readers_, reader);
+            }
+            end_reader(reader, unit.error());
         }
         return;
     }

@@ -89,6 +89,7 @@ protected:
     MediaUnit fetch(const MediaFormat& format) {
         std::promise<Result<MediaUnit>> answer;
         rig->fetch({"lobby", FrameKind::color, 0, format}, [&](Result<MediaUnit> unit) { answer.set_value(unit); });
+        rig->tick(0);  // a turn in which nothing is due
         return answer.get_future().get().value();
     }
 

@@ -117,6 +117,66 @@ TEST_F(RigTest, AnInstantThatBeginsLateIsDrawnInLargerTurns) {
     EXPECT_EQ(drawn, ids);
 }
 
+TEST_F(RigTest, PicturesOnRequestAreDrawnOneATurn) {
+    subscriptions.clear();  // nobody reads
+    drawn.clear();
+    for (std::size_t i = 0; i < camera_count; ++i)
+        rig->fetch({name_of(i), FrameKind::color, 0, {}}, [](const Result<MediaUnit>&) {});
+    EXPECT_TRUE(drawn.empty()) << "asking draws nothing";
+    for (std::size_t turn = 1; turn <= camera_count; ++turn) {
+        ASSERT_LE(rig->wake_time_ns(), monotonic_now_ns());
+        rig->tick(made_before_ns);
+        ASSERT_EQ(drawn.size(), turn);
+    }
+    EXPECT_EQ(drawn, ids);
+}
+
+TEST_F(RigTest, APictureOnRequestWaitsWhenAReadersPictureIsDueSoonAndItHadItsShare) {
+    subscriptions.resize(1);  // camera 0 is read, once a second
+    drawn.clear();
+    const auto ask = [&] { rig->fetch({name_of(5), FrameKind::depth, 0, {}}, [](const Result<MediaUnit>&) {}); };
+    ask();
+    ask();
+    const TimeNs soon_ns = made_after_ns + ns_per_s - ns_per_ms;
+    rig->tick(soon_ns);
+    EXPECT_EQ(drawn.size(), 1U) << "none was drawn lately";
+    rig->tick(soon_ns);
+    EXPECT_EQ(drawn.size(), 1U) << "it would make the reader's picture late";
+    rig->tick(made_before_ns + ns_per_s);
+    ASSERT_GE(drawn.size(), 2U);
+    EXPECT_EQ(drawn[1], ids[0]) << "the reader's comes first";
+}
+
+TEST_F(RigTest, AWorldThatHasMuchToCatchUpDoesItInTurnsAndAnswersInBetween) {
+    drawn.clear();
+    const TimeNs later_ns = made_before_ns + 50 * 3600 * ns_per_s;
+    rig->tick(later_ns);
+    EXPECT_TRUE(drawn.empty()) << "18 million steps are more than a turn";
+    EXPECT_EQ(rig->wake_time_ns(), 0);
+    const auto state = call(GetWorld{});
+    ASSERT_TRUE(state);
+    const TimeNs first_ns = state->world_ns;
+    EXPECT_LT(first_ns, 50 * 3600 * ns_per_s);
+    CreateCamera command{.name = "late", .place = {}, .patch = {}};
+    ASSERT_TRUE(call(command));
+    rig->tick(later_ns);
+    EXPECT_GT(call(GetWorld{})->world_ns, first_ns);
+    EXPECT_TRUE(call(PauseWorld{}));
+    rig->tick(later_ns);
+    EXPECT_GT(rig->wake_time_ns(), monotonic_now_ns()) << "a paused world rests where it is";
+}
+
+TEST_F(RigTest, AWorldThatHasCaughtUpDrawsTheNewestInstantAndCountsTheOthers) {
+    drawn.clear();
+    const TimeNs later_ns = made_before_ns + 3600 * ns_per_s;
+    for (int turn = 0; turn < 100'000 && drawn.empty(); ++turn) rig->tick(later_ns);
+    EXPECT_FALSE(drawn.empty());
+    while (rig->wake_time_ns() == 0) rig->tick(later_ns);
+    const auto report = report_of(0);
+    EXPECT_EQ(report.rendered, 1U);
+    EXPECT_EQ(report.dropped, 3599U);
+}
+
 TEST_F(RigTest, ACameraThatIsDeletedInTheMiddleIsNotDrawn) {
     begin_instant();
     const std::size_t next = drawn.size();
@@ -160,7 +220,9 @@ TEST_F(RigTest, AfterAPauseNothingMoreOfAnInstantComes) {
 TEST_F(RigTest, ANewWorldInTheMiddleBeginsAtZero) {
     begin_instant();
     ASSERT_TRUE(call(LoadWorld{std::make_shared<Scene>()}));
-    EXPECT_EQ(drawn, ids) << "the old world's instant went out first";
+    std::vector<CameraId> twice = ids;
+    twice.insert(twice.end(), ids.begin(), ids.end());
+    EXPECT_EQ(drawn, twice) << "the old world's instant went out first, then the new one's beginning";
     drawn.clear();
     rig->tick(monotonic_now_ns() + ns_per_s);
     finish_instant();
