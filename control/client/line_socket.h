@@ -16,6 +16,8 @@ using Deadline = std::chrono::steady_clock::time_point;
 class LineSocket {
 public:
     static Result<LineSocket> connect(const Endpoint& endpoint, Deadline deadline);
+    /// Takes a connected, non-blocking socket. `peer`: how messages name the other side.
+    LineSocket(UniqueFd fd, std::string peer) : fd_(std::move(fd)), peer_(std::move(peer)) {}
 
     Result<void> send(std::string_view line, Deadline deadline);
     /// The next line without its end, at most `max_bytes` long.
@@ -24,7 +26,6 @@ public:
     bool is_quiet() const;
 
 private:
-    LineSocket(UniqueFd fd, std::string peer) : fd_(std::move(fd)), peer_(std::move(peer)) {}
     Result<void> wait(short events, Deadline deadline) const;
 
     UniqueFd fd_;

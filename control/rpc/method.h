@@ -1,12 +1,18 @@
 #pragma once
 
+#include <concepts>
 #include <functional>
+#include <memory>
+#include <new>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/byte_budget.h"
 #include "core/base/result.h"
 
 namespace camrig {
@@ -29,10 +35,40 @@ struct RpcResult {
 
     nlohmann::json fields;
     std::string data;
+    /// What was claimed for `data` of the reply's budget. Nothing: the whole answer is claimed when it has become text.
+    std::optional<ByteBudget::Claim> claim = {};
 };
 
 /// Answers one call, exactly once, from any thread.
-using RpcReply = std::function<void(Result<RpcResult>)>;
+class RpcReply {
+public:
+    template <typename Function>
+        requires(!std::same_as<std::remove_cvref_t<Function>, RpcReply> && std::invocable<Function&, Result<RpcResult>>)
+    RpcReply(Function function, std::shared_ptr<ByteBudget> budget = {})  // NOLINT: a function is a reply
+        : function_(std::move(function)), budget_(std::move(budget)) {}
+
+    void operator()(Result<RpcResult> result) const { function_(std::move(result)); }
+    /// What the bytes of the answer count against, together with all other answers of its batch. Null where nobody
+    /// counts.
+    const std::shared_ptr<ByteBudget>& budget() const { return budget_; }
+
+private:
+    std::function<void(Result<RpcResult>)> function_;
+    std::shared_ptr<ByteBudget> budget_;
+};
+
+inline Error out_of_memory() {
+    return {ErrorKind::resource_exhausted, "the rig has no memory for this answer; ask for less at once"};
+}
+/// That error in the place of what there is no memory for.
+template <typename Make>
+Result<RpcResult> unless_out_of_memory(Make&& make) {
+    try {
+        return std::forward<Make>(make)();
+    } catch (const std::bad_alloc&) {
+        return std::unexpected(out_of_memory());
+    }
+}
 
 /// A method, described in one place: the dispatcher's check of parameter names, docs/control-protocol.md, `camrig
 /// methods` and server.info all come from here. A method without an example that runs fails the unit tests.

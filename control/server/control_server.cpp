@@ -28,6 +28,17 @@ constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
 /// Out of descriptors: accepting at once again would only burn the processor.
 constexpr std::chrono::milliseconds accept_pause{100};
 
+/// False when something threw (memory ran out): what it was about is lost, everything else goes on.
+bool run_until_thrown(asio::io_context& loop) {
+    try {
+        loop.run();
+        return true;
+    } catch (const std::exception& thrown) {
+        spdlog::error("control: {}", thrown.what());
+        return false;
+    }
+}
+
 }  // namespace
 
 struct ControlServer::Impl {
@@ -36,8 +47,11 @@ struct ControlServer::Impl {
     Result<void> listen_unix();
     Result<void> listen_tcp();
     template <typename Acceptor>
-    asio::awaitable<void> accept_loop(Acceptor& acceptor, bool must_authorize);
-    void take(Connection::Socket socket, bool must_authorize);
+    asio::awaitable<void> accept_loop(Acceptor& acceptor, Transport transport);
+    void take(Connection::Socket socket, Transport transport);
+    /// Sees to it that `newcomer` (null: one that is not there yet) has a place among those of its transport that have,
+    /// or have not, shown the token; closes the one that has been idle longest if it must. False: all are in use.
+    bool make_room(Transport transport, bool is_authorized, const Connection* newcomer);
     void refuse(Connection::Socket socket);
     void closed(Connection* connection);
     void begin_stop();
@@ -53,11 +67,11 @@ struct ControlServer::Impl {
                             options.limits,
                             options.token,
                             std::make_shared<LoopPost>(loop.get_executor()),
-                            0,
-                            [this](Connection* connection) { closed(connection); }};
+                            [this](Connection* connection) { closed(connection); },
+                            [this](Connection* connection) { return make_room(Transport::tcp, true, connection); }};
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
-    std::atomic<std::uint64_t> open{0}, total{0}, refused{0};
+    std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0};
     std::thread thread;
     std::mutex stop_mutex;
 };
@@ -101,7 +115,7 @@ Result<void> ControlServer::Impl::listen_tcp() {
 }
 
 template <typename Acceptor>
-asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool must_authorize) {
+asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Transport transport) {
     while (acceptor.is_open()) {
         auto [failed, socket] = co_await acceptor.async_accept(no_result);
         if (!failed) {
@@ -110,7 +124,7 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool 
                 socket.set_option(tcp::no_delay(true), ignored);
                 socket.set_option(asio::socket_base::keep_alive(true), ignored);
             }
-            take(Connection::Socket(std::move(socket)), must_authorize);
+            take(Connection::Socket(std::move(socket)), transport);
         } else if (acceptor.is_open()) {
             spdlog::warn("control: a connection could not be taken: {}", failed.message());
             asio::steady_timer pause(loop, accept_pause);
@@ -119,22 +133,39 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, bool 
     }
 }
 
-void ControlServer::Impl::take(Connection::Socket socket, bool must_authorize) {
+void ControlServer::Impl::take(Connection::Socket socket, Transport transport) {
     if (is_stopping) return;
-    if (connections.size() >= options.limits.connections) return refuse(std::move(socket));
-    auto connection = std::make_shared<Connection>(shared, std::move(socket), must_authorize);
+    const bool must_authorize = transport == Transport::tcp && !options.token.empty();
+    if (!make_room(transport, !must_authorize, nullptr)) return refuse(std::move(socket));
+    auto connection = std::make_shared<Connection>(shared, std::move(socket), transport, must_authorize);
     connections.emplace(connection.get(), connection);
     open = connections.size();
     ++total;
     connection->start();
 }
 
+bool ControlServer::Impl::make_room(Transport transport, bool is_authorized, const Connection* newcomer) {
+    const std::size_t limit = is_authorized ? options.limits.connections : options.limits.unauthorized_connections;
+    std::size_t others = 0;
+    Connection* idlest = nullptr;
+    for (const auto& [key, connection] : connections) {
+        if (key == newcomer || key->transport() != transport || key->is_authorized() != is_authorized) continue;
+        ++others;
+        if (const auto since = key->idle_since(); since && (!idlest || *since < *idlest->idle_since())) idlest = key;
+    }
+    if (others < limit) return true;
+    if (!idlest) return false;
+    ++displaced;
+    idlest->close();
+    return true;
+}
+
 void ControlServer::Impl::refuse(Connection::Socket socket) {
     ++refused;
     const std::string line =
         rpc_error({rpc_code::application,
-                   {ErrorKind::resource_exhausted,
-                    "there are " + std::to_string(options.limits.connections) + " connections already; close one"},
+                   {ErrorKind::resource_exhausted, "there are " + std::to_string(options.limits.connections) +
+                                                       " connections in use already; close one"},
                    nullptr}) +
         "\n";
     boost::system::error_code ignored;
@@ -172,10 +203,12 @@ Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOption
         if (!listened) return std::unexpected(listened.error());
     Impl& self = *impl;
     if (self.unix_acceptor.is_open())
-        asio::co_spawn(self.loop, self.accept_loop(self.unix_acceptor, false), asio::detached);
+        asio::co_spawn(self.loop, self.accept_loop(self.unix_acceptor, Transport::unix_socket), asio::detached);
     if (self.tcp_acceptor.is_open())
-        asio::co_spawn(self.loop, self.accept_loop(self.tcp_acceptor, !self.options.token.empty()), asio::detached);
-    self.thread = std::thread([&self] { self.loop.run(); });
+        asio::co_spawn(self.loop, self.accept_loop(self.tcp_acceptor, Transport::tcp), asio::detached);
+    self.thread = std::thread([&self] {
+        while (!run_until_thrown(self.loop)) continue;
+    });
     return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
 }
 
@@ -189,7 +222,7 @@ std::uint16_t ControlServer::tcp_port() const {
 }
 
 ControlCounts ControlServer::counts() const {
-    return {impl_->open.load(), impl_->total.load(), impl_->refused.load()};
+    return {impl_->open.load(), impl_->total.load(), impl_->refused.load(), impl_->displaced.load()};
 }
 
 void ControlServer::stop() {

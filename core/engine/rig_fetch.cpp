@@ -80,6 +80,8 @@ void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> don
 void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done) {
     LatestDue& latest = entry.latest;
     View view = view_of(entry, latest);
+    if (request.admit)
+        if (auto admitted = request.admit(view.spec->size); !admitted) return done(std::unexpected(admitted.error()));
     std::ranges::fill(view.kinds, false);
     view.kinds[static_cast<std::size_t>(request.kind)] = true;
     if (request.kind == FrameKind::color) {
