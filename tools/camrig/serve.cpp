@@ -4,7 +4,10 @@
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <new>
+#include <string_view>
 #include <thread>
+#include <vector>
 
 #include <malloc.h>
 #include <spdlog/spdlog.h>
@@ -19,6 +22,7 @@
 #include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
+#include "tools/camrig/descriptors.h"
 #include "tools/camrig/device_outputs.h"
 #include "tools/camrig/loopback_outputs.h"
 #include "tools/camrig/version.h"
@@ -48,6 +52,26 @@ Result<std::string> read_token(const std::filesystem::path& file) {
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
     if (token.empty()) return error(ErrorKind::invalid_argument, "--token-file " + file.string() + ": is empty");
     return token;
+}
+
+/// While it lives, and its is_over() was not called, a program without memory ends with a message instead of an
+/// exception in whichever thread it was. Once the rig serves, a request that finds no memory is an error of its own.
+class EndWithoutMemory {
+public:
+    EndWithoutMemory() {
+        std::set_new_handler([] {
+            constexpr std::string_view text = "camrig: there is not enough memory to start (see ulimit -v)\n";
+            static_cast<void>(!::write(STDERR_FILENO, text.data(), text.size()));
+            ::_exit(1);
+        });
+    }
+    ~EndWithoutMemory() { is_over(); }
+    void is_over() const { std::set_new_handler(nullptr); }
+};
+
+/// As it stands in a URL: an address of IPv6 goes into brackets.
+std::string host_of_url(const std::string& host) {
+    return host.find(':') == std::string::npos ? host : "[" + host + "]";
 }
 
 /// The signals that end the rig are blocked in every thread and waited for in one.
@@ -102,6 +126,8 @@ void tell_ready(int fd, const nlohmann::json& facts) {
 
 int run_serve(const ServeOptions& options) {
     std::signal(SIGPIPE, SIG_IGN);
+    const EndWithoutMemory at_start;
+    raise_descriptor_limit();
     // glibc gives new threads heaps of their own, which streams that come and go would leave behind half empty.
     mallopt(M_ARENA_MAX, max_heaps);
     StopSignal stop;
@@ -141,8 +167,12 @@ int run_serve(const ServeOptions& options) {
     http_options.token = *token;
     http_options.bus = &bus;
     http_options.fetcher = engine->get();
-    http_options.hooks.rpc = [&rpc](std::string body, std::function<void(std::string)> reply) {
-        rpc.handle(body, std::move(reply));
+    http_options.embedders = options.embed_origins;
+    http_options.hooks.rpc = [&rpc](std::string body, std::function<void(RpcText)> reply) {
+        rpc.handle(body, [reply = std::move(reply)](RpcAnswer answer) {
+            auto claims = std::make_shared<std::vector<ByteBudget::Claim>>(std::move(answer.claims));
+            reply({std::move(answer.pieces), std::move(claims)});
+        });
     };
     http_options.hooks.stats = [&engine = **engine](std::function<void(RigReport)> reply) {
         engine.post(Request<GetStats>{{}, [reply = std::move(reply)](Result<RigReport> report) {
@@ -194,15 +224,17 @@ int run_serve(const ServeOptions& options) {
 
     std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());
     std::printf("  control  %s\n", options.control.c_str());
-    if (options.tcp_port) std::printf("  control  %s:%u\n", options.host.c_str(), (*control)->tcp_port());
-    std::printf("  http     http://%s:%u/\n", options.host.c_str(), (*http)->port());
-    const char* const host = options.host.c_str();
+    if (options.tcp_port) std::printf("  control  %s:%u\n", host_of_url(options.host).c_str(), (*control)->tcp_port());
+    const std::string host_in_urls = host_of_url(options.host);
+    const char* const host = host_in_urls.c_str();
+    std::printf("  http     http://%s:%u/\n", host, (*http)->port());
     for (const auto& camera : bus.cameras()) {
         const char* const name = camera.name.c_str();
         std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, (*http)->port(), name);
         std::printf("  camera   %s://%s:%u/%s\n", (*rtsp)->scheme(), host, (*rtsp)->port(), name);
     }
     std::fflush(stdout);
+    at_start.is_over();
     tell_ready(options.ready_fd, facts.get());
 
     stop.wait();
