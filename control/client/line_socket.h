@@ -19,6 +19,8 @@ class LineSocket {
 public:
     /// unauthorized: the Unix socket is served by a stranger, who is told nothing.
     static Result<LineSocket> connect(const Endpoint& endpoint, Deadline deadline);
+    /// Takes a connected, non-blocking socket. `peer`: how messages name the other side.
+    LineSocket(UniqueFd fd, std::string peer) : fd_(std::move(fd)), peer_(std::move(peer)) {}
 
     Result<void> send(std::string_view line, Deadline deadline);
     /// The next line without its end, at most `max_bytes` long.
@@ -29,7 +31,6 @@ public:
     std::optional<std::string> command_key() const { return read_command_key_for(fd_.get()); }
 
 private:
-    LineSocket(UniqueFd fd, std::string peer) : fd_(std::move(fd)), peer_(std::move(peer)) {}
     Result<void> wait(short events, Deadline deadline) const;
 
     UniqueFd fd_;

@@ -25,6 +25,8 @@ struct RpcClientOptions {
 class RpcClient {
 public:
     static Result<RpcClient> connect(const RpcClientOptions& options);
+    /// Over a connection that is there already and has shown its token.
+    explicit RpcClient(LineSocket socket) : socket_(std::move(socket)) {}
 
     Result<nlohmann::json> call(std::string_view method, const nlohmann::json& params = nlohmann::json::object(),
                                 std::chrono::milliseconds timeout = default_timeout);
@@ -37,8 +39,6 @@ public:
     static constexpr std::size_t max_reply_bytes = std::size_t{80} << 20;
 
 private:
-    explicit RpcClient(LineSocket socket) : socket_(std::move(socket)) {}
-
     LineSocket socket_;
     std::int64_t next_id_ = 1;
     bool is_broken_ = false;

@@ -1,11 +1,17 @@
 #include "control/rpc/json_rpc.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "core/base/json_reader.h"
 
 namespace camrig {
 namespace {
 
 using nlohmann::json;
+
+/// Pieces of an answer up to so many bytes become one: fewer writes.
+constexpr std::size_t small_piece_bytes = 64 * 1024;
 
 RpcError invalid_request(std::string message, json id = nullptr) {
     return {rpc_code::invalid_request, {ErrorKind::invalid_argument, std::move(message)}, std::move(id)};
@@ -76,14 +82,45 @@ RpcMessage parse_rpc(std::string_view text) {
     return message;
 }
 
-std::string rpc_result(const json& id, const RpcResult& result) {
-    std::string fields = dump(result.fields);
+void RpcAnswer::append(std::string text) {
+    if (!pieces.empty() && pieces.back().size() + text.size() <= small_piece_bytes) {
+        pieces.back() += text;
+    } else {
+        pieces.push_back(std::move(text));
+    }
+}
+
+void RpcAnswer::append(RpcAnswer answer) {
+    for (auto& piece : answer.pieces) append(std::move(piece));
+    std::ranges::move(answer.claims, std::back_inserter(claims));
+}
+
+std::size_t RpcAnswer::size() const {
+    std::size_t bytes = 0;
+    for (const auto& piece : pieces) bytes += piece.size();
+    return bytes;
+}
+
+std::string RpcAnswer::joined() const {
+    std::string text;
+    text.reserve(size());
+    for (const auto& piece : pieces) text += piece;
+    return text;
+}
+
+RpcAnswer rpc_result(const json& id, RpcResult result) {
+    RpcAnswer answer;
+    std::string head = R"({"jsonrpc":"2.0","id":)" + dump(id) + R"(,"result":)" + dump(result.fields);
     if (!result.data.empty()) {
         CHECK(result.fields.is_object() && !result.fields.empty());
-        fields.pop_back();
-        fields += ",\"data\":\"" + result.data + "\"}";
+        head.pop_back();
+        answer.append(std::move(head) + ",\"data\":\"");
+        answer.append(std::move(result.data));
+        head = "\"}";
     }
-    return R"({"jsonrpc":"2.0","id":)" + dump(id) + R"(,"result":)" + std::move(fields) + "}";
+    answer.append(std::move(head) + "}");
+    if (result.claim) answer.claims.push_back(std::move(*result.claim));
+    return answer;
 }
 
 std::string rpc_error(const RpcError& error) {

@@ -49,8 +49,20 @@ struct RpcMessage {
 /// Reads one message. Never fails: what cannot be read is an RpcError item.
 RpcMessage parse_rpc(std::string_view text);
 
+/// The text of an answer, without a line end. Large text stays in a piece of its own, so that it is never copied
+/// together with the rest. Holds what is claimed of the budgets of answers until it is gone.
+struct RpcAnswer {
+    std::vector<std::string> pieces;  ///< one after the other; none: there is nothing to answer
+    std::vector<ByteBudget::Claim> claims;
+
+    void append(std::string text);
+    void append(RpcAnswer answer);
+    std::size_t size() const;
+    std::string joined() const;
+};
+
 /// One line without its end. Text that is not UTF-8 is replaced, never an exception.
-std::string rpc_result(const nlohmann::json& id, const RpcResult& result);
+RpcAnswer rpc_result(const nlohmann::json& id, RpcResult result);
 std::string rpc_error(const RpcError& error);
 /// The code under which an error of a handler is told: invalid_params for invalid_argument, else application.
 int rpc_code_of(ErrorKind kind);

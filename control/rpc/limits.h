@@ -13,13 +13,15 @@ struct ControlLimits {
     using Duration = std::chrono::milliseconds;
 
     std::size_t line_bytes = max_request_bytes;  ///< one message
-    std::size_t connections = 64;                ///< Unix and TCP together
+    std::size_t connections = 64;                ///< on the Unix socket, and as many over TCP
+    std::size_t unauthorized_connections = 8;    ///< over TCP, that have not shown the token yet
     std::size_t in_flight = 64;                  ///< of one connection, not answered yet; then it is not read
     std::size_t unsent_reply_bytes = std::size_t{4} << 20;    ///< of one connection; then it is not read
-    std::size_t queued_reply_bytes = std::size_t{128} << 20;  ///< of one connection; then it is closed
-    std::size_t total_reply_bytes = std::size_t{512} << 20;   ///< of all; then the one that adds more is closed
+    std::size_t reply_bytes = std::size_t{80} << 20;          ///< one answer, or all of a batch; then it is an error
+    std::size_t queued_reply_bytes = std::size_t{128} << 20;  ///< being made or unsent, of one connection; likewise
+    std::size_t total_reply_bytes = std::size_t{512} << 20;   ///< of all, with the pictures being made; likewise
     std::size_t unauthorized_line_bytes = 4096;               ///< the first line where a token is asked for
-    Duration authorize_time{10'000};                          ///< until that line is there
+    Duration authorize_time{5'000};                           ///< until that line is there
     Duration stalled_after{10'000};                   ///< a client that takes no byte of a reply for so long is closed
     Duration linger{1'000};                           ///< to finish replies at the end, and to read off a line too long
     std::size_t linger_bytes = std::size_t{4} << 20;  ///< of that line; then the connection is closed at once

@@ -1,13 +1,19 @@
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <new>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/byte_budget.h"
 #include "core/base/result.h"
 
 namespace camrig {
@@ -30,10 +36,40 @@ struct RpcResult {
 
     nlohmann::json fields;
     std::string data;
+    /// What was claimed for `data` of the reply's budget. Nothing: the whole answer is claimed when it has become text.
+    std::optional<ByteBudget::Claim> claim = {};
 };
 
 /// Answers one call, exactly once, from any thread.
-using RpcReply = std::function<void(Result<RpcResult>)>;
+class RpcReply {
+public:
+    template <typename Function>
+        requires(!std::same_as<std::remove_cvref_t<Function>, RpcReply> && std::invocable<Function&, Result<RpcResult>>)
+    RpcReply(Function function, std::shared_ptr<ByteBudget> budget = {})  // NOLINT: a function is a reply
+        : function_(std::move(function)), budget_(std::move(budget)) {}
+
+    void operator()(Result<RpcResult> result) const { function_(std::move(result)); }
+    /// What the bytes of the answer count against, together with all other answers of its batch. Null where nobody
+    /// counts.
+    const std::shared_ptr<ByteBudget>& budget() const { return budget_; }
+
+private:
+    std::function<void(Result<RpcResult>)> function_;
+    std::shared_ptr<ByteBudget> budget_;
+};
+
+inline Error out_of_memory() {
+    return {ErrorKind::resource_exhausted, "the rig has no memory for this answer; ask for less at once"};
+}
+/// That error in the place of what there is no memory for.
+template <typename Make>
+Result<RpcResult> unless_out_of_memory(Make&& make) {
+    try {
+        return std::forward<Make>(make)();
+    } catch (const std::bad_alloc&) {
+        return std::unexpected(out_of_memory());
+    }
+}
 
 /// What the sender of a message may do (docs/control-protocol.md, "Who may command").
 enum class Authority : std::uint8_t {

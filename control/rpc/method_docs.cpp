@@ -81,13 +81,21 @@ std::string limits_section() {
     return "## Limits\n\n| what | bound | beyond it |\n|---|---|---|\n"
            "| one message (line, or body of `POST /rpc`) | " +
            mib(limits.line_bytes) + " | an error, then the connection is closed |\n| requests in a batch | " +
-           number(max_batch) + " | an error |\n| connections, Unix and TCP together | " + number(limits.connections) +
-           " | an error, then the new one is closed |\n| messages of one connection in work | " +
-           number(limits.in_flight) +
-           " | the connection is not read until one is answered |\n| replies of one connection not sent yet | " +
+           number(max_batch) + " | an error |\n| one answer, or all answers of a batch | " + mib(limits.reply_bytes) +
+           " | `resource_exhausted` for what does not fit; ask one at a time |\n| connections on the Unix socket, and "
+           "as "
+           "many over TCP | " +
+           number(limits.connections) +
+           " | the one that has been idle longest is closed; if none is, the new one gets an error "
+           "|\n| connections over TCP that have not shown the token | " +
+           number(limits.unauthorized_connections) +
+           " | the oldest is closed |\n| messages of one connection in work | " + number(limits.in_flight) +
+           " | the connection is not read until one is answered |\n| answers of one connection being made or not sent "
+           "yet | " +
            mib(limits.unsent_reply_bytes) + " | the connection is not read until they are |\n| the same | " +
            mib(limits.queued_reply_bytes) + " (" + mib(limits.total_reply_bytes) +
-           " of all connections) | the connection is closed |\n| a client that takes no byte of a reply | " +
+           " of all connections and `POST /rpc`, with the pictures being made) | `resource_exhausted` |\n| a client "
+           "that takes no byte of a reply | " +
            seconds(limits.stalled_after) + " | the connection is closed |\n| first line where a token is asked for | " +
            number(limits.unauthorized_line_bytes) + " bytes, " + seconds(limits.authorize_time) +
            " | the connection is closed |\n| one picture of `frame.get`, before base64 | " + mib(max_frame_bytes) +

@@ -31,7 +31,7 @@ void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply
         std::move(command), [replies = context.replies, done = std::move(done), to_json_of_reply](auto reply) {
             if (!reply) return done(std::unexpected(reply.error()));
             std::function<void()> job = [done, to_json_of_reply, value = std::move(*reply)] {
-                done(RpcResult(to_json_of_reply(value)));
+                done(unless_out_of_memory([&] { return RpcResult(to_json_of_reply(value)); }));
             };
             if (!replies->post(job)) job();
         }});

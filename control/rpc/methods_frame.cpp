@@ -20,16 +20,54 @@ std::optional<FrameKind> parse_kind(std::string_view name) {
     return std::nullopt;
 }
 
-Result<RpcResult> frame_result(const MediaUnit& unit, const std::string& kind, const std::string& format) {
+Result<void> check_frame_bytes(const std::string& camera, std::size_t bytes) {
+    if (bytes <= max_frame_bytes) return {};
+    return error(ErrorKind::resource_exhausted,
+                 "camera " + camera + ": this picture has " + std::to_string(bytes) +
+                     " bytes; frame.get gives at most " + std::to_string(max_frame_bytes) +
+                     ": ask for jpeg or png, or take it from /cameras/" + camera + "/snapshot.png");
+}
+
+/// What is claimed for one picture, from before it is drawn until its answer is made.
+///
+/// The size of a raw picture is known, so its text is claimed at once. How large a JPEG or PNG becomes is not: the
+/// picture that it is made of counts among all that is under way, and the text is claimed when its size is known.
+class FrameClaims {
+public:
+    FrameClaims(std::shared_ptr<ByteBudget> answers, std::shared_ptr<ByteBudget> all)
+        : answers_(std::move(answers)), all_(std::move(all)) {}
+
+    Result<void> admit(const FetchRequest& request, ImageSize size) {
+        const std::size_t bytes = bytes_of(format_of(request.kind), size);
+        if (request.format.codec != Codec::raw) return take(*all_, bytes, picture_);
+        if (auto good = check_frame_bytes(request.camera, bytes); !good) return good;
+        return take(*answers_, base64_size(bytes), text_);
+    }
+    Result<ByteBudget::Claim> text(std::size_t bytes) {
+        if (text_) return std::move(*text_);
+        return answers_->claim(base64_size(bytes));
+    }
+
+private:
+    static Result<void> take(ByteBudget& budget, std::size_t bytes, std::optional<ByteBudget::Claim>& place) {
+        auto claim = budget.claim(bytes);
+        if (!claim) return std::unexpected(claim.error());
+        place = std::move(*claim);
+        return {};
+    }
+
+    const std::shared_ptr<ByteBudget> answers_, all_;
+    std::optional<ByteBudget::Claim> picture_, text_;
+};
+
+Result<RpcResult> frame_result(const MediaUnit& unit, const std::string& camera, const std::string& kind,
+                               const std::string& format, FrameClaims& claims) {
     const FrameInfo& info = unit.info;
     const std::span<const std::byte> bytes = unit.bytes ? std::span(*unit.bytes) : unit.frame->bytes();
-    if (bytes.size() > max_frame_bytes) {
-        return error(ErrorKind::resource_exhausted,
-                     "camera " + *info.camera + ": this picture has " + std::to_string(bytes.size()) +
-                         " bytes; frame.get gives at most " + std::to_string(max_frame_bytes) +
-                         ": ask for jpeg or png, or take it from /cameras/" + *info.camera + "/snapshot.png");
-    }
-    json fields{{"camera", *info.camera},
+    if (auto good = check_frame_bytes(camera, bytes.size()); !good) return std::unexpected(good.error());
+    auto claim = claims.text(bytes.size());
+    if (!claim) return std::unexpected(claim.error());
+    json fields{{"camera", camera},
                 {"sequence", info.sequence},
                 {"time_ns", info.world_ns},
                 {"monotonic_ns", info.monotonic_ns},
@@ -38,7 +76,9 @@ Result<RpcResult> frame_result(const MediaUnit& unit, const std::string& kind, c
                 {"format", format},
                 {"encoding", "base64"}};
     if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
-    return RpcResult(std::move(fields), base64_encode(bytes));
+    RpcResult result(std::move(fields), base64_encode(bytes));
+    result.claim = std::move(*claim);
+    return result;
 }
 
 void get(RpcContext& context, const json& params, RpcReply done) {
@@ -65,11 +105,15 @@ void get(RpcContext& context, const json& params, RpcReply done) {
         request.format = {Codec::jpeg, PixelFormat::rgba8, quality.value_or(default_jpeg_quality), {}};
     if (format == "png") request.format = {Codec::png, PixelFormat::rgba8, 0, {}};
     if (format == "raw") request.format = {Codec::raw, format_of(request.kind), 0, {}};
+    const auto claims = std::make_shared<FrameClaims>(done.budget(), context.budget);
+    request.admit = [claims, asked = request](ImageSize size) { return claims->admit(asked, size); };
+    std::string camera = request.camera;
     // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
     // there.
-    context.frames.fetch(std::move(request), [kind, format, done = std::move(done)](Result<MediaUnit> unit) {
+    context.frames.fetch(std::move(request), [camera = std::move(camera), kind, format, claims,
+                                              done = std::move(done)](Result<MediaUnit> unit) {
         if (!unit) return done(std::unexpected(unit.error()));
-        done(frame_result(*unit, kind, format));
+        done(unless_out_of_memory([&] { return frame_result(*unit, camera, kind, format, *claims); }));
     });
 }
 

@@ -18,29 +18,64 @@ using nlohmann::json;
 /// Collects the answers of a batch in order; sends when the last one is there.
 class Batch {
 public:
-    Batch(std::size_t size, bool is_batch, std::function<void(std::string)> done)
+    Batch(std::size_t size, bool is_batch, std::function<void(RpcAnswer)> done)
         : answers_(size), open_(size), is_batch_(is_batch), done_(std::move(done)) {}
 
-    void answer(std::size_t index, std::string text) {
+    void answer(std::size_t index, RpcAnswer answer) {
         {
             std::lock_guard lock(mutex_);
-            answers_[index] = std::move(text);
+            answers_[index] = std::move(answer);
             if (--open_ > 0) return;
         }
         if (!is_batch_) return done_(std::move(answers_.front()));
-        std::string all;
-        for (const auto& text_of_one : answers_)
-            if (!text_of_one.empty()) all += (all.empty() ? "[" : ",") + text_of_one;
-        done_(all.empty() ? all : all + "]");
+        RpcAnswer all;
+        for (auto& one : answers_) {
+            if (one.pieces.empty()) continue;
+            all.append(all.pieces.empty() ? "[" : ",");
+            all.append(std::move(one));
+        }
+        if (!all.pieces.empty()) all.append("]");
+        done_(std::move(all));
     }
 
 private:
     std::mutex mutex_;
-    std::vector<std::string> answers_;
+    std::vector<RpcAnswer> answers_;
     std::size_t open_;
     const bool is_batch_;
-    const std::function<void(std::string)> done_;
+    const std::function<void(RpcAnswer)> done_;
 };
+
+RpcAnswer error_answer(const RpcError& error) {
+    RpcAnswer answer;
+    answer.append(rpc_error(error));
+    return answer;
+}
+
+/// The text of a result, if there is room for it.
+RpcAnswer answer_of(const json& id, Result<RpcResult> result, const std::shared_ptr<ByteBudget>& budget) {
+    Error failed = result ? Error{} : result.error();
+    if (result) {
+        try {
+            const bool is_claimed = result->claim.has_value();
+            RpcAnswer answer = rpc_result(id, std::move(*result));
+            if (is_claimed) return answer;
+            auto claim = budget->claim(answer.size());
+            if (claim) {
+                answer.claims.push_back(std::move(*claim));
+                return answer;
+            }
+            failed = claim.error();
+        } catch (const std::bad_alloc&) {
+            failed = out_of_memory();
+        }
+    }
+    return error_answer({rpc_code_of(failed.kind), failed, id});
+}
+
+std::string in_mib(std::size_t bytes) {
+    return std::to_string(bytes >> 20) + " MiB";
+}
 
 constexpr std::size_t max_replies_waiting = 4096;
 
@@ -95,6 +130,10 @@ RpcServer::RpcServer(RpcContext context)
     : context_([&] {
           context.loader = std::make_shared<WorkThread>(max_scenes_waiting);
           context.replies = std::make_shared<WorkThread>(max_replies_waiting);
+          context.budget = ByteBudget::create(
+              context.limits.total_reply_bytes,
+              "the rig has " + in_mib(context.limits.total_reply_bytes) +
+                  " of pictures and answers under way; read the answers that are due, then ask again");
           return std::move(context);
       }()),
       methods_(make_methods(context_, [this] { return json(calls()); })),
@@ -130,7 +169,8 @@ RpcReply RpcServer::without_foreign_files(const json& params, RpcReply done) con
     };
 }
 
-void RpcServer::call(const json& params, std::size_t index, Authority authority, RpcReply done) {
+void RpcServer::call(const json& params, std::size_t index, Authority authority,
+                     const std::shared_ptr<ByteBudget>& budget, RpcReply done) {
     const Method& method = methods_[index];
     if (authority == Authority::look && !method.only_looks)
         return done(error(ErrorKind::unauthorized, method.name + ": " + context_.how_to_command));
@@ -138,15 +178,28 @@ void RpcServer::call(const json& params, std::size_t index, Authority authority,
     if (authority != Authority::own && method.reads_files) done = without_foreign_files(params, std::move(done));
     if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
     const auto answer = std::make_shared<Answer>(std::move(done));
-    method.handler(params, [answer](Result<RpcResult> result) { answer->give(std::move(result)); });
+    RpcReply reply([answer](Result<RpcResult> result) { answer->give(std::move(result)); }, budget);
+    try {
+        method.handler(params, std::move(reply));
+    } catch (const std::bad_alloc&) {
+        answer->give(std::unexpected(out_of_memory()));
+    }
 }
 
-void RpcServer::handle(std::string_view text, std::function<void(std::string)> done, Authority authority) {
+void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority,
+                       const std::shared_ptr<ByteBudget>& peer_budget) {
     const RpcMessage message = parse_rpc(text);
+    const auto budget =
+        ByteBudget::create(context_.limits.reply_bytes,
+                           std::string(message.is_batch ? "the answers of a batch have" : "an answer has") +
+                               " at most " + in_mib(context_.limits.reply_bytes) +
+                               " together; ask one at a time, or take pictures by HTTP: GET "
+                               "/cameras/NAME/snapshot.png, depth.npy or instance.png",
+                           peer_budget ? peer_budget : context_.budget);
     const auto batch = std::make_shared<Batch>(message.items.size(), message.is_batch, std::move(done));
     for (std::size_t i = 0; i < message.items.size(); ++i) {
         if (const auto* bad = std::get_if<RpcError>(&message.items[i])) {
-            batch->answer(i, rpc_error(*bad));
+            batch->answer(i, error_answer(*bad));
             continue;
         }
         const auto& request = std::get<RpcRequest>(message.items[i]);
@@ -156,13 +209,11 @@ void RpcServer::handle(std::string_view text, std::function<void(std::string)> d
                                    {ErrorKind::not_found,
                                     "no method '" + request.method.substr(0, 60) + "'; server.info lists the methods"},
                                    request.id.value_or(nullptr)};
-            batch->answer(i, request.id ? rpc_error(unknown) : std::string());
+            batch->answer(i, request.id ? error_answer(unknown) : RpcAnswer());
             continue;
         }
-        call(request.params, found->second, authority, [batch, i, id = request.id](Result<RpcResult> result) {
-            if (!id) return batch->answer(i, {});
-            if (result) return batch->answer(i, rpc_result(*id, *result));
-            batch->answer(i, rpc_error({rpc_code_of(result.error().kind), result.error(), *id}));
+        call(request.params, found->second, authority, budget, [batch, budget, i, id = request.id](Result<RpcResult> result) {
+            batch->answer(i, id ? answer_of(*id, std::move(result), budget) : RpcAnswer());
         });
     }
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "control/rpc/json_rpc.h"
 #include "control/rpc/limits.h"
 #include "control/rpc/method.h"
 #include "core/base/result.h"
@@ -35,7 +36,9 @@ struct RpcContext {
     /// Errors about files below this folder are told in full to everybody who may command.
     std::filesystem::path scenes = {};
 
-    // Made by the server: one thread reads scenes, one turns the engine's replies into text.
+    // Made by the server: what all answers and the pictures being made for them count against; one thread reads scenes,
+    // one turns the engine's replies into text.
+    std::shared_ptr<ByteBudget> budget = {};
     std::shared_ptr<WorkThread> loader = {};
     std::shared_ptr<WorkThread> replies = {};
 };
@@ -51,9 +54,15 @@ public:
     RpcServer(const RpcServer&) = delete;
     RpcServer& operator=(const RpcServer&) = delete;
 
-    /// Handles one message (one request or one batch). `done` gets the answer, exactly once, from any thread; an empty
-    /// string means there is nothing to answer (notifications only). `done` may outlive the server.
-    void handle(std::string_view text, std::function<void(std::string)> done, Authority authority = Authority::own);
+    /// Handles one message (one request or one batch). `done` gets the answer, exactly once, from any thread; one
+    /// without pieces means there is nothing to answer (notifications only). `done` may outlive the server.
+    ///
+    /// Answers are bounded before memory is taken for them: each by ControlLimits::reply_bytes, a batch as a whole by
+    /// the same, and all by `peer_budget`, a share of budget() (null: by that alone). What does not fit becomes an
+    /// error.
+    void handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority = Authority::own,
+                const std::shared_ptr<ByteBudget>& peer_budget = {});
+    const std::shared_ptr<ByteBudget>& budget() const { return context_.budget; }
 
     /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and
     /// frames alone from then on, as far as world.load goes. To be called before these go. Twice is fine.
@@ -64,7 +73,8 @@ public:
     std::map<std::string, std::uint64_t> calls() const;
 
 private:
-    void call(const nlohmann::json& params, std::size_t method, Authority authority, RpcReply done);
+    void call(const nlohmann::json& params, std::size_t method, Authority authority,
+              const std::shared_ptr<ByteBudget>& budget, RpcReply done);
     /// `done`, but what an error tells of files elsewhere goes to the log instead.
     RpcReply without_foreign_files(const nlohmann::json& params, RpcReply done) const;
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <utility>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 #include "control/rpc/json_rpc.h"
@@ -40,6 +40,11 @@ Connection::Connection(ConnectionShared& shared, Socket socket, Access access)
     : shared_(shared),
       socket_(std::move(socket)),
       lines_(access.must_show_token ? shared.limits.unauthorized_line_bytes : shared.limits.line_bytes),
+      budget_(ByteBudget::create(shared.limits.queued_reply_bytes,
+                                 "this connection has " + std::to_string(shared.limits.queued_reply_bytes >> 20) +
+                                     " MiB of answers under way; read those that are due, then ask again",
+                                 shared.rpc.budget())),
+      transport_(access.transport),
       authority_(access.authority),
       is_authorized_(!access.must_show_token),
       room_(socket_.get_executor()),
@@ -48,8 +53,12 @@ Connection::Connection(ConnectionShared& shared, Socket socket, Access access)
 
 void Connection::start() {
     if (!is_authorized_) close_after(shared_.limits.authorize_time);
-    asio::co_spawn(socket_.get_executor(), [self = shared_from_this()] { return self->read_loop(); }, asio::detached);
-    asio::co_spawn(socket_.get_executor(), [self = shared_from_this()] { return self->write_loop(); }, asio::detached);
+    // What throws (memory ran out) ends this connection and no other.
+    const auto ended = [self = shared_from_this()](std::exception_ptr thrown) {
+        if (thrown) self->close();
+    };
+    asio::co_spawn(socket_.get_executor(), [self = shared_from_this()] { return self->read_loop(); }, ended);
+    asio::co_spawn(socket_.get_executor(), [self = shared_from_this()] { return self->write_loop(); }, ended);
 }
 
 asio::awaitable<void> Connection::read_loop() {
@@ -83,7 +92,7 @@ asio::awaitable<void> Connection::read_loop() {
 
 asio::awaitable<bool> Connection::room() {
     while (!is_closed_ && !is_finishing_ &&
-           (slots_.size() >= shared_.limits.in_flight || reply_bytes_ >= shared_.limits.unsent_reply_bytes)) {
+           (slots_.size() >= shared_.limits.in_flight || budget_->used() >= shared_.limits.unsent_reply_bytes)) {
         co_await wait(room_);
     }
     co_return !is_closed_ && !is_finishing_;
@@ -98,12 +107,12 @@ bool Connection::take(std::string_view line) {
     }
     if (!is_authorized_) return take_first(line);
     auto slot = slots_.emplace_back(std::make_shared<Slot>());
-    const auto done = [post = shared_.post, weak = weak_from_this(), slot](std::string reply) {
+    const auto done = [post = shared_.post, weak = weak_from_this(), slot](RpcAnswer reply) {
         (*post)([weak, slot, reply = std::move(reply)]() mutable {
             if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
         });
     };
-    shared_.rpc.handle(line, done, authority_);
+    shared_.rpc.handle(line, done, authority_, budget_);
     return true;
 }
 
@@ -122,6 +131,12 @@ bool Connection::take_first(std::string_view line) {
         return false;
     }
     is_authorized_ = true;
+    last_used_ = std::chrono::steady_clock::now();
+    if (!shared_.on_authorized(this)) {
+        refuse(rpc_code::application, ErrorKind::resource_exhausted,
+               "there are " + std::to_string(shared_.limits.connections) + " connections in use already; close one");
+        return false;
+    }
     limit_.cancel();
     lines_.set_max_line(shared_.limits.line_bytes);
     return take(line);  // and is answered like every other request
@@ -130,17 +145,16 @@ bool Connection::take_first(std::string_view line) {
 void Connection::refuse(int code, ErrorKind kind, std::string message) {
     reads_off_ = true;
     const auto slot = slots_.emplace_back(std::make_shared<Slot>());
-    answer(slot, rpc_error({code, {kind, std::move(message)}, nullptr}));
+    RpcAnswer reply;
+    reply.append(rpc_error({code, {kind, std::move(message)}, nullptr}));
+    answer(slot, std::move(reply));
 }
 
-void Connection::answer(const std::shared_ptr<Slot>& slot, std::string reply) {
+void Connection::answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply) {
     if (is_closed_) return;
-    reply_bytes_ += reply.size();
-    shared_.reply_bytes += reply.size();
+    if (!reply.pieces.empty()) reply.append("\n");
     slot->reply = std::move(reply);
     slot->is_ready = true;
-    if (reply_bytes_ > shared_.limits.queued_reply_bytes || shared_.reply_bytes > shared_.limits.total_reply_bytes)
-        return close();
     ready_.cancel();
 }
 
@@ -150,14 +164,13 @@ asio::awaitable<void> Connection::write_loop() {
         while (!is_closed_ && (slots_.empty() ? !is_finishing_ : !slots_.front()->is_ready)) co_await wait(ready_);
         if (is_closed_) co_return;
         if (slots_.empty()) break;
-        std::string reply = std::move(slots_.front()->reply);
-        if (!reply.empty()) {
-            reply += '\n';
-            if (!co_await write(reply)) co_return close();
-            reply_bytes_ -= reply.size() - 1;
-            shared_.reply_bytes -= reply.size() - 1;
+        for (const auto slot = slots_.front(); std::string & piece : slot->reply.pieces) {
+            if (!co_await write(piece)) co_return close();
+            piece = {};
         }
+        slots_.front()->reply = {};  // whoever answered may hold the slot a moment longer
         slots_.pop_front();
+        last_used_ = std::chrono::steady_clock::now();
         room_.cancel();
     }
     if (reads_off_) co_await read_off();
@@ -208,7 +221,6 @@ void Connection::finish() {
 
 void Connection::close() {
     if (std::exchange(is_closed_, true)) return;
-    shared_.reply_bytes -= reply_bytes_;
     boost::system::error_code ignored;
     socket_.close(ignored);
     room_.cancel();

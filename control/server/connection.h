@@ -1,10 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -12,6 +14,7 @@
 #include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "control/rpc/json_rpc.h"
 #include "control/rpc/limits.h"
 #include "control/rpc/method.h"
 #include "control/server/line_buffer.h"
@@ -23,14 +26,17 @@ class RpcServer;
 
 class Connection;
 
+enum class Transport : std::uint8_t { unix_socket, tcp };
+
 /// What all connections of a server share. Lives on the server's thread and outlives them.
 struct ConnectionShared {
     RpcServer& rpc;
     const ControlLimits& limits;
     const std::string& token;
     std::shared_ptr<LoopPost> post;
-    std::size_t reply_bytes = 0;  ///< queued, of all connections
     std::function<void(Connection*)> on_closed;
+    /// The token was shown; false: there is no place for one more client.
+    std::function<bool(Connection*)> on_authorized;
 };
 
 /// One client: reads lines, hands them to the RPC server, writes the answers in the order of the requests.
@@ -41,8 +47,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
 public:
     using Socket = boost::asio::generic::stream_protocol::socket;
 
-    /// What a client of this door has to show, and what it may do then.
+    /// How a client came, what it has to show, and what it may do then.
     struct Access {
+        Transport transport = Transport::tcp;
         bool must_show_token = true;
         Authority authority = Authority::look;
     };
@@ -50,13 +57,19 @@ public:
     Connection(ConnectionShared& shared, Socket socket, Access access);
 
     void start();
+    Transport transport() const { return transport_; }
+    bool is_authorized() const { return is_authorized_; }
+    /// Since when it has neither asked for anything nor waited for an answer; nothing: it is in use.
+    std::optional<std::chrono::steady_clock::time_point> idle_since() const {
+        return slots_.empty() ? std::optional(last_used_) : std::nullopt;
+    }
     /// Takes no more requests; closes when what was asked is answered and sent.
     void finish();
     void close();
 
 private:
     struct Slot {
-        std::string reply;
+        RpcAnswer reply;
         bool is_ready = false;
     };
 
@@ -73,14 +86,16 @@ private:
     bool take_first(std::string_view line);
     /// Answers with an error and makes it the last answer of this connection.
     void refuse(int code, ErrorKind kind, std::string message);
-    void answer(const std::shared_ptr<Slot>& slot, std::string reply);
+    void answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply);
     void close_after(ControlLimits::Duration time);
 
     ConnectionShared& shared_;
     Socket socket_;
     LineBuffer lines_;
-    std::deque<std::shared_ptr<Slot>> slots_;  ///< requests not yet answered and sent, oldest first
-    std::size_t reply_bytes_ = 0;
+    std::deque<std::shared_ptr<Slot>> slots_;   ///< requests not yet answered and sent, oldest first
+    const std::shared_ptr<ByteBudget> budget_;  ///< of answers that are being made or not sent yet
+    std::chrono::steady_clock::time_point last_used_ = std::chrono::steady_clock::now();
+    const Transport transport_;
     const Authority authority_;  ///< once it is authorized
     bool is_authorized_;
     bool is_finishing_ = false;

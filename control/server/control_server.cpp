@@ -28,6 +28,17 @@ constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
 /// Out of descriptors: accepting at once again would only burn the processor.
 constexpr std::chrono::milliseconds accept_pause{100};
 
+/// False when something threw (memory ran out): what it was about is lost, everything else goes on.
+bool run_until_thrown(asio::io_context& loop) {
+    try {
+        loop.run();
+        return true;
+    } catch (const std::exception& thrown) {
+        spdlog::error("control: {}", thrown.what());
+        return false;
+    }
+}
+
 }  // namespace
 
 struct ControlServer::Impl {
@@ -38,6 +49,9 @@ struct ControlServer::Impl {
     template <typename Acceptor>
     asio::awaitable<void> accept_loop(Acceptor& acceptor, Connection::Access access);
     void take(Connection::Socket socket, Connection::Access access);
+    /// Sees to it that `newcomer` (null: one that is not there yet) has a place among those of its transport that have,
+    /// or have not, shown the token; closes the one that has been idle longest if it must. False: all are in use.
+    bool make_room(Transport transport, bool is_authorized, const Connection* newcomer);
     void refuse(Connection::Socket socket);
     void closed(Connection* connection);
     void begin_stop();
@@ -54,11 +68,11 @@ struct ControlServer::Impl {
                             options.limits,
                             options.token,
                             std::make_shared<LoopPost>(loop.get_executor()),
-                            0,
-                            [this](Connection* connection) { closed(connection); }};
+                            [this](Connection* connection) { closed(connection); },
+                            [this](Connection* connection) { return make_room(Transport::tcp, true, connection); }};
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
-    std::atomic<std::uint64_t> open{0}, total{0}, refused{0};
+    std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0};
     std::thread thread;
     std::mutex stop_mutex;
 };
@@ -123,7 +137,7 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Conne
 
 void ControlServer::Impl::take(Connection::Socket socket, Connection::Access access) {
     if (is_stopping) return;
-    if (connections.size() >= options.limits.connections) return refuse(std::move(socket));
+    if (!make_room(access.transport, !access.must_show_token, nullptr)) return refuse(std::move(socket));
     auto connection = std::make_shared<Connection>(shared, std::move(socket), access);
     connections.emplace(connection.get(), connection);
     open = connections.size();
@@ -131,12 +145,28 @@ void ControlServer::Impl::take(Connection::Socket socket, Connection::Access acc
     connection->start();
 }
 
+bool ControlServer::Impl::make_room(Transport transport, bool is_authorized, const Connection* newcomer) {
+    const std::size_t limit = is_authorized ? options.limits.connections : options.limits.unauthorized_connections;
+    std::size_t others = 0;
+    Connection* idlest = nullptr;
+    for (const auto& [key, connection] : connections) {
+        if (key == newcomer || key->transport() != transport || key->is_authorized() != is_authorized) continue;
+        ++others;
+        if (const auto since = key->idle_since(); since && (!idlest || *since < *idlest->idle_since())) idlest = key;
+    }
+    if (others < limit) return true;
+    if (!idlest) return false;
+    ++displaced;
+    idlest->close();
+    return true;
+}
+
 void ControlServer::Impl::refuse(Connection::Socket socket) {
     ++refused;
     const std::string line =
         rpc_error({rpc_code::application,
-                   {ErrorKind::resource_exhausted,
-                    "there are " + std::to_string(options.limits.connections) + " connections already; close one"},
+                   {ErrorKind::resource_exhausted, "there are " + std::to_string(options.limits.connections) +
+                                                       " connections in use already; close one"},
                    nullptr}) +
         "\n";
     boost::system::error_code ignored;
@@ -175,14 +205,19 @@ Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOption
     Impl& self = *impl;
     if (self.unix_acceptor.is_open())
         asio::co_spawn(self.loop,
-                       self.accept_loop(self.unix_acceptor, {.must_show_token = false, .authority = Authority::own}),
+                       self.accept_loop(self.unix_acceptor, {.transport = Transport::unix_socket,
+                                                             .must_show_token = false,
+                                                             .authority = Authority::own}),
                        asio::detached);
     if (self.tcp_acceptor.is_open())
         asio::co_spawn(self.loop,
-                       self.accept_loop(self.tcp_acceptor, {.must_show_token = !self.options.token.empty(),
+                       self.accept_loop(self.tcp_acceptor, {.transport = Transport::tcp,
+                                                            .must_show_token = !self.options.token.empty(),
                                                             .authority = self.options.tcp_authority}),
                        asio::detached);
-    self.thread = std::thread([&self] { self.loop.run(); });
+    self.thread = std::thread([&self] {
+        while (!run_until_thrown(self.loop)) continue;
+    });
     return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
 }
 
@@ -200,7 +235,7 @@ std::string ControlServer::tcp_address() const {
 }
 
 ControlCounts ControlServer::counts() const {
-    return {impl_->open.load(), impl_->total.load(), impl_->refused.load()};
+    return {impl_->open.load(), impl_->total.load(), impl_->refused.load(), impl_->displaced.load()};
 }
 
 void ControlServer::stop() {

@@ -25,9 +25,10 @@ struct ControlServerOptions {
 
 /// Counts since the start.
 struct ControlCounts {
-    std::uint64_t open = 0;     ///< connections now
-    std::uint64_t total = 0;    ///< connections ever taken
-    std::uint64_t refused = 0;  ///< over the limit
+    std::uint64_t open = 0;       ///< connections now
+    std::uint64_t total = 0;      ///< connections ever taken
+    std::uint64_t refused = 0;    ///< over the limit
+    std::uint64_t displaced = 0;  ///< closed, while idle, for a new one over the limit
 };
 
 /// JSON-RPC over lines: one JSON message a line, answers in the order of the requests of a connection.

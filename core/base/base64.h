@@ -12,6 +12,10 @@ namespace camrig {
 
 /// RFC 4648, with padding, no line breaks.
 std::string base64_encode(std::span<const std::byte> bytes);
+/// How long the text of so many bytes is.
+constexpr std::size_t base64_size(std::size_t bytes) {
+    return (bytes + 2) / 3 * 4;
+}
 /// Strict: the alphabet, the padding and zero spare bits must be right.
 Result<std::vector<std::byte>> base64_decode(std::string_view text);
 

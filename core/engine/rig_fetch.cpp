@@ -126,6 +126,8 @@ const FrameRef* Rig::drawn_color(const CameraEntry& entry, const MediaFormat& fo
 void Rig::answer(CameraEntry& entry, const FetchRequest& request, std::function<void(Result<MediaUnit>)> done) {
     LatestDue& latest = entry.latest;
     View view = view_of(entry, latest);
+    if (request.admit)
+        if (auto admitted = request.admit(view.spec->size); !admitted) return done(std::unexpected(admitted.error()));
     std::ranges::fill(view.kinds, false);
     view.kinds[static_cast<std::size_t>(request.kind)] = true;
     if (request.kind == FrameKind::color) {

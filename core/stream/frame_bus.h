@@ -89,6 +89,9 @@ struct FetchRequest {
     FrameKind kind = FrameKind::color;
     TimeNs min_ns = 0;   ///< world time the picture must at least show; waits for it
     MediaFormat format;  ///< raw rgba8, jpeg or png
+    /// Asked before anything is drawn, with the picture's size; an error is the answer. May be empty. On the engine's
+    /// thread; must not block.
+    std::function<Result<void>(ImageSize)> admit = {};
 };
 
 /// The camera's latest due frame, rendered on demand when nobody was watching (snapshots, frame.get).

@@ -6,10 +6,13 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/http/read.hpp>
+#include <spdlog/spdlog.h>
 
 #include "rtsp_out/http/access.h"
+#include "rtsp_out/http/asking_page.h"
 #include "rtsp_out/http/send.h"
 
 namespace camrig {
@@ -56,9 +59,15 @@ std::optional<Reply> unreadable(const Failure& failed, bool has_target) {
 
 }  // namespace
 
-HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket, std::string peer)
+std::string describe(const asio::ip::tcp::endpoint& peer) {
+    const std::string address = peer.address().to_string();
+    return (peer.address().is_v6() ? "[" + address + "]" : address) + ":" + std::to_string(peer.port());
+}
+
+HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket, asio::ip::tcp::endpoint peer)
     : state_(state),
-      peer_(std::move(peer)),
+      peer_address_(peer.address()),
+      peer_(describe(peer)),
       stream_(std::move(socket)),
       buffer_(2 * state.options.limits.header_bytes),
       bell_(Doorbell::create(stream_.get_executor())) {
@@ -68,19 +77,36 @@ HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket,
 }
 
 HttpConnection::~HttpConnection() {
+    close();
+}
+
+void HttpConnection::close() {
+    if (std::exchange(is_closed_, true)) return;
+    end_waiting();
     bell_->disconnect();
+    stream_.close();
     state_.connections.erase(this);
     --state_.counts.connections_open;
 }
 
-void HttpConnection::close() {
-    bell_->disconnect();
-    stream_.close();
+void HttpConnection::begin_waiting() {
+    waiting_ = state_.waiting.insert(state_.waiting.end(), this);
+}
+
+void HttpConnection::end_waiting() {
+    if (waiting_) state_.waiting.erase(*waiting_);
+    waiting_.reset();
 }
 
 asio::awaitable<void> HttpConnection::run() {
     bool again = true;
-    while (again && !state_.stopping) again = co_await serve_one();
+    while (again && !is_closed_ && !state_.stopping) {
+        begin_waiting();
+        again = co_await serve_one();
+        end_waiting();
+    }
+    if (is_closed_) co_return;
+    begin_waiting();
     co_await linger();
     close();
 }
@@ -99,8 +125,10 @@ asio::awaitable<bool> HttpConnection::serve_one() {
         co_return co_await send(std::move(*refused), request);
     }
     std::optional<Reply> reply = examine(parser.get(), request);
+    if (reply && reply->status == 401) co_await hold_back(parser.get(), request.target);
     const bool body_wanted = !reply && request.route.kind == RouteKind::rpc && request.method == "POST";
     if (body_wanted) reply = co_await read_body(parser, request);
+    if (!reply) end_waiting();
     if (!reply && request.method == "GET") {
         if (request.route.kind == RouteKind::stream) co_return co_await run_stream(open_stream(request), request);
         if (request.route.kind == RouteKind::live) co_return co_await run_stream(open_live(request), request);
@@ -108,6 +136,22 @@ asio::awaitable<bool> HttpConnection::serve_one() {
     if (!reply) reply = co_await answer(state_, bell_, request);
     if (!parser.is_done()) reply->close = true;  // a body that nobody asked for stays unread
     co_return co_await send(std::move(*reply), request);
+}
+
+/// What two programs could read in two ways (RFC 9112 sections 3.2 and 6.1) is refused, and nothing after it is read.
+std::optional<Reply> HttpConnection::check_message(const Message& message) const {
+    const auto refuse = [](int status, ErrorKind kind, std::string why) {
+        Reply reply = error_reply(status, kind, std::move(why));
+        reply.close = true;
+        return reply;
+    };
+    const std::size_t encodings = message.count(http::field::transfer_encoding);
+    if (encodings > 1 || (encodings == 1 && !beast::iequals(message[http::field::transfer_encoding], "chunked")))
+        return refuse(501, ErrorKind::unsupported, "Transfer-Encoding: only chunked is understood");
+    const auto host = field(message, http::field::host);
+    if (message.count(http::field::host) > 1 || (host && !is_host_field(*host)))
+        return refuse(400, ErrorKind::invalid_argument, "Host: must be given once, as a name or address and a port");
+    return std::nullopt;
 }
 
 std::optional<Reply> HttpConnection::check_access(const Message& message, HttpRequest& request) const {
@@ -135,6 +179,7 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
     request.version = message.version();
     request.keep_alive = message.keep_alive();
     request.if_none_match = std::string(field(message, http::field::if_none_match).value_or(""));
+    if (auto refused = check_message(message)) return refused;
     auto target = parse_target(view(message.target()));
     if (!target) return error_reply(target.error(), message.target().size() > max_target_length ? 414 : 400);
     request.target = std::move(*target);
@@ -145,16 +190,23 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
         if (!route) return error_reply(route.error());
         request.route = std::move(*route);
     }
-    const std::string_view allowed = allowed_methods(request.route.kind);
+    // The page may be linked to from anywhere; what it shows is asked for by itself.
+    const AskingPage page{field(message, http::field::host), field(message, http::field::origin),
+                          field(message, http::field::referer), field(message, http::field::sec_fetch_site)};
+    request.embeds = is_listed_page(page, state_.options.embedders);
+    if (request.route.kind != RouteKind::file && request.route.kind != RouteKind::rpc && !request.embeds)
+        if (auto good = check_page(page); !good) return error_reply(good.error(), 403);
+    const auto methods = allowed_methods(request.route.kind);
+    std::string allowed;
+    for (const std::string_view method : methods) allowed.append(allowed.empty() ? "" : ", ").append(method);
     if (request.method == "OPTIONS") {
         Reply reply;
         reply.status = 204;
         reply.fields.emplace_back("Allow", allowed);
         return reply;
     }
-    // HTTP methods are never part of one another's names here, so a plain search in the list is exact.
-    if (allowed.find(request.method) == std::string_view::npos) {
-        Reply reply = error_reply(405, ErrorKind::unsupported, request.target.path + " takes " + std::string(allowed));
+    if (std::ranges::find(methods, request.method) == methods.end()) {
+        Reply reply = error_reply(405, ErrorKind::unsupported, request.target.path + " takes " + allowed);
         reply.fields.emplace_back("Allow", allowed);
         return reply;
     }
@@ -211,13 +263,14 @@ asio::awaitable<bool> HttpConnection::run_stream(Result<std::unique_ptr<Stream>>
     asio::co_spawn(stream_.get_executor(), watch_peer(),
                    [self = shared_from_this()](std::exception_ptr) { self->close(); });
     const std::unique_ptr<Stream> stream = std::move(*opened);
-    co_await stream->run(stream_, request.version);
+    co_await stream->run(stream_, request.version, request.embeds);
     co_return false;
 }
 
 asio::awaitable<bool> HttpConnection::send(Reply reply, const HttpRequest& request) {
     ++state_.counts.requests;
     if (reply.status >= 400) ++state_.counts.errors;
+    reply.embeddable = request.embeds;
     const bool keep_alive = request.keep_alive && !reply.close && !state_.stopping;
     const std::string* token = request.target.find("token");
     if (token && !state_.options.token.empty() && request.route.kind == RouteKind::file && reply.status == 200)
@@ -229,8 +282,29 @@ asio::awaitable<bool> HttpConnection::send(Reply reply, const HttpRequest& reque
         pieces[1] = asio::buffer(reply.text);
         pieces[2] = asio::buffer(reply.data.data(), reply.data.size());
     }
-    const Failure failed = co_await send_all(stream_, pieces, state_.options.limits.stalled_after);
+    Failure failed = co_await send_all(stream_, pieces, state_.options.limits.stalled_after);
+    if (request.method == "HEAD") reply.pieces.clear();
+    for (auto piece = reply.pieces.begin(); piece != reply.pieces.end() && !failed; ++piece) {
+        pieces = {asio::buffer(*piece)};
+        failed = co_await send_all(stream_, pieces, state_.options.limits.stalled_after);
+        *piece = {};  // large ones go as soon as they can
+    }
     co_return keep_alive && !failed;
+}
+
+asio::awaitable<void> HttpConnection::hold_back(const Message& message, const Target& target) {
+    if (token_of(field(message, http::field::authorization).value_or(""), target.find("token"),
+                 field(message, http::field::cookie).value_or(""))
+            .empty())
+        co_return;
+    ++state_.counts.wrong_tokens;
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= state_.next_token_log) {
+        state_.next_token_log = now + std::chrono::seconds(1);
+        spdlog::warn("http: {} has sent a wrong token; {} since the start", peer_, state_.counts.wrong_tokens.load());
+    }
+    asio::steady_timer pause(stream_.get_executor(), state_.options.limits.wrong_token);
+    co_await pause.async_wait(quiet);
 }
 
 asio::awaitable<void> HttpConnection::watch_peer() {

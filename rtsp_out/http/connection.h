@@ -1,5 +1,6 @@
 #pragma once
 
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,18 +21,22 @@
 
 namespace camrig {
 
+/// "127.0.0.1:8080", "[::1]:8080".
+std::string describe(const boost::asio::ip::tcp::endpoint& endpoint);
+
 /// One TCP connection: reads requests one after the other, decides who may ask, answers. Server's thread.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 public:
-    HttpConnection(ServerState& state, boost::asio::ip::tcp::socket socket, std::string peer);
+    HttpConnection(ServerState& state, boost::asio::ip::tcp::socket socket, boost::asio::ip::tcp::endpoint peer);
     ~HttpConnection();
     HttpConnection(const HttpConnection&) = delete;
     HttpConnection& operator=(const HttpConnection&) = delete;
 
     /// Until the connection is over. The caller keeps `this` alive.
     boost::asio::awaitable<void> run();
-    /// Ends whatever run() is doing.
+    /// Ends whatever run() is doing, and frees its place. Twice is fine.
     void close();
+    boost::asio::ip::address peer_address() const { return peer_address_; }
 
 private:
     using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
@@ -48,6 +53,7 @@ private:
     boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, HttpRequest& request);
     /// Fills `request` from the header fields, or says why it is refused.
     std::optional<Reply> examine(const Message& message, HttpRequest& request) const;
+    std::optional<Reply> check_message(const Message& message) const;
     /// Whether this may be asked at all, and whether it may command.
     std::optional<Reply> check_access(const Message& message, HttpRequest& request) const;
     /// Closes streams whose client has gone while we wait for pictures.
@@ -56,9 +62,18 @@ private:
     boost::asio::awaitable<void> linger();
 
     ServerState& state_;
+    /// Among those whose next request is awaited, from now on or no longer.
+    void begin_waiting();
+    void end_waiting();
+    /// Guessing tokens is slow, and told in the log once a second at most.
+    boost::asio::awaitable<void> hold_back(const Message& message, const Target& target);
+
+    const boost::asio::ip::address peer_address_;
     const std::string peer_;
     boost::beast::tcp_stream stream_;
     boost::beast::flat_buffer buffer_;
+    std::optional<std::list<HttpConnection*>::iterator> waiting_;  ///< its place in ServerState::waiting
+    bool is_closed_ = false;
     const std::shared_ptr<Doorbell> bell_;
 };
 

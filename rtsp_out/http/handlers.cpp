@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "core/frame/kind_format.h"
 #include "rtsp_out/http/metrics.h"
 #include "rtsp_out/http/npy.h"
 
@@ -95,13 +96,24 @@ asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bel
     if (!wanted) co_return error_reply(wanted.error());
     const auto ticket = FetchTicket::begin(state);
     if (!ticket) co_return too_many_fetches();
+    const auto claim = std::make_shared<ByteBudget::Claim>();
+    wanted->admit = [claim, budget = state.pictures, kind = wanted->kind](ImageSize size) -> Result<void> {
+        auto claimed = budget->claim(bytes_of(format_of(kind), size));
+        if (!claimed) return std::unexpected(claimed.error());
+        *claim = std::move(*claimed);
+        return {};
+    };
     auto later = std::make_shared<Later<Result<MediaUnit>>>(bell);
     state.options.fetcher->fetch(std::move(*wanted),
                                  [later, ticket](Result<MediaUnit> unit) { later->set(std::move(unit)); });
     auto got = co_await later->wait_for(state.options.limits.reply_time);
     if (!got) co_return error_reply(got.error());
     if (!*got) co_return error_reply(got->error());
-    co_return picture_reply(**got, request);
+    Reply reply = picture_reply(**got, request);
+    claim->shrink_to(reply.data.size());
+    reply.keep = std::make_shared<std::pair<std::shared_ptr<const void>, std::shared_ptr<ByteBudget::Claim>>>(
+        std::move(reply.keep), claim);
+    co_return reply;
 }
 
 asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
@@ -121,17 +133,20 @@ asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell,
 
 asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
-    auto later = std::make_shared<Later<std::string>>(bell);
+    auto later = std::make_shared<Later<RpcText>>(bell);
     state.options.hooks.rpc(request.body, request.may_command,
-                            [later](std::string text) { later->set(std::move(text)); });
+                            [later](RpcText text) { later->set(std::move(text)); });
     auto got = co_await later->wait_for(state.options.limits.rpc_time);
     if (!got) co_return error_reply(got.error());
-    if (got->empty()) {
+    if (got->pieces.empty()) {
         Reply nothing;
         nothing.status = 204;
         co_return nothing;
     }
-    co_return json_reply(std::move(*got));
+    Reply reply = json_reply({});
+    reply.pieces = std::move(got->pieces);
+    reply.keep = std::move(got->keep);
+    co_return reply;
 }
 
 asio::awaitable<Reply> metrics(ServerState& state, std::shared_ptr<Doorbell> bell) {
@@ -173,14 +188,19 @@ asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> be
 
 }  // namespace
 
-std::string_view allowed_methods(RouteKind kind) {
-    return kind == RouteKind::rpc ? "POST, OPTIONS" : "GET, HEAD, OPTIONS";
+std::span<const std::string_view> allowed_methods(RouteKind kind) {
+    static constexpr std::string_view of_rpc[] = {"POST", "OPTIONS"};
+    static constexpr std::string_view of_others[] = {"GET", "HEAD", "OPTIONS"};
+    if (kind == RouteKind::rpc) return of_rpc;
+    return of_others;
 }
 
 asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     std::string what;
     try {
         co_return co_await dispatch(state, bell, request);
+    } catch (const std::bad_alloc&) {
+        co_return error_reply({ErrorKind::resource_exhausted, "the rig has no memory for this answer; try again"});
     } catch (const std::exception& thrown) {
         what = thrown.what();
     }

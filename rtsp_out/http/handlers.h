@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -18,6 +20,7 @@ struct HttpRequest {
     std::string method;
     unsigned version = 11;
     bool keep_alive = false;
+    bool embeds = false;  ///< asked by a page of HttpOptions::embedders
     Target target;
     HttpRoute route;
     std::string if_none_match;
@@ -25,8 +28,8 @@ struct HttpRequest {
     bool may_command = false;  ///< POST /rpc: not only look
 };
 
-/// The methods of a path, as for the Allow field.
-std::string_view allowed_methods(RouteKind kind);
+/// The methods of a path.
+std::span<const std::string_view> allowed_methods(RouteKind kind);
 
 /// Answers everything but streams. Server's thread; waits on `bell`; throws nothing.
 boost::asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request);

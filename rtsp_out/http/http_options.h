@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/base/time.h"
@@ -22,15 +23,21 @@ struct StaticFile {
     std::shared_ptr<const std::string> bytes;
 };
 
+/// The text of a JSON-RPC answer: one piece after the other. `keep` goes when it has been sent.
+struct RpcText {
+    std::vector<std::string> pieces;
+    std::shared_ptr<const void> keep = {};
+};
+
 /// What the composition root plugs in. Every hook is called on the server's thread and must not block; a `reply` may be
 /// called once, later, from any thread, also after the server is gone.
 struct HttpHooks {
-    using Rpc = std::function<void(std::string body, bool may_command, std::function<void(std::string)> reply)>;
+    using Rpc = std::function<void(std::string body, bool may_command, std::function<void(RpcText)> reply)>;
     using Stats = std::function<void(std::function<void(RigReport)> reply)>;
     using Truth =
         std::function<void(std::string camera, TimeNs min_ns, std::function<void(Result<std::string>)> reply)>;
 
-    Rpc rpc;                                       ///< JSON-RPC text in and out. An empty answer is "204 No Content"
+    Rpc rpc;                                       ///< JSON-RPC text in and out. No pieces: "204 No Content"
     Stats stats;                                   ///< for /metrics
     Truth truth;                                   ///< JSON text of /cameras/NAME/truth
     std::function<Result<std::string>()> healthz;  ///< a line of text; an error is 503. Absent: "ok"
@@ -42,9 +49,13 @@ struct HttpLimits {
     using Duration = std::chrono::milliseconds;
 
     std::size_t connections = 512;
-    std::size_t header_bytes = 16 * 1024;  ///< request line and header fields together
-    std::size_t body_bytes = 1024 * 1024;  ///< of POST /rpc
-    std::size_t fetches = 64;              ///< pictures and truths being made at once, for all clients
+    std::size_t waiting_connections = 128;               ///< that have no whole request in work
+    std::size_t connections_per_peer = 128;              ///< of one address beyond loopback
+    std::size_t connections_per_local_peer = 512;        ///< of one address of loopback
+    std::size_t header_bytes = 16 * 1024;                ///< request line and header fields together
+    std::size_t body_bytes = 1024 * 1024;                ///< of POST /rpc
+    std::size_t fetches = 64;                            ///< pictures and truths being made at once, for all clients
+    std::size_t picture_bytes = std::size_t{512} << 20;  ///< of pictures being made or sent, for all clients
     std::size_t qualities_per_camera =
         8;  ///< different qualities and widths streamed at once (each is one more encoding)
     int send_buffer_bytes = 256 * 1024;  ///< the kernel's, per connection
@@ -54,6 +65,7 @@ struct HttpLimits {
     Duration reply_time{30'000};         ///< waiting for a picture, a truth or statistics
     Duration rpc_time{600'000};          ///< waiting for a JSON-RPC answer (world.step may take long)
     Duration repeat_after{2'000};        ///< a stream without a new picture repeats the last one
+    Duration wrong_token{250};           ///< before a wrong token is answered
     Duration linger{2'000};              ///< reading what a refused client still sends, so that it sees the answer
 };
 
@@ -64,6 +76,7 @@ struct HttpOptions {
     std::string command_key;          ///< without a token: what a `POST /rpc` shows to command; empty: all may
     FrameBus* bus = nullptr;          ///< outlives the server
     FrameFetcher* fetcher = nullptr;  ///< outlives the server
+    std::vector<std::string> embedders;  ///< origins of pages that may show pictures (asking_page.h)
     HttpHooks hooks;
     HttpLimits limits;
 };
@@ -72,7 +85,9 @@ struct HttpOptions {
 struct HttpCounts {
     std::uint64_t connections_open = 0;
     std::uint64_t connections_total = 0;
-    std::uint64_t connections_refused = 0;  ///< over the limit
+    std::uint64_t connections_refused = 0;    ///< over the limit
+    std::uint64_t connections_displaced = 0;  ///< closed, while waiting, for a new one over the limit
+    std::uint64_t wrong_tokens = 0;
     std::uint64_t requests = 0;
     std::uint64_t errors = 0;  ///< replies with status 400 and above
     std::uint64_t streams_open = 0;

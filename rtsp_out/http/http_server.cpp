@@ -1,5 +1,7 @@
 #include "rtsp_out/http/http_server.h"
 
+#include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <thread>
 
@@ -52,11 +54,6 @@ Result<void> check_options(const HttpOptions& options, const tcp::endpoint& endp
                                                   "or use --host 127.0.0.1");
 }
 
-std::string describe(const tcp::endpoint& endpoint) {
-    const std::string address = endpoint.address().to_string();
-    return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" + std::to_string(endpoint.port());
-}
-
 /// Pictures go out at once, and no more of them waits in the kernel than the peer is about to take.
 void tune(tcp::socket& socket, const HttpLimits& limits) {
     Failure ignored;
@@ -85,6 +82,8 @@ struct HttpServer::Impl {
     Result<void> listen();
     asio::awaitable<void> accept_all();
     void admit(tcp::socket socket);
+    /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must.
+    bool make_room(const asio::ip::address& peer);
     void refuse(tcp::socket socket);
     void shut_down();
 
@@ -123,19 +122,22 @@ asio::awaitable<void> HttpServer::Impl::accept_all() {
             admit(std::move(socket));
             continue;
         }
-        spdlog::warn("http: accept: {}", failed.message());
+        if (const auto now = std::chrono::steady_clock::now(); now >= state.next_accept_log) {
+            state.next_accept_log = now + std::chrono::seconds(1);
+            spdlog::warn("http: a connection could not be taken: {}", failed.message());
+        }
         pause.expires_after(accept_pause);
         co_await pause.async_wait(quiet);
     }
 }
 
 void HttpServer::Impl::admit(tcp::socket socket) {
-    if (state.connections.size() >= state.options.limits.connections) return refuse(std::move(socket));
     Failure failed;
     const auto peer = socket.remote_endpoint(failed);
     if (failed) return;  // gone already
+    if (!make_room(peer.address())) return refuse(std::move(socket));
     tune(socket, state.options.limits);
-    auto connection = std::make_shared<HttpConnection>(state, std::move(socket), describe(peer));
+    auto connection = std::make_shared<HttpConnection>(state, std::move(socket), peer);
     asio::co_spawn(io, connection->run(), [connection](std::exception_ptr thrown) {
         if (!thrown) return;
         connection->close();
@@ -147,6 +149,18 @@ void HttpServer::Impl::admit(tcp::socket socket) {
             spdlog::error("http: a connection failed");
         }
     });
+}
+
+bool HttpServer::Impl::make_room(const asio::ip::address& peer) {
+    const HttpLimits& limits = state.options.limits;
+    const auto of_peer =
+        static_cast<std::size_t>(std::ranges::count(state.connections, peer, &HttpConnection::peer_address));
+    if (of_peer >= (peer.is_loopback() ? limits.connections_per_local_peer : limits.connections_per_peer)) return false;
+    if (state.connections.size() < limits.connections && state.waiting.size() < limits.waiting_connections) return true;
+    if (state.waiting.empty()) return false;
+    ++state.counts.connections_displaced;
+    state.waiting.front()->close();
+    return true;
 }
 
 void HttpServer::Impl::refuse(tcp::socket socket) {
@@ -164,8 +178,8 @@ void HttpServer::Impl::shut_down() {
     Failure ignored;
     acceptor.close(ignored);
     pause.cancel();
-    // Connections leave the set when their coroutines end, later.
-    for (HttpConnection* connection : state.connections) connection->close();
+    const auto present = state.connections;  // closing takes them out of the set
+    for (HttpConnection* connection : present) connection->close();
 }
 
 HttpServer::HttpServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -50,9 +50,12 @@ Reply LiveStream::head() {
     return reply;
 }
 
-asio::awaitable<void> LiveStream::run(beast::tcp_stream& socket, unsigned http_version) {
+asio::awaitable<void> LiveStream::run(beast::tcp_stream& socket, unsigned http_version, bool embeddable) {
+    Reply opening_head = head();
+    opening_head.embeddable = embeddable;
     for (const auto& channel : channels_) channel->fetch();
-    Failure failed = co_await send_text(socket, head_of(head(), http_version, false) + std::string(boundary_line));
+    Failure failed =
+        co_await send_text(socket, head_of(opening_head, http_version, false) + std::string(boundary_line));
     bool ended = false;
     while (!failed && !ended) {
         int sent = 0;

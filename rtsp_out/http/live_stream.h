@@ -28,7 +28,7 @@ public:
     /// The head of the answer, also for HEAD.
     static Reply head();
     /// Sends until the client or one of the cameras goes.
-    boost::asio::awaitable<void> run(boost::beast::tcp_stream& socket, unsigned http_version);
+    boost::asio::awaitable<void> run(boost::beast::tcp_stream& socket, unsigned http_version, bool embeddable);
 
 private:
     using Failure = boost::beast::error_code;

@@ -29,8 +29,10 @@ Reply MjpegStream::head() {
     return reply;
 }
 
-asio::awaitable<void> MjpegStream::run(beast::tcp_stream& socket, unsigned http_version) {
-    const std::string opening = head_of(head(), http_version, false) + std::string(boundary_line);
+asio::awaitable<void> MjpegStream::run(beast::tcp_stream& socket, unsigned http_version, bool embeddable) {
+    Reply opening_head = head();
+    opening_head.embeddable = embeddable;
+    const std::string opening = head_of(opening_head, http_version, false) + std::string(boundary_line);
     channel_->fetch();
     repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
     SendPieces pieces{asio::buffer(opening)};

@@ -29,7 +29,7 @@ public:
     /// The head of the answer, also for HEAD.
     static Reply head();
     /// Sends until the client or the camera goes.
-    boost::asio::awaitable<void> run(boost::beast::tcp_stream& socket, unsigned http_version);
+    boost::asio::awaitable<void> run(boost::beast::tcp_stream& socket, unsigned http_version, bool embeddable);
 
 private:
     MjpegStream(ServerState& state, std::shared_ptr<Doorbell> bell, std::unique_ptr<StreamChannel> channel)

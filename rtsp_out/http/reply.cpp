@@ -46,6 +46,12 @@ std::string_view reason_of(int status) {
 
 }  // namespace
 
+std::size_t Reply::body_bytes() const {
+    std::size_t bytes = text.size() + data.size();
+    for (const auto& piece : pieces) bytes += piece.size();
+    return bytes;
+}
+
 int status_of(ErrorKind kind) {
     switch (kind) {
         case ErrorKind::invalid_argument:
@@ -98,6 +104,8 @@ std::string head_of(const Reply& reply, unsigned version, bool keep_alive) {
     const auto field = [&head](std::string_view name, std::string_view value) {
         head.append(name).append(": ").append(value).append("\r\n");
     };
+    // Where it is honoured, pages of other origins do not even get the bytes.
+    field("Cross-Origin-Resource-Policy", reply.embeddable ? "cross-origin" : "same-origin");
     if (!reply.content_type.empty()) field("Content-Type", reply.content_type);
     if (!reply.endless && reply.status != 204 && reply.status != 304)
         field("Content-Length", std::to_string(reply.body_bytes()));

@@ -13,18 +13,20 @@
 
 namespace camrig {
 
-/// One HTTP answer. The body is `text` followed by `data`; `keep` owns what `data` shows.
+/// One HTTP answer. The body is `text`, `data` and `pieces`; `keep` owns what `data` shows.
 struct Reply {
     int status = 200;
     std::string content_type;  ///< empty: the answer has no body
     std::vector<std::pair<std::string, std::string>> fields;
     std::string text;
     std::span<const std::byte> data;
+    std::vector<std::string> pieces;  ///< of the body, after `data`
     std::shared_ptr<const void> keep;
-    bool close = false;    ///< the connection cannot be used further
-    bool endless = false;  ///< no Content-Length: the body lasts until the connection closes
+    bool close = false;       ///< the connection cannot be used further
+    bool embeddable = false;  ///< a page of another origin may show it
+    bool endless = false;     ///< no Content-Length: the body lasts until the connection closes
 
-    std::size_t body_bytes() const { return text.size() + data.size(); }
+    std::size_t body_bytes() const;
 };
 
 /// The status that tells an error of the rig.

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <list>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "core/base/byte_budget.h"
 #include "core/stream/sink.h"
 #include "rtsp_out/http/http_options.h"
 
@@ -16,12 +19,13 @@ class HttpConnection;
 
 /// HttpCounts while the server runs; any thread.
 struct LiveCounts {
-    std::atomic<std::uint64_t> connections_total{0}, connections_open{0}, connections_refused{0}, requests{0},
-        errors{0}, streams_open{0}, first_parts{0}, repeated_parts{0}, stalled{0};
+    std::atomic<std::uint64_t> connections_total{0}, connections_open{0}, connections_refused{0},
+        connections_displaced{0}, wrong_tokens{0}, requests{0}, errors{0}, streams_open{0}, first_parts{0},
+        repeated_parts{0}, stalled{0};
 
     HttpCounts read() const {
-        return {connections_open, connections_total, connections_refused, requests, errors,
-                streams_open,     first_parts,       repeated_parts,      stalled};
+        return {connections_open, connections_total, connections_refused, connections_displaced, wrong_tokens, requests,
+                errors,           streams_open,      first_parts,         repeated_parts,        stalled};
     }
 };
 
@@ -34,7 +38,14 @@ struct ServerState {
     /// Pictures being made. Shared, because a fetch may end after the server.
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
     std::map<std::string, std::map<MediaFormat, int>> streams_by_format;  ///< camera -> form of its JPEGs -> streams
-    std::set<HttpConnection*> connections;
+    /// What pictures count against from before they are drawn until they are sent.
+    const std::shared_ptr<ByteBudget> pictures = ByteBudget::create(
+        options.limits.picture_bytes,
+        "too many large pictures are being made or sent at once; read those that are due, try again");
+    std::set<HttpConnection*> connections;  ///< open ones
+    std::list<HttpConnection*> waiting;     ///< those without a whole request in work, the longest waiting first
+    std::chrono::steady_clock::time_point next_token_log{};  ///< a wrong token is told again from then on
+    std::chrono::steady_clock::time_point next_accept_log{};
     bool stopping = false;
 };
 

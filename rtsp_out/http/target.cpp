@@ -82,6 +82,25 @@ const std::string* Target::find(std::string_view name) const {
     return found == query.end() ? nullptr : &found->second;
 }
 
+bool is_host_field(std::string_view text) {
+    constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
+    std::string_view allowed = letters;
+    std::size_t end = std::min(text.find(':'), text.size());
+    if (text.starts_with('[')) {
+        allowed = "0123456789abcdefABCDEF:.";
+        end = text.find(']');
+        if (end == std::string_view::npos) return false;
+    }
+    const bool is_v6 = text.starts_with('[');
+    const std::string_view name = is_v6 ? text.substr(1, end - 1) : text.substr(0, end);
+    std::string_view port = text.substr(is_v6 ? end + 1 : end);
+    if (name.empty() || name.find_first_not_of(allowed) != std::string_view::npos) return false;
+    if (port.empty()) return true;
+    if (port.front() != ':') return false;
+    port.remove_prefix(1);
+    return port.size() <= 5 && port.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 std::vector<std::string_view> segments_of(std::string_view path) {
     std::vector<std::string_view> segments;
     if (path == "/") return segments;

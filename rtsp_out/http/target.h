@@ -27,6 +27,9 @@ struct Target {
 /// '+' stands for itself. Anything ambiguous is refused rather than guessed.
 Result<Target> parse_target(std::string_view text);
 
+/// Whether a Host field is a host with or without a port: "rig:8080", "10.0.0.1", "[::1]:80". Pure.
+bool is_host_field(std::string_view text);
+
 /// Splits "/cameras/lobby/stream.mjpg" into its segments without slashes; "/" has none.
 std::vector<std::string_view> segments_of(std::string_view path);
 

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "rtsp_out/http/access.h"
+#include "rtsp_out/http/asking_page.h"
 #include "rtsp_out/http/route.h"
 #include "rtsp_out/http/target.h"
 
@@ -14,6 +15,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static_cast<void>(is_loopback_host(text));
     static_cast<void>(token_of(text, nullptr, text));
     static_cast<void>(check_origin({"POST", text, text, {}}, "localhost", false));
+
+    const AskingPage page{.host = "localhost", .origin = {}, .referer = text, .sec_fetch_site = {}};
+    if (check_page(page)) CHECK(text.starts_with("http://localhost") || text.starts_with("https://localhost"));
+    if (is_host_field(text)) CHECK(text.find_first_of(" @/\r\n") == std::string_view::npos);
+    static_cast<void>(check_page_origin(text));
 
     const auto target = parse_target(text);
     if (!target) return 0;

@@ -26,11 +26,14 @@ void require(bool condition) {
 void run(std::string_view text) {
     static RefusingRig rig;
     static RpcServer server(RpcContext{rig, rig});
-    // Loading reads files named by the input: not this target's business, and slow.
-    if (text.find("world.load") != std::string_view::npos || text.find('\\') != std::string_view::npos) return;
+    // Loading reads files named by the input, on another thread: not this target's business, and slow. Asked of the
+    // decoded message, because escapes can write the name in many ways.
+    for (const auto& item : parse_rpc(text).items)
+        if (const auto* request = std::get_if<RpcRequest>(&item); request && request->method == "world.load") return;
     int answers = 0;
-    server.handle(text, [&](std::string reply) {
+    server.handle(text, [&](const RpcAnswer& answer) {
         ++answers;
+        const std::string reply = answer.joined();
         if (reply.empty()) return;
         require(reply.find('\n') == std::string::npos);
         require(nlohmann::json::accept(reply));

@@ -36,6 +36,16 @@ class Process:
                 return int(line.split()[1])
         raise AssertionError("no VmRSS")
 
+    def peak_kib(self) -> int:
+        """The largest rss_kib() since forget_peak()."""
+        for line in pathlib.Path(f"/proc/{self.pid}/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1])
+        raise AssertionError("no VmHWM")
+
+    def forget_peak(self) -> None:
+        pathlib.Path(f"/proc/{self.pid}/clear_refs").write_text("5")
+
     def fds(self) -> int:
         return len(os.listdir(f"/proc/{self.pid}/fd"))
 

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import random
+import select
 import socket
 import subprocess
 import urllib.parse
@@ -115,8 +116,32 @@ def test_a_client_that_never_reads_is_closed_and_costs_no_memory(rig, process):
     except OSError:
         pass
     assert process.rss_kib() - before < 200 * 1024
+    closed = select.poll()
+    closed.register(raw, select.POLLRDHUP)
+    assert closed.poll(20_000), "still open"
+    wait_until(lambda: process.rss_kib() - before < 64 * 1024, what="the memory of its answers to be given back")
     assert rig.status()["scene"] == "minimal"
     raw.close()
+
+
+def test_a_batch_of_large_pictures_costs_no_more_than_one_of_them(rig, process):
+    """Eight raw pictures of 48 MB in one request: what does not fit is refused before it is drawn."""
+    rig.create_camera("c", size=(4096, 2900))
+    before = process.rss_kib()
+    process.forget_peak()
+    raw = control_socket(rig)
+    one = '{"jsonrpc":"2.0","id":%d,"method":"frame.get","params":{"camera":"c","format":"raw"}}'
+    raw.sendall(("[" + ",".join(one % number for number in range(8)) + "]\n" + one % 8 + "\n").encode())
+    lines = raw.makefile("rb")
+    answers = json.loads(lines.readline())
+    assert [answer["id"] for answer in answers] == list(range(8))
+    assert len(answers[0]["result"]["data"]) == -(-4096 * 2900 * 4 // 3)
+    for answer in answers[1:]:
+        assert answer["error"]["data"]["kind"] == "resource_exhausted"
+        assert "one at a time" in answer["error"]["message"]
+    del answers
+    assert "result" in json.loads(lines.readline())  # the connection goes on
+    assert process.peak_kib() - before < 450 * 1024
 
 
 def test_clients_that_vanish_in_the_middle_leave_nothing(rig, process):

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "rtsp_out/http/asking_page.h"
 #include "rtsp_out/rtsp/h264_encoder.h"
 #include "tools/camrig/cli_commands.h"
 
@@ -35,6 +36,16 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve
         ->add_option("--rtsp-encoder", options->rtsp_encoder, "of H.264; default: the first of these that is installed")
         ->check(CLI::IsMember(h264_elements));
+    serve
+        ->add_option(
+            "--embed", options->embed_origins,
+            "origin of web pages that may show pictures, as http://dashboard.example:3000; may be given several "
+            "times. Without it only the rig's own page can")
+        ->check([](const std::string& text) -> std::string {
+            const auto good = check_page_origin(text);
+            return good ? "" : good.error().message;
+        })
+        ->allow_extra_args(false);
     serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
         ->check(is_port);
     auto* open_loopback =

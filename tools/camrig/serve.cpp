@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <new>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -22,6 +24,7 @@
 #include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
+#include "tools/camrig/descriptors.h"
 #include "tools/camrig/device_outputs.h"
 #include "tools/camrig/loopback_outputs.h"
 #include "tools/camrig/rig_folder.h"
@@ -52,6 +55,26 @@ Result<std::string> read_token(const std::filesystem::path& file) {
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
     if (token.empty()) return error(ErrorKind::invalid_argument, "--token-file " + file.string() + ": is empty");
     return token;
+}
+
+/// While it lives, and its is_over() was not called, a program without memory ends with a message instead of an
+/// exception in whichever thread it was. Once the rig serves, a request that finds no memory is an error of its own.
+class EndWithoutMemory {
+public:
+    EndWithoutMemory() {
+        std::set_new_handler([] {
+            constexpr std::string_view text = "camrig: there is not enough memory to start (see ulimit -v)\n";
+            static_cast<void>(!::write(STDERR_FILENO, text.data(), text.size()));
+            ::_exit(1);
+        });
+    }
+    ~EndWithoutMemory() { is_over(); }
+    void is_over() const { std::set_new_handler(nullptr); }
+};
+
+/// As it stands in a URL: an address of IPv6 goes into brackets.
+std::string host_of_url(const std::string& host) {
+    return host.find(':') == std::string::npos ? host : "[" + host + "]";
 }
 
 /// The signals that end the rig are blocked in every thread and waited for in one.
@@ -162,6 +185,8 @@ std::vector<CommandKeyFile> write_key_files(const std::string& key, const HttpSe
 int run_serve(const ServeOptions& options) {
     if (auto open = check_ready_fd(options.ready_fd); !open) return fail(open.error());
     std::signal(SIGPIPE, SIG_IGN);
+    const EndWithoutMemory at_start;
+    raise_descriptor_limit();
     // glibc gives new threads heaps of their own, which streams that come and go would leave behind half empty.
     mallopt(M_ARENA_MAX, max_heaps);
     StopSignal stop;
@@ -216,9 +241,14 @@ int run_serve(const ServeOptions& options) {
     http_options.command_key = access->key;
     http_options.bus = &bus;
     http_options.fetcher = engine->get();
+    http_options.embedders = options.embed_origins;
     http_options.hooks.rpc = [&rpc, granted = access->authority](std::string body, bool may_command,
-                                                                 std::function<void(std::string)> reply) {
-        rpc.handle(body, std::move(reply), may_command ? granted : Authority::look);
+                                                                 std::function<void(RpcText)> reply) {
+        const auto done = [reply = std::move(reply)](RpcAnswer answer) {
+            auto claims = std::make_shared<std::vector<ByteBudget::Claim>>(std::move(answer.claims));
+            reply({std::move(answer.pieces), std::move(claims)});
+        };
+        rpc.handle(body, done, may_command ? granted : Authority::look);
     };
     http_options.hooks.stats = [&engine = **engine](std::function<void(RigReport)> reply) {
         engine.post(Request<GetStats>{{}, [reply = std::move(reply)](Result<RigReport> report) {
@@ -272,8 +302,8 @@ int run_serve(const ServeOptions& options) {
 
     std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());
     std::printf("  control  %s\n", options.control.c_str());
-    const std::string url_host = options.host.find(':') == std::string::npos ? options.host : "[" + options.host + "]";
-    const char* const host = url_host.c_str();
+    const std::string host_in_urls = host_of_url(options.host);
+    const char* const host = host_in_urls.c_str();
     if (options.tcp_port) std::printf("  control  %s:%u\n", host, (*control)->tcp_port());
     // As a fragment the key stays in the browser: it is neither sent nor logged when the page is asked for.
     const std::string key = access->key.empty() ? "" : "#key=" + access->key;
@@ -284,6 +314,7 @@ int run_serve(const ServeOptions& options) {
         std::printf("  camera   %s://%s:%u/%s\n", (*rtsp)->scheme(), host, (*rtsp)->port(), name);
     }
     std::fflush(stdout);
+    at_start.is_over();
     tell_ready(options.ready_fd, facts.get());
 
     stop.wait();

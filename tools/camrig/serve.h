@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/engine/engine.h"
 
@@ -22,6 +23,7 @@ struct ServeOptions {
     bool read_only = false;                     ///< no commands over HTTP and TCP at all
     std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
     std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
+    std::vector<std::string> embed_origins;     ///< of pages that may show pictures: "http://name:port"
     EngineOptions engine;
     JpegOptions jpeg;
     int ready_fd = -1;

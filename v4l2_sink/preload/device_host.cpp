@@ -20,6 +20,13 @@ bool offered(const camrig_description& d, const camrig_format& f) {
     return format && size && rate;
 }
 
+/// A program names itself as it likes; what would move a terminal's cursor or begin a new line becomes '?'.
+std::string printable(std::string_view name) {
+    std::string text(name);
+    std::ranges::replace_if(text, [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+    return text;
+}
+
 /// A socket pair for tokens, rig to program. The program's end never becomes writable, as a capture device never does:
 /// its direction is filled up here for good.
 bool make_event_sockets(UniqueFd& rig, UniqueFd& program) {
@@ -177,7 +184,7 @@ int DeviceHost::hello(const SessionRef& session, const camrig_request& request) 
     session->stats = std::make_shared<ReaderStats>();
     session->stats->kind = "device";
     session->stats->peer = "/dev/video" + std::to_string(number) + " read by " +
-                           std::string(program, ::strnlen(program, sizeof request.u.hello.program));
+                           printable({program, ::strnlen(program, sizeof request.u.hello.program)});
     session->reader = std::make_shared<RingReader>(session->event_socket.get(), &session->shared(), session->stats);
     sessions_.insert(session);
     share_priorities(number);

@@ -56,6 +56,7 @@ Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
         const auto rate = Rate::create(ring->format.rate.num, ring->format.rate.den);
         if (!rate) return std::unexpected(rate.error());
         options.rate = *rate;
+        options.peer += " at " + rate->to_string() + "/s";  // rings of one size differ by their rates
     }
     auto subscription =
         bus_.subscribe(ring->camera, *media_format_of(ring->format, ring->mjpg_sampling), std::move(options),

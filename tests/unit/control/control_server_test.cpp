@@ -124,7 +124,7 @@ TEST(ControlServer, AClientThatNeverReadsIsClosed) {
     EXPECT_TRUE(eventually([&] { return harness.server->counts().open == 0; }));
 }
 
-TEST(ControlServer, RepliesOfOneClientHaveABound) {
+TEST(ControlServer, WhatAClientCannotHaveAtOnceIsAnErrorAndTheConnectionStays) {
     ControlLimits limits;
     limits.queued_reply_bytes = 1000;
     ServerHarness harness(limits);
@@ -132,7 +132,23 @@ TEST(ControlServer, RepliesOfOneClientHaveABound) {
     ASSERT_TRUE(harness.client().call("camera.create", {{"name", "lobby"}}));
     auto socket = harness.connect();
     ASSERT_TRUE(socket.send(request(1, "frame.get", R"({"camera":"lobby"})"), soon()));
-    EXPECT_TRUE(is_closed(socket));
+    EXPECT_EQ(answer(socket)["error"]["data"]["kind"], "resource_exhausted");
+    harness.rig.set_picture_bytes(200);
+    ASSERT_TRUE(socket.send(request(2, "frame.get", R"({"camera":"lobby"})"), soon()));
+    EXPECT_TRUE(answer(socket).contains("result"));
+}
+
+TEST(ControlServer, LargeAnswersOfABatchArriveWhole) {
+    ServerHarness harness;
+    harness.rig.set_picture_bytes(3'000'000);
+    ASSERT_TRUE(harness.client().call("camera.create", {{"name", "lobby"}}));
+    auto socket = harness.connect();
+    const std::string one = request(1, "frame.get", R"({"camera":"lobby"})");
+    ASSERT_TRUE(socket.send("[" + one + "," + request(2, "world.status") + "," + one + "]", soon()));
+    const json answers = answer(socket);
+    ASSERT_EQ(answers.size(), 3u);
+    EXPECT_EQ(answers[2]["result"]["data"].get<std::string>().size(), 4'000'000u);
+    ASSERT_TRUE(eventually([&] { return harness.rpc.budget()->used() == 0; }));
 }
 
 TEST(ControlServer, ClientsThatVanishLeaveNothing) {
@@ -149,20 +165,72 @@ TEST(ControlServer, ClientsThatVanishLeaveNothing) {
     EXPECT_EQ(harness.server->counts().total, 20u);
 }
 
-TEST(ControlServer, OneConnectionTooManyIsToldSo) {
+TEST(ControlServer, OneConnectionTooManyIsToldSoWhenAllAreInUse) {
     ControlLimits limits;
     limits.connections = 2;
     ServerHarness harness(limits);
-    auto first = harness.client();
-    auto second = std::make_unique<RpcClient>(harness.client());
-    ASSERT_TRUE(first.call("world.status") && second->call("world.status"));
+    harness.rig.hold_steps();
+    auto first = harness.connect(), second = harness.connect();
+    for (LineSocket* socket : {&first, &second})
+        ASSERT_TRUE(socket->send(request(1, "world.step", R"({"seconds":1})"), soon()));
+    ASSERT_TRUE(eventually([&] { return harness.rig.held() == 2; }));
     auto third = harness.connect();
     EXPECT_EQ(answer(third)["error"]["data"]["kind"], "resource_exhausted");
     EXPECT_TRUE(is_closed(third));
-    second.reset();
-    ASSERT_TRUE(eventually([&] { return harness.server->counts().open == 1; }));
-    EXPECT_TRUE(harness.client().call("world.status"));
     EXPECT_EQ(harness.server->counts().refused, 1u);
+    harness.rig.release();
+    EXPECT_EQ(answer(first)["id"], 1);
+    EXPECT_TRUE(harness.client().call("world.status"));
+}
+
+TEST(ControlServer, ANewClientTakesThePlaceOfTheOneThatHasBeenIdleLongest) {
+    ControlLimits limits;
+    limits.connections = 2;
+    ServerHarness harness(limits);
+    auto oldest = harness.client();
+    ASSERT_TRUE(oldest.call("world.status"));
+    auto used = harness.connect();
+    ASSERT_TRUE(used.send(request(1, "world.status"), soon()));
+    EXPECT_EQ(answer(used)["id"], 1);
+    EXPECT_TRUE(harness.client().call("world.status"));
+    EXPECT_EQ(harness.server->counts().displaced, 1u);
+    EXPECT_FALSE(oldest.is_usable());
+    ASSERT_TRUE(used.send(request(2, "world.status"), soon()));
+    EXPECT_EQ(answer(used)["id"], 2);
+}
+
+TEST(ControlServer, ConnectionsOverTcpTakeNoPlaceOfTheOwnersSocket) {
+    ControlLimits limits;
+    limits.connections = 2;
+    limits.unauthorized_connections = 2;
+    ServerHarness harness(limits, true, "correct-token");
+    harness.rig.hold_steps();
+    std::vector<LineSocket> remote;
+    for (int i = 0; i < 2; ++i) {
+        remote.push_back(harness.connect_tcp());
+        ASSERT_TRUE(remote.back().send(
+            request(1, "auth", R"({"token":"correct-token"})") + "\n" + request(2, "world.step", R"({"seconds":1})"),
+            soon()));
+    }
+    ASSERT_TRUE(eventually([&] { return harness.rig.held() == 2; }));
+    EXPECT_TRUE(harness.client().call("world.status"));
+    // Nor is there one more for who has the token, while all are in use.
+    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_EQ(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"}).error().kind,
+              ErrorKind::resource_exhausted);
+    harness.rig.release();
+}
+
+TEST(ControlServer, StrangersCannotKeepOutWhoHasTheToken) {
+    ControlLimits limits;
+    limits.unauthorized_connections = 2;
+    ServerHarness harness(limits, true, "correct-token");
+    std::vector<LineSocket> silent;
+    for (int i = 0; i < 5; ++i) silent.push_back(harness.connect_tcp());
+    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_TRUE(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
+    EXPECT_TRUE(is_closed(silent.front()));
+    EXPECT_EQ(harness.server->counts().refused, 0u);
 }
 
 // A web page can make a browser post to any port; what follows the header must not be taken for requests.

@@ -216,11 +216,15 @@ void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)>
     Result<CameraState> camera = [&] {
         std::lock_guard lock(mutex_);
         last_fetch_ = request;
+        last_fetch_.admit = nullptr;  // it holds what is claimed for the picture
         return find(request.camera);
     }();
     if (!camera) return done(std::unexpected(camera.error()));
     if (request.kind != FrameKind::color)
         return done(error(ErrorKind::unsupported, "this kind of picture is not made yet; ask for color"));
+    if (request.admit)
+        if (auto admitted = request.admit(camera->spec.size); !admitted) return done(std::unexpected(admitted.error()));
+    ++pictures_;
     MediaUnit unit;
     unit.info.camera = std::make_shared<const std::string>(request.camera);
     unit.info.sequence = 4;

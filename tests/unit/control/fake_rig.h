@@ -29,6 +29,8 @@ public:
     TimeNs last_step_ns() const { return last_step_ns_; }
     FetchRequest last_fetch() const;
     void set_picture_bytes(std::size_t size) { picture_bytes_ = size; }
+    /// How many were drawn.
+    int pictures() const { return pictures_; }
 
 private:
     Result<CameraState> run(CreateCamera& command);
@@ -63,6 +65,7 @@ private:
     std::atomic<bool> drops_{false};
     std::atomic<TimeNs> last_step_ns_{-1};
     std::atomic<std::size_t> picture_bytes_{3};
+    std::atomic<int> pictures_{0};
 };
 
 }  // namespace camrig

@@ -135,9 +135,9 @@ TEST(JsonRpc, BytesThatAreNoUtf8InAMessageDoNotStopTheAnswer) {
 }
 
 TEST(JsonRpc, LargeDataIsTheLastMemberOfTheResult) {
-    EXPECT_EQ(rpc_result(1, RpcResult(json{{"a", 1}}, "QUJD")),
+    EXPECT_EQ(rpc_result(1, RpcResult(json{{"a", 1}}, "QUJD")).joined(),
               R"({"jsonrpc":"2.0","id":1,"result":{"a":1,"data":"QUJD"}})");
-    EXPECT_EQ(rpc_result("x", RpcResult(json{{"a", 1}})), R"({"jsonrpc":"2.0","id":"x","result":{"a":1}})");
+    EXPECT_EQ(rpc_result("x", RpcResult(json{{"a", 1}})).joined(), R"({"jsonrpc":"2.0","id":"x","result":{"a":1}})");
 }
 
 }  // namespace

@@ -232,6 +232,71 @@ TEST(FrameMethods, PicturesTooLargeForALineSayWhereToGetThem) {
                 AllOf(StartsWith("-32000 resource_exhausted"), HasSubstr("snapshot.png")));
 }
 
+std::string batch_of(int size, const std::string& params) {
+    json batch = json::array();
+    for (int id = 0; id < size; ++id)
+        batch.push_back({{"jsonrpc", "2.0"}, {"id", id}, {"method", "frame.get"}, {"params", json::parse(params)}});
+    return batch.dump();
+}
+
+// 64 raw pictures of 48 MiB in one request must not cost 4 GiB.
+TEST(FrameMethods, WhatABatchCannotHoldIsRefusedBeforeItIsDrawn) {
+    ControlLimits limits;
+    limits.reply_bytes = 3 * base64_size(64 * 48 * 4);
+    RpcHarness rpc(limits);
+    rpc.result("camera.create", R"({"name":"lobby","size":[64,48]})");
+    const json answers = json::parse(rpc.handle(batch_of(6, R"({"camera":"lobby","format":"raw"})")));
+    ASSERT_EQ(answers.size(), 6u);
+    for (std::size_t i = 0; i < 6; ++i) {
+        EXPECT_EQ(answers[i]["id"], i);
+        ASSERT_EQ(answers[i].contains("result"), i < 3) << answers[i].dump();
+        if (i < 3) continue;
+        EXPECT_EQ(answers[i]["error"]["data"]["kind"], "resource_exhausted");
+        EXPECT_THAT(answers[i]["error"]["message"].get<std::string>(), HasSubstr("one at a time"));
+    }
+    EXPECT_EQ(rpc.rig.pictures(), 3);
+    // The next request begins anew, and nothing is counted for answers that are gone.
+    EXPECT_EQ(json::parse(rpc.handle(batch_of(3, R"({"camera":"lobby","format":"raw"})")))[2].contains("result"), true);
+    EXPECT_EQ(rpc.server.budget()->used(), 0u);
+}
+
+TEST(FrameMethods, EncodedPicturesOfABatchCountWithTheBytesTheyHave) {
+    ControlLimits limits;
+    limits.reply_bytes = 3 * base64_size(1000);
+    RpcHarness rpc(limits);
+    rpc.result("camera.create", R"({"name":"lobby","size":[64,48]})");
+    rpc.rig.set_picture_bytes(1000);
+    const json answers = json::parse(rpc.handle(batch_of(6, R"({"camera":"lobby","format":"jpeg"})")));
+    for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(answers[i].contains("result"), i < 3) << i;
+    EXPECT_EQ(rpc.server.budget()->used(), 0u);
+}
+
+TEST(FrameMethods, PicturesUnderWayHaveABoundForAllClientsTogether) {
+    ControlLimits limits;
+    limits.total_reply_bytes = 64 * 48 * 4 - 1;
+    RpcHarness rpc(limits);
+    rpc.result("camera.create", R"({"name":"lobby","size":[64,48]})");
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby"})"),
+                AllOf(StartsWith("-32000 resource_exhausted"), HasSubstr("under way")));
+    EXPECT_EQ(rpc.rig.pictures(), 0);
+}
+
+TEST(FrameMethods, ARawPictureThatIsTooLargeIsRefusedBeforeItIsDrawn) {
+    RpcHarness rpc;
+    rpc.result("camera.create", R"({"name":"lobby","size":[8192,8192]})");
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","format":"raw"})"),
+                AllOf(StartsWith("-32000 resource_exhausted"), HasSubstr("snapshot.png")));
+    EXPECT_EQ(rpc.rig.pictures(), 0);
+}
+
+TEST(RpcServer, AnAnswerOfAnyMethodHasABound) {
+    ControlLimits limits;
+    limits.reply_bytes = 200;
+    RpcHarness rpc(limits);
+    EXPECT_THAT(rpc.failure("server.info", "{}"), StartsWith("-32000 resource_exhausted"));
+    EXPECT_EQ(rpc.result("world.pause", "{}").contains("error"), true);
+}
+
 TEST(ServerMethods, InfoListsMethodsCallsAndLimits) {
     RpcHarness rpc;
     rpc.result("world.status", "{}");
@@ -269,7 +334,7 @@ TEST(RpcServer, AnswersMayComeAfterTheServerIsGone) {
     {
         RpcServer server(RpcContext{rig, rig});
         server.handle(R"({"jsonrpc":"2.0","id":1,"method":"world.step","params":{"seconds":1}})",
-                      [&](std::string text) { reply = std::move(text); });
+                      [&](const RpcAnswer& answer) { reply = answer.joined(); });
     }
     rig.release();
     EXPECT_THAT(reply, HasSubstr("\"world_ns\":1000000000"));

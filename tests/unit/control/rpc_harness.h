@@ -13,6 +13,9 @@ namespace camrig {
 
 /// An RPC server on a fake rig, asked and answered in this thread.
 struct RpcHarness {
+    explicit RpcHarness(ControlLimits chosen = {}) : limits(chosen) {}
+
+    ControlLimits limits;
     FakeRig rig;
     int shutdowns = 0;
     RpcServer server{RpcContext{rig,
@@ -20,13 +23,14 @@ struct RpcHarness {
                                 [] { return nlohmann::json{{"version", "1.2.3"}, {"pid", 1}}; },
                                 [this] { ++shutdowns; },
                                 "correct-token",
+                                limits,
                                 {},
                                 "this is how to command"}};
 
     std::string handle(std::string_view text, Authority authority = Authority::own) {
         auto answered = std::make_shared<std::promise<std::string>>();
         auto answer = answered->get_future();
-        server.handle(text, [answered](std::string reply) { answered->set_value(std::move(reply)); }, authority);
+        server.handle(text, [answered](const RpcAnswer& reply) { answered->set_value(reply.joined()); }, authority);
         return answer.get();
     }
     nlohmann::json call(std::string_view method, const nlohmann::json& params) {

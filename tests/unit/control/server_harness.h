@@ -48,7 +48,7 @@ inline bool eventually(const std::function<bool()>& condition) {
 /// A control server on a fake rig, at a Unix socket and, if wanted, at a free TCP port.
 struct ServerHarness {
     explicit ServerHarness(ControlLimits limits = {}, bool with_tcp = false, std::string token = {})
-        : rpc(RpcContext{rig, rig, {}, {}, token, limits, {}, {}}) {
+        : rpc(RpcContext{rig, rig, {}, {}, token, limits, {}, {}, {}}) {
         ControlServerOptions options;
         options.unix_path = path;
         if (with_tcp) options.tcp_port = std::uint16_t{0};

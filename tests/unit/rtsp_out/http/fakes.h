@@ -137,6 +137,7 @@ public:
         {
             std::lock_guard lock(mutex_);
             requests.push_back(request);
+            requests.back().admit = nullptr;  // it holds what is claimed for the picture
             if (!make) waiting_.push_back(std::move(done));
         }
         if (make) done(make(request));

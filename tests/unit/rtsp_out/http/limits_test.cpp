@@ -29,7 +29,7 @@ TEST_F(Limits, APortInUseIsAnErrorThatSaysSo) {
 }
 
 TEST_F(Limits, LargeBodiesAreRefusedBeforeAndWhileTheyCome) {
-    options.hooks.rpc = [](const std::string&, bool, const auto& reply) { reply("{}"); };
+    options.hooks.rpc = [](const std::string&, bool, const auto& reply) { reply(RpcText{{"{}"}}); };
     start();
     EXPECT_EQ(post_rpc(std::string(1024 * 1024, ' ')).status, 200);
     const std::string head = "POST /rpc HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n";
@@ -43,7 +43,7 @@ TEST_F(Limits, LargeBodiesAreRefusedBeforeAndWhileTheyCome) {
 }
 
 TEST_F(Limits, ExpectContinueIsAnswered) {
-    options.hooks.rpc = [](const std::string& body, bool, const auto& reply) { reply(body); };
+    options.hooks.rpc = [](const std::string& body, bool, const auto& reply) { reply(RpcText{{body}}); };
     start();
     TestClient client(server->port());
     client.send(
@@ -77,23 +77,90 @@ TEST_F(Limits, WhatIsNotHttpGetsA400) {
     }
 }
 
-TEST_F(Limits, ConnectionsOverTheLimitAreToldAndOthersLiveOn) {
+TEST_F(Limits, ConnectionsOverTheLimitAreToldWhenAllAreInUseAndOthersLiveOn) {
     options.limits.connections = 2;
     start();
     TestClient one(server->port()), two(server->port());
-    one.get("/healthz");
-    two.get("/healthz");
-    EXPECT_EQ(one.read_reply().status, 200);
-    EXPECT_EQ(two.read_reply().status, 200);
+    for (TestClient* reader : {&one, &two}) {
+        reader->get("/cameras/lobby/stream.mjpg");
+        EXPECT_EQ(reader->read_head().status, 200);
+    }
+    ASSERT_TRUE(eventually([&] { return bus.reader_count() == 2; }));
     TestClient three(server->port());
     EXPECT_EQ(three.read_reply().status, 503);
-    one.get("/healthz");
-    EXPECT_EQ(one.read_reply().status, 200);
+    EXPECT_EQ(server->counts().connections_refused, 1U);
+    bus.publish(jpeg_unit("lobby", 1));
+    EXPECT_EQ(two.read_part().fields["X-Sequence"], "1");
     one.close();
     ASSERT_TRUE(eventually([&] { return server->counts().connections_open == 1; }));
-    TestClient four(server->port());
-    four.get("/healthz");
-    EXPECT_EQ(four.read_reply().status, 200);
+    EXPECT_EQ(get("/healthz").status, 200);
+}
+
+TEST_F(Limits, SlowAndSilentOnesMakeRoomForWhoAsks) {
+    options.limits.connections = 3;
+    start();
+    TestClient reader(server->port());
+    reader.get("/cameras/lobby/stream.mjpg");
+    EXPECT_EQ(reader.read_head().status, 200);
+    TestClient silent(server->port());
+    ASSERT_TRUE(eventually([&] { return server->counts().connections_open == 2; }));
+    TestClient slow(server->port());
+    slow.send("GET /healthz HTTP/1.1\r\nHost: loc");
+    ASSERT_TRUE(eventually([&] { return server->counts().connections_open == 3; }));
+    TestClient asks(server->port());
+    asks.get("/healthz");
+    EXPECT_EQ(asks.read_reply().status, 200);
+    EXPECT_TRUE(silent.at_end());  // it had waited longest
+    slow.send("alhost\r\n\r\n");
+    EXPECT_EQ(slow.read_reply().status, 200);
+    bus.publish(jpeg_unit("lobby", 1));
+    EXPECT_EQ(reader.read_part().fields["X-Sequence"], "1");
+    EXPECT_EQ(server->counts().connections_displaced, 1U);
+    EXPECT_EQ(server->counts().connections_refused, 0U);
+}
+
+TEST_F(Limits, ThoseThatHaveNotAskedHaveFewPlaces) {
+    options.limits.waiting_connections = 2;
+    start();
+    TestClient first(server->port()), second(server->port()), third(server->port());
+    EXPECT_TRUE(first.at_end());
+    second.get("/healthz");
+    EXPECT_EQ(second.read_reply().status, 200);
+    EXPECT_EQ(server->counts().connections_displaced, 1U);
+}
+
+TEST_F(Limits, ConnectionsOfOnePeerAreBounded) {
+    options.limits.connections_per_local_peer = 1;
+    start();
+    TestClient first(server->port()), second(server->port());
+    EXPECT_EQ(second.read_reply().status, 503);
+    first.get("/healthz");
+    EXPECT_EQ(first.read_reply().status, 200);
+}
+
+TEST_F(Limits, PicturesUnderWayAreBoundedBeforeTheyAreDrawn) {
+    options.limits.picture_bytes = 64 * 48 * 4;
+    int drawn = 0;
+    fetcher.make = [&drawn](const FetchRequest& request) -> Result<MediaUnit> {
+        const ImageSize size = request.camera == "hall" ? ImageSize{64, 49} : ImageSize{64, 48};
+        if (auto admitted = request.admit(size); !admitted) return std::unexpected(admitted.error());
+        ++drawn;
+        return jpeg_unit(request.camera, 1);
+    };
+    start();
+    EXPECT_EQ(get("/cameras/hall/snapshot.jpg").status, 503);
+    EXPECT_EQ(drawn, 0);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(get("/cameras/lobby/snapshot.jpg").status, 200);
+    EXPECT_EQ(drawn, 3);
+}
+
+TEST_F(Limits, AWrongTokenIsHeldBackAndCounted) {
+    options.token = "correct-token";
+    options.limits.wrong_token = std::chrono::milliseconds(1);
+    start();
+    EXPECT_EQ(get("/healthz", "Authorization: Bearer wrong-token\r\n").status, 401);
+    EXPECT_EQ(get("/healthz").status, 401);
+    EXPECT_EQ(server->counts().wrong_tokens, 1U);
 }
 
 TEST_F(Limits, ARequestThatTricklesInIsClosed) {

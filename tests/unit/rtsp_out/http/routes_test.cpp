@@ -97,8 +97,8 @@ TEST_F(Routes, TruthComesFromItsHook) {
 
 TEST_F(Routes, RpcMayAnswerLaterFromAnotherThread) {
     std::thread later;
-    options.hooks.rpc = [&later](std::string body, bool, std::function<void(std::string)> reply) {
-        later = std::thread([body = std::move(body), reply = std::move(reply)] { reply("[" + body + "]"); });
+    options.hooks.rpc = [&later](std::string body, bool, std::function<void(RpcText)> reply) {
+        later = std::thread([body = std::move(body), reply = std::move(reply)] { reply(RpcText{{"[", body, "]"}}); });
     };
     start();
     const auto reply = post_rpc("{\"id\":1}", "Content-Type: application/json; charset=utf-8\r\n");
@@ -112,7 +112,7 @@ TEST_F(Routes, RpcIsForJsonFromProgramsAndOwnPagesOnly) {
     int asked = 0;
     options.hooks.rpc = [&asked](const std::string&, bool, const auto& reply) {
         ++asked;
-        reply("");
+        reply(RpcText{});
     };
     start();
     const std::string json = "Content-Type: application/json\r\n";
@@ -149,6 +149,72 @@ TEST_F(Routes, AForeignHostNameIsRefused) {
     TestClient none(server->port());
     none.send("GET /cameras HTTP/1.1\r\n\r\n");
     EXPECT_EQ(none.read_reply().status, 400);
+}
+
+TEST_F(Routes, WhatTwoProgramsCouldReadInTwoWaysIsRefusedAndNothingAfterItIsRead) {
+    int asked = 0;
+    options.hooks.rpc = [&asked](const std::string&, const auto& reply) {
+        ++asked;
+        reply(RpcText{});
+    };
+    start();
+    const std::string smuggled = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    for (const char* encoding :
+         {"xchunked", "chunked, gzip", "identity", "gzip, chunked", "chunked\r\nTransfer-Encoding: x"}) {
+        TestClient client(server->port());
+        client.send("POST /rpc HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nTransfer-Encoding: " +
+                    std::string(encoding) + "\r\n\r\n" + smuggled);
+        const int status = client.read_reply().status;
+        EXPECT_TRUE(status == 501 || status == 400) << encoding << ": " << status;
+        EXPECT_TRUE(client.at_end()) << encoding;
+    }
+    EXPECT_EQ(asked, 0);
+    for (const char* host : {"localhost\r\nHost: localhost", "[::1]evil.example", "[::1", "localhost:80:80", "a b", "",
+                             ":80", "localhost@evil.example"}) {
+        TestClient client(server->port());
+        client.send("GET /healthz HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n" + smuggled);
+        EXPECT_EQ(client.read_reply().status, 400) << host;
+        EXPECT_TRUE(client.at_end()) << host;
+    }
+}
+
+TEST_F(Routes, AMethodIsTakenByItsWholeName) {
+    start();
+    for (const char* method : {"GE", "ET", "get", "HEA", "OPTION", "T, H"}) {
+        TestClient client(server->port());
+        client.send(std::string(method) + " /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        const auto reply = client.read_reply();
+        EXPECT_TRUE(reply.status == 405 || reply.status == 400) << method << ": " << reply.status;
+    }
+}
+
+// <img src="http://127.0.0.1:8080/cameras/lobby/depth.png?t=N"> in a page of anybody.
+TEST_F(Routes, NothingIsDrawnForPagesOfOtherOrigins) {
+    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    options.hooks.truth = [](const std::string&, TimeNs, const auto& reply) { reply("{}"); };
+    options.embedders = {"http://dash.example:3000"};
+    start();
+    for (const char* path : {"/cameras/lobby/depth.png?t=1", "/cameras/lobby/snapshot.jpg", "/cameras/lobby/truth",
+                             "/cameras/lobby/stream.mjpg", "/live?cameras=lobby", "/metrics"}) {
+        for (const char* field : {"Sec-Fetch-Site: cross-site", "Sec-Fetch-Site: same-site",
+                                  "Referer: http://evil.example/", "Origin: null"})
+            EXPECT_EQ(get(path, std::string(field) + "\r\n").status, 403) << path << " " << field;
+    }
+    EXPECT_EQ(fetcher.request_count(), 0U);
+    EXPECT_EQ(bus.reader_count(), 0U);
+    for (const char* field :
+         {"", "Sec-Fetch-Site: same-origin\r\n", "Sec-Fetch-Site: none\r\n", "Referer: http://localhost/\r\n"}) {
+        const auto reply = get("/cameras/lobby/snapshot.jpg", field);
+        EXPECT_EQ(reply.status, 200) << field;
+        EXPECT_EQ(reply.fields.at("Cross-Origin-Resource-Policy"), "same-origin");
+    }
+    const std::string listed = "Sec-Fetch-Site: cross-site\r\nReferer: http://dash.example:3000/\r\n";
+    const auto reply = get("/cameras/lobby/snapshot.jpg", listed);
+    EXPECT_EQ(reply.status, 200);
+    EXPECT_EQ(reply.fields.at("Cross-Origin-Resource-Policy"), "cross-origin");
+    TestClient stream(server->port());
+    stream.get("/cameras/lobby/stream.mjpg", listed);
+    EXPECT_EQ(stream.read_head().fields.at("Cross-Origin-Resource-Policy"), "cross-origin");
 }
 
 TEST_F(Routes, TheTokenIsAskedForEverywhere) {
