@@ -13,9 +13,8 @@ __extension__ typedef __int128 Int128;
 constexpr std::int64_t max_term = 1'000'000'000;
 
 std::unexpected<Error> bad_rate(std::string_view text) {
-    return error(
-        ErrorKind::invalid_argument,
-        "fps: '" + std::string(text) + "' is not a frame rate; give a number or \"num/den\" from 1/10 to 1000");
+    return error(ErrorKind::invalid_argument,
+                 "'" + std::string(text) + "' is not a frame rate; give a number or \"num/den\" from 1/10 to 1000");
 }
 
 /// Exact fraction of a decimal such as "29.97" or "1e-1". False if it is none or too long.

@@ -1,6 +1,7 @@
 #include "core/camera/intrinsics.h"
 
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -15,6 +16,13 @@ constexpr double narrow_side = 1e-3;
 /// A principal point may lie outside the image (a crop of a larger sensor), but not absurdly far.
 constexpr double max_principal_point_px = 1e6;
 
+/// "200 deg"
+std::string degrees_text(double rad) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g deg", rad / deg);
+    return text;
+}
+
 Result<void> check_size(ImageSize size) {
     if (size.width >= 1 && size.height >= 1) return {};
     return error(ErrorKind::invalid_argument, "size: " + size.to_string() + " has no pixels");
@@ -23,8 +31,8 @@ Result<void> check_size(ImageSize size) {
 Result<double> focal_length(const char* what, int pixels, double fov_rad) {
     if (!(fov_rad > min_fov_rad && fov_rad < max_fov_rad)) {
         return error(ErrorKind::invalid_argument,
-                     std::string(what) + ": " + std::to_string(fov_rad / deg) +
-                         " deg is no field of view of a pinhole camera; use 0.01 to 179.9 deg");
+                     std::string(what) + ": " + degrees_text(fov_rad) +
+                         " is no field of view of a pinhole camera; use 0.01 to 179.9 deg");
     }
     return 0.5 * pixels / std::tan(0.5 * fov_rad);
 }
@@ -63,9 +71,9 @@ Result<void> check_intrinsics(ImageSize size, const Intrinsics& k) {
         return error(ErrorKind::invalid_argument, "intrinsics: cx and cy must be within 1e6 pixels of the image");
     for (const double fov : {hfov_rad(size, k), vfov_rad(size, k)}) {
         if (!(fov > narrow_side * min_fov_rad && fov < max_fov_rad)) {
-            return error(ErrorKind::invalid_argument,
-                         "intrinsics: they mean a field of view of " + std::to_string(fov / deg) + " deg for size " +
-                             size.to_string() + "; a pinhole camera has 0.01 to 179.9 deg");
+            return error(ErrorKind::invalid_argument, "intrinsics: they mean a field of view of " + degrees_text(fov) +
+                                                          " for size " + size.to_string() +
+                                                          "; a pinhole camera has 0.01 to 179.9 deg");
         }
     }
     return {};

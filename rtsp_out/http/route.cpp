@@ -44,7 +44,7 @@ Result<std::optional<Rate>> rate_of(const Target& target) {
     const std::string* text = target.find("fps");
     if (!text) return std::nullopt;
     auto rate = Rate::parse(*text);
-    if (!rate) return at("query", rate.error());
+    if (!rate) return at("query: fps", rate.error());
     return *rate;
 }
 

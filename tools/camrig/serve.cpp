@@ -108,7 +108,7 @@ int run_serve(const ServeOptions& options) {
 
     auto token = read_token(options.token_file);
     if (!token) return fail(token.error());
-    auto scene = load_scene(options.scene);
+    auto scene = load_scene(options.scene, options.scene_options);
     if (!scene) return fail(scene.error());
 
     // The engine's thread has no time for text, and the HTTP server's must not wait for it.

@@ -47,7 +47,10 @@ def find_binary() -> str:
 
 
 def find_scene(scene: str | os.PathLike[str]) -> str:
-    """The file as given, else the one of that name in the source checkout ("scenes/minimal.json" works from anywhere)."""
+    """The file as given, else the one of that name in the source checkout ("scenes/minimal.json" works from anywhere).
+
+    The name of a shipped scene ("hall") stays as it is: the program knows them, installed and in a checkout.
+    """
     path = Path(scene)
     if not path.exists() and not path.is_absolute() and _CHECKOUT is not None and (_CHECKOUT / path).exists():
         return str(_CHECKOUT / path)
