@@ -13,6 +13,12 @@ std::string key_of(const std::string& path, std::string_view key) {
     return path.empty() ? std::string(key) : path + "." + std::string(key);
 }
 
+/// What bears this name could not be read, and that was told.
+bool is_excused(const std::string& name) {
+    const ErrorList* const list = ErrorList::current();
+    return list && list->excuses(name);
+}
+
 std::unexpected<Error> refuse(ErrorKind kind, const std::string& path, const std::string& why) {
     if (ErrorList* const list = ErrorList::current()) list->add(path, why);
     return error(kind, path + ": " + why);
@@ -20,8 +26,7 @@ std::unexpected<Error> refuse(ErrorKind kind, const std::string& path, const std
 
 std::unexpected<Error> unknown(const std::string& path, std::string_view what, const std::string& name,
                                const std::string& known) {
-    if (const ErrorList* const list = ErrorList::current(); list && list->excuses(name))
-        return error(ErrorKind::not_found, "");
+    if (is_excused(name)) return error(ErrorKind::not_found, "");
     return refuse(ErrorKind::not_found, path,
                   "no " + std::string(what) + " '" + name.substr(0, 80) + "'; known: " + known);
 }
@@ -204,7 +209,7 @@ KnownNames names_of(const Scene& scene) {
         names.events.insert(event.name);
         for (const Action& action : event.actions)
             if (const auto* spawn = std::get_if<SpawnAction>(&action))
-                if (scene.models.contains(spawn->actor.model))
+                if (scene.models.contains(spawn->actor.model) || is_excused(spawn->actor.model))
                     names.actors.emplace(spawn->actor.name, spawn->actor.model);
     }
     return names;

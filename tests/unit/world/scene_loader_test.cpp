@@ -159,8 +159,8 @@ TEST(CheckScene, TellsEveryErrorAtOnceAndBlamesNobodyElse) {
     scene["cameras"][1]["fps"] = "0/1";
     scene["cameras"][1]["vfov"] = 60;
     scene["cameras"][0]["vfov_deg"] = 200;
-    scene["actors"][2]["behaviour"]["steps"][2]["area"] = "nowhere";
-    scene["actors"][2]["behaviour"]["steps"][3]["actor"] = "nobody";
+    scene["actors"][3]["behaviour"]["route"] = "nowhere";
+    scene["actors"][3]["behaviour"]["clip"] = "fly";
     const auto texts = errors_of(scene);
     using testing::StartsWith;
     EXPECT_THAT(
@@ -171,8 +171,8 @@ TEST(CheckScene, TellsEveryErrorAtOnceAndBlamesNobodyElse) {
             StartsWith("objects[0].position: expected an array of 3"), StartsWith("lights[0].type: 'sunny' is none"),
             StartsWith("places.lobby.vfov_deg: expected"), StartsWith("cameras[1].fps: '0/1' is not a frame rate"),
             StartsWith("cameras[1].vfov: unknown key"), StartsWith("cameras[0].vfov_deg: 200 deg is no field of view"),
-            StartsWith("actors[2].behaviour.steps[2].area: no area 'nowhere'"),
-            StartsWith("actors[2].behaviour.steps[3].actor: no actor 'nobody'")));
+            StartsWith("actors[3].behaviour.route: no route 'nowhere'"),
+            StartsWith("actors[3].behaviour.clip: the model has no clip 'fly'")));
 }
 
 TEST(CheckScene, BeginsWithTheErrorThatLoadingEndsWith) {
