@@ -4,7 +4,7 @@ namespace camrig::view {
 namespace {
 
 constexpr const char* title = "question";
-constexpr ImVec2 button_size{110, 0};
+const ImVec2 button_size(110, 0);
 
 }  // namespace
 
