@@ -212,9 +212,10 @@ void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
             batch->answer(i, request.id ? error_answer(unknown) : RpcAnswer());
             continue;
         }
-        call(request.params, found->second, authority, budget, [batch, budget, i, id = request.id](Result<RpcResult> result) {
-            batch->answer(i, id ? answer_of(*id, std::move(result), budget) : RpcAnswer());
-        });
+        call(request.params, found->second, authority, budget,
+             [batch, budget, i, id = request.id](Result<RpcResult> result) {
+                 batch->answer(i, id ? answer_of(*id, std::move(result), budget) : RpcAnswer());
+             });
     }
 }
 

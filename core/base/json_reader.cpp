@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/error_list.h"
+
 namespace camrig {
 namespace {
 
@@ -82,13 +84,18 @@ Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes) 
 
 JsonReader::JsonReader(const nlohmann::json& object, std::string path) : object_(&object), path_(std::move(path)) {
     if (!object.is_object()) {
-        error_ = Error{ErrorKind::invalid_argument,
-                       (path_.empty() ? "value" : path_) + ": expected an object, got " + type_name(object)};
+        fail(Error{ErrorKind::invalid_argument,
+                   (path_.empty() ? "value" : path_) + ": expected an object, got " + type_name(object)});
     }
 }
 
-bool JsonReader::has(std::string_view key) const {
+bool JsonReader::has(std::string_view key) {
+    known_.emplace(key);
     return object_->is_object() && object_->contains(key);
+}
+
+bool JsonReader::ok(std::string_view key) const {
+    return ErrorList::current() ? !failed_.contains(key) : ok();
 }
 
 std::string JsonReader::path_of(std::string_view key) const {
@@ -96,14 +103,13 @@ std::string JsonReader::path_of(std::string_view key) const {
 }
 
 const nlohmann::json* JsonReader::find(std::string_view key) {
-    known_.emplace(key);
-    if (error_ || !has(key)) return nullptr;
+    if (!has(key) || (error_ && !ErrorList::current())) return nullptr;
     return &*object_->find(key);
 }
 
 const nlohmann::json* JsonReader::need(std::string_view key) {
     const nlohmann::json* value = find(key);
-    if (!value && !error_) fail(key, "is missing");
+    if (!value) fail(key, "is missing");
     return value;
 }
 
@@ -143,7 +149,7 @@ void JsonReader::required(std::string_view key, std::uint64_t& out) {
 void JsonReader::required(std::string_view key, int& out) {
     std::int64_t wide = 0;
     required(key, wide);
-    if (error_) return;
+    if (!ok(key)) return;
     if (wide < std::numeric_limits<int>::min() || wide > std::numeric_limits<int>::max())
         return fail(key, std::to_string(wide) + " is out of range");
     out = static_cast<int>(wide);
@@ -187,21 +193,35 @@ std::span<const nlohmann::json> JsonReader::array(std::string_view key, std::siz
 }
 
 void JsonReader::fail(std::string_view key, std::string message, ErrorKind kind) {
+    ErrorList* const list = ErrorList::current();
+    // Of what is no object at all nothing more is said.
+    if (list && object_->is_object() && failed_.emplace(key).second) list->add(path_of(key), message);
     if (!error_) error_ = Error{kind, path_of(key) + ": " + message};
 }
 
 void JsonReader::fail(Error error) {
+    if (ErrorList* const list = ErrorList::current()) list->add(path_, error);
     if (!error_) error_ = std::move(error);
 }
 
+void JsonReader::fail_inside(const Error& error) {
+    const auto colon = error.message.find(": ");
+    if (colon == std::string::npos) return fail(Error{error.kind, path_ + ": " + error.message});
+    fail(error.message.substr(0, colon), error.message.substr(colon + 2), error.kind);
+}
+
 Result<void> JsonReader::finish() {
-    if (error_) return std::unexpected(*error_);
-    for (const auto& [key, value] : object_->items()) {
-        if (known_.contains(key)) continue;
-        std::string names;
-        for (const auto& name : known_) names += (names.empty() ? "" : ", ") + name;
-        return error(ErrorKind::invalid_argument, path_of(key.substr(0, 60)) + ": unknown key; known here: " + names);
+    const bool lists_all = ErrorList::current() != nullptr && object_->is_object() && !allows_unknown_;
+    if (!error_ || lists_all) {
+        for (const auto& [key, value] : object_->items()) {
+            if (known_.contains(key)) continue;
+            std::string names;
+            for (const auto& name : known_) names += (names.empty() ? "" : ", ") + name;
+            fail(key.substr(0, 60), "unknown key; known here: " + names);
+            if (!lists_all) break;
+        }
     }
+    if (error_) return std::unexpected(*error_);
     return {};
 }
 

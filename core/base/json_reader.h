@@ -26,14 +26,18 @@ Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes);
 ///     reader.optional("near", spec.near_m);
 ///     if (auto done = reader.finish(); !done) return std::unexpected(done.error());   // unknown keys are errors
 ///
-/// After the first error every further call does nothing, so a reader needs one check at its end.
+/// After the first error every further call does nothing, so a reader needs one check at its end. While an ErrorList
+/// lives in the thread, it reads on instead and tells that list every error, the first of each key.
 /// The JSON object must outlive the reader.
 class JsonReader {
 public:
     JsonReader(const nlohmann::json& object, std::string path);
 
-    bool has(std::string_view key) const;
+    /// Whether the key is there (marks it as known).
+    bool has(std::string_view key);
     bool ok() const { return !error_; }
+    /// Whether the value of this key is to be looked at: no error yet, or, with an ErrorList, none of this key.
+    bool ok(std::string_view key) const;
     const std::string& path() const { return path_; }
     /// "cameras[0].name", for messages.
     std::string path_of(std::string_view key) const;
@@ -57,7 +61,7 @@ public:
         if (!find(key)) return;
         T value{};
         required(key, value);
-        if (ok()) out = std::move(value);
+        if (ok(key)) out = std::move(value);
     }
 
     /// The raw value of a key (marks it as known); nullptr when absent or after an error.
@@ -68,6 +72,10 @@ public:
     void fail(std::string_view key, std::string message, ErrorKind kind = ErrorKind::invalid_argument);
     /// Remembers the error of a nested result.
     void fail(Error error);
+    /// Remembers the error of a check whose message begins with a key of this object ("size: 1x1; ..."), at that key.
+    void fail_inside(const Error& error);
+    /// What is known here depends on a key that is wrong: no other key is told to be unknown.
+    void allow_unknown() { allows_unknown_ = true; }
 
     /// The first error, or an error that names a key nobody asked for (and the known ones).
     Result<void> finish();
@@ -78,6 +86,8 @@ private:
     const nlohmann::json* object_;
     std::string path_;
     std::set<std::string, std::less<>> known_;
+    std::set<std::string, std::less<>> failed_;  ///< keys with an error that an ErrorList was told
+    bool allows_unknown_ = false;
     std::optional<Error> error_;
 };
 

@@ -60,7 +60,7 @@ Result<Pose> pose_from_angles(glm::dvec3 position, PanTiltRoll angles) {
     if (auto good = check_position("position", position); !good) return std::unexpected(good.error());
     const auto bad = [](double angle) { return !(std::abs(angle) <= max_angle_rad); };
     if (bad(angles.pan) || bad(angles.tilt) || bad(angles.roll))
-        return error(ErrorKind::invalid_argument, "pan_deg, tilt_deg and roll_deg must be finite angles");
+        return error(ErrorKind::invalid_argument, "pan_deg: pan, tilt and roll must be angles of at most 1e6 rad");
     return Pose{position, from_angles(angles)};
 }
 

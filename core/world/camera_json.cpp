@@ -273,14 +273,16 @@ Result<Pose> read_pose(const json& value, std::string path) {
     angle("pan_deg", angles.pan);
     angle("tilt_deg", angles.tilt);
     angle("roll_deg", angles.roll);
-    for (const char* known : {"look_at", "orientation"}) reader.find(known);
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
 
     const glm::dvec3 eye(position[0], position[1], position[2]);
     auto pose = looks    ? pose_look_at(eye, {target[0], target[1], target[2]})
                 : turned ? pose_from_quaternion(eye, glm::dquat(q[3], q[0], q[1], q[2]))
                          : pose_from_angles(eye, angles);
-    if (!pose) return at(path, pose.error());
+    if (!pose) {
+        reader.fail_inside(pose.error());
+        return std::unexpected(reader.finish().error());
+    }
     if (turned && angled) {
         const auto again = pose_from_angles(eye, angles);
         if (!again || !same_turn(again->orientation, pose->orientation))

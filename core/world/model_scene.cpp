@@ -9,6 +9,7 @@
 #include "core/base/portable_math.h"
 #include "core/world/model_lights.h"
 #include "core/world/scene_reader.h"
+#include "core/world/shape_model.h"
 
 namespace camrig {
 namespace {
@@ -16,6 +17,7 @@ namespace {
 struct Sphere {
     glm::dvec3 center{0.0};
     double radius = 1.0;
+    double lowest_z = 0.0;
 };
 
 /// Around all vertices in the pose the first picture shows.
@@ -37,7 +39,7 @@ Sphere bounds_of(const Model& model, const PosedModel& pose) {
     }
     const double radius = glm::length(high - low) / 2.0;
     if (!std::isfinite(radius)) return {};
-    return {(low + high) / 2.0, std::max(radius, 1e-3)};
+    return {(low + high) / 2.0, std::max(radius, 1e-3), low.z};
 }
 
 Result<CameraSpec> framing_camera(const Sphere& bounds) {
@@ -108,9 +110,35 @@ Light default_sun() {
     return sun;
 }
 
+/// The power of ten at or below `size`, which is 0.01 or more.
+double grid_of(double size) {
+    double grid = 0.01;
+    while (grid * 10.0 <= size) grid *= 10.0;
+    return grid;
+}
+
+/// As large as the model asks for; all in proportion, as files come in metres, millimetres and miles.
+void add_ground_and_sky(const Sphere& bounds, Scene& scene) {
+    const double size = std::clamp(bounds.radius, 0.01, 1e7);
+    GroundShape ground;
+    ground.size = glm::dvec2(40.0 * size);
+    ground.grid_m = grid_of(size);
+    scene.models["ground"].model = shape_model(ground);
+    scene.models["sky"].model = shape_model(SkyShape{.radius_m = 60.0 * size});
+    ObjectSpec floor;
+    floor.name = floor.model = floor.object_class = "ground";
+    // A floor of the file's own that is its lowest part is not fought with.
+    floor.position = {bounds.center.x, bounds.center.y, bounds.lowest_z - 0.002 * bounds.radius};
+    ObjectSpec sky;
+    sky.name = sky.model = sky.object_class = "sky";
+    sky.position = bounds.center;
+    scene.objects.push_back(std::move(floor));
+    scene.objects.push_back(std::move(sky));
+}
+
 }  // namespace
 
-Result<Scene> scene_of_model(ModelRef model) {
+Result<Scene> scene_of_model(ModelRef model, const SceneOptions& options) {
     Scene scene;
     scene.name = model->name;
     scene.description = "a bare model";
@@ -128,6 +156,8 @@ Result<Scene> scene_of_model(ModelRef model) {
     const ClipState first{};
     const bool moves = !object.clip.empty();
     pose_model(*model, moves ? std::span(&first, 1) : std::span<const ClipState>{}, pose);
+    const Sphere bounds = bounds_of(*model, pose);
+    if (options.bare_ground) add_ground_and_sky(bounds, scene);
     std::set<std::string> taken;
     for (const int index : model->order) {
         const Node& node = model->nodes[static_cast<std::size_t>(index)];
@@ -140,7 +170,7 @@ Result<Scene> scene_of_model(ModelRef model) {
         scene.cameras.push_back(std::move(*camera));
     }
     if (!scene.cameras.empty()) return scene;
-    auto camera = framing_camera(bounds_of(*model, pose));
+    auto camera = framing_camera(bounds);
     if (!camera) return std::unexpected(camera.error());
     scene.cameras.push_back(std::move(*camera));
     return scene;

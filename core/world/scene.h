@@ -74,9 +74,14 @@ struct Scene {
 
 using SceneRef = std::shared_ptr<const Scene>;
 
-/// Loads a scene file (.json) or a bare .gltf/.glb. Errors name the file and the JSON path. A bare model becomes one
-/// object, with its own lights and cameras if it has some, else default lights and one camera `main` that sees all of
-/// it.
-Result<SceneRef> load_scene(const std::filesystem::path& file);
+struct SceneOptions {
+    /// Of a bare model: it stands on a ground under a sky.
+    bool bare_ground = true;
+};
+
+/// Loads a scene: the name of a shipped one (core/world/shipped.h), a scene file (.json) or a bare .gltf/.glb. Errors
+/// name the file and the JSON path; the first one ends it. A bare model becomes one object, with its own lights and
+/// cameras if it has some, else default lights and one camera `main` that sees all of it.
+Result<SceneRef> load_scene(const std::filesystem::path& scene, const SceneOptions& options = {});
 
 }  // namespace camrig

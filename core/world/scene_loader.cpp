@@ -6,7 +6,9 @@
 #include "core/world/gltf/resources.h"
 #include "core/world/gltf_loader.h"
 #include "core/world/model_scene.h"
+#include "core/world/scene_check.h"
 #include "core/world/scene_reader.h"
+#include "core/world/shipped.h"
 
 namespace camrig {
 namespace {
@@ -24,7 +26,7 @@ Result<Scene> load_scene_file(const std::filesystem::path& file) {
     return read_scene(*document, folder, [](const std::filesystem::path& model) { return load_model(model); });
 }
 
-Result<Scene> load_any(const std::filesystem::path& file) {
+Result<Scene> load_any(const std::filesystem::path& file, const SceneOptions& options) {
     std::string extension = file.extension().string();
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
     if (extension == ".json") {
@@ -35,7 +37,7 @@ Result<Scene> load_any(const std::filesystem::path& file) {
     if (extension == ".gltf" || extension == ".glb") {
         auto model = load_model(file);
         if (!model) return std::unexpected(model.error());
-        auto scene = scene_of_model(*model);
+        auto scene = scene_of_model(*model, options);
         if (!scene) return at(file.string(), scene.error());
         return scene;
     }
@@ -44,14 +46,35 @@ Result<Scene> load_any(const std::filesystem::path& file) {
 
 }  // namespace
 
-Result<SceneRef> load_scene(const std::filesystem::path& file) {
+SceneCheck check_scene(const std::filesystem::path& given) {
+    SceneCheck check;
+    check.file = find_scene(given).value_or(given);
+    ErrorList errors;
+    auto scene = load_scene(given);
+    if (scene) {
+        check.scene = std::move(*scene);
+    } else if (errors.all().empty()) {
+        // It ended before its parts were read.
+        const std::string file = check.file.string() + ": ";
+        std::string message = scene.error().message;
+        if (message.starts_with(file)) message.erase(0, file.size());
+        errors.add("", message);
+    }
+    check.errors = errors.all();
+    check.left_out = errors.left_out();
+    return check;
+}
+
+Result<SceneRef> load_scene(const std::filesystem::path& given, const SceneOptions& options) {
     try {
-        auto scene = load_any(file);
+        const auto file = find_scene(given);
+        if (!file) return std::unexpected(file.error());
+        auto scene = load_any(*file, options);
         if (!scene) return std::unexpected(scene.error());
-        scene->file = file;
+        scene->file = *file;
         return std::make_shared<const Scene>(std::move(*scene));
     } catch (const std::bad_alloc&) {
-        return error(ErrorKind::resource_exhausted, file.string() + ": not enough memory for this scene");
+        return error(ErrorKind::resource_exhausted, given.string() + ": not enough memory for this scene");
     } catch (const std::filesystem::filesystem_error& problem) {
         return error(ErrorKind::invalid_argument, problem.what());
     }

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "core/base/error_list.h"
 #include "core/base/json_reader.h"
 #include "core/base/names.h"
 #include "core/world/camera_json.h"
@@ -12,6 +13,7 @@
 #include "core/world/read/ground_json.h"
 #include "core/world/read/json_parts.h"
 #include "core/world/read/light_json.h"
+#include "core/world/read/model_json.h"
 #include "core/world/scene_names.h"
 #include "core/world/turn.h"
 
@@ -21,16 +23,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double max_object_scale = 1e6;
-
-/// Turns the z-up model so that what is its front in glTF's frame looks along +x.
-std::optional<glm::dquat> heading_from_front(std::string_view front) {
-    const auto about_z = [](double deg) { return turned_to(glm::radians(deg)); };
-    if (front == "+z") return about_z(90.0);  // glTF +z is -y in the z-up frame
-    if (front == "-z") return about_z(-90.0);
-    if (front == "+x") return glm::dquat(1.0, 0.0, 0.0, 0.0);
-    if (front == "-x") return about_z(180.0);
-    return std::nullopt;
-}
 
 /// Reads a scene file part by part; later parts refer to names of earlier ones.
 class SceneReader {
@@ -47,6 +39,8 @@ private:
     void read_cameras();
     void read_events();
     void check_references();
+    bool spoil(const std::string& path, const std::string& name, const Error& why);
+    bool spoil(std::string_view list, std::size_t index, const json& item, const Error& why);
     template <typename Value, typename Read>
     void read_map(std::string_view key, std::size_t limit, std::map<std::string, Value>& out, Read&& read);
     const SceneModel* read_model_name(JsonReader& reader, std::string& out) const;
@@ -62,14 +56,14 @@ private:
 void SceneReader::read_head() {
     int version = 0;
     reader_.required("camrig_scene", version);
-    if (reader_.ok() && version != 1)
+    if (reader_.ok("camrig_scene") && version != 1)
         reader_.fail("camrig_scene", "version " + std::to_string(version) + "; this program reads version 1",
                      ErrorKind::unsupported);
     required_name(reader_, "name", scene_.name);
     reader_.optional("description", scene_.description);
     reader_.optional("seed", scene_.seed);
     reader_.optional("step_ns", scene_.step_ns);
-    if (reader_.ok() && (scene_.step_ns < min_step_ns || scene_.step_ns > max_step_ns))
+    if (reader_.ok("step_ns") && (scene_.step_ns < min_step_ns || scene_.step_ns > max_step_ns))
         reader_.fail("step_ns", "expected 1000000 to 100000000 ns");
     if (const json* value = reader_.find("environment")) {
         auto environment = read_environment(*value, "environment");
@@ -78,6 +72,22 @@ void SceneReader::read_head() {
         else
             reader_.fail(environment.error());
     }
+}
+
+/// Remembers why a part was not read, and what it is called. Whether to read on: with an ErrorList.
+bool SceneReader::spoil(const std::string& path, const std::string& name, const Error& why) {
+    ErrorList* const list = ErrorList::current();
+    if (list) {
+        list->add(path, why);
+        list->excuse(name);
+    }
+    reader_.fail(why);
+    return list != nullptr;
+}
+
+bool SceneReader::spoil(std::string_view list, std::size_t index, const json& item, const Error& why) {
+    const bool is_named = item.is_object() && item.contains("name") && item["name"].is_string();
+    return spoil(item_path(list, index), is_named ? item["name"].get<std::string>() : "", why);
 }
 
 template <typename Value, typename Read>
@@ -89,36 +99,19 @@ void SceneReader::read_map(std::string_view key, std::size_t limit, std::map<std
         return reader_.fail(key, "more than " + std::to_string(limit) + " entries", ErrorKind::resource_exhausted);
     for (const auto& [name, value] : entries->items()) {
         if (!is_scene_name(name)) return reader_.fail(key, "names are 1 to 64 printable characters");
-        auto entry = read(value, std::string(key) + "." + name);
-        if (!entry) return reader_.fail(entry.error());
-        out.emplace(name, std::move(*entry));
+        const std::string path = std::string(key) + "." + name;
+        auto entry = read(value, path);
+        if (entry)
+            out.emplace(name, std::move(*entry));
+        else if (!spoil(path, name, entry.error()))
+            return;
     }
 }
 
 void SceneReader::read_models() {
-    std::map<std::string, ModelRef> loaded;  // by file: two names of one file share the model
+    ModelReader models(folder_, source_);
     read_map("models", max_scene_models, scene_.models,
-             [&](const json& value, const std::string& path) -> Result<SceneModel> {
-                 JsonReader reader(value, path);
-                 std::string file, front = "+z";
-                 reader.required("file", file);
-                 reader.optional("front", front);
-                 const auto heading = heading_from_front(front);
-                 if (reader.ok() && !heading)
-                     reader.fail("front", "'" + front.substr(0, 40) + "' is none of +x, -x, +z, -z");
-                 const std::filesystem::path relative(file);
-                 bool inside = relative.is_relative() && !file.empty() && file.find('\0') == std::string::npos;
-                 for (const auto& part : relative) inside = inside && part != "..";
-                 if (reader.ok() && !inside) reader.fail("file", "must be a path below the scene file's folder");
-                 if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-                 ModelRef& model = loaded[file];
-                 if (!model) {
-                     auto result = source_(folder_ / relative);
-                     if (!result) return at(path + ".file", result.error());
-                     model = *result;
-                 }
-                 return SceneModel{model, *heading};
-             });
+             [&](const json& value, const std::string& path) { return models.read(value, path); });
 }
 
 void SceneReader::claim_name(JsonReader& reader, const std::string& name) {
@@ -128,9 +121,10 @@ void SceneReader::claim_name(JsonReader& reader, const std::string& name) {
 
 const SceneModel* SceneReader::read_model_name(JsonReader& reader, std::string& out) const {
     reader.required("model", out);
-    if (!reader.ok()) return nullptr;
+    if (!reader.ok("model")) return nullptr;
     const auto found = scene_.models.find(out);
     if (found != scene_.models.end()) return &found->second;
+    if (const ErrorList* const list = ErrorList::current(); list && list->excuses(out)) return nullptr;
     reader.fail("model", "no model '" + out.substr(0, 80) + "'; known: " + known_names(scene_.models),
                 ErrorKind::not_found);
     return nullptr;
@@ -138,9 +132,8 @@ const SceneModel* SceneReader::read_model_name(JsonReader& reader, std::string& 
 
 void SceneReader::read_objects() {
     const auto items = reader_.array("objects", max_scene_objects);
-    for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
         JsonReader reader(items[i], item_path("objects", i));
-        for (const char* key : {"position", "orientation"}) reader.find(key);
         ObjectSpec object;
         required_name(reader, "name", object.name);
         claim_name(reader, object.name);
@@ -151,43 +144,47 @@ void SceneReader::read_objects() {
         optional_in_range(reader, "scale", object.scale, 1e-6, max_object_scale);
         reader.optional("clip", object.clip);
         read_attachment(reader, "attach", object.attach);
-        if (reader.ok() && model)
+        if (reader.ok("clip") && model)
             if (auto good = check_clip(*model->model, object.clip, reader.path_of("clip")); !good)
                 reader.fail(good.error());
-        if (auto done = reader.finish(); !done) return reader_.fail(done.error());
-        scene_.objects.push_back(std::move(object));
+        if (auto done = reader.finish(); done)
+            scene_.objects.push_back(std::move(object));
+        else if (!spoil("objects", i, items[i], done.error()))
+            return;
     }
 }
 
 void SceneReader::read_actors() {
     const auto items = reader_.array("actors", max_scene_actors);
-    for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
         JsonReader reader(items[i], item_path("actors", i));
         auto actor = read_actor(reader);
         if (actor) claim_name(reader, actor->name);
-        if (!actor) return reader_.fail(actor.error());
-        if (auto done = reader.finish(); !done) return reader_.fail(done.error());
-        scene_.actors.push_back(std::move(*actor));
+        if (auto done = reader.finish(); done)
+            scene_.actors.push_back(std::move(*actor));
+        else if (!spoil("actors", i, items[i], done.error()))
+            return;
     }
 }
 
 void SceneReader::read_events() {
     const auto items = reader_.array("events", max_scene_events);
     std::set<std::string> names;
-    for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
         JsonReader reader(items[i], item_path("events", i));
         auto event = read_event(reader);
-        if (!event) return reader_.fail(event.error());
-        if (!names.insert(event->name).second)
-            return reader_.fail(Error{ErrorKind::already_exists,
-                                      reader.path_of("name") + ": '" + event->name + "' is taken by another event"});
-        scene_.events.push_back(std::move(*event));
+        if (event && !names.insert(event->name).second)
+            reader.fail("name", "'" + event->name + "' is taken by another event", ErrorKind::already_exists);
+        if (auto done = reader.finish(); done)
+            scene_.events.push_back(std::move(*event));
+        else if (!spoil("events", i, items[i], done.error()))
+            return;
     }
 }
 
 /// What one part says of others, when all are read.
 void SceneReader::check_references() {
-    if (!reader_.ok()) return;
+    if (!reader_.ok() && !ErrorList::current()) return;
     const auto check = [this](Result<void> good) {
         if (!good) reader_.fail(good.error());
     };
@@ -225,34 +222,34 @@ void SceneReader::check_references() {
 void SceneReader::read_cameras() {
     const auto items = reader_.array("cameras", max_scene_cameras);
     std::set<std::string> names;
-    for (std::size_t i = 0; i < items.size() && reader_.ok(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
         JsonReader reader(items[i], item_path("cameras", i));
         CameraSpec spec;
         reader.required("name", spec.name);
-        if (reader.ok())
+        if (reader.ok("name"))
             if (auto good = check_name(reader.path_of("name"), spec.name); !good) reader.fail(good.error());
-        if (reader.ok() && !names.insert(spec.name).second)
+        if (reader.ok("name") && !names.insert(spec.name).second)
             reader.fail("name", "'" + spec.name + "' is taken by another camera", ErrorKind::already_exists);
         std::optional<std::string> place;
         reader.optional("place", place);
         CameraPatch patch = read_camera_patch(reader);
-        if (place && reader.ok()) {
+        if (place) {
             const auto found = scene_.places.find(*place);
-            if (found == scene_.places.end()) {
+            const ErrorList* const list = ErrorList::current();
+            if (found == scene_.places.end() && !(list && list->excuses(*place))) {
                 reader.fail("place", "no place '" + place->substr(0, 80) + "'; known: " + known_names(scene_.places),
                             ErrorKind::not_found);
-            } else {
+            } else if (found != scene_.places.end()) {
                 if (!patch.pose) patch.pose = found->second.pose;
                 if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
             }
         }
-        if (auto done = reader.finish(); !done) return reader_.fail(done.error());
-        auto camera = patch_camera_spec(spec, patch);
-        if (!camera) {
-            camera.error().message.insert(0, item_path("cameras", i) + ".");
-            return reader_.fail(camera.error());
-        }
-        scene_.cameras.push_back(std::move(*camera));
+        auto camera = reader.ok() ? patch_camera_spec(spec, patch) : Result<CameraSpec>(CameraSpec{});
+        if (!camera) reader.fail_inside(camera.error());
+        if (auto done = reader.finish(); done)
+            scene_.cameras.push_back(std::move(*camera));
+        else if (!spoil("cameras", i, items[i], done.error()))
+            return;
     }
 }
 
@@ -264,11 +261,11 @@ Result<Scene> SceneReader::read() {
     read_map("places", max_scene_places, scene_.places, read_place);
     read_objects();
     const auto lights = reader_.array("lights", max_scene_lights);
-    for (std::size_t i = 0; i < lights.size() && reader_.ok(); ++i) {
+    for (std::size_t i = 0; i < lights.size(); ++i) {
         if (auto light = read_light(lights[i], item_path("lights", i)))
             scene_.lights.push_back(std::move(*light));
-        else
-            reader_.fail(light.error());
+        else if (!spoil("lights", i, lights[i], light.error()))
+            break;
     }
     read_actors();
     read_cameras();

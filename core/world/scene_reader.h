@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/result.h"
+#include "core/world/read/model_json.h"
 #include "core/world/scene.h"
 
 namespace camrig {
@@ -22,9 +23,6 @@ inline constexpr std::size_t max_scene_cameras = 256;
 inline constexpr std::size_t max_scene_events = 1000;
 inline constexpr TimeNs min_step_ns = ns_per_ms;
 inline constexpr TimeNs max_step_ns = 100 * ns_per_ms;
-
-/// Finds the model that a scene names; load_model() outside tests.
-using ModelSource = std::function<Result<ModelRef>(const std::filesystem::path& file)>;
 
 /// Reads a scene document (docs/scene-format.md). `folder` is where its model files are; errors carry the JSON path.
 Result<Scene> read_scene(const nlohmann::json& document, const std::filesystem::path& folder,

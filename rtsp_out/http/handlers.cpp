@@ -134,8 +134,7 @@ asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell,
 asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
     auto later = std::make_shared<Later<RpcText>>(bell);
-    state.options.hooks.rpc(request.body, request.may_command,
-                            [later](RpcText text) { later->set(std::move(text)); });
+    state.options.hooks.rpc(request.body, request.may_command, [later](RpcText text) { later->set(std::move(text)); });
     auto got = co_await later->wait_for(state.options.limits.rpc_time);
     if (!got) co_return error_reply(got.error());
     if (got->pieces.empty()) {

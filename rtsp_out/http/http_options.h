@@ -70,12 +70,12 @@ struct HttpLimits {
 };
 
 struct HttpOptions {
-    std::string host = "127.0.0.1";   ///< address or name to listen on
-    std::uint16_t port = 8080;        ///< 0: any free port
-    std::string token;                ///< of every request; empty: none; required unless `host` is loopback
-    std::string command_key;          ///< without a token: what a `POST /rpc` shows to command; empty: all may
-    FrameBus* bus = nullptr;          ///< outlives the server
-    FrameFetcher* fetcher = nullptr;  ///< outlives the server
+    std::string host = "127.0.0.1";      ///< address or name to listen on
+    std::uint16_t port = 8080;           ///< 0: any free port
+    std::string token;                   ///< of every request; empty: none; required unless `host` is loopback
+    std::string command_key;             ///< without a token: what a `POST /rpc` shows to command; empty: all may
+    FrameBus* bus = nullptr;             ///< outlives the server
+    FrameFetcher* fetcher = nullptr;     ///< outlives the server
     std::vector<std::string> embedders;  ///< origins of pages that may show pictures (asking_page.h)
     HttpHooks hooks;
     HttpLimits limits;

@@ -1,6 +1,7 @@
 """The scenes that come with the program: each starts and every one of its cameras and places shows something."""
 
 import json
+import subprocess
 
 import cv2
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY
+from test_install import CAMRIG
 
 SCENES = sorted(file.stem for file in (REPOSITORY / "scenes").glob("*.json") if file.stem != "schema")
 
@@ -41,7 +43,9 @@ def seen(cameras, object_class):
 def test_the_street_shows_people_on_the_crossing_while_cars_wait():
     with camrig.start(str(REPOSITORY / "scenes/street.json"), mode="lockstep") as rig:
         cameras = rig.cameras()
+        door = rig.create_camera("door", size=(160, 120), vfov_deg=45, position=(-14, 4.5, 1.7), look_at=(-20, 9.6, 0.3))
         rig.step(seconds=12)
+        assert (door.instances()[60:] != 0).all()  # no sky below a shop's door
         fired = [event["event"] for event in rig.wait_events(timeout=0)["events"]]
         assert fired == ["red", "walk"]
         on_lanes = [a["name"] for a in rig.actors() if a["class"] == "person" and abs(a["position"][1]) < 3.3]
@@ -62,3 +66,81 @@ def test_the_crowd_is_a_hundred_people_and_most_are_seen():
         rig.step(seconds=5)
         assert sum(actor["class"] == "person" for actor in rig.actors()) == 100
         assert len(seen(rig.cameras(), "person")) > 80
+
+
+def check(*words, cwd=None):
+    return subprocess.run([CAMRIG, "check", *map(str, words)], cwd=cwd, capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_shipped_scenes_are_known_by_name_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clock").mkdir()  # what lies here does not change what the word means
+    with camrig.start("clock", mode="lockstep") as rig:
+        assert rig.status()["scene"] == "clock"
+        assert rig.load("minimal")["scene"] == "minimal"
+        with pytest.raises(camrig.CamrigError, match="there are: calibration, clock, crowd, hall, minimal, street") as caught:
+            rig.load("hal")
+        assert caught.value.kind == "not_found"
+        errors = rig.call("scene.check", {"scene": "calibration"})["errors"]
+        assert errors == [] and rig.status()["scene"] == "minimal"
+
+
+def test_check_tells_every_error_at_once_and_loads_nothing(tmp_path):
+    scene = {"camrig_scene": 1, "name": "x", "models": {"m": {"file": "gone.glb"}}, "cameras": [{"name": "Bad"}, {"name": "a", "fps": "0/1"}]}
+    (tmp_path / "wrong.json").write_text(json.dumps(scene))
+    (tmp_path / "no.glb").write_bytes(b"\x7fELF")
+    done = check("wrong.json", cwd=tmp_path)
+    lines = done.stderr.splitlines()
+    assert done.returncode == 1 and len(lines) == 3
+    for line, begin in zip(lines, ("models.m.file: ", "cameras[0].name: 'Bad'", "cameras[1].fps: '0/1' is not a frame rate")):
+        assert line.startswith(f"wrong.json: {begin}")
+    as_json = check("--json", "wrong.json", cwd=tmp_path)
+    assert as_json.returncode == 1
+    assert [error["path"] for error in json.loads(as_json.stdout)["errors"]] == ["models.m.file", "cameras[0].name", "cameras[1].fps"]
+    assert "is neither .glb nor .gltf: 4 bytes that begin with '?ELF'" in check("no.glb", cwd=tmp_path).stderr
+    assert check("minimal", cwd=tmp_path).returncode == 0
+
+
+def test_a_scene_of_shapes_and_a_shipped_person_needs_no_file_beside_it(tmp_path):
+    scene = {
+        "camrig_scene": 1,
+        "name": "own",
+        "models": {
+            "floor": {"shape": "ground", "size": [40, 40]},
+            "crate": {"shape": "box", "size": [0.6, 0.4, 0.5]},
+            "sky": {"shape": "sky", "radius_m": 100},
+            "anna": {"file": "camrig:people/anna"},
+        },
+        "objects": [
+            {"name": "floor", "model": "floor", "class": "ground"},
+            {"name": "sky", "model": "sky", "class": "sky"},
+            {"name": "crate", "model": "crate", "class": "box", "position": [4, 1, 0]},
+        ],
+        "actors": [{"name": "anna", "model": "anna", "class": "person", "position": [4, 0, 0], "yaw_deg": 180}],
+        "lights": [{"name": "sun", "type": "directional", "direction": [1, 0.5, -1]}],
+        "cameras": [{"name": "main", "size": [320, 240], "pose": {"position": [0, 0, 1.5], "look_at": [4, 0, 0.9]}}],
+    }
+    (tmp_path / "own.json").write_text(json.dumps(scene))
+    with camrig.start(tmp_path / "own.json", mode="lockstep") as rig:
+        rig.step(seconds=0.1)
+        cam = rig.camera("main")
+        truth = {item["name"]: item for item in cam.truth()["objects"]}
+        assert {name: item["class"] for name, item in truth.items()} == {"floor": "ground", "sky": "sky", "crate": "box", "anna": "person"}
+        assert truth["crate"]["dimensions"] == pytest.approx([0.6, 0.4, 0.5])
+        ids = cam.instances()
+        assert (ids != 0).all()  # there is no void: ground or sky everywhere
+        image = cam.frame().image
+        assert np.ptp(image[ids == truth["floor"]["id"]].astype(int), axis=0).min() > 30  # its grid
+        depth = cam.depth()
+        assert np.abs(depth[ids == truth["sky"]["id"]]).max() < 101
+        assert depth[200, 160] == pytest.approx(2.824, rel=0.01)  # the floor is level, at z = 0
+
+
+def test_a_bare_model_stands_on_a_ground_under_a_sky_unless_told_otherwise():
+    box = REPOSITORY / "scenes/minimal/box.glb"
+    with camrig.start(box, mode="lockstep") as rig:
+        rig.step(seconds=0.1)
+        cam = rig.cameras()[0]
+        assert (cam.instances() != 0).all()
+        assert {item["class"] for item in cam.truth()["objects"]} == {"object", "ground", "sky"}
+        assert rig.call("world.load", {"scene": str(box), "ground": False})["objects"] == 1

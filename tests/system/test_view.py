@@ -174,8 +174,15 @@ def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_tol
     wait_until(lambda: twin.get()["sequence"] >= 0)
     display.click(*ADD_RTSP)
     wait_until(lambda: [output["kind"] for output in twin.get()["outputs"]] == ["rtsp"], what="the output")
-    display.key("Delete")
+    kept = twin.get()
+    display.key("Delete", "Escape")  # asked, and answered with no
+    display.key("Delete", "Return")
     wait_until(lambda: names(rig) == ["main", view.own], what="the deletion")
+    display.key("ctrl+z")
+    wait_until(lambda: "main_2" in names(rig), what="the camera deleted by mistake")
+    again = rig.camera("main_2").get()
+    assert {key: again[key] for key in kept if key not in ("id", "sequence", "applied_ns", "readers")} == {
+        key: kept[key] for key in kept if key not in ("id", "sequence", "applied_ns", "readers")}
     assert rig.status()["world_ns"] == 0
     display.click(*STEP_200_MS)
     wait_until(lambda: rig.status()["world_ns"] == 200_000_000, what="the step")
@@ -183,6 +190,29 @@ def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_tol
     display.xdotool("windowkill", display.wait_window("camrig view"))  # what is left when the X server goes away
     view.process.wait(20)
     assert names(rig) == ["main"], view.process.stderr.read()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_it_asks_before_it_overwrites_or_deletes_and_a_drag_is_undone(rig, display, view, tmp_path):
+    saved = tmp_path / "cameras.json"
+    saved.write_text("somebody's work")
+    display.click(*NEW)
+    wait_until(lambda: "cam" in names(rig), what="cam")
+    cam = rig.camera("cam")
+    start = cam.get()["pose"]["position"]
+    hold = [round(v) for v in view.on_screen(start)]
+    display.drag(hold, (hold[0] + 60, hold[1] + 40))
+    wait_until(lambda: np.linalg.norm(np.subtract(cam.get()["pose"]["position"], start)) > 0.1, what="the drag")
+    display.key("ctrl+z")
+    wait_until(lambda: cam.get()["pose"]["position"] == pytest.approx(start), what="the drag undone")
+    # Edits are done in order, so what follows a refused one shows that it was refused.
+    display.key("ctrl+s", "Escape", "Delete", "Escape", "ctrl+d")
+    wait_until(lambda: "cam_2" in names(rig), what="the duplicate")
+    assert "cam" in names(rig) and saved.read_text() == "somebody's work"
+    display.key("ctrl+s", "Return")
+    wait_until(lambda: saved.read_text() != "somebody's work", what="the overwritten file")
+    assert [camera["name"] for camera in json.loads(saved.read_text())["cameras"]] == ["main", "cam", "cam_2"]
+    view.close()
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")

@@ -59,6 +59,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     app.add_option("--token-file", context.token_file, "file with the token, for whatever is not loopback");
 
     add_serve_command(app, context, hooks);
+    add_check_command(app, context);
     add_camera_commands(app, context);
     add_world_commands(app, context);
     add_actor_commands(app, context);

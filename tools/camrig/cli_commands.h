@@ -7,11 +7,21 @@ namespace CLI {
 class App;
 }
 
+namespace camrig {
+
+/// Of the options that several commands share.
+inline constexpr const char* scene_option_help =
+    "name of a shipped scene (hall, street, ...), scene file (.json) or a bare .gltf/.glb";
+inline constexpr const char* no_ground_help = "a bare .gltf/.glb stands on no ground and under no sky";
+
+}  // namespace camrig
+
 /// The families of commands. Each adds its subcommands and sets context.action when one of them is given.
 namespace camrig {
 
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_camera_commands(CLI::App& app, CliContext& context);
+void add_check_command(CLI::App& app, CliContext& context);
 void add_world_commands(CLI::App& app, CliContext& context);
 void add_actor_commands(CLI::App& app, CliContext& context);
 void add_event_commands(CLI::App& app, CliContext& context);

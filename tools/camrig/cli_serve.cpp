@@ -20,7 +20,8 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
 
     auto options = std::make_shared<ServeOptions>();
     CLI::App* serve = app.add_subcommand("serve", "serves a scene until it is told to end");
-    serve->add_option("SCENE", options->scene, "scene file (.json) or a bare .gltf/.glb")->required();
+    serve->add_option("SCENE", options->scene, scene_option_help)->required();
+    serve->add_flag_callback("--no-ground", [options] { options->scene_options.bare_ground = false; }, no_ground_help);
     serve->add_option("--host", options->host, "address to listen on; beyond loopback a --token-file is needed")
         ->capture_default_str();
     serve->add_option("--http", options->http_port, "port of HTTP; 0: any free one")

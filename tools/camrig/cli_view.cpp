@@ -57,7 +57,7 @@ void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks)
     auto options = std::make_shared<Options>();
     CLI::App* view =
         app.add_subcommand("view", "a window on the running world: fly through it, place cameras by mouse");
-    view->add_option("--file", options->file, "where the arrangement is saved, for camera create --file")
+    view->add_option("--file", options->file, "where the arrangement is saved, for camera create --file FILE --replace")
         ->capture_default_str();
     view->add_option("--width", options->width, "of the window, in pixels")
         ->check(CLI::Range(800, 8192))

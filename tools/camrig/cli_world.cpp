@@ -65,15 +65,24 @@ void add_step(CLI::App& group, CliContext& context) {
 }
 
 void add_load(CLI::App& group, CliContext& context) {
-    auto scene = std::make_shared<std::filesystem::path>();
+    struct Options {
+        std::filesystem::path scene;
+        bool no_ground = false;
+    };
+    auto options = std::make_shared<Options>();
     CLI::App* load = group.add_subcommand("load", "loads another scene; cameras stay");
-    load->add_option("SCENE", *scene, "scene file (.json) or a bare .gltf/.glb")->required();
-    load->callback([scene, &context] {
-        context.action = [scene, &context] {
-            // The rig has a working directory of its own; what is here is named so that it finds it too.
+    load->add_option("SCENE", options->scene, scene_option_help)->required();
+    load->add_flag("--no-ground", options->no_ground, no_ground_help);
+    load->callback([options, &context] {
+        context.action = [options, &context] {
+            // The rig has a working directory of its own; a file here is named so that it finds it too.
             std::error_code ignored;
-            const auto path = std::filesystem::exists(*scene, ignored) ? std::filesystem::absolute(*scene) : *scene;
-            return show(context, context.call("world.load", {{"scene", path.string()}}, load_timeout));
+            const auto& scene = options->scene;
+            const auto path =
+                std::filesystem::is_regular_file(scene, ignored) ? std::filesystem::absolute(scene) : scene;
+            json params{{"scene", path.string()}};
+            if (options->no_ground) params["ground"] = false;
+            return show(context, context.call("world.load", params, load_timeout));
         };
     });
 }

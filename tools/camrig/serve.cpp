@@ -197,7 +197,7 @@ int run_serve(const ServeOptions& options) {
     if (!access) return fail(access.error());
     auto folder = RigFolder::claim(options.control);
     if (!folder) return fail(folder.error());
-    auto scene = load_scene(options.scene);
+    auto scene = load_scene(options.scene, options.scene_options);
     if (!scene) return fail(scene.error());
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
 

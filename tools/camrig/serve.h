@@ -12,7 +12,8 @@ namespace camrig {
 
 /// The options of `camrig serve`, as in the contract.
 struct ServeOptions {
-    std::filesystem::path scene;
+    std::filesystem::path scene;  ///< as load_scene() takes it
+    SceneOptions scene_options;
     std::string control;  ///< path of the Unix socket; never empty
     std::string host = "127.0.0.1";
     std::uint16_t http_port = 8080;

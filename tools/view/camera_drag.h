@@ -31,6 +31,9 @@ public:
 
     const std::string& camera() const { return camera_; }
     Grip grip() const { return grip_; }
+    /// Whether the camera was moved in this drag.
+    bool has_moved() const { return has_moved_; }
+    void set_moved() { has_moved_ = true; }
     /// The pose when the mouse is on `ray`: what was taken hold of stays under it. The last sound one where that cannot
     /// be, as with the mouse above the horizon.
     const Pose& to(const Ray& ray);
@@ -47,6 +50,7 @@ private:
     Pose present_;
     double handle_m_;
     double roll_rad_;
+    bool has_moved_ = false;
     glm::dvec3 offset_{0.0};  ///< from the point under the mouse to what is moved
 };
 

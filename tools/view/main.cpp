@@ -52,7 +52,13 @@ void stop_at_signals() {
 }
 
 void obey(Session& session, Window::Key pressed) {
+    if (session.question) {
+        const bool is_yes = pressed.key == GLFW_KEY_ENTER || pressed.key == GLFW_KEY_KP_ENTER;
+        if (is_yes || pressed.key == GLFW_KEY_ESCAPE) session.answer(is_yes);
+        return;
+    }
     if (pressed.with_ctrl) {
+        if (pressed.key == GLFW_KEY_Z) session.undo();
         if (pressed.key == GLFW_KEY_S) session.save();
         if (pressed.key == GLFW_KEY_D) session.duplicate_selected();
         return;
@@ -72,6 +78,7 @@ void draw(Session& session, ImVec2 size, const Window::Input& input) {
     draw_scene(session, {{list_width, 0}, {middle, above}});
     draw_camera(session, {{list_width + middle, 0}, {camera_width, size.y}});
     draw_timeline(session, {{list_width, above}, {middle, timeline_height}});
+    draw_question(session, {{0, 0}, size});
     // After the mouse: a key that follows a click is about what was clicked.
     if (!ImGui::GetIO().WantTextInput)
         for (const Window::Key key : input.keys) obey(session, key);

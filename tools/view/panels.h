@@ -27,6 +27,9 @@ void draw_camera(Session& session, const Area& area);
 /// Play, pause, step; what actors do and events that fire.
 void draw_timeline(Session& session, const Area& area);
 
+/// The question that waits for an answer, if there is one, before all else.
+void draw_question(Session& session, const Area& area);
+
 /// A part at its place, which cannot be moved. Ends with ImGui::End().
 void begin_panel(const char* title, const Area& area);
 

@@ -88,7 +88,7 @@ void drag(Session& session, const Sight& sight, const std::vector<GripPoint>& gr
     const ImGuiIO& io = ImGui::GetIO();
     const auto drag_to = [&](ImVec2 mouse) {
         if (const auto* camera = session.model.find(session.drag->camera()))
-            session.move_camera(*camera, session.drag->to(sight.ray(point_of(mouse))));
+            session.drag_camera(*camera, session.drag->to(sight.ray(point_of(mouse))));
     };
     if (session.drag && session.released_at) {
         const ImVec2 before{io.MousePos.x - io.MouseDelta.x, io.MousePos.y - io.MouseDelta.y};

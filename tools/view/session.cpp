@@ -1,5 +1,8 @@
 #include "tools/view/session.h"
 
+#include <memory>
+#include <utility>
+
 #include <camrig/error.h>
 
 #include "tools/view/arrangement.h"
@@ -45,6 +48,17 @@ void Session::move_camera(const client::CameraState& camera, const Pose& pose) {
     link.set_camera(camera.name, "pose", placed_at(pose));
 }
 
+void Session::drag_camera(const client::CameraState& camera, const Pose& pose) {
+    // The first move of a drag: afterwards `moved` has the camera.
+    if (!camera.mount && drag && !drag->has_moved()) {
+        remember(camera.name + ": back where it was", [this, name = camera.name, before = pose_of_camera(camera)] {
+            if (const auto* found = model.find(name)) move_camera(*found, before);
+        });
+        drag->set_moved();
+    }
+    move_camera(camera, pose);
+}
+
 void Session::create_camera() {
     auto names = names_of(model.cameras);
     std::string name = "cam";
@@ -74,18 +88,62 @@ void Session::duplicate_selected() {
 
 void Session::delete_selected() {
     if (selected.empty()) return;
-    link.edit("delete " + selected, [name = selected](const client::Rig& rig) { rig.camera(name).remove(); });
-    notice = selected + ": deleted";
-    selected.clear();
+    question = {.words = "Delete camera " + selected + "? Its streams and devices end.",
+                .yes = "Delete",
+                .act = [this, name = selected] { delete_camera(name); }};
+}
+
+void Session::delete_camera(const std::string& name) {
+    // Filled and used by edits, which are done one after the other on the link's thread.
+    const auto camera = std::make_shared<nlohmann::json>();
+    link.edit("delete " + name, [name, camera](const client::Rig& rig) {
+        *camera = rig.call("camera.get", {{"name", name}});
+        rig.camera(name).remove();
+    });
+    remember(name + ": there again", [this, name, camera] {
+        link.edit("create " + name, [camera](const client::Rig& rig) { rig.call("camera.create", *camera); });
+    });
+    notice = name + ": deleted; Ctrl+Z brings it back";
+    if (selected == name) selected.clear();
+}
+
+void Session::answer(bool is_yes) {
+    const auto asked = std::exchange(question, std::nullopt);
+    if (asked && is_yes) asked->act();
+}
+
+void Session::remember(std::string words, std::function<void()> act) {
+    if (undos_.size() == max_undos) undos_.pop_front();
+    undos_.push_back({std::move(words), std::move(act)});
+}
+
+void Session::undo() {
+    if (undos_.empty()) {
+        notice = "there is nothing to undo";
+        return;
+    }
+    const Undo last = std::move(undos_.back());
+    undos_.pop_back();
+    last.act();
+    notice = last.words;
 }
 
 void Session::save() {
+    std::error_code ignored;
+    if (!std::filesystem::exists(arrangement, ignored)) return write_file();
+    question = {.words = arrangement.string() + " is there already. Overwrite it?", .yes = "Overwrite", .act = [this] {
+                    write_file();
+                }};
+}
+
+void Session::write_file() {
     // Asked anew, after all edits before it: what is written is what the rig has.
     link.edit("save", [file = arrangement, own = own_camera](const client::Rig& rig) {
         auto done = write_arrangement(file, arrangement_of(rig.call("camera.list"), own));
         if (!done) throw client::Error("unavailable", done.error().message);
     });
-    notice = "saved to " + arrangement.string() + "; back with: camrig camera create --file " + arrangement.string();
+    notice = "saved to " + arrangement.string() + "; back with: camrig camera create --file " + arrangement.string() +
+             " --replace";
 }
 
 void Session::play_or_pause() {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -35,6 +37,15 @@ struct Session {
     std::string selected;
     std::string notice;  ///< what has just happened: saved, refused, ...
 
+    /// What the person is asked before it is done; until they answer nothing else is.
+    struct Question {
+        std::string words;
+        std::string yes;  ///< on the button
+        std::function<void()> act;
+    };
+    std::optional<Question> question;
+    void answer(bool is_yes);
+
     std::optional<CameraDrag> drag;
     std::optional<ImVec2> pressed_at, released_at;  ///< the left mouse button in this turn
     /// Poses that were dragged to and are not in the model yet.
@@ -44,16 +55,35 @@ struct Session {
     Pose pose_of_camera(const client::CameraState& camera) const;
     /// In the pictures and for the rig at once. Not for mounted cameras, whose pose is in another frame.
     void move_camera(const client::CameraState& camera, const Pose& pose);
+    /// The same by hand, which undo() takes back as a whole.
+    void drag_camera(const client::CameraState& camera, const Pose& pose);
     void create_camera();
     void duplicate_selected();
+    /// Asks first.
     void delete_selected();
+    /// Asks before it overwrites a file.
     void save();
+    /// The last deletion or drag that was not undone yet; as many as max_undos.
+    void undo();
     /// Realtime only.
     void play_or_pause();
     /// Lockstep, or paused: the only thing here that moves a world, and only a person's hand does it.
     void step(std::chrono::nanoseconds how_far);
     /// Takes what is new from the links.
     void update();
+
+private:
+    static constexpr std::size_t max_undos = 64;
+    struct Undo {
+        std::string words;
+        std::function<void()> act;
+    };
+
+    void remember(std::string words, std::function<void()> act);
+    void delete_camera(const std::string& name);
+    void write_file();
+
+    std::deque<Undo> undos_;  ///< the newest last
 };
 
 }  // namespace camrig::view

@@ -103,8 +103,9 @@ class Rig:
         return self.call("world.status")
 
     def load(self, scene: str | os.PathLike[str], timeout: float = 120.0) -> dict[str, Any]:
-        """Another world; the path is the rig's, so a relative one is made absolute here."""
-        return self.client.call("world.load", {"scene": os.path.abspath(scene)}, timeout_s=timeout)
+        """Another world: a file, or the name of a shipped scene ("hall"). The path is the rig's, so that of a file here is made absolute."""
+        found = os.path.abspath(scene) if os.path.isfile(scene) else os.fspath(scene)
+        return self.client.call("world.load", {"scene": found}, timeout_s=timeout)
 
     # Actors and events
 

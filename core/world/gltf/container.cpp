@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <string>
 
 #include "core/world/gltf/failure.h"
 
@@ -20,13 +21,32 @@ std::uint32_t read_u32(std::span<const std::byte> bytes, std::size_t offset) {
     return value;
 }
 
+bool looks_like_json(std::string_view text) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark
+    const auto first = text.find_first_not_of(" \t\r\n");
+    return first != std::string_view::npos && text[first] == '{';
+}
+
+/// The first bytes for a message: 'PK??', where what is not printable is a question mark.
+std::string beginning(std::string_view text) {
+    std::string shown(text.substr(0, 8));
+    for (char& c : shown)
+        if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
+    return shown.empty() ? "nothing" : "'" + shown + "'";
+}
+
 }  // namespace
 
 Container split_container(std::span<const std::byte> bytes) {
     const auto text = [](std::span<const std::byte> part) {
         return std::string_view(reinterpret_cast<const char*>(part.data()), part.size());
     };
-    if (bytes.size() < 4 || read_u32(bytes, 0) != magic_glb) return {.json = text(bytes)};
+    if (bytes.size() < 4 || read_u32(bytes, 0) != magic_glb) {
+        require(looks_like_json(text(bytes)), "",
+                "is neither .glb nor .gltf: " + std::to_string(bytes.size()) + " bytes that begin with " +
+                    beginning(text(bytes)) + "; a .glb begins with 'glTF', a .gltf with '{'");
+        return {.json = text(bytes)};
+    }
 
     require(bytes.size() >= header_bytes, "header", "the file ends in the GLB header");
     const std::uint32_t version = read_u32(bytes, 4);
@@ -37,6 +57,7 @@ Container split_container(std::span<const std::byte> bytes) {
     bytes = bytes.first(length);
 
     Container result;
+    result.is_binary = true;
     bool json_seen = false;
     for (std::size_t offset = header_bytes; offset < bytes.size();) {
         require(bytes.size() - offset >= chunk_header_bytes, "chunk", "the file ends in a chunk header");

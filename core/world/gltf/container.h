@@ -10,6 +10,7 @@ struct Container {
     std::string_view json;
     std::span<const std::byte> binary{};  ///< the BIN chunk; empty for .gltf
     bool has_binary = false;
+    bool is_binary = false;  ///< .glb
 };
 
 /// Tells .glb (magic) from .gltf and checks header and chunks of the former (glTF 2.0, 4.4). Throws Failure.

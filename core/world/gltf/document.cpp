@@ -209,7 +209,7 @@ Document parse_document(std::span<const std::byte> bytes, const std::filesystem:
     Document document;
     document.base = base;
     auto parsed = parse_json(container.json, max_json_bytes);
-    if (!parsed) throw Failure{parsed.error()};
+    if (!parsed) fail(container.is_binary ? "JSON chunk" : "", parsed.error().message, parsed.error().kind);
     document.json = std::move(*parsed);
     check_form(document.json);
     if (const auto buffers = document.json.find("buffers"); buffers != document.json.end()) {

@@ -36,12 +36,19 @@ void apply_transform(const tinygltf::ExtensionMap& extensions, TextureRef& ref, 
     if (value.Has("texCoord") && value.Get("texCoord").IsInt()) ref.texcoord = value.Get("texCoord").GetNumberAsInt();
 }
 
+/// A texture without `source` is legal (glTF 2.0, 3.8.2): an extension gives its picture. Without that extension there
+/// is none.
+bool has_picture(const tinygltf::Texture& texture) {
+    return texture.source >= 0;
+}
+
 template <typename Info>
 TextureRef texture_ref(const Document& document, const Info& info, const std::string& place) {
     TextureRef ref{.texture = info.index, .texcoord = info.texCoord};
     if (info.index < 0) return ref;
     require(info.index < std::ssize(document.gltf.textures), place + ".index",
             "texture " + std::to_string(info.index) + " of " + std::to_string(document.gltf.textures.size()));
+    if (!has_picture(document.gltf.textures[static_cast<std::size_t>(info.index)])) return {};
     apply_transform(info.extensions, ref, place);
     if (ref.texcoord < 0 || ref.texcoord > 1)
         fail(place + ".texCoord", "texture coordinate sets 0 and 1 are read", ErrorKind::unsupported);
@@ -168,12 +175,12 @@ std::vector<Texture> read_textures(const Document& document) {
     for (std::size_t i = 0; i < document.gltf.textures.size(); ++i) {
         const tinygltf::Texture& from = document.gltf.textures[i];
         const std::string place = item("textures", i);
-        require(from.source >= 0 && from.source < static_cast<std::int64_t>(images), place + ".source",
+        require(from.source < static_cast<std::int64_t>(images), place + ".source",
                 "image " + std::to_string(from.source) + " of " + std::to_string(images));
         require(from.sampler < std::ssize(samplers), place + ".sampler",
                 "sampler " + std::to_string(from.sampler) + " of " + std::to_string(samplers.size()));
         Texture texture;
-        texture.image = from.source;
+        if (has_picture(from)) texture.image = from.source;  // else no material refers to it
         if (from.sampler >= 0) texture.sampler = samplers[static_cast<std::size_t>(from.sampler)];
         out.push_back(texture);
     }
@@ -184,7 +191,7 @@ std::vector<Image> read_images(const Document& document, Budget& budget) {
     std::vector<Image> out(image_count(document));
     std::vector<bool> used(out.size());
     for (const tinygltf::Texture& texture : document.gltf.textures)
-        used[static_cast<std::size_t>(texture.source)] = true;
+        if (has_picture(texture)) used[static_cast<std::size_t>(texture.source)] = true;
     for (std::size_t i = 0; i < out.size(); ++i)
         if (used[i]) out[i] = read_image(document, i, budget);
     return out;

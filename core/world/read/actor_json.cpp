@@ -31,7 +31,6 @@ void read_attachment(JsonReader& reader, std::string_view key, std::optional<Att
     const json* value = reader.find(key);
     if (!value) return;
     JsonReader nested(*value, reader.path_of(key));
-    for (const char* known : {"position", "orientation"}) nested.find(known);
     Attachment attachment;
     required_name(nested, "actor", attachment.actor);
     nested.optional("node", attachment.node);
@@ -42,7 +41,6 @@ void read_attachment(JsonReader& reader, std::string_view key, std::optional<Att
 }
 
 Result<ActorSpec> read_actor(JsonReader& reader) {
-    for (const char* key : {"position", "orientation"}) reader.find(key);
     ActorSpec actor;
     required_name(reader, "name", actor.name);
     reader.required("model", actor.model);
@@ -87,7 +85,6 @@ Result<SteerSpec> read_steer(const json& value, std::string path) {
     }
     if (read_vector(reader, "position", vector)) steer.position = vector;
     if (steer.velocity && steer.position) reader.fail("position", "give either velocity or position");
-    for (const char* key : {"velocity", "position"}) reader.find(key);
     double over_s = 0.0;
     optional_in_range(reader, "seconds", over_s, 0.0, 3600.0);
     if (reader.has("seconds") && !steer.position) reader.fail("seconds", "belongs to a position");

@@ -44,7 +44,7 @@ BehaviourSpec read_route_walk(JsonReader& reader) {
         route.mode = Mode::ping_pong;
     else if (mode == "once")
         route.mode = Mode::once;
-    else if (mode && reader.ok())
+    else if (mode)
         reader.fail("mode", "'" + mode->substr(0, 40) + "' is none of loop, ping_pong, once");
     return route;
 }
@@ -72,7 +72,6 @@ BehaviourSpec read_look_at(JsonReader& reader) {
     optional_name(reader, "actor", look.actor);
     const bool point = read_vector(reader, "position", look.position);
     if (reader.ok() && point == reader.has("actor")) reader.fail("actor", "give either actor or position");
-    reader.find("position");
     reader.optional("clip", look.clip);
     return look;
 }
@@ -140,8 +139,8 @@ BehaviourSpec read_sequence(JsonReader& reader, int depth) {
     SequenceBehaviour sequence;
     const auto steps = reader.array("steps", max_sequence_steps);
     if (reader.ok() && steps.empty()) reader.fail("steps", "expected 1 to 64 behaviours");
-    if (reader.ok() && depth >= max_sequence_depth) reader.fail("steps", "sequences nest at most 4 deep");
-    for (std::size_t i = 0; i < steps.size() && reader.ok(); ++i) {
+    if (depth >= max_sequence_depth) reader.fail("steps", "sequences nest at most 4 deep");
+    for (std::size_t i = 0; i < steps.size() && depth < max_sequence_depth; ++i) {
         auto step = read_step(steps[i], item_path(reader.path_of("steps"), i), depth + 1);
         if (step)
             sequence.steps.push_back(std::move(*step));
@@ -179,10 +178,14 @@ Result<BehaviourSpec> read_behaviour(const json& value, const std::string& path,
         spec = read_steered(reader);
     else if (type == "sequence")
         spec = read_sequence(reader, depth);
-    else if (reader.ok())
-        reader.fail("type", "'" + type.substr(0, 40) +
-                                "' is none of stand, route, go_to, wander, look_at, follow, group, vehicle, steered, "
-                                "sequence");
+    else {
+        reader.allow_unknown();
+        if (reader.ok())
+            reader.fail("type",
+                        "'" + type.substr(0, 40) +
+                            "' is none of stand, route, go_to, wander, look_at, follow, group, vehicle, steered, "
+                            "sequence");
+    }
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return spec;
 }

@@ -1,7 +1,9 @@
 #include "core/world/read/check_names.h"
 
 #include <functional>
+#include <initializer_list>
 
+#include "core/base/error_list.h"
 #include "core/world/scene_names.h"
 
 namespace camrig {
@@ -11,10 +13,29 @@ std::string key_of(const std::string& path, std::string_view key) {
     return path.empty() ? std::string(key) : path + "." + std::string(key);
 }
 
+/// What bears this name could not be read, and that was told.
+bool is_excused(const std::string& name) {
+    const ErrorList* const list = ErrorList::current();
+    return list && list->excuses(name);
+}
+
+std::unexpected<Error> refuse(ErrorKind kind, const std::string& path, const std::string& why) {
+    if (ErrorList* const list = ErrorList::current()) list->add(path, why);
+    return error(kind, path + ": " + why);
+}
+
 std::unexpected<Error> unknown(const std::string& path, std::string_view what, const std::string& name,
                                const std::string& known) {
-    return error(ErrorKind::not_found,
-                 path + ": no " + std::string(what) + " '" + name.substr(0, 80) + "'; known: " + known);
+    if (is_excused(name)) return error(ErrorKind::not_found, "");
+    return refuse(ErrorKind::not_found, path,
+                  "no " + std::string(what) + " '" + name.substr(0, 80) + "'; known: " + known);
+}
+
+/// The first error of several checks. All of them are made, so that an ErrorList hears of each.
+Result<void> first_error(std::initializer_list<Result<void>> checks) {
+    for (const Result<void>& check : checks)
+        if (!check) return check;
+    return {};
 }
 
 template <typename Value>
@@ -45,13 +66,14 @@ Result<void> check_node(const Model& model, const std::string& node, const std::
     std::map<std::string, int> nodes;
     for (const Node& n : model.nodes) nodes.emplace(n.name, 0);
     if (nodes.contains(node)) return {};
-    return error(ErrorKind::not_found,
-                 path + ": the model has no node '" + node.substr(0, 80) + "'; it has: " + known_names(nodes));
+    return refuse(ErrorKind::not_found, path,
+                  "the model has no node '" + node.substr(0, 80) + "'; it has: " + known_names(nodes));
 }
 
-/// The model of an actor that is known.
-const Model& model_of(const KnownNames& names, const std::string& actor) {
-    return *names.scene.models.at(names.actors.at(actor)).model;
+/// The model of an actor that is known; nullptr when the scene has none of its name, which is told at the actor.
+const Model* model_of(const KnownNames& names, const std::string& actor) {
+    const auto found = names.scene.models.find(names.actors.at(actor));
+    return found == names.scene.models.end() ? nullptr : found->second.model.get();
 }
 
 /// The kinds of behaviour, each with the names it uses.
@@ -64,10 +86,11 @@ struct BehaviourCheck {
         return check_clip(model, name, key_of(path, key));
     }
     Result<void> walk(const WalkManner& manner) const {
-        if (!manner.area.empty())
-            if (auto done = check_in(names.scene.areas, manner.area, "area", key_of(path, "area")); !done) return done;
-        if (auto done = clip("clip", manner.clip); !done) return done;
-        return clip("idle_clip", manner.idle_clip);
+        const auto area = [&]() -> Result<void> {
+            if (manner.area.empty()) return {};
+            return check_in(names.scene.areas, manner.area, "area", key_of(path, "area"));
+        };
+        return first_error({area(), clip("clip", manner.clip), clip("idle_clip", manner.idle_clip)});
     }
     Result<void> actor(const std::string& name) const {
         return check_in(names.actors, name, "actor", key_of(path, "actor"));
@@ -82,37 +105,33 @@ struct BehaviourCheck {
     Result<void> operator()(const WanderBehaviour& wander) const { return walk(wander.walk); }
     Result<void> operator()(const GroupBehaviour& group) const { return walk(group.walk); }
     Result<void> operator()(const LookAtBehaviour& look) const {
-        if (!look.actor.empty())
-            if (auto done = actor(look.actor); !done) return done;
-        return clip("clip", look.clip);
+        return first_error({look.actor.empty() ? Result<void>() : actor(look.actor), clip("clip", look.clip)});
     }
     Result<void> operator()(const FollowBehaviour& follow) const {
-        if (auto done = actor(follow.actor); !done) return done;
-        return walk(follow.walk);
+        return first_error({actor(follow.actor), walk(follow.walk)});
     }
     Result<void> operator()(const VehicleBehaviour& vehicle) const {
-        if (auto done = route(vehicle.route); !done) return done;
-        return clip("clip", vehicle.clip);
+        return first_error({route(vehicle.route), clip("clip", vehicle.clip)});
     }
     Result<void> operator()(const RouteBehaviour& route_walk) const {
         using Mode = RouteBehaviour::Mode;
-        if (auto done = clip("clip", route_walk.clip); !done) return done;
-        if (auto done = route(route_walk.route); !done) return done;
+        if (auto done = first_error({clip("clip", route_walk.clip), route(route_walk.route)}); !done) return done;
         const bool closed = names.scene.routes.at(route_walk.route).closed;
         if (!route_walk.mode || *route_walk.mode == Mode::once || (*route_walk.mode == Mode::loop) == closed) return {};
-        return error(ErrorKind::invalid_argument,
-                     key_of(path, "mode") + (closed ? ": a closed route is walked in mode loop or once"
-                                                    : ": an open route is walked in mode ping_pong or once"));
+        return refuse(ErrorKind::invalid_argument, key_of(path, "mode"),
+                      closed ? "a closed route is walked in mode loop or once"
+                             : "an open route is walked in mode ping_pong or once");
     }
     Result<void> operator()(const SequenceBehaviour& sequence) const {
+        Result<void> all;
         for (std::size_t i = 0; i < sequence.steps.size(); ++i) {
             const SequenceStep& step = sequence.steps[i];
             const std::string place = key_of(path, "steps[" + std::to_string(i) + "]");
-            if (auto done = check_behaviour(step.behaviour, model, names, place); !done) return done;
-            if (step.event.empty()) continue;
-            if (auto done = check_in(names.events, step.event, "event", place + ".until.event"); !done) return done;
+            all = first_error({all, check_behaviour(step.behaviour, model, names, place)});
+            if (!step.event.empty())
+                all = first_error({all, check_in(names.events, step.event, "event", place + ".until.event")});
         }
-        return {};
+        return all;
     }
 };
 
@@ -128,12 +147,11 @@ struct TriggerCheck {
     Result<void> operator()(const EveryTime&) const { return {}; }
     Result<void> operator()(const AtBorder& border) const {
         const char* key = border.enters ? "enter" : "leave";
-        if (auto done = check_in(names.scene.areas, border.area, "area", key_of(path, key)); !done) return done;
-        return actor(border.actor, "actor");
+        return first_error(
+            {check_in(names.scene.areas, border.area, "area", key_of(path, key)), actor(border.actor, "actor")});
     }
     Result<void> operator()(const AtMeeting& meeting) const {
-        if (auto done = actor(meeting.actors[0], "meet[0]"); !done) return done;
-        return actor(meeting.actors[1], "meet[1]");
+        return first_error({actor(meeting.actors[0], "meet[0]"), actor(meeting.actors[1], "meet[1]")});
     }
     Result<void> operator()(const AfterEvent& after) const {
         return check_in(names.events, after.event, "event", key_of(path, "event"));
@@ -152,26 +170,25 @@ struct ActionCheck {
         if (names.actors.contains(name)) return {};
         return check_in(names.objects, name, "object", key_of(path, "object"));
     }
+    Result<void> clip_of(const std::string& name, const std::string& clip) const {
+        if (auto done = actor(name); !done) return done;
+        const Model* const model = model_of(names, name);
+        return model ? check_clip(*model, clip, key_of(path, "clip")) : Result<void>();
+    }
     Result<void> operator()(const BehaveAction& action) const {
         if (auto done = actor(action.actor); !done) return done;
-        return check_behaviour(action.behaviour, model_of(names, action.actor), names, key_of(path, "behaviour"));
+        const Model* const model = model_of(names, action.actor);
+        return model ? check_behaviour(action.behaviour, *model, names, key_of(path, "behaviour")) : Result<void>();
     }
-    Result<void> operator()(const StopAction& action) const {
-        if (auto done = actor(action.actor); !done) return done;
-        return check_clip(model_of(names, action.actor), action.clip, key_of(path, "clip"));
-    }
+    Result<void> operator()(const StopAction& action) const { return clip_of(action.actor, action.clip); }
     Result<void> operator()(const StartAction& action) const { return actor(action.actor); }
-    Result<void> operator()(const PlayAction& action) const {
-        if (auto done = actor(action.actor); !done) return done;
-        return check_clip(model_of(names, action.actor), action.clip, key_of(path, "clip"));
-    }
+    Result<void> operator()(const PlayAction& action) const { return clip_of(action.actor, action.clip); }
     Result<void> operator()(const SpawnAction& action) const {
         return check_actor(action.actor, names, key_of(path, "actor"));
     }
     Result<void> operator()(const RemoveAction& action) const { return actor(action.actor); }
     Result<void> operator()(const PickUpAction& action) const {
-        if (auto done = object(action.object); !done) return done;
-        return check_attachment(action.to, names, path);
+        return first_error({object(action.object), check_attachment(action.to, names, path)});
     }
     Result<void> operator()(const PutDownAction& action) const { return object(action.object); }
     Result<void> operator()(const LightAction& action) const {
@@ -192,7 +209,7 @@ KnownNames names_of(const Scene& scene) {
         names.events.insert(event.name);
         for (const Action& action : event.actions)
             if (const auto* spawn = std::get_if<SpawnAction>(&action))
-                if (scene.models.contains(spawn->actor.model))
+                if (scene.models.contains(spawn->actor.model) || is_excused(spawn->actor.model))
                     names.actors.emplace(spawn->actor.name, spawn->actor.model);
     }
     return names;
@@ -200,8 +217,8 @@ KnownNames names_of(const Scene& scene) {
 
 Result<void> check_clip(const Model& model, const std::string& clip, const std::string& path) {
     if (clip.empty() || model.find_animation(clip) >= 0) return {};
-    return error(ErrorKind::not_found,
-                 path + ": the model has no clip '" + clip.substr(0, 80) + "'; it has: " + known_clips(model));
+    return refuse(ErrorKind::not_found, path,
+                  "the model has no clip '" + clip.substr(0, 80) + "'; it has: " + known_clips(model));
 }
 
 Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model, const KnownNames& names,
@@ -211,7 +228,8 @@ Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model,
 
 Result<void> check_mount(const Mount& mount, const KnownNames& names, const std::string& path) {
     if (auto done = check_in(names.actors, mount.actor, "actor", key_of(path, "actor")); !done) return done;
-    return check_node(model_of(names, mount.actor), mount.node, key_of(path, "node"));
+    const Model* const model = model_of(names, mount.actor);
+    return model ? check_node(*model, mount.node, key_of(path, "node")) : Result<void>();
 }
 
 Result<void> check_attachment(const Attachment& attachment, const KnownNames& names, const std::string& path) {
@@ -222,21 +240,23 @@ Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const 
     const auto model = names.scene.models.find(actor.model);
     if (model == names.scene.models.end())
         return unknown(key_of(path, "model"), "model", actor.model, known_names(names.scene.models));
-    if (actor.attach) {
+    const auto attachment = [&]() -> Result<void> {
+        if (!actor.attach) return {};
         if (auto done = check_attachment(*actor.attach, names, key_of(path, "attach")); !done) return done;
-        if (actor.attach->actor == actor.name)
-            return error(ErrorKind::invalid_argument, key_of(path, "attach.actor") + ": an actor hangs on another");
-    }
-    return check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"));
+        if (actor.attach->actor != actor.name) return {};
+        return refuse(ErrorKind::invalid_argument, key_of(path, "attach.actor"), "an actor hangs on another");
+    };
+    return first_error(
+        {attachment(), check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"))});
 }
 
 Result<void> check_event(const EventSpec& event, const KnownNames& names, const std::string& path) {
-    if (auto done = std::visit(TriggerCheck{names, key_of(path, "when")}, event.when); !done) return done;
+    Result<void> all = std::visit(TriggerCheck{names, key_of(path, "when")}, event.when);
     for (std::size_t i = 0; i < event.actions.size(); ++i) {
         const ActionCheck check{names, key_of(path, "do[" + std::to_string(i) + "]")};
-        if (auto done = std::visit(check, event.actions[i]); !done) return done;
+        all = first_error({all, std::visit(check, event.actions[i])});
     }
-    return {};
+    return all;
 }
 
 void add_follows(const std::string& actor, const BehaviourSpec& behaviour, FollowGraph& graph) {
@@ -263,7 +283,7 @@ Result<void> check_follows(const std::string& actor, const FollowGraph& graph, c
         return false;
     };
     if (!leads_back(actor, trail)) return {};
-    return error(ErrorKind::invalid_argument, key_of(path, "behaviour") + ": " + trail + ": somebody must lead");
+    return refuse(ErrorKind::invalid_argument, key_of(path, "behaviour"), trail + ": somebody must lead");
 }
 
 Result<void> check_event_loop(const EventSpec& event, std::span<const EventSpec> all, const std::string& path) {
@@ -282,9 +302,8 @@ Result<void> check_event_loop(const EventSpec& event, std::span<const EventSpec>
         name = found->second->event;
         trail = "'" + name + "' -> " + trail;
         if (name == event.name)
-            return error(ErrorKind::invalid_argument, key_of(path, "when.event") +
-                                                          ": the event fires itself at one instant: " + trail +
-                                                          "; give after_s somewhere");
+            return refuse(ErrorKind::invalid_argument, key_of(path, "when.event"),
+                          "the event fires itself at one instant: " + trail + "; give after_s somewhere");
     }
     return {};
 }

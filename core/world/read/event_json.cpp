@@ -81,6 +81,7 @@ Result<Trigger> read_trigger(const json& value, std::string path) {
         required_name(reader, "arrived", arrival.actor);
         trigger = arrival;
     } else if (reader.ok()) {
+        reader.allow_unknown();
         reader.fail({ErrorKind::invalid_argument,
                      reader.path() + ": give one of at_s, every_s, enter, leave, meet, event, arrived"});
     }
@@ -97,7 +98,7 @@ Action read_behave(JsonReader& reader) {
             action.behaviour = std::move(*behaviour);
         else
             reader.fail(behaviour.error());
-    } else if (reader.ok()) {
+    } else {
         reader.fail("behaviour", "is missing");
     }
     return action;
@@ -135,7 +136,6 @@ Action read_pick_up(JsonReader& reader) {
     reader.optional("node", action.to.node);
     read_vector(reader, "position", action.to.position);
     read_orientation(reader, action.to.orientation);
-    for (const char* key : {"position", "orientation"}) reader.find(key);
     return action;
 }
 
@@ -144,7 +144,6 @@ Action read_put_down(JsonReader& reader) {
     required_name(reader, "object", action.object);
     glm::dvec3 position(0.0);
     if (read_vector(reader, "position", position)) action.position = position;
-    reader.find("position");
     return action;
 }
 
@@ -230,10 +229,13 @@ Result<Action> read_action(const json& value, std::string path) {
         action = read_camera_move(reader);
     } else if (kind == "user") {
         action = read_user(reader);
-    } else if (reader.ok()) {
-        reader.fail("action", "'" + kind.substr(0, 40) +
-                                  "' is none of behave, stop, start, play, spawn, remove, pick_up, put_down, light, "
-                                  "environment, camera, user");
+    } else {
+        reader.allow_unknown();
+        if (reader.ok())
+            reader.fail("action",
+                        "'" + kind.substr(0, 40) +
+                            "' is none of behave, stop, start, play, spawn, remove, pick_up, put_down, light, "
+                            "environment, camera, user");
     }
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return action;
@@ -254,7 +256,7 @@ Result<EventSpec> read_event(JsonReader& reader) {
         reader.fail("when", "is missing");
     }
     const auto items = reader.array("do", max_event_actions);
-    for (std::size_t i = 0; i < items.size() && reader.ok(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
         auto action = read_action(items[i], item_path(reader.path_of("do"), i));
         if (action)
             event.actions.push_back(std::move(*action));
@@ -262,7 +264,7 @@ Result<EventSpec> read_event(JsonReader& reader) {
             reader.fail(action.error());
     }
     reader.optional("limit", event.limit);
-    if (reader.ok() && event.limit < 0) reader.fail("limit", "expected an integer from 0");
+    if (reader.ok("limit") && event.limit < 0) reader.fail("limit", "expected an integer from 0");
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return event;
 }

@@ -15,7 +15,7 @@ Result<Route> read_route(const json& value, const std::string& path) {
     Route route;
     if (!reader.has("points")) reader.fail("points", "is missing");
     const auto points = reader.array("points", max_route_points);
-    for (std::size_t i = 0; i < points.size() && reader.ok(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
         glm::dvec3 p(0.0);
         if (!read_point(points[i], p))
             reader.fail(item_path("points", i), "expected [x, y] or [x, y, z] within 1e10 m");
@@ -24,8 +24,8 @@ Result<Route> read_route(const json& value, const std::string& path) {
     reader.optional("closed", route.closed);
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     if (auto walked = RoutePath::create(route); !walked) {
-        walked.error().message.insert(0, path + ".");
-        return std::unexpected(walked.error());
+        reader.fail_inside(walked.error());
+        return std::unexpected(reader.finish().error());
     }
     return route;
 }
@@ -35,13 +35,13 @@ namespace {
 /// A polygon of at least three corners.
 void read_polygon(JsonReader& reader, std::string_view key, std::span<const json> points, std::string_view what,
                   std::vector<glm::dvec2>& out) {
-    for (std::size_t i = 0; i < points.size() && reader.ok(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
         glm::dvec3 p(0.0);
         if (points[i].size() != 2 || !read_point(points[i], p))
             reader.fail(item_path(key, i), "expected [x, y] within 1e10 m");
         out.emplace_back(p.x, p.y);
     }
-    if (reader.ok() && out.size() < 3) reader.fail(key, std::string(what) + " has at least 3 points");
+    if (reader.ok(key) && out.size() < 3) reader.fail(key, std::string(what) + " has at least 3 points");
 }
 
 }  // namespace
@@ -52,11 +52,11 @@ Result<Area> read_area(const json& value, const std::string& path) {
     if (!reader.has("points")) reader.fail("points", "is missing");
     read_polygon(reader, "points", reader.array("points", max_area_points), "an area", area.points);
     const auto obstacles = reader.array("obstacles", max_area_obstacles);
-    for (std::size_t i = 0; i < obstacles.size() && reader.ok(); ++i) {
+    for (std::size_t i = 0; i < obstacles.size(); ++i) {
         const std::string key = item_path("obstacles", i);
         if (!obstacles[i].is_array() || obstacles[i].size() > max_area_points) {
             reader.fail(key, "expected an array of at most 2000 points");
-            break;
+            continue;
         }
         const auto& corners = obstacles[i].get_ref<const json::array_t&>();
         read_polygon(reader, key, corners, "an obstacle", area.obstacles.emplace_back());
@@ -66,7 +66,7 @@ Result<Area> read_area(const json& value, const std::string& path) {
     if (reader.ok() && corners > max_area_corners)
         reader.fail("obstacles", "more than 4000 corners with those of the border", ErrorKind::resource_exhausted);
     reader.optional("z", area.z);
-    if (reader.ok() && std::abs(area.z) > max_coordinate_m) reader.fail("z", "expected a height within 1e10 m");
+    if (reader.ok("z") && std::abs(area.z) > max_coordinate_m) reader.fail("z", "expected a height within 1e10 m");
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return area;
 }
@@ -80,7 +80,7 @@ Result<Place> read_place(const json& value, const std::string& path) {
             place.pose = *read;
         else
             reader.fail(read.error());
-    } else if (reader.ok()) {
+    } else {
         reader.fail("pose", "is missing");
     }
     double vfov_deg = 60.0;

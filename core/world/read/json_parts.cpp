@@ -20,7 +20,7 @@ bool is_scene_name(std::string_view name) {
 
 void required_name(JsonReader& reader, std::string_view key, std::string& out) {
     reader.required(key, out);
-    if (reader.ok() && !is_scene_name(out)) reader.fail(key, "expected 1 to 64 printable characters");
+    if (reader.ok(key) && !is_scene_name(out)) reader.fail(key, "expected 1 to 64 printable characters");
 }
 
 void optional_name(JsonReader& reader, std::string_view key, std::string& out) {
@@ -29,7 +29,7 @@ void optional_name(JsonReader& reader, std::string_view key, std::string& out) {
 
 void optional_in_range(JsonReader& reader, std::string_view key, double& out, double low, double high) {
     reader.optional(key, out);
-    if (reader.ok() && !(out >= low && out <= high)) {
+    if (reader.ok(key) && !(out >= low && out <= high)) {
         reader.fail(key, "expected a number from " + nlohmann::json(low).dump() + " to " + nlohmann::json(high).dump());
     }
 }
@@ -39,7 +39,7 @@ void optional_color(JsonReader& reader, std::string_view key, glm::vec3& out) {
     std::array<double, 3> rgb{};
     reader.required(key, std::span<double>(rgb));
     for (const double part : rgb)
-        if (reader.ok() && (part < 0.0 || part > 1e4)) reader.fail(key, "expected linear [r, g, b] from 0");
+        if (reader.ok(key) && (part < 0.0 || part > 1e4)) reader.fail(key, "expected linear [r, g, b] from 0");
     out = {rgb[0], rgb[1], rgb[2]};
 }
 
@@ -48,7 +48,7 @@ bool read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
     std::array<double, 3> v{};
     reader.required(key, std::span<double>(v));
     for (const double part : v) {
-        if (reader.ok() && std::abs(part) > max_coordinate_m)
+        if (reader.ok(key) && std::abs(part) > max_coordinate_m)
             reader.fail(key, "expected coordinates within 1e10 m of the origin");
     }
     out = {v[0], v[1], v[2]};
@@ -70,7 +70,6 @@ bool read_orientation(JsonReader& reader, glm::dquat& out) {
     double yaw_deg = 0.0;
     reader.optional("yaw_deg", yaw_deg);
     if (yaw) out = turned_to(glm::radians(yaw_deg));
-    reader.find("orientation");
     if (quaternion) {
         std::array<double, 4> q{};
         reader.required("orientation", std::span<double>(q));
@@ -78,7 +77,7 @@ bool read_orientation(JsonReader& reader, glm::dquat& out) {
         if (pose)
             out = pose->orientation;
         else
-            reader.fail("orientation", pose.error().message, pose.error().kind);
+            reader.fail_inside(pose.error());
     }
     return quaternion || yaw;
 }

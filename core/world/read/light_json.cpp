@@ -21,10 +21,8 @@ Result<Environment> read_environment(const json& value, std::string path) {
     Environment environment;
     JsonReader reader(value, std::move(path));
     optional_color(reader, "background", environment.background);
-    reader.find("background");
     if (const json* ambient = reader.find("ambient")) {
         JsonReader nested(*ambient, reader.path_of("ambient"));
-        for (const char* key : {"sky", "ground"}) nested.find(key);
         optional_color(nested, "sky", environment.ambient_sky);
         optional_color(nested, "ground", environment.ambient_ground);
         if (auto done = nested.finish(); !done) reader.fail(done.error());
@@ -38,7 +36,6 @@ Result<Environment> read_environment(const json& value, std::string path) {
 
 Result<Light> read_light(const json& value, std::string path) {
     JsonReader reader(value, std::move(path));
-    for (const char* key : {"color", "position", "direction"}) reader.find(key);
     Light light;
     std::string type;
     required_name(reader, "name", light.name);
@@ -53,8 +50,11 @@ Result<Light> read_light(const json& value, std::string path) {
         light.type = LightType::spot;
     else if (type == "point")
         light.type = LightType::point;
-    else if (reader.ok())
-        reader.fail("type", "'" + type.substr(0, 40) + "' is none of directional, point, spot");
+    else {
+        reader.allow_unknown();
+        if (reader.ok("type")) reader.fail("type", "'" + type.substr(0, 40) + "' is none of directional, point, spot");
+        if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    }
     if (placed) {
         if (!read_vector(reader, "position", light.position)) reader.fail("position", "is missing");
         optional_in_range(reader, "range", range, 0.0, 1e9);

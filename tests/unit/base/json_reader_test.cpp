@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/error_list.h"
+
 namespace camrig {
 namespace {
 
@@ -33,6 +35,25 @@ TEST(JsonReader, UnknownKeysAreErrorsThatNameTheKnownOnes) {
     const auto done = reader.finish();
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().message, "colour: unknown key; known here: lit, name");
+}
+
+TEST(JsonReader, WithAListEveryErrorIsToldOnce) {
+    const auto json = parse_json(R"({"a": 1, "b": "x", "in": {"c": []}, "z": 0, "zz": 0})", 1000).value();
+    ErrorList list;
+    JsonReader reader(json, "top");
+    std::string a;
+    double b = 0.0, d = 0.0;
+    reader.required("a", a);
+    reader.required("a", a);
+    reader.required("b", b);
+    reader.required("d", d);
+    JsonReader nested(*reader.find("in"), "top.in");
+    nested.required("c", b);
+    reader.fail(nested.finish().error());
+    EXPECT_EQ(reader.finish().error().message, "top.a: expected a string, got number");
+    std::vector<std::string> paths;
+    for (const PlacedError& each : list.all()) paths.push_back(each.path);
+    EXPECT_EQ(paths, (std::vector<std::string>{"top.a", "top.b", "top.d", "top.in.c", "top.z", "top.zz"}));
 }
 
 TEST(JsonReader, TheFirstErrorWinsAndTheRestDoesNothing) {

@@ -173,8 +173,17 @@ TEST(GltfTextures, WrongSamplersAndSourcesAreErrors) {
     EXPECT_THAT(message({{"minFilter", 5}}, {{"source", 0}}), HasSubstr("samplers[0].minFilter: 5 is no filter"));
     EXPECT_THAT(message({{"magFilter", 9987}}, {{"source", 0}}), HasSubstr("samplers[0].magFilter"));
     EXPECT_THAT(message(json::object(), {{"source", 1}}), HasSubstr("textures[0].source: image 1 of 1"));
-    EXPECT_THAT(message(json::object(), json::object()), HasSubstr("textures[0].source: image -1 of 1"));
     EXPECT_THAT(message(json::object(), {{"source", 0}, {"sampler", 1}}), HasSubstr("textures[0].sampler: sampler 1"));
+}
+
+TEST(GltfTextures, ATextureWithoutASourceIsNoTexture) {
+    auto glb = with_material(
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}}}}}, {"normalTexture", {{"index", 2}}}});
+    glb.json["textures"][1] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
+    const auto model = load(glb);
+    ASSERT_TRUE(model) << model.error().message;
+    EXPECT_EQ((*model)->materials[0].base_color_texture.texture, -1);
+    EXPECT_EQ((*model)->materials[0].normal_texture.texture, 2);
 }
 
 TEST(GltfTextures, APictureNoTextureUsesIsNotRead) {

@@ -6,7 +6,9 @@
 #include "core/base/json_reader.h"
 #include "core/world/gltf_loader.h"
 #include "core/world/model_scene.h"
+#include "core/world/scene_check.h"
 #include "core/world/scene_reader.h"
+#include "core/world/shape_model.h"
 #include "tests/unit/world/glb_builder.h"
 
 namespace camrig {
@@ -107,12 +109,144 @@ TEST(LoadScene, ErrorsNameTheFile) {
     EXPECT_FALSE(load_scene(testing::TempDir()));
 }
 
+TEST(LoadScene, AWordIsAShippedSceneFromAnyFolder) {
+    const auto before = std::filesystem::current_path();
+    std::filesystem::current_path(testing::TempDir());
+    const auto scene = load_scene("minimal");
+    const auto unknown = load_scene("hal");
+    std::filesystem::current_path(before);
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ((*scene)->name, "minimal");
+    EXPECT_EQ((*scene)->file.filename(), "minimal.json");
+    EXPECT_EQ(unknown.error().kind, ErrorKind::not_found);
+    EXPECT_THAT(unknown.error().message, HasSubstr("calibration, clock, crowd, hall, minimal, street; else give"));
+}
+
+TEST(LoadScene, WhatIsNoModelIsSaidToBeNone) {
+    const auto file = std::filesystem::path(testing::TempDir()) / "archive.glb";
+    std::ofstream(file) << "PK\x03\x04 of a zip";
+    EXPECT_THAT(load_scene(file).error().message,
+                HasSubstr("archive.glb: is neither .glb nor .gltf: 13 bytes that begin with 'PK?? of '"));
+}
+
 TEST(LoadScene, AModelThatIsMissingIsNamedWithItsJsonPath) {
     const auto file = std::filesystem::path(testing::TempDir()) / "missing_model.json";
     std::ofstream(file) << R"({"camrig_scene": 1, "name": "x", "models": {"m": {"file": "gone.glb"}}})";
     const auto message = load_scene(file).error().message;
     EXPECT_THAT(message, HasSubstr("models.m.file"));
     EXPECT_THAT(message, HasSubstr("gone.glb: no such file"));
+}
+
+/// The texts of all errors of a scene, as `path: message`.
+std::vector<std::string> errors_of(const json& document) {
+    ErrorList list;
+    const auto scene = read(document);
+    EXPECT_EQ(scene.has_value(), list.all().empty());
+    std::vector<std::string> texts;
+    for (const PlacedError& each : list.all()) texts.push_back(each.path + ": " + each.message);
+    return texts;
+}
+
+TEST(CheckScene, TellsEveryErrorAtOnceAndBlamesNobodyElse) {
+    json scene = cases().at("scene");
+    scene["colour"] = 1;
+    scene["environment"]["exposure"] = -1;
+    scene["models"]["man"]["front"] = "+y";  // actors of it are not to blame
+    scene["objects"][0]["scale"] = "big";    // nor what refers to this object
+    scene["objects"][0]["position"] = {1, 2};
+    scene["lights"][0]["type"] = "sunny";
+    scene["places"]["lobby"]["vfov_deg"] = 200;  // nor cameras at this place
+    scene["cameras"][1]["fps"] = "0/1";
+    scene["cameras"][1]["vfov"] = 60;
+    scene["cameras"][0]["vfov_deg"] = 200;
+    scene["actors"][3]["behaviour"]["route"] = "nowhere";
+    scene["actors"][3]["behaviour"]["clip"] = "fly";
+    const auto texts = errors_of(scene);
+    using testing::StartsWith;
+    EXPECT_THAT(
+        texts,
+        testing::UnorderedElementsAre(
+            StartsWith("colour: unknown key"), StartsWith("environment.exposure: expected a number from"),
+            StartsWith("models.man.front: '+y' is none"), StartsWith("objects[0].scale: expected a number"),
+            StartsWith("objects[0].position: expected an array of 3"), StartsWith("lights[0].type: 'sunny' is none"),
+            StartsWith("places.lobby.vfov_deg: expected"), StartsWith("cameras[1].fps: '0/1' is not a frame rate"),
+            StartsWith("cameras[1].vfov: unknown key"), StartsWith("cameras[0].vfov_deg: 200 deg is no field of view"),
+            StartsWith("actors[3].behaviour.route: no route 'nowhere'"),
+            StartsWith("actors[3].behaviour.clip: the model has no clip 'fly'")));
+}
+
+TEST(CheckScene, BeginsWithTheErrorThatLoadingEndsWith) {
+    for (const json& edit : cases().at("wrong")) {
+        const json scene = edited(edit);
+        const auto texts = errors_of(scene);
+        ASSERT_FALSE(texts.empty()) << edit.dump();
+        EXPECT_EQ(texts.front(), (texts.front().starts_with(": ") ? ": " : "") + read(scene).error().message)
+            << edit.dump();
+    }
+    EXPECT_THAT(errors_of(cases().at("scene")), testing::IsEmpty());
+}
+
+TEST(CheckScene, KeepsABoundedNumberOfErrors) {
+    json scene = cases().at("scene");
+    for (int i = 0; i < 1000; ++i) scene["lights"].push_back({{"name", "x"}, {"type", 1}});
+    scene["lights"].erase(scene["lights"].begin() + 200, scene["lights"].end());
+    ErrorList list;
+    EXPECT_FALSE(read(scene));
+    EXPECT_EQ(list.all().size(), ErrorList::max_errors);
+    EXPECT_GT(list.left_out(), 0u);
+}
+
+TEST(CheckScene, ReadsAFileWithoutAWorld) {
+    const auto file = std::filesystem::path(testing::TempDir()) / "two_errors.json";
+    std::ofstream(file) << R"({"camrig_scene": 1, "name": "", "models": {"m": {"file": "gone.glb"}}})";
+    const SceneCheck check = check_scene(file);
+    ASSERT_EQ(check.errors.size(), 2u);
+    EXPECT_EQ(check.errors[0].path, "name");
+    EXPECT_EQ(check.errors[1].path, "models.m.file");
+    EXPECT_TRUE(check_scene("minimal").errors.empty());
+    EXPECT_EQ(check_scene("/no/such.json").errors.at(0).message, "no such file");
+    EXPECT_EQ(check_scene("/no/such.json").errors.at(0).path, "");
+}
+
+TEST(SceneReader, AnObjectOnAnActorWhoseModelIsMissingIsAnErrorOfTheActor) {
+    json scene = cases().at("scene");
+    scene["actors"][1]["model"] = "none";  // "bag" hangs on this actor
+    EXPECT_THAT(read(scene).error().message, HasSubstr("actors[1].model: no model 'none'"));
+}
+
+TEST(Shapes, StandOnTheirOriginAndFaceWhoSeesThem) {
+    const auto outward = [](const ModelRef& model) {
+        const Primitive& p = model->meshes[0].primitives[0];
+        for (std::size_t i = 0; i < p.indices.size(); i += 3) {
+            const glm::vec3 a = p.positions[p.indices[i]], b = p.positions[p.indices[i + 1]],
+                            c = p.positions[p.indices[i + 2]];
+            const glm::vec3 normal = glm::cross(b - a, c - a);
+            // At the sky's poles triangles have no area.
+            if (!(glm::length(normal) > 1e-9f)) continue;
+            EXPECT_GT(glm::dot(normal, p.normals[p.indices[i]]), 0.0f) << i;
+        }
+        return p.bounds;
+    };
+    const Box box = outward(shape_model(BoxShape{.size = {1.0, 2.0, 3.0}}));  // glTF's axes: y up
+    EXPECT_LT(glm::distance(box.min, glm::vec3(-0.5f, 0.0f, -1.0f)), 1e-6f);
+    EXPECT_LT(glm::distance(box.max, glm::vec3(0.5f, 3.0f, 1.0f)), 1e-6f);
+    const Box ground = outward(shape_model(GroundShape{.size = {10.0, 20.0}}));
+    EXPECT_LT(glm::distance(ground.max, glm::vec3(5.0f, 0.0f, 10.0f)), 1e-5f);
+    const ModelRef sky = shape_model(SkyShape{.radius_m = 100.0});
+    EXPECT_LT(glm::distance(outward(sky).max, glm::vec3(100.0f)), 1e-2f);
+    EXPECT_LT(glm::dot(sky->meshes[0].primitives[0].positions[5], sky->meshes[0].primitives[0].normals[5]), 0.0f);
+}
+
+TEST(SceneOfModel, ABareModelStandsOnAGroundJustBelowItUnlessToldOtherwise) {
+    const auto scene = scene_of_model(box_model());
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ(scene->objects.size(), 3u);
+    EXPECT_EQ(scene->objects[0].name, "model");
+    EXPECT_EQ(scene->objects[1].object_class, "ground");
+    EXPECT_LT(scene->objects[1].position.z, 0.0);
+    EXPECT_GT(scene->objects[1].position.z, -0.01);
+    EXPECT_EQ(scene->objects[2].object_class, "sky");
+    EXPECT_EQ(scene_of_model(box_model(), {.bare_ground = false})->objects.size(), 1u);
 }
 
 TEST(SceneOfModel, FramesABareModelAndLoopsItsFirstClip) {

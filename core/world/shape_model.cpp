@@ -1,0 +1,161 @@
+#include "core/world/shape_model.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "core/base/portable_math.h"
+
+namespace camrig {
+namespace {
+
+/// The picture of a grid: so many cells a side, so many texels each. Lines are one texel wide, the bold one three.
+constexpr int cells = 10;
+constexpr int cell_px = 32;
+constexpr std::uint8_t light_cell = 255, dark_cell = 232, line = 176, bold_line = 120;
+/// Lights are looked up and clipped by triangle; one of a kilometre would be too coarse for both.
+constexpr int ground_pieces = 16;
+constexpr int sky_columns = 48, sky_rows = 16;  ///< rows: from horizon to zenith, and as many below
+
+/// World axes (z up) to those of glTF, in which models are.
+glm::vec3 to_gltf(const glm::dvec3& p) {
+    return glm::vec3(glm::dvec3(p.x, p.z, -p.y));
+}
+
+/// Collects corners; every face is a quad.
+struct Mesher {
+    Primitive primitive;
+
+    void corner(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec2& uv) {
+        primitive.positions.push_back(to_gltf(position));
+        primitive.normals.push_back(to_gltf(normal));
+        primitive.texcoords[0].emplace_back(uv);
+    }
+    /// Between rows of `columns + 1` corners from `first` on; counter-clockwise as seen from the front.
+    void grid(int columns, int rows) {
+        for (int row = 0; row < rows; ++row) {
+            for (int column = 0; column < columns; ++column) {
+                const auto at = static_cast<std::uint32_t>(row * (columns + 1) + column);
+                const auto above = at + static_cast<std::uint32_t>(columns) + 1;
+                for (const std::uint32_t index : {at, at + 1, above + 1, at, above + 1, above})
+                    primitive.indices.push_back(index);
+            }
+        }
+    }
+    void close() {
+        primitive.material = 0;
+        primitive.bounds = {primitive.positions.front(), primitive.positions.front()};
+        for (const glm::vec3& p : primitive.positions) {
+            primitive.bounds.min = glm::min(primitive.bounds.min, p);
+            primitive.bounds.max = glm::max(primitive.bounds.max, p);
+        }
+    }
+};
+
+ModelRef model_of(const char* name, Mesher mesher, Material material, std::vector<Image> images = {}) {
+    mesher.close();
+    material.name = name;
+    material.metallic = 0.0f;
+    auto model = std::make_shared<Model>();
+    model->name = name;
+    model->nodes.push_back({.name = name, .local = {}, .mesh = 0, .weights = {}, .keypoint = {}});
+    model->order = {0};
+    model->meshes.push_back({.name = name, .primitives = {std::move(mesher.primitive)}, .weights = {}});
+    for (std::size_t i = 0; i < images.size(); ++i)
+        model->textures.push_back({.image = static_cast<int>(i), .sampler = {}});
+    model->images = std::move(images);
+    model->materials.push_back(std::move(material));
+    return model;
+}
+
+Image grid_picture() {
+    constexpr int side = cells * cell_px;
+    Image image{.size = {side, side}, .rgba = {}};
+    image.rgba.reserve(std::size_t{4} * side * side);
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+            const auto near = [](int v, int step, int half_width) {
+                const int from = v % step;
+                return from <= half_width || step - from <= half_width;
+            };
+            std::uint8_t gray = (x / cell_px + y / cell_px) % 2 == 0 ? light_cell : dark_cell;
+            if (near(x, cell_px, 0) || near(y, cell_px, 0)) gray = line;
+            if (near(x, side, 1) || near(y, side, 1)) gray = bold_line;
+            image.rgba.insert(image.rgba.end(), {gray, gray, gray, 255});
+        }
+    }
+    return image;
+}
+
+ModelRef make(const GroundShape& ground) {
+    Mesher mesher;
+    for (int row = 0; row <= ground_pieces; ++row) {
+        for (int column = 0; column <= ground_pieces; ++column) {
+            const glm::dvec2 place = ground.size * (glm::dvec2(column, row) / double{ground_pieces} - 0.5);
+            // A bold line goes through the origin.
+            const glm::dvec2 uv = ground.grid_m > 0.0 ? place / (ground.grid_m * cells) : glm::dvec2(0.0);
+            mesher.corner({place, 0.0}, {0.0, 0.0, 1.0}, uv);
+        }
+    }
+    mesher.grid(ground_pieces, ground_pieces);
+    Material material;
+    material.base_color = {ground.color, 1.0f};
+    material.roughness = ground.roughness;
+    if (ground.grid_m <= 0.0) return model_of("ground", std::move(mesher), material);
+    material.base_color_texture.texture = 0;
+    std::vector<Image> images;
+    images.push_back(grid_picture());
+    return model_of("ground", std::move(mesher), material, std::move(images));
+}
+
+ModelRef make(const BoxShape& box) {
+    Mesher mesher;
+    const glm::dvec3 middle(0.0, 0.0, 0.5 * box.size.z);
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double sign : {-1.0, 1.0}) {
+            glm::dvec3 out(0.0), right(0.0), up(0.0);
+            out[axis] = sign;
+            right[(axis + 1) % 3] = sign;
+            up[(axis + 2) % 3] = 1.0;
+            const auto first = static_cast<std::uint32_t>(mesher.primitive.positions.size());
+            for (const glm::dvec2 c : {glm::dvec2(-1, -1), glm::dvec2(1, -1), glm::dvec2(1, 1), glm::dvec2(-1, 1)})
+                mesher.corner(middle + 0.5 * box.size * (out + c.x * right + c.y * up), out, 0.5 * (c + 1.0));
+            for (const std::uint32_t index : {0u, 1u, 2u, 0u, 2u, 3u})
+                mesher.primitive.indices.push_back(first + index);
+        }
+    }
+    Material material;
+    material.base_color = {box.color, 1.0f};
+    material.roughness = box.roughness;
+    return model_of("box", std::move(mesher), material);
+}
+
+ModelRef make(const SkyShape& sky) {
+    using std::numbers::pi;
+    Mesher mesher;
+    for (int row = -sky_rows; row <= sky_rows; ++row) {
+        // Finer near the horizon, where the colour changes fastest.
+        const double part = static_cast<double>(row) / sky_rows;
+        const double elevation = 0.5 * pi * part * std::abs(part);
+        const auto zenith = static_cast<float>(std::sqrt(std::max(0.0, portable::sin(elevation))));
+        for (int column = 0; column <= sky_columns; ++column) {
+            // To the right for who looks at it from within.
+            const double pan = -2.0 * pi * column / sky_columns;
+            const glm::dvec3 out(portable::cos(elevation) * portable::cos(pan),
+                                 portable::cos(elevation) * portable::sin(pan), portable::sin(elevation));
+            mesher.corner(sky.radius_m * out, -out, glm::dvec2(0.0));
+            mesher.primitive.colors.emplace_back(glm::mix(sky.horizon, sky.color, zenith), 1.0f);
+        }
+    }
+    mesher.grid(sky_columns, 2 * sky_rows);
+    Material material;
+    material.unlit = true;
+    return model_of("sky", std::move(mesher), material);
+}
+
+}  // namespace
+
+ModelRef shape_model(const Shape& shape) {
+    return std::visit([](const auto& one) { return make(one); }, shape);
+}
+
+}  // namespace camrig

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <variant>
+
+#include <glm/glm.hpp>
+
+#include "core/world/model.h"
+
+/// Models that need no file: what a scene file asks for by `shape` (docs/scene-format.md). Sizes in metres, colours
+/// linear. The caller has checked ranges.
+namespace camrig {
+
+/// A level rectangle about the origin, seen from above. Every `grid_m` there is a thin line, every ten cells a bolder
+/// one, and cells are lighter and darker in turn, so that scale and motion show; 0: plain.
+struct GroundShape {
+    glm::dvec2 size{100.0, 100.0};
+    glm::vec3 color{0.35f, 0.34f, 0.32f};
+    float roughness = 0.9f;
+    double grid_m = 1.0;
+};
+
+/// Stands on the origin: the middle of its bottom.
+struct BoxShape {
+    glm::dvec3 size{1.0};
+    glm::vec3 color{0.5f};
+    float roughness = 0.8f;
+};
+
+/// A sphere about the origin, seen from within: `color` above, `horizon` level and below. Shines by itself, casts no
+/// shadow.
+struct SkyShape {
+    double radius_m = 500.0;
+    glm::vec3 color{0.18f, 0.36f, 0.72f};
+    glm::vec3 horizon{0.70f, 0.80f, 0.90f};
+};
+
+using Shape = std::variant<GroundShape, BoxShape, SkyShape>;
+
+ModelRef shape_model(const Shape& shape);
+
+}  // namespace camrig
