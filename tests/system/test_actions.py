@@ -1,5 +1,7 @@
 """The twelve functional actions that a multi-camera simulator must be able to do, each through a real rig."""
 
+import urllib.request
+
 import cv2
 import numpy as np
 import pytest
@@ -103,27 +105,59 @@ def test_stream_several_cameras_and_several_streams_at_once(rig):
     assert len({n for numbers in seen for n in numbers}) == 4
 
 
-def test_move_while_streaming_and_see_it(rig):
-    cam = rig.create_camera("c", size=(160, 120), position=(3, 2, 1.5), look_at=(0, 0, 0.5))
-    rig.step(seconds=0.04)
-    before = cam.frame().image
+class StreamReader:
+    """Reads a camera's MJPEG stream. Each picture carries its number, so that none is taken for another."""
+
+    def __init__(self, cam):
+        self.response = urllib.request.urlopen(cam.url(), timeout=60)
+        self.read(cam.frame().sequence)  # the stream begins with the picture that is there
+
+    def read(self, sequence):
+        """The picture of this number: the stream brings every one."""
+        while line := self.response.readline():
+            if not line.lower().startswith(b"content-length:"):
+                continue
+            length = int(line.split(b":")[1])
+            while self.response.readline().strip():
+                pass  # the other headers of the part
+            image = cv2.imdecode(np.frombuffer(self.response.read(length), np.uint8), cv2.IMREAD_COLOR)
+            code = camrig.read_code(image)
+            if code.sequence >= sequence:
+                assert code.sequence == sequence
+                return image, code
+        raise AssertionError("the stream ended")
+
+
+def difference(a, b):
+    return np.abs(a.astype(int) - b).mean()
+
+
+def test_move_while_streaming_and_see_it_in_the_stream(rig):
+    cam = rig.create_camera("c", size=(256, 192), code_strip=True, position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    stream = StreamReader(cam)
+    rig.step(seconds=0.08)
+    standing, before = stream.read(1)[0], stream.read(2)[0]
     reply = cam.set(position=(-3, 2, 1.5), look_at=(0, 0, 0.5))
-    after = cam.frame(min_ns=reply["applied_ns"]).image
-    assert np.abs(before.astype(int) - after).mean() > 2
+    rig.step(seconds=0.04)
+    after, code = stream.read(3)  # no number is missing where the camera was changed
+    assert code.time_ns > reply["applied_ns"]
+    assert difference(standing, before) * 2 < difference(before, after)  # the code strip differs anyway
 
 
 def test_change_field_of_view_and_rate_while_streaming(rig):
-    cam = rig.create_camera("c", size=(160, 120), vfov_deg=60, position=(3, 2, 1.5), look_at=(0, 0, 0.5))
-    wide = cam.frame().image
+    cam = rig.create_camera("c", size=(256, 192), code_strip=True, vfov_deg=60, position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    stream = StreamReader(cam)
+    rig.step(seconds=0.04)
+    wide = stream.read(1)[0]
     cam.set(vfov_deg=20)
-    narrow = cam.frame().image
-    assert np.abs(wide.astype(int) - narrow).mean() > 2
-    last = cam.frame().sequence
+    rig.step(seconds=0.04)
+    narrow, code = stream.read(2)
+    assert difference(wide, narrow) > 5  # the code strip makes up for 2
+    assert code.time_ns == 80_000_000
     cam.set(fps=5)
-    rig.step(seconds=1)
-    frame = cam.frame()
-    assert frame.sequence > last
     assert cam.get()["fps"] == 5
+    rig.step(seconds=0.52)
+    assert [stream.read(n)[1].time_ns for n in (3, 4, 5)] == [200_000_000, 400_000_000, 600_000_000]
 
 
 def test_jpeg_and_png_are_sound(rig, tmp_path):
