@@ -37,13 +37,13 @@ CAMRIG_LANES Corner corner_of(const ViewGeometry& geometry, const ViewDraw& draw
 }
 
 /// Where the values of the vertices of a draw are.
-struct VertexAttribute {
+struct CornerAttribute {
     const float* of_mesh;    ///< of the first vertex
     std::int32_t stride;     ///< to the next one's, in floats
     std::size_t of_clipped;  ///< in VertexValues, in bytes
 };
 
-CAMRIG_LANES const float* values_at(const Corner& corner, const VertexAttribute& attribute) {
+CAMRIG_LANES const float* values_at(const Corner& corner, const CornerAttribute& attribute) {
     if (corner.clipped != nullptr)
         return reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(corner.clipped) +
                                               attribute.of_clipped);
@@ -88,7 +88,7 @@ public:
     CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return is_front_ ? front : back; }
 
     template <std::size_t size>
-    CAMRIG_LANES std::array<float, size> values(std::size_t corner, const VertexAttribute& attribute) const {
+    CAMRIG_LANES std::array<float, size> values(std::size_t corner, const CornerAttribute& attribute) const {
         const float* const from = values_at(corners_[corner], attribute);
         std::array<float, size> made;
         for (std::size_t i = 0; i < size; ++i) made[i] = from[i];
@@ -146,7 +146,7 @@ public:
     CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return front_ ? front : back; }
 
     template <std::size_t size>
-    CAMRIG_LANES std::array<Lanes, size> values(std::size_t corner, const VertexAttribute& attribute) const {
+    CAMRIG_LANES std::array<Lanes, size> values(std::size_t corner, const CornerAttribute& attribute) const {
         std::array<Lanes, size> made;
         const IntLanes vertex = vertex_[corner];
         if (has_clipped_) [[unlikely]] {
@@ -185,19 +185,19 @@ private:
 };
 
 /// Where the pixels of a group lie on their triangles, and how that changes to the right and down.
-struct Place {
+struct PointOnTriangle {
     Lanes z;
     Lanes second, third;  ///< shares of the second and third vertex in space
     Lanes second_dx, third_dx, second_dy, third_dy;
 };
 
 template <typename Triangles>
-CAMRIG_LANES Place place_at(const Triangles& triangles, int x, int y) {
+CAMRIG_LANES PointOnTriangle place_at(const Triangles& triangles, int x, int y) {
     using V = Triangles::Value;
     const ScreenShares<V> screen = triangles.shares(x, y);
     const V a = triangles.inverse_z(0), b = triangles.inverse_z(1), c = triangles.inverse_z(2);
     const Lanes second = screen.second * b, third = screen.third * c;
-    Place place;
+    PointOnTriangle place;
     place.z = 1.0f / ((1.0f - screen.second - screen.third) * a + second + third);
     place.second = second * place.z;
     place.third = third * place.z;
@@ -215,11 +215,11 @@ template <typename Triangles>
 CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDraw& draw, const Triangles& triangles,
                                      int x, int y) {
     using V = Triangles::Value;
-    const Place place = place_at(triangles, x, y);
+    const PointOnTriangle place = place_at(triangles, x, y);
     const auto between = [&](V a, V b, V c) __attribute__((always_inline)) {
         return a + place.second * (b - a) + place.third * (c - a);
     };
-    const auto interpolated = [&]<std::size_t size>(const VertexAttribute& attribute) __attribute__((always_inline)) {
+    const auto interpolated = [&]<std::size_t size>(const CornerAttribute& attribute) __attribute__((always_inline)) {
         const std::array<V, size> a = triangles.template values<size>(0, attribute);
         const std::array<V, size> b = triangles.template values<size>(1, attribute);
         const std::array<V, size> c = triangles.template values<size>(2, attribute);
@@ -227,7 +227,7 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         for (std::size_t i = 0; i < size; ++i) made[i] = between(a[i], b[i], c[i]);
         return made;
     };
-    const auto vector = [&](const VertexAttribute& attribute) __attribute__((always_inline)) {
+    const auto vector = [&](const CornerAttribute& attribute) __attribute__((always_inline)) {
         const std::array<Lanes, 3> v = interpolated.template operator()<3>(attribute);
         return Lanes3{v[0], v[1], v[2]};
     };
@@ -255,7 +255,7 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
         if (draw.textures[slot] == nullptr) continue;
         const SampledTexture& texture = *draw.textures[slot];
-        const VertexAttribute attribute{&texture.coordinates.front().x, 2,
+        const CornerAttribute attribute{&texture.coordinates.front().x, 2,
                                         offsetof(VertexValues, coordinates) + slot * sizeof(glm::vec2)};
         const std::array<V, 2> a = triangles.template values<2>(0, attribute);
         const std::array<V, 2> b = triangles.template values<2>(1, attribute);
