@@ -81,7 +81,7 @@ def test_shipped_scenes_are_known_by_name_from_any_folder(tmp_path, monkeypatch)
         with pytest.raises(camrig.CamrigError, match="there are: calibration, clock, crowd, hall, minimal, street") as caught:
             rig.load("hal")
         assert caught.value.kind == "not_found"
-        errors = rig.call("scene.check", {"scene": "calibration"})["errors"]
+        errors = rig.call("scene.check", scene="calibration")["errors"]
         assert errors == [] and rig.status()["scene"] == "minimal"
 
 
@@ -143,4 +143,4 @@ def test_a_bare_model_stands_on_a_ground_under_a_sky_unless_told_otherwise():
         cam = rig.cameras()[0]
         assert (cam.instances() != 0).all()
         assert {item["class"] for item in cam.truth()["objects"]} == {"object", "ground", "sky"}
-        assert rig.call("world.load", {"scene": str(box), "ground": False})["objects"] == 1
+        assert rig.call("world.load", scene=str(box), ground=False)["objects"] == 1

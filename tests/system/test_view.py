@@ -189,7 +189,7 @@ def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_tol
     view.wait_settled()
     display.xdotool("windowkill", display.wait_window("camrig view"))  # what is left when the X server goes away
     view.process.wait(20)
-    assert names(rig) == ["main"], view.process.stderr.read()
+    assert names(rig) == ["main", "main_2"], view.process.stderr.read()
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")

@@ -96,7 +96,8 @@ TEST(MethodTable, TheDocumentationIsUpToDate) {
 
 TEST(MethodTable, WithoutARigEveryMethodIsUnavailable) {
     for (const Method& method : documented_methods()) {
-        if (method.name.starts_with("server.") || method.name == "auth" || method.name == "world.load") continue;
+        if (method.name.starts_with("server.") || method.name == "auth") continue;
+        if (method.name == "world.load" || method.name == "scene.check") continue;  // they read files first
         std::optional<ErrorKind> kind;
         method.handler(json::parse(method.example), [&](Result<RpcResult> result) {
             if (!result) kind = result.error().kind;
