@@ -69,7 +69,7 @@ public:
     struct CurveImage {
         Interval x, y, dx, dy;
     };
-    CurveImage distort(const IdealCurve& curve) const;
+    CurveImage distort_curve(const IdealCurve& curve) const;
     /// Not less than the norm of derivative() anywhere within `radius` of the axis: two points there are moved to
     /// places at most so many times as far apart.
     double greatest_stretch(double radius) const;

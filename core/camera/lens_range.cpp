@@ -33,7 +33,7 @@ std::optional<LensMap::RadialRange> LensMap::radial_range(Interval s) const {
     return RadialRange{scale, (dn - scale * dd) * 2.0 / d};
 }
 
-LensMap::CurveImage LensMap::distort(const IdealCurve& c) const {
+LensMap::CurveImage LensMap::distort_curve(const IdealCurve& c) const {
     if (identity_) return {c.x, c.y, c.dx, c.dy};
     const auto radial = radial_range(c.s);
     if (!radial) return {everything, everything, everything, everything};

@@ -182,7 +182,7 @@ std::pair<EdgePiece, EdgePiece> EdgeTracer::halves(const EdgePiece& piece) const
 
 void EdgeTracer::bound(EdgePiece& piece) const {
     const auto curve = angular_ ? curve_of_arc(piece, radius_) : curve_of_line(piece);
-    const LensMap::CurveImage image = camera_.lens().distort(curve);
+    const LensMap::CurveImage image = camera_.lens().distort_curve(curve);
     const Intrinsics& k = camera_.intrinsics();
     const Interval x = between_ends(piece.at_a.x, piece.at_b.x, image.dx * k.fx, piece.length, image.x * k.fx + k.cx);
     const Interval y = between_ends(piece.at_a.y, piece.at_b.y, image.dy * k.fy, piece.length, image.y * k.fy + k.cy);
