@@ -130,7 +130,7 @@ TEST_F(Routes, RpcIsForJsonFromProgramsAndOwnPagesOnly) {
 TEST_F(Routes, WithoutTheKeyAndWithAWrongOneARequestMayOnlyLook) {
     options.command_key = "0123456789abcdef";
     options.hooks.rpc = [](const std::string&, bool may_command, const auto& reply) {
-        reply(may_command ? "[1]" : "[0]");
+        reply(RpcText{{may_command ? "[1]" : "[0]"}});
     };
     start();
     const std::string json = "Content-Type: application/json\r\n";
@@ -153,7 +153,7 @@ TEST_F(Routes, AForeignHostNameIsRefused) {
 
 TEST_F(Routes, WhatTwoProgramsCouldReadInTwoWaysIsRefusedAndNothingAfterItIsRead) {
     int asked = 0;
-    options.hooks.rpc = [&asked](const std::string&, const auto& reply) {
+    options.hooks.rpc = [&asked](const std::string&, bool, const auto& reply) {
         ++asked;
         reply(RpcText{});
     };
