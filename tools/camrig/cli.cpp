@@ -88,7 +88,8 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
         if (problem.get_exit_code() == 0) return app.exit(problem, hooks.out, hooks.err);
         if (problem.get_name() == "RequiredError" && std::string_view(problem.what()).starts_with("A subcommand"))
             return context.usage(unknown_command(app));
-        if (problem.get_name() == "ExtrasError")
+        // Its name is that of the command, not of the error.
+        if (problem.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))
             return context.usage(unexpected_word(app) + " (camrig --help, camrig COMMAND --help)");
         return context.usage(std::string(problem.what()) + " (camrig --help, camrig COMMAND --help)");
     } catch (const nlohmann::json::exception& problem) {

@@ -24,7 +24,6 @@ struct RpcHarness {
                                 [this] { ++shutdowns; },
                                 "correct-token",
                                 limits,
-                                {},
                                 "this is how to command"}};
 
     std::string handle(std::string_view text, Authority authority = Authority::own) {
