@@ -44,6 +44,7 @@ def main() -> int:
     parser.add_argument("--only", choices=list(ALL), action="append", help="only this part; may come more than once")
     parser.add_argument("--quick", action="store_true", help="short runs, printed and not written")
     parser.add_argument("--soak-minutes", type=float, help="how long part soak lasts (5)")
+    parser.add_argument("--print-only", action="store_true", help="prints the parts and writes nothing")
     arguments = parser.parse_args()
     plan = QUICK if arguments.quick else Plan()
     if arguments.soak_minutes is not None:
@@ -61,7 +62,7 @@ def main() -> int:
                f"took {time.monotonic() - begin:.0f} s; `python -m tools.bench.speed --only {name}`.")
         text = f"{title}\n\n{how}\n\n{rest}"
         print(text + "\n", flush=True)
-        if not arguments.quick:
+        if not arguments.quick and not arguments.print_only:
             PAGE.write_text(put(PAGE.read_text() if PAGE.exists() else "", name, text))
     return 0
 
