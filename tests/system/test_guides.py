@@ -2,6 +2,7 @@
 in an environment as a reader has it. docs/troubleshooting.md quotes what is said."""
 
 import json
+import os
 import re
 import subprocess
 
@@ -81,12 +82,17 @@ def test_troubleshooting_quotes_what_is_really_said(hall, environment, tmp_path)
     scene["models"], scene["objects"], scene["actors"] = {}, [], [{"name": "a", "model": "nobody"}]
     (tmp_path / "bad.json").write_text(json.dumps(scene))
     (tmp_path / "token").write_text("0123456789abcdef")
+    taken = tmp_path / "taken.sock"
+    (tmp_path / "taken.sock.d").mkdir()
+    os.chown(tmp_path / "taken.sock.d", 65534, 65534)
     with camrig.start(minimal, mode="lockstep", args=["--token-file", str(tmp_path / "token")]) as closed:
         unauthorized = run(["curl", "-si", closed.http_url + "/cameras"])
     said = {
         "Address already in use": failing("camrig", "serve", minimal, "--control", other, "--rtsp", 0, "--http", http.rsplit(":", 1)[1]),
         "another rig": failing("camrig", "serve", minimal, "--control", environment["CAMRIG_CONTROL"], "--rtsp", 0, "--http", 0),
         "device ... does not exist": failing("camrig", "serve", minimal, "--control", other, "--rtsp", 0, "--http", 0, "--device", 99),
+        "belongs to user ... needs a private folder of that name": failing("camrig", "serve", minimal, "--control", taken, "--rtsp", 0, "--http", 0),
+        "--ready-fd 3: no file is open": failing("camrig", "serve", minimal, "--control", other, "--rtsp", 0, "--http", 0, "--ready-fd", 3),
         "host ... can be reached by others, so it needs a token": failing("camrig", "serve", minimal, "--control", other, "--host", "0.0.0.0"),
         "bad.json: actors[0].model: ...": failing("camrig", "serve", "bad.json", "--control", other, "--rtsp", 0, "--http", 0),
         "no rig at ...": failing("camrig", "--control", other, "camera", "list"),

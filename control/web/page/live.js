@@ -51,7 +51,8 @@ export class LiveReader {
   #abort = null;
   #onPicture;
   #onProblem;
-  #seen = new Map();     // camera -> sequence of its newest picture
+  #seen = new Set();     // cameras of which a picture has come
+  #described = '';       // what was said of the wanted cameras when the stream was quiet last
   #arrived = false;      // a picture, since the last look
 
   /** onPicture({camera, sequence, blob}) and onProblem(message). */
@@ -73,12 +74,16 @@ export class LiveReader {
     this.#keepReading(key, this.#abort.signal);
   }
 
-  /** In lockstep a changed camera has a new frame, but nothing falls due: opening the stream again brings it. */
+  /** In lockstep nothing falls due when a camera is changed, and its newest frame keeps its number: opening the stream
+   *  again brings that frame as it is drawn now. */
   #missed(cameras) {
     const quiet = !this.#arrived;
     this.#arrived = false;
-    return quiet && state.world?.mode === 'lockstep' &&
-      cameras.some(({ name, sequence }) => this.#seen.has(name) && this.#seen.get(name) < sequence);
+    if (!quiet || state.world?.mode !== 'lockstep') return false;
+    const described = JSON.stringify(cameras.map(({ sequence, readers, ...rest }) => rest));
+    const changed = described !== this.#described;
+    this.#described = described;
+    return changed && this.#seen.size > 0;
   }
 
   async #keepReading(url, signal) {
@@ -101,7 +106,7 @@ export class LiveReader {
       if (signal.aborted) return;
       if (!fields.has('X-Camera')) continue;  // a sign of life
       const [camera, sequence] = [fields.get('X-Camera'), Number(fields.get('X-Sequence'))];
-      this.#seen.set(camera, sequence);
+      this.#seen.add(camera);
       this.#arrived = true;
       this.#onPicture({ camera, sequence, blob: new Blob([body], { type: 'image/jpeg' }) });
     }
