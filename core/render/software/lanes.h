@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -16,7 +17,6 @@ namespace camrig {
 
 using Lanes = float __attribute__((vector_size(32)));
 using IntLanes = std::int32_t __attribute__((vector_size(32)));
-using LooseIntLanes = std::int32_t __attribute__((vector_size(32), aligned(4), may_alias));  ///< anywhere in memory
 using Doubles4 = double __attribute__((vector_size(32)));
 using Words4 = std::int64_t __attribute__((vector_size(32)));
 
@@ -31,6 +31,16 @@ CAMRIG_LANES Lanes lane_numbers() {
 }
 CAMRIG_LANES IntLanes int_lane_numbers() {
     return IntLanes{0, 1, 2, 3, 4, 5, 6, 7};
+}
+/// Vectors from anywhere in memory and to there: no compiler may take the address for one that suits a vector.
+CAMRIG_LANES IntLanes load_lanes(const void* from) {
+    IntLanes values;
+    std::memcpy(&values, from, sizeof values);
+    return values;
+}
+template <typename Vector>
+CAMRIG_LANES void store_lanes(void* to, const Vector& values) {
+    std::memcpy(to, &values, sizeof values);
 }
 CAMRIG_LANES Lanes min(Lanes a, Lanes b) {
     return a < b ? a : b;

@@ -155,7 +155,7 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
             const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), x, y);
-            const IntLanes pixels = *reinterpret_cast<const LooseIntLanes*>(colors(y) + x);
+            const IntLanes pixels = load_lanes(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);
             };

@@ -11,7 +11,7 @@ namespace {
 /// Up to eight indices; where fewer are left, the last is repeated.
 CAMRIG_LANES IntLanes indices_at(const std::uint32_t* from, std::size_t left) {
     if (left >= static_cast<std::size_t>(lane_count)) [[likely]]
-        return *reinterpret_cast<const LooseIntLanes*>(from);
+        return load_lanes(from);
     IntLanes made{};
     for (int k = 0; k < lane_count; ++k)
         made[k] = static_cast<std::int32_t>(from[std::min(static_cast<std::size_t>(k), left - 1)]);
@@ -20,7 +20,6 @@ CAMRIG_LANES IntLanes indices_at(const std::uint32_t* from, std::size_t left) {
 
 /// Four by eight turned: a vertex of each lane.
 CAMRIG_LANES void store_vertices(IntLanes x, IntLanes y, Lanes depth, Lanes inverse_z, IntLanes at, ScreenVertex* to) {
-    using Row = std::int32_t __attribute__((vector_size(16), aligned(4), may_alias));
     const IntLanes d = reinterpret_cast<IntLanes>(depth), z = reinterpret_cast<IntLanes>(inverse_z);
     const IntLanes xy_low = __builtin_shufflevector(x, y, 0, 8, 1, 9, 4, 12, 5, 13);
     const IntLanes xy_high = __builtin_shufflevector(x, y, 2, 10, 3, 11, 6, 14, 7, 15);
@@ -32,8 +31,8 @@ CAMRIG_LANES void store_vertices(IntLanes x, IntLanes y, Lanes depth, Lanes inve
                                         __builtin_shufflevector(xy_high, dz_high, 2, 3, 10, 11, 6, 7, 14, 15)};
     for (int k = 0; k < 4; ++k) {
         const IntLanes& pair = pairs[static_cast<std::size_t>(k)];
-        *reinterpret_cast<Row*>(to + at[k]) = __builtin_shufflevector(pair, pair, 0, 1, 2, 3);
-        *reinterpret_cast<Row*>(to + at[k + 4]) = __builtin_shufflevector(pair, pair, 4, 5, 6, 7);
+        store_lanes(to + at[k], __builtin_shufflevector(pair, pair, 0, 1, 2, 3));
+        store_lanes(to + at[k + 4], __builtin_shufflevector(pair, pair, 4, 5, 6, 7));
     }
 }
 

@@ -114,8 +114,7 @@ CAMRIG_LANES IntLanes pixels_of(const Lanes3& srgb_color) {
 }
 
 CAMRIG_LANES void store(std::uint32_t* row, int x, IntLanes mask, IntLanes values) {
-    auto* const at = reinterpret_cast<LooseIntLanes*>(row + x);
-    *at = mask ? values : *at;
+    store_lanes(row + x, mask ? values : load_lanes(row + x));
 }
 
 }  // namespace camrig
