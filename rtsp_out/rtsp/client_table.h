@@ -46,8 +46,8 @@ public:
     /// Lets go of clients that have gone, a while after: now and then.
     ///
     /// Sending threads use a client without a reference to it, and ask our thread to close it when they cannot send
-    /// (GStreamer 1.22 to 1.26, do_send_data in rtsp-client.c). That takes microseconds; only a thread that was interrupted in
-    /// the middle is late.
+    /// (GStreamer 1.22 to 1.26, do_send_data in rtsp-client.c). That takes microseconds; only a thread that was
+    /// interrupted in the middle is late.
     void let_go(TimeNs monotonic_ns);
     /// Those who have asked for this path or what lies under it.
     std::vector<GObjectHandle<GstRTSPClient>> clients_of(const std::string& path) const;

@@ -9,9 +9,9 @@ namespace camrig {
 /// Lets a picture go when its last packet has been written to the last TCP reader.
 ///
 /// A picture on its way is kept by its packets. The appsink through which gst-rtsp-server sends to TCP readers keeps
-/// what was taken from it last until the next is taken (GStreamer 1.22 to 1.26, GstAppSinkPrivate.sample), so the last packet
-/// of a picture would be kept until the next picture, for which a step in lockstep waits. So a buffer of no bytes, the
-/// follower, goes after each picture; it is swallowed where packets are written.
+/// what was taken from it last until the next is taken (GStreamer 1.22 to 1.26, GstAppSinkPrivate.sample), so the last
+/// packet of a picture would be kept until the next picture, for which a step in lockstep waits. So a buffer of no
+/// bytes, the follower, goes after each picture; it is swallowed where packets are written.
 ///
 /// Packets go as lists, also single ones, and followers as single buffers: gst-rtsp-server has a way of its own for
 /// each, and that of single buffers is replaced.

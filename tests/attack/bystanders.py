@@ -38,6 +38,8 @@ class Bystanders:
         return self
 
     def __exit__(self, *_: object) -> None:
+        # A single attack may be over in no time: long enough to tell a loss.
+        time.sleep(max(0.0, 5.0 - (time.monotonic() - self._begin)))
         self._end = time.monotonic()
         self._ended.set()
         for thread in self._threads:

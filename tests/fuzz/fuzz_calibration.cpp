@@ -4,8 +4,8 @@
 
 #include "core/camera/calibration_file.h"
 
-// Calibrations of real cameras (YAML and JSON of ROS, OpenCV and Kalibr), which are files of strangers. What must hold: no
-// crash, bounded work, and what is accepted is a camera that comes back from camrig's own file as it was.
+// Calibrations of real cameras (YAML and JSON of ROS, OpenCV and Kalibr), which are files of strangers. What must hold:
+// no crash, bounded work, and what is accepted is a camera that comes back from camrig's own file as it was.
 namespace camrig {
 namespace {
 

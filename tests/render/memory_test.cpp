@@ -7,8 +7,8 @@
 namespace camrig {
 namespace {
 
-/// Colours and depth: on the device cpu one is drawn by camrig's rasteriser and the other by Mesa's, each of which keeps
-/// what it made of a model.
+/// Colours and depth: on the device cpu one is drawn by camrig's rasteriser and the other by Mesa's, each of which
+/// keeps what it made of a model.
 void draw_by_all(const SnapshotRef& snapshot) {
     View view = TestCamera{}.view();
     view.kinds[static_cast<int>(FrameKind::color)] = true;

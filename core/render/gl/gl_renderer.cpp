@@ -115,9 +115,9 @@ Result<void> GlRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::
         return {};
     } catch (const std::bad_alloc&) {
         forget_instant();
-        return error(ErrorKind::resource_exhausted,
-                     "no memory for the models or pictures of this instant (" + context_->description() +
-                         "); fewer or smaller cameras and models need less");
+        return error(ErrorKind::resource_exhausted, "no memory for the models or pictures of this instant (" +
+                                                        context_->description() +
+                                                        "); fewer or smaller cameras and models need less");
     }
 }
 

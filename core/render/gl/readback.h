@@ -30,8 +30,8 @@ public:
     explicit ReadbackBuffer(const GlFunctions& gl) : gl_(gl) {}
     /// Of the buffer, for a picture of so many bytes: shader storage begins at multiples of 256.
     static std::size_t room_for(std::size_t bytes) { return (bytes + 255) / 256 * 256; }
-    /// Makes room for an instant; the device must be done with the one before. Throws std::bad_alloc when the device has
-    /// no memory left (GlRenderer::submit catches it).
+    /// Makes room for an instant; the device must be done with the one before. Throws std::bad_alloc when the device
+    /// has no memory left (GlRenderer::submit catches it).
     void reset(std::size_t room);
     /// Where the next picture goes.
     std::size_t allocate(std::size_t bytes);

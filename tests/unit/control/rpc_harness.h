@@ -18,13 +18,8 @@ struct RpcHarness {
     ControlLimits limits;
     FakeRig rig;
     int shutdowns = 0;
-    RpcServer server{RpcContext{rig,
-                                rig,
-                                [] { return nlohmann::json{{"version", "1.2.3"}, {"pid", 1}}; },
-                                [this] { ++shutdowns; },
-                                "correct-token",
-                                limits,
-                                "this is how to command"}};
+    RpcServer server{RpcContext{rig, rig, [] { return nlohmann::json{{"version", "1.2.3"}, {"pid", 1}}; },
+                                [this] { ++shutdowns; }, "correct-token", limits, "this is how to command"}};
 
     std::string handle(std::string_view text, Authority authority = Authority::own) {
         auto answered = std::make_shared<std::promise<std::string>>();

@@ -58,8 +58,7 @@ TEST(ViewCone, WhatItLeavesOutOfTheShippedScenesShowsNowhere) {
                 for (const Instance& instance : *instances) {
                     ++looked_at;
                     object.pose(instance);
-                    const glm::dmat3 optical_from_object =
-                        optical_from_world * glm::mat3_cast(object.orientation());
+                    const glm::dmat3 optical_from_object = optical_from_world * glm::mat3_cast(object.orientation());
                     const glm::dvec3 origin = optical_from_world * (object.position() - pose.position);
                     const auto reach = object.reach();
                     if (!reach || cone.may_meet(optical_from_object * reach->center + origin, reach->radius)) continue;
