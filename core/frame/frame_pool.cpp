@@ -68,11 +68,11 @@ FramePool::FramePool(std::size_t max_idle_bytes) : shelf_(std::make_shared<Shelf
 }
 
 FramePool::~FramePool() {
-    std::deque<std::unique_ptr<Frame>> freed;
-    std::lock_guard lock(shelf_->mutex);
-    shelf_->open = false;
-    freed.swap(shelf_->idle);
-    shelf_->idle_bytes = 0;
+    {
+        std::lock_guard lock(shelf_->mutex);
+        shelf_->open = false;
+    }
+    release_idle();
 }
 
 std::shared_ptr<Frame> FramePool::acquire(FrameInfo info) {
@@ -85,6 +85,13 @@ std::shared_ptr<Frame> FramePool::acquire(FrameInfo info) {
         frame = std::make_unique<Frame>(std::move(info), std::vector<std::byte>(bytes));
     }
     return {frame.release(), [shelf = shelf_](Frame* used) { shelf->put(std::unique_ptr<Frame>(used)); }};
+}
+
+void FramePool::release_idle() {
+    std::deque<std::unique_ptr<Frame>> freed;
+    std::lock_guard lock(shelf_->mutex);
+    freed.swap(shelf_->idle);
+    shelf_->idle_bytes = 0;
 }
 
 std::size_t FramePool::idle_bytes() const {

@@ -25,6 +25,8 @@ public:
     std::shared_ptr<Frame> acquire(FrameInfo info);
 
     std::size_t idle_bytes() const;
+    /// Frees what nobody uses now: a camera is gone, and perhaps nobody will want its size of buffers again.
+    void release_idle();
 
 private:
     struct Shelf;

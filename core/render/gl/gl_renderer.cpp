@@ -296,6 +296,7 @@ void GlRenderer::forget(CameraId camera) {
     for (Slot& slot : slots_) slot.targets.erase(camera);
     shown_.erase(camera);
     painter_.forget(camera);
+    pool_->release_idle();
 }
 
 }  // namespace camrig

@@ -287,6 +287,9 @@ void SoftwareDrawer::end_band(ViewWork& work) {
 void SoftwareDrawer::forget(CameraId camera) {
     histories_.erase(camera);
     layers_.forget(camera);
+    // Working memory fits the largest view so far, which may have been this camera's.
+    for (ViewScratch& scratch : scratch_) scratch = {};
+    options_.pool->release_idle();
 }
 
 RenderCounters SoftwareDrawer::counters() const {

@@ -53,6 +53,16 @@ TEST(FramePool, KeepsNoMoreThanItsBoundAndDropsTheOldest) {
     EXPECT_LE(pool.idle_bytes(), 2 * one) << "a buffer over the bound is freed at once";
 }
 
+TEST(FramePool, GivesBackWhatNobodyUses) {
+    FramePool pool;
+    const auto used = pool.acquire(frame_info({16, 16}));
+    pool.acquire(frame_info({64, 64})).reset();
+    EXPECT_GT(pool.idle_bytes(), 0U);
+    pool.release_idle();
+    EXPECT_EQ(pool.idle_bytes(), 0U);
+    EXPECT_EQ(used->bytes().size(), 16U * 16 * 4) << "what is in use stays";
+}
+
 TEST(FramePool, WhatIsMarkedGoesBackToItsCameraAndKind) {
     FramePool pool;
     const auto of_camera = [&](std::uint32_t camera, FrameKind kind = FrameKind::color) {
