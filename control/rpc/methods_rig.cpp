@@ -56,22 +56,26 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
         {.name = "stats.get",
          .summary =
              "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output received = "
-             "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way. In the middle "
-             "of an instant, cameras whose turn is still to come count one frame less.",
+             "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way. A frame "
+             "counts "
+             "when it is drawn or dropped: what waits for its turn is still to come.",
          .params = {},
-         .result = {{"world_ns", "integer", "world time", false, "ns"},
-                    {"monotonic_ns", "integer", "CLOCK_MONOTONIC", false, "ns"},
-                    {"instants", "integer", "instants at which something was due"},
-                    {"dropped_instants", "integer", "those skipped as a whole under overload"},
-                    {"cameras", "array of objects",
-                     "name, due, rendered, dropped, idle and outputs with their readers"},
-                    {"stages", "array of objects",
-                     "name, count, mean_ms, p50_ms, p99_ms, p999_ms and max_ms since the start. wakeup: how late an "
-                     "instant began; world: per instant; submit, collect and publish: per turn of an instant, of one "
-                     "camera or several; convert and encode: per picture; truth: per answer"},
-                    {"renderer", "object",
-                     "what the renderer keeps and saves: static layers, pictures drawn in parts, skinned meshes made "
-                     "and left out, draw calls"}},
+         .result =
+             {{"world_ns", "integer", "world time", false, "ns"},
+              {"monotonic_ns", "integer", "CLOCK_MONOTONIC", false, "ns"},
+              {"instants", "integer", "instants at which something was due"},
+              {"dropped_instants", "integer", "those of which pictures were dropped because there was not time enough"},
+              {"cameras", "array of objects",
+               "name, due, rendered, dropped, idle and outputs with their readers. dropped_for says why: overload "
+               "(too little time for all cameras), own_cost (this camera's pictures cost more than its share), "
+               "request (pictures and truth on request took the time), failure (the log says which)"},
+              {"stages", "array of objects",
+               "name, count, mean_ms, p50_ms, p99_ms, p999_ms and max_ms since the start. wakeup: how late an "
+               "instant began; world: per instant; draw and publish: per turn, of one "
+               "picture or several; convert and encode: per picture; truth: per answer"},
+              {"renderer", "object",
+               "what the renderer keeps and saves: static layers, pictures drawn in parts, skinned meshes made "
+               "and left out, draw calls"}},
          .errors = {},
          .handler =
              [&context](const json&, RpcReply done) {

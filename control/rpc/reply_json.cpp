@@ -65,10 +65,14 @@ json to_json(const RigReport& report) {
                                {"failed", output.failed},
                                {"readers", std::move(readers)}});
         }
+        json dropped_for = json::object();
+        for (std::size_t i = 0; i < drop_reason_names.size(); ++i)
+            dropped_for[std::string(drop_reason_names[i])] = camera.dropped_for[i];
         cameras.push_back({{"name", camera.name},
                            {"due", camera.due},
                            {"rendered", camera.rendered},
                            {"dropped", camera.dropped},
+                           {"dropped_for", std::move(dropped_for)},
                            {"idle", camera.idle},
                            {"outputs", std::move(outputs)}});
     }

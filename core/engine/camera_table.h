@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/engine/command.h"
 #include "core/frame/frame.h"
+#include "core/stream/statistics.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
@@ -37,7 +39,9 @@ struct CameraEntry {
     std::uint64_t spec_revision = 0;
     Pose mount_frame;  ///< of a mounted camera: world_from_mount when its actor was there last
     LatestDue latest;
-    std::uint64_t due = 0, rendered = 0, dropped = 0, idle = 0;
+    TimeNs applied_ns = 0;  ///< world time from which its last command shows
+    std::uint64_t due = 0, rendered = 0, idle = 0;
+    std::array<std::uint64_t, drop_reason_count> dropped{};  ///< by DropReason
 };
 
 /// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.

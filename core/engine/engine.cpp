@@ -12,6 +12,25 @@ namespace {
 
 /// For so long commands are done before what is due has its turn; a single command may take longer.
 constexpr TimeNs command_turn_ns = 2 * ns_per_ms;
+/// Of the lane for dear pictures and requests, in steps of the kernel's niceness: where there are too few cores, a
+/// thread of the other lane gets about twice its time.
+constexpr int dear_niceness = 4;
+
+/// Where the CPU draws, dear pictures and requests have a lane beside that of cameras that are quickly drawn. A GPU
+/// draws one picture after the other anyway: there all share one lane.
+Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const RendererOptions& options,
+                                                           const std::shared_ptr<DrawnTasks>& drawn) {
+    const auto make = [options] { return create_renderer(options); };
+    std::vector<std::unique_ptr<DrawLane>> lanes;
+    auto first = ThreadedLane::start({"camrig-draw", 0}, make, drawn);
+    if (!first) return std::unexpected(first.error());
+    lanes.push_back(std::move(*first));
+    if (!lanes.front()->wants_second()) return lanes;
+    auto second = ThreadedLane::start({"camrig-draw-2", dear_niceness}, make, drawn);
+    if (!second) return std::unexpected(second.error());
+    lanes.push_back(std::move(*second));
+    return lanes;
+}
 
 }  // namespace
 
@@ -34,10 +53,12 @@ Engine::~Engine() {
 
 void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus,
                  std::function<void(Result<void>)> started) {
-    auto renderer = create_renderer(options.renderer);
-    if (!renderer) return started(std::unexpected(renderer.error()));
-    renderer_description_ = (*renderer)->description();
-    auto rig = Rig::create(std::move(scene), options, std::move(*renderer), bus, [queue = queue_] { queue->wake(); });
+    const auto drawn = std::make_shared<DrawnTasks>([queue = queue_] { queue->wake(); });
+    auto lanes = start_lanes(options.renderer, drawn);
+    if (!lanes) return started(std::unexpected(lanes.error()));
+    renderer_description_ = lanes->front()->description();
+    auto rig =
+        Rig::create(std::move(scene), options, std::move(*lanes), drawn, bus, [queue = queue_] { queue->wake(); });
     if (!rig) return started(std::unexpected(rig.error()));
     started({});
 

@@ -49,6 +49,8 @@ struct RenderCounters {
     std::uint64_t draw_calls = 0;      ///< of OpenGL for them, of one or more surfaces each
     std::uint64_t draws_coarse = 0;    ///< those with a coarser level of detail
     std::uint64_t conversions = 0;     ///< colour pictures that the device gave in another format than rgba8
+
+    RenderCounters& operator+=(const RenderCounters& other);
 };
 
 /// Draws views of snapshots into frames.
@@ -76,11 +78,20 @@ public:
     virtual Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
     virtual Result<Finished> collect() = 0;
     virtual int in_flight() const = 0;
-    /// Whether it gives colour pictures of this view in that format. rgba8 always; others are converted from it.
+    /// Whether it gives colour pictures of this view in that format. rgba8 always; others are converted from it. Any
+    /// thread.
     virtual bool makes(PixelFormat format, const View& view) const {
         (void)view;
         return format == PixelFormat::rgba8;
     }
+    /// Whether the view's colour is drawn with what this renderer draws best; else it may have to set up something
+    /// dear first. Any thread.
+    virtual bool is_plain(const View& view) const {
+        (void)view;
+        return true;
+    }
+    /// Whether it draws on threads of the CPU, so that a second one beside it has its own time. Any thread.
+    virtual bool is_on_cpu() const { return false; }
     /// Frees what was kept for a camera that is gone.
     virtual void forget(CameraId camera) = 0;
     virtual RenderCounters counters() const { return {}; }

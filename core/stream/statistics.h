@@ -58,11 +58,22 @@ struct OutputReport {
     std::uint64_t received = 0, encoded = 0, dropped = 0, failed = 0;
     std::vector<ReaderReport> readers;
 };
+/// Why a picture that was due is not drawn.
+enum class DropReason : std::uint8_t {
+    overload,  ///< the machine has too little time for all cameras
+    own_cost,  ///< the camera's pictures cost more than those of others, and more than its share of the time
+    request,   ///< pictures and truth on request took the time
+    failure,   ///< it could not be drawn; the log says why
+};
+inline constexpr int drop_reason_count = 4;
+inline constexpr std::array<std::string_view, drop_reason_count> drop_reason_names = {"overload", "own_cost", "request",
+                                                                                       "failure"};
 struct CameraReport {
     std::string name;
     /// Frames that fell due while somebody watched; due = rendered + dropped. Frames due with nobody watching are
     /// `idle`.
     std::uint64_t due = 0, rendered = 0, dropped = 0, idle = 0;
+    std::array<std::uint64_t, drop_reason_count> dropped_for{};  ///< by DropReason; their sum is `dropped`
     std::vector<OutputReport> outputs;
 };
 struct StageReport {

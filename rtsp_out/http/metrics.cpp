@@ -69,7 +69,10 @@ void write_cameras(Writer& out, const RigReport& report) {
     };
     each("camrig_camera_frames_due_total", "Frames that fell due while somebody watched.", &CameraReport::due);
     each("camrig_camera_frames_rendered_total", "Frames made.", &CameraReport::rendered);
-    each("camrig_camera_frames_dropped_total", "Frames due that were not made.", &CameraReport::dropped);
+    out.metric("camrig_camera_frames_dropped_total", "counter", "Frames due that were not made.");
+    for (const auto& camera : report.cameras)
+        for (std::size_t i = 0; i < drop_reason_names.size(); ++i)
+            out.sample({{"camera", camera.name}, {"reason", std::string(drop_reason_names[i])}}, camera.dropped_for[i]);
     each("camrig_camera_frames_idle_total", "Frames that nobody watched and that were not made.", &CameraReport::idle);
 }
 

@@ -285,7 +285,7 @@ def test_truth_comes_by_http_and_the_command_line_too(scene):
 def test_truth_costs_nothing_when_nobody_asks(rig):
     def truths():
         stages = {stage["name"]: stage["count"] for stage in rig.stats()["stages"]}
-        return stages["truth"], stages["submit"]
+        return stages["truth"], stages["draw"]
 
     cam = rig.create_camera("a", size=(160, 120), fps=25)
     start = truths()

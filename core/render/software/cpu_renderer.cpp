@@ -85,24 +85,12 @@ void CpuRenderer::forget(CameraId camera) {
 
 RenderCounters CpuRenderer::counters() const {
     RenderCounters sum = drawer_.counters();
-    if (other_ == nullptr) return sum;
-    const RenderCounters others = other_->counters();
-    sum.layers += others.layers;
-    sum.layer_bytes += others.layer_bytes;
-    sum.draw_data_bytes += others.draw_data_bytes;
-    sum.layers_drawn += others.layers_drawn;
-    sum.layers_reused += others.layers_reused;
-    sum.layers_stale += others.layers_stale;
-    sum.layers_evicted += others.layers_evicted;
-    sum.views += others.views;
-    sum.views_in_parts += others.views_in_parts;
-    sum.meshes_skinned += others.meshes_skinned;
-    sum.meshes_unseen += others.meshes_unseen;
-    sum.draws += others.draws;
-    sum.draw_calls += others.draw_calls;
-    sum.draws_coarse += others.draws_coarse;
-    sum.conversions += others.conversions;
+    if (other_ != nullptr) sum += other_->counters();
     return sum;
+}
+
+bool CpuRenderer::is_plain(const View& view) const {
+    return SoftwareDrawer::is_plain(view);
 }
 
 std::string CpuRenderer::description() const {

@@ -20,6 +20,8 @@ public:
     Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
     Result<Finished> collect() override;
     int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    bool is_plain(const View& view) const override;
+    bool is_on_cpu() const override { return true; }
     void forget(CameraId camera) override;
     RenderCounters counters() const override;
     std::string description() const override;

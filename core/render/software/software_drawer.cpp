@@ -77,13 +77,12 @@ void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
     for (const Instance& mover : snapshot->movers) movers_.add(mover, models_, lights, environment.exposure);
 }
 
-bool SoftwareDrawer::can_draw(const View& view) const {
+bool SoftwareDrawer::is_plain(const View& view) {
     const CameraSpec& spec = *view.spec;
     return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
            is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
            spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
-           antialias_of(spec, view.quality) == Antialias::none && statics_.has_only_triangles() &&
-           movers_.has_only_triangles();
+           antialias_of(spec, view.quality) == Antialias::none;
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {

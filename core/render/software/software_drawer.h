@@ -32,8 +32,12 @@ public:
     explicit SoftwareDrawer(const Options& options);
 
     void begin_instant(const SnapshotRef& snapshot);
+    /// Whether the colour picture of such a view can be drawn here, if the world has nothing but triangles.
+    static bool is_plain(const View& view);
     /// Whether the colour picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view) const;
+    bool can_draw(const View& view) const {
+        return is_plain(view) && statics_.has_only_triangles() && movers_.has_only_triangles();
+    }
     /// The colour frames of the views, in their order.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
     void forget(CameraId camera);

@@ -7,6 +7,7 @@
 #include "core/engine/rig.h"
 #include "core/frame/convert.h"
 #include "core/render/null_renderer.h"
+#include "tests/unit/engine/inline_lane.h"
 #include "tests/unit/stream/fake_sink.h"
 
 // A renderer that converts colours is asked for what readers take, and for nothing twice.
@@ -61,8 +62,7 @@ constexpr MediaFormat raw(PixelFormat pixels) {
 class RigFormats : public testing::Test {
 protected:
     void SetUp() override {
-        auto made =
-            Rig::create(std::make_shared<Scene>(), {}, std::make_unique<PlanesRenderer>(pool, asked), bus, [] {});
+        auto made = make_rig(std::make_shared<Scene>(), {}, std::make_unique<PlanesRenderer>(pool, asked), bus);
         ASSERT_TRUE(made) << made.error().message;
         rig = std::move(*made);
         CreateCamera command{.name = "lobby", .place = {}, .patch = {}};
@@ -85,11 +85,12 @@ protected:
     void next_instant() {
         asked.clear();
         while (asked.empty()) rig->tick(monotonic_now_ns());
+        rig->tick(0);  // hears of it
     }
     MediaUnit fetch(const MediaFormat& format) {
         std::promise<Result<MediaUnit>> answer;
         rig->fetch({"lobby", FrameKind::color, 0, format}, [&](Result<MediaUnit> unit) { answer.set_value(unit); });
-        rig->tick(0);  // a turn in which nothing is due
+        for (int turn = 0; turn < 2; ++turn) rig->tick(0);  // in which nothing is due: it is drawn, and heard of
         return answer.get_future().get().value();
     }
 
@@ -155,6 +156,7 @@ TEST_F(RigFormats, AWorldThatStandsStillShowsAChangeToEachReader) {
     SetCamera command{.name = "lobby", .patch = {}};
     command.patch.zoom = 2.0;
     call(command);
+    for (int turn = 0; turn < 2; ++turn) rig->tick(monotonic_now_ns());
     EXPECT_EQ(asked, std::vector{PixelFormats{PixelFormat::i420}});
     EXPECT_TRUE(planes->wait_for_units(2));
 }

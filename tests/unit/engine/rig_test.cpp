@@ -6,6 +6,7 @@
 
 #include "core/base/clock.h"
 #include "core/render/null_renderer.h"
+#include "tests/unit/engine/inline_lane.h"
 #include "tests/unit/stream/fake_sink.h"
 
 namespace camrig {
@@ -37,9 +38,8 @@ protected:
 
     void SetUp() override {
         auto scene = std::make_shared<Scene>();
-        EngineOptions options;
         made_after_ns = monotonic_now_ns();
-        auto made = Rig::create(scene, options, std::make_unique<NotingRenderer>(pool, drawn), bus, [] {});
+        auto made = make_rig(scene, {}, std::make_unique<NotingRenderer>(pool, drawn), bus);
         ASSERT_TRUE(made) << made.error().message;
         made_before_ns = monotonic_now_ns();
         rig = std::move(*made);
@@ -92,6 +92,7 @@ TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstant) {
     begin_instant();
     EXPECT_TRUE(call(GetWorld{}));
     EXPECT_EQ(report_of(0).due, report_of(0).rendered + report_of(0).dropped) << "the books balance in between";
+    rig->tick(monotonic_now_ns());
     EXPECT_TRUE(sinks.front()->wait_for_units(1)) << "what is drawn goes out";
     EXPECT_TRUE(sinks.back()->units().empty());
     finish_instant();
@@ -106,7 +107,9 @@ TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstant) {
 TEST_F(RigTest, OnTimeTwoPicturesGoOutBeforeTheNextIsDrawn) {
     begin_instant();
     EXPECT_EQ(drawn.size(), 2U);
+    rig->tick(monotonic_now_ns());
     EXPECT_TRUE(sinks.front()->wait_for_units(1));
+    EXPECT_EQ(drawn.size(), 4U);
 }
 
 TEST_F(RigTest, AnInstantThatBeginsLateIsDrawnInLargerTurns) {

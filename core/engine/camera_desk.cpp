@@ -1,0 +1,222 @@
+#include "core/engine/camera_desk.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+CameraStream stream_of(const CameraEntry& entry) {
+    return {entry.id, *entry.name, entry.spec->size, entry.spec->rate, entry.spec->outputs};
+}
+
+}  // namespace
+
+Result<CameraState> CameraDesk::run(CreateCamera& command) {
+    CameraSpec base;
+    base.name = command.name;
+    CameraPatch patch = command.patch;
+    if (command.place) {
+        const auto found = rig_.scene->places.find(*command.place);
+        if (found == rig_.scene->places.end()) {
+            std::string names;
+            for (const auto& [name, place] : rig_.scene->places) names += (names.empty() ? "" : ", ") + name;
+            return error(ErrorKind::not_found, "place: the scene has no place '" + command.place->substr(0, 60) +
+                                                   "'; " + (names.empty() ? "it has none" : "it has: " + names));
+        }
+        if (!patch.pose) patch.pose = found->second.pose;
+        if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
+    }
+    if (auto good = check_mount(patch); !good) return std::unexpected(good.error());
+    auto spec = patch_camera_spec(base, patch);
+    if (!spec) return std::unexpected(spec.error());
+    if (auto good = check_new_outputs(*spec, {}); !good) return std::unexpected(good.error());
+    auto entry = add_camera(std::move(*spec));
+    if (!entry) return std::unexpected(entry.error());
+    CameraState state = state_of(**entry);
+    state.applied_ns = (*entry)->latest.world_ns;
+    return state;
+}
+
+Result<CameraEntry*> CameraDesk::add_camera(CameraSpec spec) {
+    if (auto good = check_outputs(spec); !good) return std::unexpected(good.error());
+    auto entry = rig_.cameras.add(std::move(spec));
+    if (entry) start_camera(**entry);
+    return entry;
+}
+
+void CameraDesk::start_camera(CameraEntry& entry) {
+    // Its first picture shows the moment it was made, with the number just before that of its next grid point: at world
+    // time 0 that is frame 0 itself.
+    const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
+    const Rate& rate = entry.spec->rate;
+    const std::int64_t next = rate.first_frame_at_or_after(now_ns + 1);
+    rig_.schedule.set(entry.id, rate, now_ns, next);
+    renew_latest(entry, next - 1);
+    rig_.bus.add_camera(stream_of(entry));
+}
+
+Result<void> CameraDesk::check_mount(const CameraPatch& patch) {
+    if (!patch.mount || !*patch.mount) return {};
+    return world_.world_of_now().check_mount(**patch.mount, "mount");
+}
+
+Result<void> CameraDesk::check_outputs(const CameraSpec& spec) {
+    for (const OutputSpec& output : spec.outputs) {
+        if (std::ranges::find(rig_.options.output_kinds, output.kind) == rig_.options.output_kinds.end()) {
+            std::string kinds;
+            for (const auto& kind : rig_.options.output_kinds) kinds += (kinds.empty() ? "" : ", ") + kind;
+            return error(ErrorKind::unsupported, "outputs: this rig has no '" + output.kind + "'; it has: " + kinds);
+        }
+        if (!output.number) continue;
+        for (const auto& [id, entry] : rig_.cameras.all()) {
+            if (*entry.name == spec.name) continue;
+            for (const OutputSpec& taken : entry.spec->outputs) {
+                if (taken.kind != output.kind || taken.number != output.number) continue;
+                return error(ErrorKind::already_exists, "outputs: " + output.kind + " number " +
+                                                            std::to_string(*output.number) + " belongs to camera " +
+                                                            *entry.name + "; choose another");
+            }
+        }
+    }
+    return {};
+}
+
+Result<void> CameraDesk::check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present) {
+    if (!rig_.options.check_output) return {};
+    for (const OutputSpec& output : spec.outputs) {
+        const bool is_there = std::ranges::any_of(
+            present, [&](const OutputSpec& one) { return one.kind == output.kind && one.number == output.number; });
+        if (is_there) continue;
+        if (auto good = rig_.options.check_output(spec.name, output); !good) return at("outputs", good.error());
+    }
+    return {};
+}
+
+void CameraDesk::renew_latest(CameraEntry& entry, std::int64_t sequence) {
+    TimeNs monotonic_ns = monotonic_now_ns();
+    const TimeNs now_ns = rig_.world_now_ns(monotonic_ns);
+    if (rig_.clock.running()) monotonic_ns = rig_.clock.monotonic_at(now_ns);
+    rig_.world->advance_to(now_ns);
+    SnapshotRef snapshot = rig_.world->snapshot(now_ns);
+    const Pose pose = pose_at(entry, *snapshot);
+    entry.latest = {entry.spec, entry.spec_revision, sequence, now_ns, monotonic_ns, std::move(snapshot), pose, {}};
+}
+
+void CameraDesk::show_latest(CameraEntry& entry) {
+    const LatestDue& latest = entry.latest;
+    DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(entry, latest)}};
+    if (const PixelFormats wanted = rig_.bus.wanted(entry.id, latest.world_ns); !wanted.empty())
+        due.views.front().color_formats = rig_.made_of(due.views.front(), wanted);
+    rig_.drawing->add(due);
+}
+
+Result<CameraState> CameraDesk::run(SetCamera& command) {
+    auto found = rig_.cameras.find(command.name);
+    if (!found) return std::unexpected(found.error());
+    const std::shared_ptr<const CameraSpec> old = (*found)->spec;
+    if (auto good = check_mount(command.patch); !good) return std::unexpected(good.error());
+    auto spec = patch_camera_spec(*old, command.patch);
+    if (!spec) return std::unexpected(spec.error());
+    if (auto good = check_outputs(*spec); !good) return std::unexpected(good.error());
+    if (auto good = check_new_outputs(*spec, old->outputs); !good) return std::unexpected(good.error());
+    auto replaced = rig_.cameras.replace(command.name, std::move(*spec));
+    if (!replaced) return std::unexpected(replaced.error());
+    CameraEntry& entry = **replaced;
+
+    const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
+    if (entry.spec->rate != old->rate)
+        rig_.schedule.set(entry.id, entry.spec->rate, now_ns, rig_.schedule.next_sequence(entry.id));
+    TimeNs applied_ns = rig_.schedule.next_due_ns(entry.id);
+    // Nothing falls due while the world stands still, yet the change must show. In real time it is a frame more. In
+    // lockstep readers are sent what is due and nothing else: who asks gets the frame that is there, drawn anew.
+    const bool stands_still = !rig_.clock.running() && rig_.options.mode == RunMode::realtime;
+    if (!rig_.clock.running()) {
+        const std::int64_t next = rig_.schedule.next_sequence(entry.id);
+        if (stands_still) rig_.schedule.set(entry.id, entry.spec->rate, now_ns, next + 1);
+        renew_latest(entry, stands_still ? next : entry.latest.sequence);
+        applied_ns = entry.latest.world_ns;
+    }
+    if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
+        rig_.bus.change_camera(stream_of(entry));
+    rig_.bus.adjust_camera(stream_of(entry));
+    if (stands_still && !rig_.bus.wanted(entry.id, entry.latest.world_ns).empty()) show_latest(entry);
+    entry.applied_ns = applied_ns;
+    CameraState state = state_of(entry);
+    state.applied_ns = applied_ns;
+    return state;
+}
+
+Result<Applied> CameraDesk::run(DeleteCamera& command) {
+    auto removed = rig_.cameras.remove(command.name);
+    if (!removed) return std::unexpected(removed.error());
+    const Applied applied{rig_.world_now_ns(monotonic_now_ns())};
+    rig_.schedule.remove(removed->id);
+    rig_.bus.remove_camera(removed->id);
+    rig_.drawing->forget(removed->id);
+    return applied;
+}
+
+Result<CameraState> CameraDesk::run(GetCamera& command) {
+    auto found = rig_.cameras.find(command.name);
+    if (!found) return std::unexpected(found.error());
+    return state_of(**found);
+}
+
+Result<std::vector<CameraState>> CameraDesk::run(ListCameras&) {
+    std::vector<CameraState> states;
+    for (const auto& [id, entry] : rig_.cameras.all()) states.push_back(state_of(entry));
+    return states;
+}
+
+CameraState CameraDesk::state_of(const CameraEntry& entry) const {
+    CameraState state;
+    state.id = entry.id;
+    state.spec = *entry.spec;
+    state.world_pose = entry.spec->mount ? entry.latest.pose : entry.spec->pose;
+    state.sequence = entry.latest.sequence;
+    state.readers = rig_.bus.reader_count(entry.id);
+    state.applied_ns = entry.latest.world_ns;
+    return state;
+}
+
+Result<void> CameraDesk::add_cameras_of(const Scene& scene) {
+    added_.clear();
+    for (const CameraSpec& spec : scene.cameras) {
+        if (rig_.cameras.find(spec.name)) continue;
+        const auto good = check_outputs(spec);
+        const auto entry = good ? rig_.cameras.add(spec) : Result<CameraEntry*>(std::unexpected(good.error()));
+        if (!entry) {
+            for (const CameraId id : added_) std::ignore = rig_.cameras.remove(std::string(*rig_.cameras.at(id).name));
+            added_.clear();
+            return at(scene.file.string() + ": camera " + spec.name, entry.error());
+        }
+        added_.push_back((*entry)->id);
+    }
+    return {};
+}
+
+void CameraDesk::show_all() {
+    for (auto& [id, entry] : rig_.cameras.all()) show_latest(entry);
+}
+
+void CameraDesk::begin_world() {
+    // World time starts again at 0; cameras stay, and their sequence numbers go on. Readers are shown the new world
+    // before its clock runs: that pays for its textures, so it costs no frames.
+    std::vector<CameraEntry*> stayed;
+    for (auto& [id, entry] : rig_.cameras.all()) {
+        if (std::ranges::find(added_, id) != added_.end()) continue;
+        rig_.schedule.set(id, entry.spec->rate, 0, rig_.schedule.next_sequence(id) + 1);
+        entry.applied_ns = 0;
+        stayed.push_back(&entry);
+    }
+    for (CameraEntry* entry : stayed) {
+        renew_latest(*entry, rig_.schedule.next_sequence(entry->id) - 1);
+        if (!rig_.bus.wanted(entry->id, 0).empty()) show_latest(*entry);
+    }
+    for (const CameraId id : added_) start_camera(rig_.cameras.at(id));
+}
+
+}  // namespace camrig

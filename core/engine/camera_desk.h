@@ -1,0 +1,47 @@
+#pragma once
+
+#include "core/engine/rig_state.h"
+#include "core/engine/world_desk.h"
+
+namespace camrig {
+
+/// What commands do to cameras. A command that fails changes nothing. Engine's thread.
+class CameraDesk {
+public:
+    CameraDesk(RigState& rig, WorldDesk& world) : rig_(rig), world_(world) {}
+
+    Result<CameraState> run(CreateCamera& command);
+    Result<CameraState> run(SetCamera& command);
+    Result<Applied> run(DeleteCamera& command);
+    Result<CameraState> run(GetCamera& command);
+    Result<std::vector<CameraState>> run(ListCameras& command);
+
+    /// Adds the cameras of a scene that are not there: all of them or none. They take part from begin_world() on.
+    Result<void> add_cameras_of(const Scene& scene);
+    /// There is a new world, and its clock does not run yet: all cameras show its beginning.
+    void begin_world();
+    /// Draws the newest picture of each, whether or not somebody reads it.
+    void show_all();
+
+private:
+    Result<CameraEntry*> add_camera(CameraSpec spec);
+    /// A camera that is in the table takes part from now on.
+    void start_camera(CameraEntry& entry);
+    /// What a camera is to be mounted on is there.
+    Result<void> check_mount(const CameraPatch& patch);
+    /// Every output is of a kind somebody serves, and no number is taken twice.
+    Result<void> check_outputs(const CameraSpec& spec);
+    /// Those that `present` has not: can they be served on this machine?
+    Result<void> check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present);
+    /// The camera's newest picture shows the world of now with its present spec.
+    void renew_latest(CameraEntry& entry, std::int64_t sequence);
+    /// The camera's newest picture is drawn, for who reads it.
+    void show_latest(CameraEntry& entry);
+    CameraState state_of(const CameraEntry& entry) const;
+
+    RigState& rig_;
+    WorldDesk& world_;
+    std::vector<CameraId> added_;  ///< by add_cameras_of(), and not started yet
+};
+
+}  // namespace camrig

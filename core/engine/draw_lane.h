@@ -1,0 +1,97 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/render/renderer.h"
+
+namespace camrig {
+
+/// Something to draw, and what the engine does once it is drawn.
+struct DrawTask {
+    std::function<void(Renderer&)> draw;  ///< on the lane's thread
+    std::function<void()> done;           ///< afterwards, on the engine's
+};
+
+/// Tasks that lanes have drawn, on their way back to the engine. Any thread puts, the engine's takes.
+class DrawnTasks {
+public:
+    /// `wake` is called, from any thread, for each that comes.
+    explicit DrawnTasks(std::function<void()> wake) : wake_(std::move(wake)) {}
+    void put(std::function<void()> done);
+    /// All that are there, in the order they came.
+    std::vector<std::function<void()>> take();
+    bool empty() const;
+    /// Sleeps until there is one.
+    void wait();
+
+private:
+    const std::function<void()> wake_;
+    mutable std::mutex mutex_;
+    std::condition_variable came_;
+    std::vector<std::function<void()>> tasks_;
+};
+
+/// Draws tasks one after the other with a renderer of its own.
+class DrawLane {
+public:
+    virtual ~DrawLane() = default;
+    /// Engine's thread; never blocks. Whoever posts bounds how many there are.
+    virtual void post(DrawTask task) = 0;
+    /// As of the end of the last task. Any thread.
+    virtual RenderCounters counters() const = 0;
+    /// Whether the lane's renderer gives colour pictures of this view in that format (Renderer::makes).
+    virtual bool makes(PixelFormat format, const View& view) const = 0;
+    /// Whether it draws the view's colour with what it draws best, and nothing dear is set up for it
+    /// (Renderer::is_plain).
+    virtual bool is_plain(const View& view) const = 0;
+    /// Whether a second lane with such a renderer draws beside it (Renderer::is_on_cpu).
+    virtual bool wants_second() const = 0;
+    virtual const std::string& description() const = 0;
+};
+
+/// A lane with a thread. The renderer lives and dies on it; what is still waiting when the lane goes is not drawn.
+class ThreadedLane final : public DrawLane {
+public:
+    using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;
+    struct Options {
+        std::string name;  ///< of the thread, at most 15 characters
+        /// Added to the thread's niceness, and to that of all threads that its renderer starts: the kernel lets others
+        /// go first when there are not cores enough.
+        int niceness = 0;
+    };
+    /// Waits until the renderer is made; its error is the answer.
+    static Result<std::unique_ptr<DrawLane>> start(const Options& options, MakeRenderer make,
+                                                   std::shared_ptr<DrawnTasks> drawn);
+    ~ThreadedLane() override;
+
+    void post(DrawTask task) override;
+    RenderCounters counters() const override;
+    bool makes(PixelFormat format, const View& view) const override { return renderer_->makes(format, view); }
+    bool is_plain(const View& view) const override { return renderer_->is_plain(view); }
+    bool wants_second() const override { return renderer_->is_on_cpu(); }
+    const std::string& description() const override { return description_; }
+
+private:
+    explicit ThreadedLane(std::shared_ptr<DrawnTasks> drawn) : drawn_(std::move(drawn)) {}
+    void run(const Options& options, const MakeRenderer& make, const std::function<void(Result<void>)>& started);
+
+    const std::shared_ptr<DrawnTasks> drawn_;
+    std::unique_ptr<Renderer> renderer_;  ///< made and destroyed on the thread; others ask it constant questions only
+    std::string description_;
+    mutable std::mutex mutex_;  ///< of what follows
+    std::condition_variable posted_;
+    std::deque<DrawTask> tasks_;
+    RenderCounters counters_;
+    bool stops_ = false;
+    std::thread thread_;
+};
+
+}  // namespace camrig

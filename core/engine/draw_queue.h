@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/render/renderer.h"
+
+namespace camrig {
+
+/// Pictures that are due at one instant.
+struct DueViews {
+    SnapshotRef snapshot;
+    TimeNs monotonic_ns = 0;
+    std::vector<View> views;
+    bool may_be_dropped = true;  ///< when newer pictures of its cameras are due
+};
+
+/// What is due and not drawn yet of one lane, and what is drawn next. Pure arithmetic: no clock, no threads.
+///
+/// Cameras whose pictures cost alike are a class; its instants are drawn whole, from the oldest that is some camera's
+/// newest, and all before it are dropped. So cameras of like cost drop the same instants, none starves, and what is
+/// kept is at most an instant per camera.
+///
+/// Between classes drawing time is shared fairly, a share per camera: the class that had least of it per camera is next
+/// (start-time fair queuing; Goyal, Vin, Cheng 1997). A class that had nothing to draw saves nothing up. Pictures
+/// and truth on request are a class beside them, with a third of the share of all cameras together.
+class DrawQueue {
+public:
+    static constexpr int cost_classes = 5;
+    static constexpr int requests = cost_classes;
+    static constexpr int all_classes = cost_classes + 1;
+
+    /// Something is due. What it supersedes goes to `dropped`.
+    void add(int cost_class, DueViews due, std::vector<DueViews>& dropped);
+    void set_requests(bool are_waiting);
+
+    /// The class that is to be drawn next; none: there is nothing to draw.
+    std::optional<int> next();
+    /// The next views of a cost class, at most so many of one instant; not empty where there is something to draw.
+    DueViews take(int cost_class, std::size_t most);
+    /// So long has it been drawn for this class.
+    void charge(int one_class, TimeNs spent_ns);
+
+    /// When the instant was, in CLOCK_MONOTONIC, that take() would give views of.
+    TimeNs due_since_ns(int cost_class) const {
+        return classes_[static_cast<std::size_t>(cost_class)].due.front().monotonic_ns;
+    }
+
+    /// A camera is gone; so many views of it were due.
+    std::size_t remove(CameraId camera);
+    /// Nothing is due any more; what was goes to `dropped`.
+    void clear(std::vector<DueViews>& dropped);
+    /// Nothing of cameras' instants is left; requests may be.
+    bool empty() const;
+
+private:
+    struct Class {
+        std::deque<DueViews> due;  ///< oldest first, each the newest of some camera; the first may be begun
+        bool is_begun = false;
+        std::size_t cameras = 1;  ///< that share the time: those of its last instant
+        double spent_ns = 0;      ///< for a camera
+    };
+    bool has_work(int one_class) const {
+        return one_class == requests ? has_requests_ : !classes_[static_cast<std::size_t>(one_class)].due.empty();
+    }
+    /// A class has something to draw from now on.
+    void begin_work(int one_class);
+    void drop_superseded(Class& one, std::vector<DueViews>& dropped);
+
+    std::array<Class, all_classes> classes_;
+    bool has_requests_ = false;
+    double now_ns_ = 0;  ///< the share of who was drawn last
+};
+
+}  // namespace camrig

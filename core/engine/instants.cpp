@@ -1,0 +1,242 @@
+#include "core/engine/instants.h"
+
+#include <algorithm>
+
+#include "core/base/clock.h"
+
+namespace camrig {
+namespace {
+
+/// Policy slow: how late a picture may be before the world waits.
+constexpr TimeNs slow_tolerance_ns = 20 * ns_per_ms;
+constexpr std::size_t max_queued_steps = 64;
+constexpr std::size_t max_dropped_at = 1024;
+
+}  // namespace
+
+Instants::~Instants() {
+    for (auto& step : steps_) step.done(error(ErrorKind::unavailable, "the rig shuts down"));
+}
+
+TimeNs Instants::wake_time_ns() const {
+    if (world_.is_behind()) return 0;
+    if (rig_.clock.running()) {
+        // Policy slow waits for what is drawn, and hears of it.
+        if (rig_.options.overload == OverloadPolicy::slow && !rig_.drawing->is_idle()) return max_time_ns;
+        const TimeNs idle_ns = monotonic_now_ns() + idle_tick_ns;
+        return rig_.schedule.empty() ? idle_ns
+                                     : std::min(idle_ns, rig_.clock.monotonic_at(rig_.schedule.next_due_ns()));
+    }
+    return steps_.empty() ? max_time_ns : steps_.front().deadline_ns;
+}
+
+void Instants::turn(TimeNs monotonic_ns) {
+    world_.rest();
+    if (rig_.clock.running())
+        run_realtime(monotonic_ns);
+    else
+        advance_step(monotonic_ns);
+}
+
+void Instants::run_realtime(TimeNs monotonic_ns) {
+    const bool waits = rig_.options.overload == OverloadPolicy::slow;
+    if (waits && !rig_.drawing->is_idle()) return;
+    const TimeNs next_ns = rig_.schedule.next_due_ns();
+    const TimeNs now_ns = rig_.clock.world_at(monotonic_ns);
+    if (next_ns > now_ns) {
+        chosen_late_ns_.reset();
+        world_.advance(now_ns);
+        return;
+    }
+    if (!chosen_late_ns_) {
+        chosen_late_ns_ = now_ns - next_ns;
+        wakeup_time_.record(*chosen_late_ns_);
+        if (!waits)
+            account_skipped(rig_.schedule.choose_instant(now_ns));
+        else if (*chosen_late_ns_ > slow_tolerance_ns)
+            rig_.clock.run(next_ns + slow_tolerance_ns, monotonic_ns);
+    }
+    const TimeNs instant_ns = rig_.schedule.next_due_ns();
+    if (!world_.advance(instant_ns)) return;
+    begin_instant(instant_ns, rig_.clock.monotonic_at(instant_ns), !waits);
+    chosen_late_ns_.reset();
+}
+
+void Instants::account_skipped(TimeNs instant_ns) {
+    constexpr std::int64_t max_counted_one_by_one = 4096;
+    std::set<TimeNs> instants;
+    std::int64_t most = 0;
+    for (const auto& skipped : rig_.schedule.skip_before(instant_ns)) {
+        CameraEntry& entry = rig_.cameras.at(skipped.camera);
+        const auto frames = static_cast<std::uint64_t>(skipped.frames);
+        if (!rig_.bus.wanted(skipped.camera, skipped.first_ns).empty()) {
+            entry.due += frames;
+            entry.dropped[static_cast<std::size_t>(DropReason::overload)] += frames;
+        } else {
+            entry.idle += frames;
+        }
+        const Rate& rate = entry.spec->rate;
+        const std::int64_t first = rate.first_frame_at_or_after(skipped.first_ns);
+        for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
+            instants.insert(rate.time_of_frame(first + i));
+        most = std::max(most, skipped.frames);
+    }
+    const auto count = std::max(static_cast<std::uint64_t>(most), static_cast<std::uint64_t>(instants.size()));
+    instants_ += count;
+    dropped_instants_ += count;
+}
+
+void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_dropped) {
+    ++instants_;
+    const TimeNs start_ns = monotonic_now_ns();
+    DueViews due;
+    due.snapshot = rig_.world->snapshot(world_ns);
+    due.monotonic_ns = monotonic_ns;
+    due.may_be_dropped = may_be_dropped;
+    world_time_.record(world_.take_spent_ns() + monotonic_now_ns() - start_ns);
+
+    for (const auto& next : rig_.schedule.take(world_ns)) {
+        CameraEntry& entry = rig_.cameras.at(next.camera);
+        std::vector<FrameRef> colors = std::move(entry.latest.colors);
+        colors.clear();
+        entry.latest = {entry.spec,   entry.spec_revision,           next.sequence,    world_ns, monotonic_ns,
+                        due.snapshot, pose_at(entry, *due.snapshot), std::move(colors)};
+        PixelFormats formats = rig_.bus.wanted(entry.id, world_ns);
+        if (formats.empty()) {
+            ++entry.idle;
+            continue;
+        }
+        requests_.add_awaited(entry, world_ns, formats);
+        View& view = due.views.emplace_back(rig_.view_of(entry, entry.latest));
+        view.color_formats = rig_.made_of(view, formats);
+    }
+    rig_.drawing->add(due);
+}
+
+void Instants::drawn(DrawnViews& drawn) {
+    FrameSet set;
+    set.world_ns = drawn.due.snapshot->world_ns;
+    set.monotonic_ns = drawn.due.monotonic_ns;
+    for (const auto& failure : drawn.failures) {
+        if (const CameraEntry* entry = rig_.cameras.find_id(failure.camera))
+            rig_.note_failure(*entry->name, failure.error);
+    }
+    for (const View& view : drawn.due.views) {
+        CameraEntry* entry = rig_.cameras.find_id(view.camera);
+        if (entry == nullptr) continue;  // deleted meanwhile
+        const auto frames = std::ranges::equal_range(drawn.frames, view.camera, {},
+                                                     [](const FrameRef& frame) { return frame->info().camera_id; });
+        ++entry->due;
+        if (frames.empty()) {
+            ++entry->dropped[static_cast<std::size_t>(DropReason::failure)];
+            continue;
+        }
+        ++entry->rendered;
+        requests_.colors_drawn(*entry, frames);
+        LatestDue& latest = entry->latest;
+        if (latest.sequence == view.sequence && latest.spec_revision == view.spec_revision)
+            latest.colors.assign(frames.begin(), frames.end());
+        set.frames.insert(set.frames.end(), frames.begin(), frames.end());
+    }
+    if (drawn.due.may_be_dropped || !rig_.step_instant_ns || *rig_.step_instant_ns != set.world_ns)
+        return rig_.publish(set, nullptr);
+    auto& next = steps_.front().next->frames;
+    next.insert(next.end(), set.frames.begin(), set.frames.end());
+}
+
+void Instants::dropped(const DueViews& due, const View& view, DropReason reason) {
+    CameraEntry* entry = rig_.cameras.find_id(view.camera);
+    if (entry == nullptr) return;
+    ++entry->due;
+    ++entry->dropped[static_cast<std::size_t>(reason)];
+    if (!dropped_at_.insert(due.snapshot->world_ns).second) return;
+    ++dropped_instants_;
+    if (dropped_at_.size() > max_dropped_at) dropped_at_.erase(dropped_at_.begin());
+}
+
+void Instants::advance_step(TimeNs monotonic_ns) {
+    if (steps_.empty()) return;
+    StepJob& job = steps_.front();
+    // The next instant is drawn while the last one is on its way; it is published when that has arrived.
+    const TimeNs next_ns = rig_.schedule.next_due_ns();
+    if (!job.next && next_ns <= job.target_ns && world_.advance(next_ns)) {
+        const TimeNs now_ns = monotonic_now_ns();
+        job.next = FrameSet{next_ns, now_ns, {}};
+        rig_.step_instant_ns = next_ns;
+        begin_instant(next_ns, now_ns, false);
+    }
+
+    if (job.latch && !job.latch->is_open()) {
+        if (monotonic_ns >= job.deadline_ns) give_up_step(monotonic_ns);
+        return;
+    }
+    if (job.next) {
+        if (!rig_.drawing->is_idle()) return;
+        FrameSet ready = std::move(*job.next);
+        job.next.reset();
+        rig_.step_instant_ns.reset();
+        std::ranges::stable_sort(ready.frames, {}, [](const FrameRef& frame) { return frame->info().camera_id; });
+        rig_.clock.hold(ready.world_ns);
+        job.latch = DeliveryLatch::create(rig_.wake);
+        job.deadline_ns = monotonic_now_ns() + job.timeout_ns;
+        rig_.publish(ready, job.latch);
+        return rig_.wake();
+    }
+    if (world_.is_behind() || !world_.advance(job.target_ns)) return;
+    rig_.clock.hold(job.target_ns);
+    const StepJob ended = std::move(job);
+    steps_.pop_front();
+    ended.done(ended.state());
+    rig_.wake();
+}
+
+void Instants::give_up_step(TimeNs monotonic_ns) {
+    StepJob job = std::move(steps_.front());
+    std::string laggards;
+    for (const auto& who : job.latch->holders()) laggards += (laggards.empty() ? "" : "; ") + who;
+    rig_.drawing->finish();
+    rig_.clock.hold(rig_.world_now_ns(monotonic_ns));
+    rig_.step_instant_ns.reset();
+    job.done(error(ErrorKind::unavailable,
+                   "the step waits for " + laggards.substr(0, 500) + " since " +
+                       std::to_string(job.timeout_ns / ns_per_ms) + " ms and was given up at world time " +
+                       std::to_string(rig_.clock.world_at(0)) + " ns; close that reader or give a longer timeout_s"));
+    if (job.next) rig_.publish(*job.next, nullptr);
+    steps_.pop_front();
+    rig_.wake();
+}
+
+void Instants::start_step(Request<StepWorld>& request, std::function<WorldState()> state) {
+    if (rig_.clock.running()) {
+        return request.done(error(ErrorKind::unavailable,
+                                  "the world runs in real time; pause it first, or start with --mode lockstep"));
+    }
+    if (steps_.size() >= max_queued_steps)
+        return request.done(
+            error(ErrorKind::resource_exhausted, std::to_string(max_queued_steps) + " steps are waiting; send slower"));
+    const StepWorld& step = request.command;
+    const TimeNs from_ns = steps_.empty() ? rig_.clock.world_at(0) : steps_.back().target_ns;
+    if (step.duration_ns < 0 || step.duration_ns > max_time_ns - from_ns)
+        return request.done(error(ErrorKind::invalid_argument, "a step must be from 0 ns and end before 146 years"));
+    StepJob job;
+    job.target_ns = from_ns + step.duration_ns;
+    job.timeout_ns = step.timeout_ns;
+    job.done = std::move(request.done);
+    job.state = std::move(state);
+    steps_.push_back(std::move(job));
+    rig_.wake();
+}
+
+void Instants::begin_world() {
+    chosen_late_ns_.reset();
+    dropped_at_.clear();
+}
+
+void Instants::fill_report(RigReport& report) const {
+    report.instants = instants_;
+    report.dropped_instants = dropped_instants_;
+    report.stages.push_back({"wakeup", wakeup_time_.summary()});
+    report.stages.push_back({"world", world_time_.summary()});
+}
+
+}  // namespace camrig

@@ -1,0 +1,287 @@
+#include "core/engine/requests.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/base/clock.h"
+#include "core/truth/make_truth.h"
+
+namespace camrig {
+namespace {
+
+constexpr std::size_t max_waiting = 256;
+constexpr TimeNs frame_timeout_ns = 10 * ns_per_s;
+/// On a shared lane a request leaves readers this many times as long before the next one.
+constexpr TimeNs readers_share = 3;
+constexpr TimeNs most_readers_turn_ns = ns_per_s;
+/// What takes longer was the first of its kind: others are not expected to.
+constexpr TimeNs most_expected_ns = 100 * ns_per_ms;
+
+Error not_drawn(const std::string& camera) {
+    return {ErrorKind::unavailable, "camera " + camera + ": this picture could not be drawn"};
+}
+
+View only(View view, FrameKind kind) {
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<std::size_t>(kind)] = true;
+    return view;
+}
+
+Result<TruthRef> truth_of(Renderer& renderer, const DueViews& due, StageTimer& draw_time) {
+    const View& view = due.views.front();
+    const auto draw = [&](View one) -> Result<std::vector<FrameRef>> {
+        DrawnViews drawn = draw_views(renderer, {due.snapshot, due.monotonic_ns, {std::move(one)}, false}, draw_time);
+        if (!drawn.failures.empty()) return std::unexpected(drawn.failures.front().error);
+        return std::move(drawn.frames);
+    };
+    View scene = only(view, FrameKind::instance);
+    View alone = scene;
+    scene.kinds[static_cast<std::size_t>(FrameKind::depth)] = true;
+    auto frames = draw(std::move(scene));
+    if (!frames) return std::unexpected(frames.error());
+    TruthPictures pictures;
+    for (const FrameRef& frame : *frames)
+        (frame->info().kind == FrameKind::depth ? pictures.depth : pictures.instance) = frame;
+    if (!pictures.depth || !pictures.instance) return std::unexpected(not_drawn(*view.name));
+    auto truth = make_truth({.name = view.name,
+                             .spec = view.spec,
+                             .pose = view.pose,
+                             .sequence = view.sequence,
+                             .monotonic_ns = due.monotonic_ns},
+                            *due.snapshot, pictures, [&](std::span<const ObjectId> objects) -> Result<FrameRef> {
+                                alone.only_objects.assign(objects.begin(), objects.end());
+                                auto one = draw(alone);
+                                if (!one) return std::unexpected(one.error());
+                                if (one->empty()) return std::unexpected(not_drawn(*view.name));
+                                return one->front();
+                            });
+    if (!truth) return at("camera " + *view.name, truth.error());
+    return std::make_shared<const TruthOfFrame>(std::move(*truth));
+}
+
+}  // namespace
+
+Requests::~Requests() {
+    const Error why{ErrorKind::unavailable, "the rig shuts down"};
+    for (const Waiter& waiter : waiting_) waiter.fail(why);
+    for (const Waiter& waiter : drawing_) waiter.fail(why);
+}
+
+void Requests::Waiter::fail(const Error& why) const {
+    if (got_picture)
+        got_picture(std::unexpected(why));
+    else
+        got_truth(std::unexpected(why));
+}
+
+void Requests::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+    wait({.name = request.camera,
+          .min_ns = request.min_ns,
+          .picture = std::move(request),
+          .got_picture = std::move(done),
+          .got_truth = {}});
+}
+
+void Requests::get_truth(Request<GetTruth>& request) {
+    wait({.name = request.command.camera,
+          .min_ns = request.command.min_ns,
+          .picture = {},
+          .got_picture = {},
+          .got_truth = std::move(request.done)});
+}
+
+void Requests::wait(Waiter waiter) {
+    const auto found = rig_.cameras.find(waiter.name);
+    if (!found) return waiter.fail(found.error());
+    const CameraEntry& entry = **found;
+    waiter.camera = entry.id;
+    // Without a wish of its own a read shows what the camera's last command did.
+    if (waiter.min_ns == 0) waiter.min_ns = entry.applied_ns;
+    const TimeNs now_ns = monotonic_now_ns();
+    waiter.deadline_ns = now_ns + frame_timeout_ns;
+    if (answer(waiter, now_ns)) return;
+    if (waiting_.size() >= max_waiting)
+        return waiter.fail({ErrorKind::resource_exhausted,
+                            std::to_string(max_waiting) + " requests wait for a picture or truth; send slower"});
+    is_ready_ = is_ready_ || is_to_be_drawn(waiter, entry);
+    waiting_.push_back(std::move(waiter));
+}
+
+bool Requests::is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const {
+    if (!is_there(waiter, entry)) return false;
+    // A running camera's picture is on its way: it will do.
+    return !waiter.wants_color() || !rig_.drawing->is_at_work(entry.id);
+}
+
+void Requests::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const {
+    for (const Waiter& waiter : waiting_) {
+        if (waiter.wants_color() && waiter.min_ns <= world_ns && waiter.camera == entry.id)
+            formats.add(source_format(waiter.picture.format, entry.spec->size));
+    }
+}
+
+TimeNs Requests::next_turn_ns(TimeNs monotonic_ns) const {
+    if (!rig_.clock.running() || !rig_.drawing->has_one_lane()) return 0;
+    TimeNs due_ns = max_time_ns;
+    for (const auto& [id, entry] : rig_.cameras.all())
+        if (rig_.bus.reader_count(id) > 0) due_ns = std::min(due_ns, rig_.schedule.next_due_ns(id));
+    if (due_ns == max_time_ns || monotonic_ns + cost_ns_ <= rig_.clock.monotonic_at(due_ns)) return 0;
+    return from_ns_;
+}
+
+TimeNs Requests::wake_time_ns() const {
+    TimeNs wake_ns = max_time_ns;
+    for (const Waiter& waiter : waiting_) wake_ns = std::min(wake_ns, waiter.deadline_ns);
+    if (is_ready_ && drawing_.empty()) wake_ns = std::min(wake_ns, next_turn_ns(monotonic_now_ns()));
+    return wake_ns;
+}
+
+const FrameRef* Requests::drawn_color(const CameraEntry& entry, std::span<const FrameRef> frames,
+                                      const MediaFormat& format) const {
+    if (frames.empty()) return nullptr;
+    const View view = rig_.view_of(entry, entry.latest);
+    const PixelFormats made = rig_.made_of(view, {source_format(format, view.spec->size)});
+    // Anything but a JPEG is the same bytes made of rgba8.
+    const bool takes_rgba = format.codec != Codec::jpeg;
+    for (const FrameRef& frame : frames) {
+        const PixelFormat pixels = frame->info().format;
+        if (made.contains(pixels) || (takes_rgba && pixels == PixelFormat::rgba8)) return &frame;
+    }
+    return nullptr;
+}
+
+bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
+    const CameraEntry* entry = rig_.cameras.find_id(waiter.camera);
+    if (entry == nullptr) {
+        waiter.fail({ErrorKind::not_found, "camera " + waiter.name + " was deleted"});
+        return true;
+    }
+    const bool there = is_there(waiter, *entry);
+    if (there && waiter.wants_color()) {
+        if (const FrameRef* drawn = drawn_color(*entry, entry->latest.colors, waiter.picture.format)) {
+            rig_.bus.transcode_once(*drawn, waiter.picture.format, waiter.got_picture);
+            return true;
+        }
+    }
+    if (monotonic_ns < waiter.deadline_ns) return false;
+    if (there) {
+        waiter.fail({ErrorKind::resource_exhausted,
+                     "so many pictures are asked for that camera " + waiter.name + "'s was not drawn within " +
+                         std::to_string(frame_timeout_ns / ns_per_s) + " s; send slower, or read it as a stream"});
+    } else {
+        waiter.fail({ErrorKind::unavailable,
+                     "camera " + waiter.name + " has no frame at or after min_ns " + std::to_string(waiter.min_ns) +
+                         " yet; its latest shows world time " + std::to_string(entry->latest.world_ns) +
+                         (rig_.clock.running() ? " ns" : " ns and the world stands still: step or resume it")});
+    }
+    return true;
+}
+
+void Requests::turn(TimeNs monotonic_ns) {
+    turn_ns_ = monotonic_ns;
+    is_ready_ = false;
+    for (auto it = waiting_.begin(); it != waiting_.end();) {
+        const Waiter& waiter = *it;
+        if (answer(waiter, monotonic_ns)) {
+            it = waiting_.erase(it);
+            continue;
+        }
+        is_ready_ = is_ready_ || is_to_be_drawn(waiter, rig_.cameras.at(waiter.camera));
+        ++it;
+    }
+    rig_.drawing->set_requests(is_ready_ && next_turn_ns(monotonic_ns) <= monotonic_ns);
+}
+
+void Requests::colors_drawn(const CameraEntry& entry, std::span<const FrameRef> frames) {
+    if (frames.empty()) return;
+    for (auto it = waiting_.begin(); it != waiting_.end();) {
+        const Waiter& waiter = *it;
+        const bool wants =
+            waiter.camera == entry.id && waiter.wants_color() && waiter.min_ns <= frames.front()->info().world_ns;
+        const FrameRef* drawn = wants ? drawn_color(entry, frames, waiter.picture.format) : nullptr;
+        if (drawn == nullptr) {
+            ++it;
+            continue;
+        }
+        rig_.bus.transcode_once(*drawn, waiter.picture.format, waiter.got_picture);
+        it = waiting_.erase(it);
+    }
+}
+
+std::optional<DrawTask> Requests::next() {
+    if (next_turn_ns(turn_ns_) > turn_ns_) return std::nullopt;
+    for (auto it = waiting_.begin(); it != waiting_.end();) {
+        const auto waiter = it++;
+        const CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
+        if (entry == nullptr || !is_to_be_drawn(*waiter, *entry)) continue;
+        const LatestDue& latest = entry->latest;
+        DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(*entry, latest)}, false};
+        if (waiter->picture.admit) {
+            if (auto admitted = waiter->picture.admit(latest.spec->size); !admitted) {
+                waiter->fail(admitted.error());
+                waiting_.erase(waiter);
+                continue;
+            }
+        }
+        drawing_.splice(drawing_.end(), waiting_, waiter);
+        return waiter->got_truth ? draw_truth(waiter, std::move(due)) : draw_picture(waiter, std::move(due));
+    }
+    return std::nullopt;
+}
+
+DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
+    View& view = due.views.front();
+    view = only(view, waiter->picture.kind);
+    if (waiter->wants_color())
+        view.color_formats = rig_.made_of(view, {source_format(waiter->picture.format, view.spec->size)});
+    const auto drawn = std::make_shared<DrawnViews>();
+    return {.draw = [drawn, due = std::move(due), timer = rig_.drawing->timer()](
+                        Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
+            .done =
+                [this, waiter, drawn] {
+                    if (drawn->frames.empty()) {
+                        const Error why =
+                            drawn->failures.empty() ? not_drawn(waiter->name) : drawn->failures.front().error;
+                        rig_.note_failure(waiter->name, why);
+                        waiter->fail(why);
+                    } else {
+                        const FrameRef& frame = drawn->frames.front();
+                        CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
+                        const View& shown = drawn->due.views.front();
+                        if (waiter->wants_color() && entry != nullptr && entry->latest.sequence == shown.sequence &&
+                            entry->latest.spec_revision == shown.spec_revision)
+                            entry->latest.colors.push_back(frame);
+                        rig_.bus.transcode_once(frame, waiter->picture.format, std::move(waiter->got_picture));
+                    }
+                    end_drawing(waiter, drawn->wall_ns);
+                }};
+}
+
+DrawTask Requests::draw_truth(Waiters::iterator waiter, DueViews due) {
+    struct Answer {
+        Result<TruthRef> truth;
+        TimeNs spent_ns = 0;
+    };
+    const auto answer = std::make_shared<Answer>();
+    return {.draw =
+                [answer, due = std::move(due), draw_time = rig_.drawing->timer(),
+                 truth_time = truth_time_](Renderer& renderer) {
+                    const TimeNs start_ns = monotonic_now_ns();
+                    answer->truth = truth_of(renderer, due, *draw_time);
+                    answer->spent_ns = monotonic_now_ns() - start_ns;
+                    truth_time->record(answer->spent_ns);
+                },
+            .done =
+                [this, waiter, answer] {
+                    waiter->got_truth(std::move(answer->truth));
+                    end_drawing(waiter, answer->spent_ns);
+                }};
+}
+
+void Requests::end_drawing(Waiters::iterator waiter, TimeNs spent_ns) {
+    drawing_.erase(waiter);
+    cost_ns_ = (cost_ns_ + std::min(spent_ns, most_expected_ns)) / 2;
+    from_ns_ = turn_ns_ + spent_ns + std::min(readers_share * spent_ns, most_readers_turn_ns);
+}
+
+}  // namespace camrig

@@ -1,0 +1,70 @@
+#include "core/engine/rig_state.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+#include "core/base/clock.h"
+#include "core/world/mount.h"
+
+namespace camrig {
+namespace {
+
+/// A command finds the world of now unless that is further away: then it finds it there on its way.
+constexpr TimeNs most_ahead_ns = 2 * idle_tick_ns;
+
+}  // namespace
+
+TimeNs RigState::world_now_ns(TimeNs monotonic_ns) const {
+    if (step_instant_ns) return *step_instant_ns;
+    const TimeNs last_ns = world->last_step_ns();
+    TimeNs now_ns = std::min(clock.world_at(monotonic_ns), last_ns + most_ahead_ns);
+    // A step that takes several turns has moved the world; the clock follows when it is done.
+    if (last_ns - now_ns > scene->step_ns) now_ns = last_ns;
+    return std::min(now_ns, schedule.next_due_ns());
+}
+
+View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const {
+    View view;
+    view.camera = entry.id;
+    view.name = entry.name;
+    view.spec = latest.spec;
+    view.spec_revision = latest.spec_revision;
+    view.pose = latest.pose;
+    view.quality = latest.spec->quality.value_or(options.quality);
+    view.sequence = latest.sequence;
+    view.camera_number = entry.number;
+    return view;
+}
+
+PixelFormats RigState::made_of(const View& view, PixelFormats wanted) const {
+    PixelFormats made;
+    for (const PixelFormat format : color_formats) {
+        if (wanted.contains(format)) made.add(drawing->makes(format, view) ? format : PixelFormat::rgba8);
+    }
+    return made;
+}
+
+void RigState::publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
+    const TimeNs start_ns = monotonic_now_ns();
+    bus.publish(set, latch);
+    publish_time.record(monotonic_now_ns() - start_ns);
+}
+
+void RigState::note_failure(const std::string& camera, const Error& why) {
+    const TimeNs now_ns = monotonic_now_ns();
+    if (now_ns - last_failure_log_ns < ns_per_s) return;
+    last_failure_log_ns = now_ns;
+    spdlog::error("camera {}: could not be drawn: {}", camera, why.message);
+}
+
+Pose pose_at(CameraEntry& entry, const Snapshot& snapshot) {
+    const CameraSpec& spec = *entry.spec;
+    if (!spec.mount) return spec.pose;
+    const auto carrier = std::ranges::find_if(
+        snapshot.movers, [&](const Instance& mover) { return mover.info->name == spec.mount->actor; });
+    if (carrier != snapshot.movers.end()) entry.mount_frame = mount_frame(*carrier, spec.mount->node);
+    return in_world(entry.mount_frame, spec.pose);
+}
+
+}  // namespace camrig

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <deque>
+#include <list>
+
+#include "core/engine/rig_state.h"
+
+namespace camrig {
+
+/// Moves the world and does what commands ask of its actors and events. Engine's thread.
+class WorldDesk {
+public:
+    explicit WorldDesk(RigState& rig) : rig_(rig) {}
+    /// Answers who still waits.
+    ~WorldDesk();
+
+    Result<ActorList> run(ListActors& command);
+    Result<ActorChange> run(SpawnActor& command);
+    Result<Applied> run(RemoveActor& command);
+    Result<ActorChange> run(SetActor& command);
+    Result<Applied> run(SteerActors& command);
+    Result<std::vector<EventReport>> run(ListEvents& command);
+    Result<EventChange> run(AddEvent& command);
+    Result<Applied> run(RemoveEvent& command);
+    void wait_events(Request<WaitEvents>& request);
+    /// Answers those for whom an event has fired or whose time is over.
+    void answer_waits(TimeNs monotonic_ns);
+    /// The next time that answer_waits() has something to do (CLOCK_MONOTONIC).
+    TimeNs next_deadline_ns() const;
+
+    /// The world's steps up to `world_ns`, for some ms at most. False: it is not there yet and needs more turns,
+    /// between which commands are served.
+    bool advance(TimeNs world_ns);
+    /// The last advance() did not come to its end.
+    bool is_behind() const { return is_behind_; }
+    /// Nobody waits for the world's steps any more.
+    void rest() { is_behind_ = false; }
+    /// Time spent on steps since the last call.
+    TimeNs take_spent_ns() { return std::exchange(spent_ns_, 0); }
+    /// The world as of now; commands act on it.
+    World& world_of_now();
+    /// There is another world now.
+    void begin_world();
+
+private:
+    /// Takes what has happened in the world since the last call.
+    void collect();
+    /// Events may move cameras: those moved until `world_ns` are there.
+    void move_cameras(TimeNs world_ns);
+    EventLog events_since(std::uint64_t since) const;
+
+    struct PendingWait {
+        std::uint64_t since = 0;
+        TimeNs deadline_ns = 0;
+        std::function<void(Result<EventLog>)> done;
+    };
+
+    RigState& rig_;
+    bool is_behind_ = false;
+    TimeNs spent_ns_ = 0;
+    std::list<PendingWait> waits_;
+    std::deque<EventRecord> event_log_;  ///< the newest, in order
+    std::uint64_t last_event_ = 0;
+    std::uint64_t event_base_ = 0;          ///< events of the worlds before this one
+    std::vector<CameraMove> camera_moves_;  ///< still to come
+};
+
+}  // namespace camrig

@@ -1,0 +1,172 @@
+#include "core/engine/draw_desk.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/clock.h"
+#include "core/render/null_renderer.h"
+
+namespace camrig {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+/// A lane that draws when the test says so, on its thread; beautiful pictures are not plain.
+class HeldLane final : public DrawLane {
+public:
+    HeldLane(const std::shared_ptr<FramePool>& pool, std::shared_ptr<DrawnTasks> drawn)
+        : renderer_(pool), drawn_(std::move(drawn)) {}
+
+    void post(DrawTask task) override { tasks_.push_back(std::move(task)); }
+    RenderCounters counters() const override { return {}; }
+    bool makes(PixelFormat format, const View&) const override { return format == PixelFormat::rgba8; }
+    bool is_plain(const View& view) const override { return view.quality != Quality::beautiful; }
+    bool wants_second() const override { return true; }
+    const std::string& description() const override { return description_; }
+
+    /// Draws all that was posted.
+    void draw() {
+        for (DrawTask& task : tasks_) {
+            task.draw(renderer_);
+            drawn_->put(std::move(task.done));
+        }
+        tasks_.clear();
+    }
+    std::size_t tasks() const { return tasks_.size(); }
+
+private:
+    NullRenderer renderer_;
+    std::shared_ptr<DrawnTasks> drawn_;
+    std::string description_ = "held";
+    std::vector<DrawTask> tasks_;
+};
+
+class DrawDeskTest : public testing::Test {
+protected:
+    void SetUp() override {
+        std::vector<std::unique_ptr<DrawLane>> lanes;
+        for (HeldLane*& lane : lane_) {
+            auto made = std::make_unique<HeldLane>(pool, finished);
+            lane = made.get();
+            lanes.push_back(std::move(made));
+        }
+        desk = std::make_unique<DrawDesk>(
+            std::move(lanes), finished,
+            DrawDesk::Callbacks{.drawn =
+                                    [this](DrawnViews& views) {
+                                        for (const View& view : views.due.views)
+                                            drawn.emplace_back(*view.name, view.sequence);
+                                    },
+                                .dropped = [this](const DueViews&, const View& view,
+                                                  DropReason why) { dropped.emplace_back(*view.name, why); },
+                                .next_request = [this]() -> std::optional<DrawTask> {
+                                    if (requests == 0) return std::nullopt;
+                                    --requests;
+                                    return DrawTask{[](Renderer&) {}, [this] { ++answered; }};
+                                }});
+    }
+    View view(std::uint32_t camera, Quality quality = Quality::simple) {
+        auto spec = std::make_shared<CameraSpec>();
+        spec->size = {16, 16};
+        View made;
+        made.camera = CameraId(camera);
+        made.name = std::make_shared<const std::string>("c" + std::to_string(camera));
+        made.spec = std::move(spec);
+        made.quality = quality;
+        made.sequence = instant;
+        return made;
+    }
+    /// The next instant of these cameras is due.
+    void fall_due(std::vector<View> views) {
+        auto snapshot = std::make_shared<Snapshot>();
+        snapshot->world_ns = instant++;
+        snapshot->statics = std::make_shared<StaticSet>();
+        desk->add({std::move(snapshot), monotonic_now_ns(), std::move(views), true});
+        desk->hand_out(monotonic_now_ns());
+    }
+    void hear() {
+        desk->hear();
+        desk->hand_out(monotonic_now_ns());
+    }
+
+    using Drawn = std::pair<std::string, std::int64_t>;
+    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    std::shared_ptr<DrawnTasks> finished = std::make_shared<DrawnTasks>([] {});
+    std::array<HeldLane*, 2> lane_{};
+    std::vector<Drawn> drawn;
+    std::vector<std::pair<std::string, DropReason>> dropped;
+    int requests = 0, answered = 0;
+    std::int64_t instant = 0;
+    std::unique_ptr<DrawDesk> desk;
+};
+
+TEST_F(DrawDeskTest, ADearPictureStopsNobodyElse) {
+    for (int i = 0; i < 10; ++i) {
+        fall_due({view(1), view(2, Quality::beautiful)});
+        lane_[0]->draw();
+        hear();
+    }
+    EXPECT_EQ(drawn.size(), 10U) << "all of the plain camera";
+    EXPECT_EQ(lane_[1]->tasks(), 1U) << "the dear one's first is still being drawn";
+    EXPECT_EQ(dropped.size(), 8U) << "of the others its newest waits";
+    lane_[1]->draw();
+    hear();
+    EXPECT_EQ(drawn.back(), Drawn("c2", 0));
+    lane_[1]->draw();
+    hear();
+    EXPECT_EQ(drawn.back(), Drawn("c2", 9));
+    EXPECT_TRUE(desk->is_idle());
+}
+
+TEST_F(DrawDeskTest, TheBooksSayWhoseCostItWas) {
+    fall_due({view(1), view(2, Quality::beautiful)});
+    for (HeldLane* lane : lane_) lane->draw();
+    hear();
+    for (int i = 0; i < 3; ++i) fall_due({view(1), view(2, Quality::beautiful)});
+    EXPECT_THAT(dropped, ElementsAre(std::pair("c1", DropReason::overload), std::pair("c2", DropReason::own_cost)));
+}
+
+TEST_F(DrawDeskTest, ACamerasPicturesComeOutInTheirOrderWhateverTheyCost) {
+    fall_due({view(1, Quality::beautiful)});
+    fall_due({view(1, Quality::simple)});  // plain now: yet it stays behind the one that is being drawn
+    EXPECT_EQ(lane_[0]->tasks(), 0U);
+    for (int turn = 0; turn < 2; ++turn) {
+        lane_[1]->draw();
+        hear();
+    }
+    EXPECT_THAT(drawn, ElementsAre(Drawn("c1", 0), Drawn("c1", 1)));
+    fall_due({view(1, Quality::simple)});
+    EXPECT_EQ(lane_[0]->tasks(), 1U) << "from then on it is drawn among the quick ones";
+}
+
+TEST_F(DrawDeskTest, RequestsAreDrawnBesideRunningCameras) {
+    requests = 2;
+    desk->set_requests(true);
+    desk->hand_out(monotonic_now_ns());
+    fall_due({view(1)});
+    EXPECT_EQ(lane_[0]->tasks(), 1U);
+    EXPECT_EQ(lane_[1]->tasks(), 1U);
+    for (int turn = 0; turn < 2; ++turn) {
+        lane_[1]->draw();
+        hear();
+    }
+    EXPECT_EQ(answered, 2);
+    EXPECT_FALSE(desk->is_idle()) << "the camera's picture is still to come";
+}
+
+TEST_F(DrawDeskTest, ACameraThatGoesInTheMiddleLeavesNothingAtWork) {
+    fall_due({view(1), view(2), view(3), view(4), view(5)});
+    desk->forget(CameraId(1));  // being drawn
+    desk->forget(CameraId(5));  // waiting
+    for (int turn = 0; turn < 3; ++turn) {
+        lane_[0]->draw();
+        hear();
+    }
+    EXPECT_TRUE(desk->is_idle());
+    EXPECT_THAT(dropped, IsEmpty());
+    EXPECT_EQ(drawn.size(), 4U) << "what was being drawn is heard of";
+}
+
+}  // namespace
+}  // namespace camrig
