@@ -2,21 +2,10 @@
 
 #include <algorithm>
 
-#include "core/world/interpolate.h"
-
 namespace camrig {
 namespace {
 
 constexpr TimeNs cross_fade_ns = 250 * ns_per_ms;
-
-ClipState clip_before(const ClipPlay& play, TimeNs remaining_ns, TimeNs step_ns) {
-    ClipState clip{.animation = play.animation, .phase_ns = play.phase_ns, .weight = play.weight};
-    if (play.duration_ns <= 0) return clip;
-    const WideInt back = static_cast<WideInt>(play.advance_ns) * remaining_ns / step_ns;
-    const WideInt phase = (play.phase_ns - back) % play.duration_ns;
-    clip.phase_ns = static_cast<TimeNs>(phase < 0 ? phase + play.duration_ns : phase);
-    return clip;
-}
 
 }  // namespace
 
@@ -85,39 +74,28 @@ void Mover::choose_clips(const StepContext& context) {
     if (fading_) now.clips.push_back(*fading_);
 }
 
-void Mover::hang(std::optional<Held> on, TimeNs now_ns) {
-    if (held_since_ns != now_ns) held_before = std::move(held);
-    held = std::move(on);
-    held_since_ns = now_ns;
+void Mover::record(TimeNs step_ns, MoverRecord& record) const {
+    record.info = info;
+    record.scale = scale;
+    record.heading_from_model = heading_from_model;
+    record.velocity = velocity(step_ns);
+    record.state = now;
+    record.held = held;
 }
 
-Instance Mover::instance_before() const {
-    Instance instance;
-    instance.info = info;
-    instance.scale = scale;
-    instance.position = before.position;
-    instance.orientation = glm::normalize(before.orientation * heading_from_model);
-    for (const ClipPlay& play : before.clips)
-        instance.clips.push_back({.animation = play.animation, .phase_ns = play.phase_ns, .weight = play.weight});
-    return instance;
+MoverRecord Mover::record(TimeNs step_ns) const {
+    MoverRecord made;
+    record(step_ns, made);
+    return made;
 }
 
-Instance Mover::instance_at(TimeNs remaining_ns, TimeNs step_ns) const {
-    const bool earlier = remaining_ns > 0 && left;
-    const ActorState& begin = earlier ? left->before : before;
-    const ActorState& end = earlier ? left->now : now;
-    const double share = static_cast<double>(step_ns - remaining_ns) / static_cast<double>(step_ns);
-    const bool on_step = remaining_ns == 0;
-    Instance instance;
-    instance.info = info;
-    instance.scale = scale;
-    const glm::dvec3 moved = end.position - begin.position;
-    instance.position = on_step ? end.position : begin.position + moved * share;
-    const glm::dquat turned = on_step ? end.orientation : slerp_shortest(begin.orientation, end.orientation, share);
-    instance.orientation = glm::normalize(turned * heading_from_model);
-    instance.velocity = moved / (static_cast<double>(step_ns) * 1e-9);
-    for (const ClipPlay& play : end.clips) instance.clips.push_back(clip_before(play, remaining_ns, step_ns));
-    return instance;
+MoverRecord Mover::record_before() const {
+    return {.info = info,
+            .scale = scale,
+            .heading_from_model = heading_from_model,
+            .velocity = {},
+            .state = before,
+            .held = {}};
 }
 
 std::optional<Body> Mover::body(TimeNs step_ns) const {

@@ -6,7 +6,7 @@
 
 #include "core/world/actor_spec.h"
 #include "core/world/behaviour/behaviour.h"
-#include "core/world/snapshot.h"
+#include "core/world/step_history.h"
 
 namespace camrig {
 
@@ -23,14 +23,7 @@ struct Mover {
     double radius_m = 0.0;
 
     ActorState before, now;
-    /// The last step as it was, when something has changed `now` at once since: snapshots from before that moment still
-    /// show it.
-    struct LastStep {
-        ActorState before, now;
-    };
-    std::optional<LastStep> left;
-    TimeNs born_ns = 0;
-    std::optional<TimeNs> gone_ns;
+    bool is_gone = false;      ///< removed in this step
     bool was_arrived = false;  ///< for the events
 
     /// Its own clock stands still while it is held.
@@ -45,18 +38,7 @@ struct Mover {
     };
     std::optional<Played> played;
 
-    struct Held {
-        std::uint32_t carrier = 0;                          ///< id
-        int node = -1;                                      ///< -1: the carrier's origin
-        glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};  ///< the carrier's
-        glm::dvec3 position{0.0};
-        glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
-        std::string carrier_name;
-    };
-    std::optional<Held> held;
-    /// On what it hung until `held_since_ns`, when that has changed: snapshots from before that moment still show it.
-    std::optional<Held> held_before;
-    TimeNs held_since_ns = 0;
+    std::optional<Held> held;  ///< else it stands on its own
 
     std::uint32_t id() const { return static_cast<std::uint32_t>(info->id); }
     glm::dvec3 velocity(TimeNs step_ns) const {
@@ -68,17 +50,14 @@ struct Mover {
     /// `change` is made to `now` at once; it leaves no trace of a movement.
     template <typename Change>
     void jump(Change&& change) {
-        if (!left) left = LastStep{before, now};
         change(now);
         before = now;
     }
-    /// From now_ns, the last step, on it hangs on this; nothing: it stands on its own.
-    void hang(std::optional<Held> on, TimeNs now_ns);
-    const std::optional<Held>& held_at(TimeNs world_ns) const { return world_ns < held_since_ns ? held_before : held; }
-    /// At the step before the last.
-    Instance instance_before() const;
-    /// Between the last two steps; `remaining_ns` of the last one are still to come.
-    Instance instance_at(TimeNs remaining_ns, TimeNs step_ns) const;
+    /// As it is now, after so long a step; in memory that may hold another.
+    void record(TimeNs step_ns, MoverRecord& record) const;
+    MoverRecord record(TimeNs step_ns) const;
+    /// As it was at the step before.
+    MoverRecord record_before() const;
     /// What others see of it; nothing when it takes no room.
     std::optional<Body> body(TimeNs step_ns) const;
 

@@ -47,7 +47,7 @@ public:
     std::size_t object_count() const override { return scene_->objects.size(); }
     std::size_t actor_count() const override {
         return static_cast<std::size_t>(
-            std::ranges::count_if(movers_, [](const auto& mover) { return mover->is_actor && !mover->gone_ns; }));
+            std::ranges::count_if(movers_, [](const auto& mover) { return mover->is_actor && !mover->is_gone; }));
     }
     StateHash state_hash() const override;
 
@@ -70,10 +70,10 @@ private:
     void step();
     void see_crowd();
     StepContext context() const;
-    /// Where the mover hangs when its carrier is there; `remaining_ns` as of Mover::instance_at.
-    Instance held_instance(const Mover& mover, const Mover::Held& held, const Instance& carrier,
-                           TimeNs remaining_ns) const;
-    bool is_there(const Mover& mover, TimeNs world_ns) const;
+    /// Where a mover that hangs on something is now.
+    Instance hanging(const Mover& mover, const Mover& carrier) const;
+    /// The world as it is now.
+    const StepRecord& present() const;
 
     // world_actors.cpp
     Mover* find(const std::string& name) const;
@@ -93,7 +93,7 @@ private:
     // world_events.cpp
     void run_events();
     std::vector<Witness> witnesses();
-    /// The static set to change in this step; snapshots from now_ns_ on show it.
+    /// The static set to change: a new one, snapshots keep theirs.
     StaticSet& edit_statics();
     void run_flickers();
 
@@ -102,8 +102,10 @@ private:
     BehaviourFactory factory_;
     TimeNs now_ns_ = 0;  ///< of the last step
 
-    std::shared_ptr<const StaticSet> statics_, statics_before_;
-    TimeNs statics_since_ns_ = 0;
+    std::shared_ptr<const StaticSet> statics_;
+    StepHistory history_;                         ///< the steps before this one
+    mutable StepRecord present_;                  ///< `arrived` always; all of it when it is current
+    mutable bool is_current_ = false;             ///< nothing has changed since present_ was made
     std::vector<std::unique_ptr<Mover>> movers_;  ///< in the order they came, by id
     std::map<std::string, Mover*> by_name_;       ///< those that are there
     std::uint32_t last_id_ = 0;

@@ -5,7 +5,6 @@
 #include <bit>
 
 #include "core/world/behaviour/stand_behaviour.h"
-#include "core/world/mount.h"
 #include "core/world/scene_world.h"
 
 namespace camrig {
@@ -50,7 +49,7 @@ void SceneWorld::populate() {
     statics->environment = scene_->environment;
     statics->revision = next_static_revision();
     for (const ObjectSpec& object : scene_->objects) add_object(object, *statics);
-    statics_ = statics_before_ = std::move(statics);
+    statics_ = std::move(statics);
     for (const ActorSpec& actor : scene_->actors) add_actor(actor);
     for (const ObjectSpec& object : scene_->objects)
         if (object.attach) attach(*as_mover(object.name), *object.attach);
@@ -114,7 +113,6 @@ Mover& SceneWorld::add_actor(const ActorSpec& spec) {
 }
 
 Mover& SceneWorld::add_mover(std::unique_ptr<Mover> mover) {
-    mover->born_ns = now_ns_;
     StepContext own = context();
     own.id = mover->id();
     own.radius_m = mover->radius_m;
@@ -142,15 +140,17 @@ void SceneWorld::see_crowd() {
 }
 
 void SceneWorld::step() {
-    std::erase_if(movers_, [](const auto& mover) { return mover->gone_ns.has_value(); });
+    present();
+    present_ = history_.push(std::move(present_));
+    is_current_ = false;
+    std::erase_if(movers_, [](const auto& mover) { return mover->is_gone; });
     see_crowd();
     now_ns_ += scene_->step_ns;
     const StepContext now = context();
-    for (const auto& mover : movers_) {
-        mover->before = mover->now;
-        mover->left.reset();
-    }
+    for (const auto& mover : movers_) mover->before = mover->now;
     for (const auto& mover : movers_) mover->step(now);
+    present_.arrived.resize(movers_.size());
+    for (std::size_t i = 0; i < movers_.size(); ++i) present_.arrived[i] = movers_[i]->now;
     run_events();
 }
 
@@ -165,7 +165,7 @@ std::optional<glm::dvec3> SceneWorld::actor_position(const std::string& name) co
     if (!mover || !mover->is_actor) return std::nullopt;
     const Mover* carrier = mover->held ? find(mover->held->carrier_name) : nullptr;
     if (!carrier) return mover->before.position;
-    return held_instance(*mover, *mover->held, carrier->instance_before(), scene_->step_ns).position;
+    return hung_on(*mover->held, instance_of(carrier->record_before()), {}, mover->heading_from_model).position;
 }
 
 WorldView::Slot SceneWorld::group_slot(const std::string& group, std::uint32_t id) const {
@@ -176,62 +176,33 @@ WorldView::Slot SceneWorld::group_slot(const std::string& group, std::uint32_t i
     return {static_cast<std::size_t>(at - found->second.begin()), found->second.size()};
 }
 
-bool SceneWorld::is_there(const Mover& mover, TimeNs world_ns) const {
-    return mover.born_ns <= world_ns && (!mover.gone_ns || world_ns < *mover.gone_ns);
+Instance SceneWorld::hanging(const Mover& mover, const Mover& carrier) const {
+    return hung_on(*mover.held, instance_of(carrier.record(scene_->step_ns)),
+                   instance_of(mover.record(scene_->step_ns)), mover.heading_from_model);
 }
 
-Instance SceneWorld::held_instance(const Mover& mover, const Mover::Held& held, const Instance& carrier,
-                                   TimeNs remaining_ns) const {
-    // At the origin the frame is the actor's; at a node it is the node's with z for its y, as the world is to glTF.
-    glm::dquat frame = glm::inverse(held.heading_from_model);
-    glm::dvec3 place = frame * held.position;
-    if (held.node >= 0) {
-        static thread_local PosedModel pose;
-        pose_model(*carrier.info->model, carrier.clips, pose);
-        const glm::dmat4& node = pose.model_from_node[static_cast<std::size_t>(held.node)];
-        const glm::dvec3& z_up = held.position;
-        place = glm::dvec3(node * glm::dvec4(z_up.x, z_up.z, -z_up.y, 1.0));
-        frame = z_up_turn(node);
-    }
-    Instance instance = mover.instance_at(remaining_ns, scene_->step_ns);
-    instance.position = carrier.position + carrier.orientation * (carrier.scale * place);
-    instance.orientation = glm::normalize(carrier.orientation * frame * held.orientation * mover.heading_from_model);
-    instance.velocity = carrier.velocity;
-    return instance;
+const StepRecord& SceneWorld::present() const {
+    if (is_current_) return present_;
+    is_current_ = true;
+    present_.world_ns = now_ns_;
+    present_.statics = statics_;
+    present_.movers.resize(movers_.size());
+    std::size_t count = 0;
+    for (const auto& mover : movers_)
+        if (!mover->is_gone) mover->record(scene_->step_ns, present_.movers[count++]);
+    present_.movers.resize(count);
+    return present_;
 }
 
 SnapshotRef SceneWorld::snapshot(TimeNs world_ns) const {
     thread_.check();
-    const TimeNs step_ns = scene_->step_ns;
-    const TimeNs remaining_ns = now_ns_ - world_ns;
-    CHECK(remaining_ns >= 0 && remaining_ns <= step_ns);
-    auto snapshot = std::make_shared<Snapshot>();
-    snapshot->world_ns = world_ns;
-    snapshot->statics = world_ns < statics_since_ns_ ? statics_before_ : statics_;
-    snapshot->movers.reserve(movers_.size());
-    std::map<std::uint32_t, std::size_t> place;  // in the snapshot, of carriers
-    bool any_held = false;
-    for (const auto& mover : movers_) any_held = any_held || mover->held_at(world_ns);
-    for (const auto& mover : movers_) {
-        if (!is_there(*mover, world_ns)) continue;
-        if (any_held) place[mover->id()] = snapshot->movers.size();
-        snapshot->movers.push_back(mover->instance_at(remaining_ns, step_ns));
-    }
-    for (const auto& mover : movers_) {
-        const auto& held = mover->held_at(world_ns);
-        if (!held || !is_there(*mover, world_ns)) continue;
-        const auto carrier = place.find(held->carrier);
-        if (carrier == place.end()) continue;
-        snapshot->movers[place.at(mover->id())] =
-            held_instance(*mover, *held, snapshot->movers[carrier->second], remaining_ns);
-    }
-    return snapshot;
+    return history_.at(world_ns, present());
 }
 
 StateHash SceneWorld::state_hash() const {
     Fnv hash;
     for (const auto& mover : movers_) {
-        if (mover->gone_ns) continue;
+        if (mover->is_gone) continue;
         hash.add(std::uint64_t{mover->id()});
         hash.add(std::uint64_t{mover->held ? mover->held->carrier : 0});
         hash.add(mover->now.position);

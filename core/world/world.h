@@ -43,7 +43,9 @@ public:
     /// Runs steps until the last one is at or after `world_ns`. Never goes back.
     virtual void advance_to(TimeNs world_ns) = 0;
     virtual TimeNs last_step_ns() const = 0;
-    /// The world at `world_ns`, which must lie between the last two steps (advance_to(world_ns) makes it so).
+    /// The world at `world_ns`, to the nanosecond: any time of the last 250 ms before the last step (StepHistory), from
+    /// the world's begin on. The same whenever and in whatever order it is asked for, but for changes at the last step,
+    /// which may still come.
     virtual SnapshotRef snapshot(TimeNs world_ns) const = 0;
 
     virtual std::vector<ActorReport> actors() const = 0;

@@ -57,8 +57,7 @@ ActorReport SceneWorld::report(const Mover& mover) const {
         report.clip = mover.info->model->animations[static_cast<std::size_t>(clip->animation)].name;
     if (mover.held) {
         report.attached_to = mover.held->carrier_name;
-        if (const Mover* carrier = find(mover.held->carrier_name))
-            report.position = held_instance(mover, *mover.held, carrier->instance_at(0, scene_->step_ns), 0).position;
+        if (const Mover* carrier = find(mover.held->carrier_name)) report.position = hanging(mover, *carrier).position;
     }
     return report;
 }
@@ -67,12 +66,13 @@ std::vector<ActorReport> SceneWorld::actors() const {
     thread_.check();
     std::vector<ActorReport> all;
     for (const auto& mover : movers_)
-        if (mover->is_actor && !mover->gone_ns) all.push_back(report(*mover));
+        if (mover->is_actor && !mover->is_gone) all.push_back(report(*mover));
     return all;
 }
 
 Result<ActorReport> SceneWorld::spawn_actor(const ActorSpec& spec) {
     thread_.check();
+    is_current_ = false;
     KnownNames names = known_names();
     if (names.actors.contains(spec.name) || names.objects.contains(spec.name))
         return error(ErrorKind::already_exists, "name: '" + spec.name + "' is taken by another object or actor");
@@ -93,12 +93,13 @@ void SceneWorld::remove(Mover& mover) {
     const std::uint32_t id = mover.id();
     for (const auto& other : movers_)
         if (other->held && other->held->carrier == id) put_down(*other, std::nullopt);
-    mover.gone_ns = now_ns_;
+    mover.is_gone = true;
     by_name_.erase(mover.info->name);
 }
 
 Result<void> SceneWorld::remove_actor(const std::string& name) {
     thread_.check();
+    is_current_ = false;
     const auto mover = need_actor(name);
     if (!mover) return std::unexpected(mover.error());
     remove(**mover);
@@ -154,13 +155,12 @@ void SceneWorld::attach(Mover& mover, const Attachment& to) {
     const Mover& carrier = *find(to.actor);
     const auto& nodes = carrier.info->model->nodes;
     const auto node = std::ranges::find(nodes, to.node, &Node::name);
-    mover.hang(Mover::Held{.carrier = carrier.id(),
-                           .node = to.node.empty() ? -1 : static_cast<int>(node - nodes.begin()),
-                           .heading_from_model = carrier.heading_from_model,
-                           .position = to.position,
-                           .orientation = to.orientation,
-                           .carrier_name = to.actor},
-               now_ns_);
+    mover.held = Held{.carrier = carrier.id(),
+                      .node = to.node.empty() ? -1 : static_cast<int>(node - nodes.begin()),
+                      .heading_from_model = carrier.heading_from_model,
+                      .position = to.position,
+                      .orientation = to.orientation,
+                      .carrier_name = to.actor};
 }
 
 void SceneWorld::put_down(Mover& mover, const std::optional<glm::dvec3>& position) {
@@ -168,11 +168,11 @@ void SceneWorld::put_down(Mover& mover, const std::optional<glm::dvec3>& positio
     glm::dvec3 place = position.value_or(mover.now.position);
     double yaw = 0.0;
     if (carrier) {
-        const Instance hanging = held_instance(mover, *mover.held, carrier->instance_at(0, scene_->step_ns), 0);
-        yaw = yaw_of(hanging.orientation);
-        if (!position) place = {hanging.position.x, hanging.position.y, carrier->now.position.z};
+        const Instance there = hanging(mover, *carrier);
+        yaw = yaw_of(there.orientation);
+        if (!position) place = {there.position.x, there.position.y, carrier->now.position.z};
     }
-    mover.hang(std::nullopt, now_ns_);
+    mover.held.reset();
     mover.jump([&](ActorState& now) {
         now.position = place;
         now.orientation = turned_to(yaw) * glm::inverse(mover.heading_from_model);
@@ -197,6 +197,7 @@ Mover* SceneWorld::as_mover(const std::string& object) {
 
 Result<ActorReport> SceneWorld::change_actor(const ActorPatch& patch) {
     thread_.check();
+    is_current_ = false;
     const auto found = need_actor(patch.name);
     if (!found) return std::unexpected(found.error());
     Mover& mover = **found;
@@ -242,6 +243,7 @@ Result<ActorReport> SceneWorld::change_actor(const ActorPatch& patch) {
 
 Result<void> SceneWorld::steer_actors(std::span<const SteerSpec> steers) {
     thread_.check();
+    is_current_ = false;
     for (std::size_t i = 0; i < steers.size(); ++i) {
         const std::string path = "actors[" + std::to_string(i) + "].";
         const auto mover = need_actor(steers[i].name);

@@ -128,19 +128,11 @@ struct ActionRun {
 };
 
 StaticSet& SceneWorld::edit_statics() {
-    if (statics_since_ns_ != now_ns_ || statics_ == statics_before_) {
-        statics_before_ = statics_;
-        auto copy = std::make_shared<StaticSet>(*statics_);
-        copy->revision = next_static_revision();
-        statics_ = std::move(copy);
-        statics_since_ns_ = now_ns_;
-    } else {
-        // Snapshots of this instant may hold the set already: they keep what they have.
-        auto copy = std::make_shared<StaticSet>(*statics_);
-        copy->revision = next_static_revision();
-        statics_ = std::move(copy);
-    }
-    return const_cast<StaticSet&>(*statics_);  // made above, nobody else has it yet
+    auto copy = std::make_shared<StaticSet>(*statics_);
+    copy->revision = next_static_revision();
+    StaticSet& edited = *copy;
+    statics_ = std::move(copy);
+    return edited;
 }
 
 void SceneWorld::run_flickers() {
@@ -168,7 +160,7 @@ std::vector<Witness> SceneWorld::witnesses() {
     std::vector<Witness> all;
     all.reserve(movers_.size());
     for (const auto& mover : movers_) {
-        if (!mover->is_actor || mover->gone_ns || mover->held) continue;
+        if (!mover->is_actor || mover->is_gone || mover->held) continue;
         const bool arrived = mover->behaviour->arrived();
         all.push_back({mover->id(), &mover->info->name, &mover->info->object_class, glm::dvec2(mover->now.position),
                        arrived && !mover->was_arrived});

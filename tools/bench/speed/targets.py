@@ -104,7 +104,7 @@ def _moving(rows: Rows, plan: Plan) -> None:
         rows.add(what, f"{wanted:.0f} frames/s ({peer}), towards {1.5 * wanted:.0f}",
                  f"{simple.per_second:.0f} frames/s, {simple.cpu_ms:.1f} ms CPU each; quality `fast`, light per vertex as the peers: {fast.per_second:.0f}, {fast.cpu_ms:.1f} ms; "
                  f"device `llvmpipe`: {before.per_second:.0f}, {before.cpu_ms:.1f} ms",
-                 simple.per_second >= wanted, "submit: shading pixels", "moving")
+                 simple.per_second >= wanted, "draw: shading pixels", "moving")
 
 
 def _jpeg(rows: Rows, strips: runs.Realtime, plain: runs.Realtime) -> None:
@@ -125,7 +125,7 @@ def _stages(run: runs.Realtime) -> str:
     stages = run.reading.stages
     rows = [[name, s["count"], *(f"{s[key]:.2f}" for key in ("mean_ms", "p50_ms", "p99_ms", "p999_ms", "max_ms"))] for name, s in stages.items() if s["count"]]
     kept = ", ".join(f"{name} {value}" for name, value in run.reading.renderer.items())
-    return ("\n\nStages of the run with 12 cameras (ms; `wakeup` and `world` are per instant, `submit`, `collect` and `publish` per turn of it, `convert` and `encode` per picture; since the rig's start, "
+    return ("\n\nStages of the run with 12 cameras (ms; `wakeup` and `world` are per instant, `draw` and `publish` per turn, `convert` and `encode` per picture; since the rig's start, "
             "first pictures included):\n\n" + table(["stage", "count", "mean", "p50", "p99", "p99.9", "max"], rows) + f"\n\nWhat its renderer kept and saved: {kept}."
             + figure("stages", "Stages of 12 cameras, median, per instant",
                      stacked(["12 cameras"], {name: [s["p50_ms"] * s["count"] / max(1, stages["wakeup"]["count"])] for name, s in stages.items() if s["count"] and name != "wakeup"}, "ms")))
