@@ -106,7 +106,10 @@ DrawDesk::Cost& DrawDesk::place(const View& view) {
     else
         cost.cost_class = is_plain ? 0 : first_dear_class;
     const bool is_dear = cost.cost_class >= first_dear_class || !is_plain;
-    cost.lane = is_dear ? &lanes_.back() : &lanes_.front();
+    Lane* const lane = is_dear ? &lanes_.back() : &lanes_.front();
+    // What the other one kept for it is of no use any more.
+    if (cost.lane != nullptr && cost.lane != lane) forget(*cost.lane, view.camera);
+    cost.lane = lane;
     cost.requests_ns = cost.lane->requests_ns;
     cost.all_ns = cost.lane->all_ns;
     return cost;
@@ -136,9 +139,8 @@ DropReason DrawDesk::reason_for(const Cost& cost) const {
     const TimeNs all_ns = cost.lane->all_ns - cost.all_ns, requests_ns = cost.lane->requests_ns - cost.requests_ns;
     if (2 * requests_ns > all_ns) return DropReason::request;
     const auto rank = [](const Cost& one) { return std::pair(one.lane, one.cost_class); };
-    const bool is_dearer = std::ranges::any_of(costs_, [&](const auto& other) {
-        return other.second.lane != nullptr && rank(other.second) < rank(cost);
-    });
+    const bool is_dearer = std::ranges::any_of(
+        costs_, [&](const auto& other) { return other.second.lane != nullptr && rank(other.second) < rank(cost); });
     return is_dearer ? DropReason::own_cost : DropReason::overload;
 }
 
@@ -252,9 +254,13 @@ void DrawDesk::discard() {
 void DrawDesk::forget(CameraId camera) {
     for (Lane& lane : lanes_) {
         views_at_work_ -= lane.queue.remove(camera);
-        lane.lane->post({.draw = [camera](Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
+        forget(lane, camera);
     }
     costs_.erase(camera);
+}
+
+void DrawDesk::forget(Lane& lane, CameraId camera) {
+    lane.lane->post({.draw = [camera](Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
 }
 
 RenderCounters DrawDesk::counters() const {

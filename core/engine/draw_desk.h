@@ -84,7 +84,7 @@ private:
         /// Of its last views; 0: not known. The least of them counts: what a view sets up for others is not its cost.
         std::array<TimeNs, 4> cpu_ns{};
         std::size_t next = 0;  ///< in cpu_ns
-        ImageSize size;     ///< it was drawn with, as what follows
+        ImageSize size;        ///< it was drawn with, as what follows
         Quality quality = Quality::simple;
         bool is_plain = true;
         int cost_class = 0;
@@ -98,6 +98,7 @@ private:
     void drop(const std::vector<DueViews>& dropped);
     /// The view is drawn or dropped.
     void end_work(const View& view);
+    static void forget(Lane& lane, CameraId camera);
     void hand_out(Lane& lane, TimeNs monotonic_ns);
     void post_views(Lane& lane, int cost_class, TimeNs monotonic_ns);
     void post_request(Lane& lane);

@@ -11,7 +11,7 @@
 
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig {
+namespace camrig::camera_model_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -274,4 +274,4 @@ TEST(CameraModel, AMapOf1080pIsFilledInWellUnderASecond) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::camera_model_test

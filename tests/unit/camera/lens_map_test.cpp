@@ -8,7 +8,7 @@
 
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig {
+namespace camrig::lens_map_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -383,4 +383,4 @@ TEST(BadLenses, AWrongNumberOfCoefficientsIsRefusedWithBothNumbers) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::lens_map_test

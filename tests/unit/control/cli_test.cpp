@@ -8,7 +8,7 @@
 
 #include "tests/unit/control/server_harness.h"
 
-namespace camrig {
+namespace camrig::cli_test {
 namespace {
 
 using nlohmann::json;
@@ -247,7 +247,7 @@ TEST_F(Cli, EveryCommandHasWordsForPeople) {
     EXPECT_THAT(at_rig({"world", "resume"}).out, Not(HasSubstr("paused")));
     EXPECT_THAT(at_rig({"world", "step", "0.5"}).out, HasSubstr("0.500 s"));
     EXPECT_THAT(at_rig({"world", "load", "scenes/minimal.json"}).out, HasSubstr("minimal"));
-    EXPECT_THAT(at_rig({"stats"}).out, AllOf(HasSubstr("RENDERED"), HasSubstr("127.0.0.1:5"), HasSubstr("submit")));
+    EXPECT_THAT(at_rig({"stats"}).out, AllOf(HasSubstr("RENDERED"), HasSubstr("127.0.0.1:5"), HasSubstr("draw")));
     EXPECT_THAT(at_rig({"camera", "delete", "lobby"}).out, HasSubstr("deleted"));
     EXPECT_THAT(run({"methods"}).out, HasSubstr("camera.create {name, [place]"));
     EXPECT_THAT(run({"version"}).out, StartsWith("camrig "));
@@ -468,4 +468,4 @@ TEST(CliPython, ACheckoutIsFoundFromTheProgramsPlaceInIt) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::cli_test

@@ -185,9 +185,14 @@ Result<EventLog> FakeRig::run(WaitEvents& command) {
 Result<RigReport> FakeRig::run(GetStats&) {
     RigReport report;
     report.instants = 7;
-    report.cameras = {
-        {"lobby", 10, 9, 1, 5, {{"jpeg q90", 9, 9, 0, 0, {{"mjpeg", "127.0.0.1:5", 9, 8, 1, 1000, 1.5}}}}}};
-    report.stages = {{"submit", {9, 1.0, 0.9, 2.0, 2.5, 3.0}}};
+    report.cameras = {{"lobby",
+                       10,
+                       9,
+                       1,
+                       5,
+                       {1, 0, 0, 0},
+                       {{"jpeg q90", 9, 9, 0, 0, {{"mjpeg", "127.0.0.1:5", 9, 8, 1, 1000, 1.5}}}}}};
+    report.stages = {{"draw", {9, 1.0, 0.9, 2.0, 2.5, 3.0}}};
     return report;
 }
 

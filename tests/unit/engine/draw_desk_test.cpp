@@ -6,7 +6,7 @@
 #include "core/base/clock.h"
 #include "core/render/null_renderer.h"
 
-namespace camrig {
+namespace camrig::draw_desk_test {
 namespace {
 
 using testing::ElementsAre;
@@ -169,4 +169,4 @@ TEST_F(DrawDeskTest, ACameraThatGoesInTheMiddleLeavesNothingAtWork) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::draw_desk_test

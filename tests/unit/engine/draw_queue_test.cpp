@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::draw_queue_test {
 namespace {
 
 using testing::ElementsAre;
@@ -156,4 +156,4 @@ TEST_F(DrawQueueTest, ACameraThatGoesTakesItsViewsAlong) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::draw_queue_test

@@ -9,7 +9,7 @@
 #include "core/frame/code_strip.h"
 #include "tests/unit/stream/fake_sink.h"
 
-namespace camrig {
+namespace camrig::engine_test {
 namespace {
 
 constexpr MediaFormat raw{};
@@ -322,4 +322,4 @@ TEST_F(EngineTest, ShutdownAnswersWhoStillWaits) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::engine_test

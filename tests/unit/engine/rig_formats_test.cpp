@@ -11,7 +11,7 @@
 #include "tests/unit/stream/fake_sink.h"
 
 // A renderer that converts colours is asked for what readers take, and for nothing twice.
-namespace camrig {
+namespace camrig::rig_formats_test {
 namespace {
 
 /// A null renderer that gives planes, but not of pictures with image controls, and notes what it was asked for.
@@ -162,4 +162,4 @@ TEST_F(RigFormats, AWorldThatStandsStillShowsAChangeToEachReader) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rig_formats_test

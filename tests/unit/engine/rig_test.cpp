@@ -9,7 +9,7 @@
 #include "tests/unit/engine/inline_lane.h"
 #include "tests/unit/stream/fake_sink.h"
 
-namespace camrig {
+namespace camrig::rig_test {
 namespace {
 
 /// A null renderer that notes which cameras it drew.
@@ -233,4 +233,4 @@ TEST_F(RigTest, ANewWorldInTheMiddleBeginsAtZero) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rig_test

@@ -4,7 +4,7 @@
 
 #include "core/engine/engine.h"
 
-namespace camrig {
+namespace camrig::world_commands_test {
 namespace {
 
 /// A world of one model without vertices, and the null renderer.
@@ -109,4 +109,4 @@ TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::world_commands_test

@@ -3,7 +3,7 @@
 
 #include "core/world/camera_json.h"
 
-namespace camrig {
+namespace camrig::camera_spec_test {
 namespace {
 
 using testing::HasSubstr;
@@ -200,4 +200,4 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::camera_spec_test

@@ -11,7 +11,7 @@
 #include "core/world/shape_model.h"
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig {
+namespace camrig::scene_loader_test {
 namespace {
 
 using nlohmann::json;
@@ -291,4 +291,4 @@ TEST(SceneOfModel, TakesTheModelsCamerasAndLights) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::scene_loader_test

@@ -7,7 +7,7 @@
 #include "core/base/random.h"
 #include "tests/unit/world/world_fixture.h"
 
-namespace camrig {
+namespace camrig::step_history_test {
 namespace {
 
 using namespace world_test;
@@ -118,4 +118,4 @@ TEST(StepHistory, ACommandShowsFromItsStepOnAndNotBefore) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::step_history_test

@@ -12,7 +12,7 @@
 #include "v4l2_sink/preload/client/device.h"
 #include "v4l2_sink/preload/client/paths.h"
 
-namespace camrig {
+namespace camrig::device_client_test {
 namespace {
 
 constexpr int patience_ms = 10'000;
@@ -435,4 +435,4 @@ TEST_F(DeviceClientTest, OpeningAndClosingLeaksNoDescriptors) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device_client_test

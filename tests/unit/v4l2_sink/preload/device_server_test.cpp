@@ -21,7 +21,7 @@
 #include "v4l2_sink/preload/device_ring.h"
 #include "v4l2_sink/preload/device_tree.h"
 
-namespace camrig {
+namespace camrig::device_server_test {
 namespace {
 
 constexpr int patience_ms = 10'000;
@@ -444,4 +444,4 @@ TEST(DeviceModes, TheSmallestCameraHasOneSize) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device_server_test
