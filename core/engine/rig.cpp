@@ -316,15 +316,8 @@ FrameSet Rig::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<c
     if (views.empty()) return nothing;
 
     const TimeNs start_ns = monotonic_now_ns();
-    const auto submitted = renderer_->submit(snapshot, monotonic_ns, views);
-    const TimeNs submitted_ns = monotonic_now_ns();
-    submit_.record(submitted_ns - start_ns);
-    if (!submitted) {
-        for (const View& view : views) note_failure(cameras_.at(view.camera), submitted.error());
-        return nothing;
-    }
-    auto finished = renderer_->collect();
-    collect_.record(monotonic_now_ns() - submitted_ns);
+    auto finished = renderer_->draw(snapshot, monotonic_ns, views);
+    submit_.record(monotonic_now_ns() - start_ns);
     if (!finished) {
         for (const View& view : views) note_failure(cameras_.at(view.camera), finished.error());
         return nothing;

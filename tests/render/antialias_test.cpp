@@ -132,8 +132,8 @@ TEST(Antialias, DepthAndIdsAreThoseOfThePixelsCentre) {
 TEST(Antialias, MoreSamplesThanTheDeviceDrawsAreAnError) {
     Renderer& renderer = cpu_renderer();
     const View view = TestCamera{.size = {8192, 8192}, .antialias = Antialias::ssaa4}.view();
-    ASSERT_TRUE(renderer.submit(TestWorld{}.snapshot(), 0, {&view, 1}).has_value());
-    const auto finished = renderer.collect();
+    const auto finished = renderer.draw(TestWorld{}.snapshot(), 0, {&view, 1});
+    ASSERT_TRUE(finished.has_value());
     ASSERT_EQ(finished->failures.size(), 1u);
     EXPECT_EQ(finished->failures[0].error.kind, ErrorKind::resource_exhausted);
     EXPECT_NE(finished->failures[0].error.message.find("antialias: ssaa4 of 8192x8192"), std::string::npos);

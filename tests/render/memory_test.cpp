@@ -32,8 +32,8 @@ TEST(Memory, ModelsOfAWorldThatIsGoneAreFreedThoughBothRasterisersDrewThem) {
         moving = b;
         draw_by_all(world_of(a, b));
     }
-    // Of the two instants that may be in flight, both are of another world then.
-    for (int i = 0; i < 3; ++i) {
+    // The second rasteriser holds the world before until it draws the next.
+    for (int i = 0; i < 2; ++i) {
         const ModelRef other = model_of(box(glm::vec3(0.4f)), colored({0, 0, 1}));
         draw_by_all(world_of(other, other));
     }
@@ -52,7 +52,7 @@ GlFunctions exhausted_device() {
     return gl;
 }
 
-// GlRenderer::submit makes an error of it, which ends the request that wanted the picture.
+// GlRenderer::draw makes an error of it, which ends the request that wanted the picture.
 TEST(Memory, ADeviceWithoutMemoryIsAnExceptionAndNotTheEndOfTheProgram) {
     const GlFunctions gl = exhausted_device();
     StreamBuffer stream(gl);

@@ -101,8 +101,7 @@ void draw_scene(Renderer& renderer, const std::string& scene, std::span<const Sh
     for (int n = 0; n < instants; ++n) {
         const TimeNs now_ns = first_ns + n * between_ns;
         for (View& view : views) view.sequence = n;
-        ASSERT_TRUE(renderer.submit(film.at(now_ns), 0, views).has_value());
-        const auto finished = renderer.collect().value();
+        const auto finished = renderer.draw(film.at(now_ns), 0, views).value();
         for (const auto& failure : finished.failures) ADD_FAILURE() << scene << ": " << failure.error.message;
         for (const FrameRef& frame : finished.set.frames) {
             const FrameInfo& info = frame->info();

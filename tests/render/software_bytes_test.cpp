@@ -267,6 +267,24 @@ TEST(SameBytes, WhicheverOtherCamerasSeeAPerson) {
     }
 }
 
+TEST(Cost, OfEachViewIsItsOwn) {
+    auto options = with_layers();
+    options.threads = 2;
+    const SnapshotRef world = gallery().snapshot();
+    // As many as threads: a view each. Fewer: in bands, whose times are added.
+    for (const bool is_in_bands : {false, true}) {
+        const auto by = drawer(options);
+        std::vector<View> views{TestCamera{.size = {640, 480}, .focal_px = 400.0}.view(1)};
+        if (!is_in_bands) views.push_back(TestCamera{.size = {32, 24}, .focal_px = 20.0}.view(2));
+        drawn(*by, world, views);
+        ASSERT_EQ(by->cost_ns().size(), views.size());
+        for (const TimeNs cost_ns : by->cost_ns()) EXPECT_GT(cost_ns, 0);
+        if (!is_in_bands) {
+            EXPECT_GT(by->cost_ns()[0], by->cost_ns()[1]) << "has 400 times the pixels";
+        }
+    }
+}
+
 TEST(SameBytes, WithAndWithoutWideLanes) {
     if (!has_wide_lanes()) GTEST_SKIP() << "this CPU has none";
     auto options = with_layers();

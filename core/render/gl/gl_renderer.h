@@ -1,10 +1,9 @@
 #pragma once
 
-#include <array>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/base/thread_check.h"
 #include "core/render/gl/color_converter.h"
@@ -16,23 +15,21 @@ namespace camrig {
 
 /// The Renderer on OpenGL 4.5.
 ///
-/// submit(): models are uploaded when first seen, everything is posed once, then each view is culled and drawn into
-/// targets of its own; nothing is read until every view is drawn. collect(): reads the pixels of the oldest instant.
+/// Models are uploaded when first seen, everything is posed once, then each view is culled and drawn into targets of
+/// its own; nothing is read until every view is drawn.
 class GlRenderer final : public Renderer {
 public:
     static Result<std::unique_ptr<Renderer>> create(const RendererOptions& options);
     ~GlRenderer() override;
 
-    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
-    Result<Finished> collect() override;
-    int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
     bool makes(PixelFormat format, const View& view) const override;
     void forget(CameraId camera) override;
     RenderCounters counters() const override;
     std::string description() const override { return context_->description(); }
 
 private:
-    /// What collect() needs to know of one picture of one view.
+    /// A picture that is drawn and not read yet.
     struct Pending {
         std::size_t view = 0;
         FrameKind kind = FrameKind::color;
@@ -50,38 +47,23 @@ private:
         std::uint64_t layer = 0;
         ChangedRows drawn_rows;
     };
-    struct Slot {
-        explicit Slot(const GlFunctions& gl) : stream(gl), readback(gl) {}
-        StreamBuffer stream;
-        ReadbackBuffer readback;
-        std::map<CameraId, ViewTargets> targets;
-    };
-    struct Instant {
-        SnapshotRef snapshot;
-        TimeNs monotonic_ns = 0;
-        std::size_t slot = 0;
-        std::vector<View> views;
-        std::vector<Pending> pending;
-        std::vector<Finished::Failure> failures;
-    };
-
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);
-    void submit_views(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views);
+    Result<Finished> draw_views(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     /// After an instant that broke off: the next one begins with nothing of it.
     void forget_instant();
-    void begin_instant(SnapshotRef snapshot);
+    void begin_instant(const SnapshotRef& snapshot);
     /// Adds the meshes of the present instant.
     void count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const;
     void update_statics(const std::shared_ptr<const StaticSet>& statics);
-    void update_movers(const Snapshot& snapshot, Slot& slot);
-    PaintScene paint_scene(Slot& slot);
-    Result<void> draw_view(Instant& instant, std::size_t index);
+    void update_movers(const Snapshot& snapshot);
+    PaintScene paint_scene();
+    Result<void> draw_view(const View& view, std::size_t index);
     /// What the colour picture has in common with the one before.
     void find_changes(const View& view, const PaintedView& painted, Pending& picture);
-    /// Starts what brings the pictures of an instant to the readback buffer.
-    void read_back(Instant& instant);
-    FrameRef finish(const Instant& instant, const Pending& pending);
+    /// Brings the pictures to the readback buffer.
+    Result<void> read_back(std::span<const View> views);
+    FrameRef finish(const View& view, const Pending& pending, TimeNs monotonic_ns);
 
     std::unique_ptr<EglContext> context_;
     const GlFunctions& gl_;
@@ -103,12 +85,13 @@ private:
     SceneItems mover_items_;
     std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 
-    std::array<Slot, max_in_flight> slots_;
-    SnapshotRef snapshot_;  ///< of the instant that is drawn, in this slot
-    std::size_t slot_ = 0;
-    std::size_t stream_limit_ = 0;  ///< of the slot's stream, before the same instant is begun anew
+    SnapshotRef snapshot_;  ///< of the instant that is drawn
+    StreamBuffer stream_;
+    std::size_t stream_limit_ = 0;  ///< before the same instant is begun anew
+    ReadbackBuffer readback_;
+    std::map<CameraId, ViewTargets> targets_;
+    std::vector<Pending> pending_;  ///< of one call of draw()
     std::map<CameraId, Shown> shown_;
-    std::deque<Instant> submitted_;
     ThreadCheck thread_;
 };
 

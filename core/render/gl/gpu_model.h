@@ -74,7 +74,7 @@ struct GpuModel {
     std::vector<Surface> surfaces;  ///< as they are drawn
 };
 
-/// Throws std::bad_alloc when the device has no memory left (GlRenderer::submit catches it).
+/// Throws std::bad_alloc when the device has no memory left (GlRenderer::draw catches it).
 GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model);
 
 }  // namespace camrig

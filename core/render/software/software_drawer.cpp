@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "core/base/clock.h"
 #include "core/frame/tone.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
@@ -35,6 +36,19 @@ bool is_within_reach(double principal_point, int side) {
     return std::abs(principal_point) + std::max(std::abs(principal_point), std::abs(side - principal_point)) <=
            max_side;
 }
+
+/// Adds the CPU time of a piece of work.
+class CpuMeter {
+public:
+    explicit CpuMeter(std::atomic<TimeNs>& sum_ns) : sum_ns_(sum_ns), start_ns_(thread_cpu_ns()) {}
+    ~CpuMeter() { sum_ns_ += thread_cpu_ns() - start_ns_; }
+    CpuMeter(const CpuMeter&) = delete;
+    CpuMeter& operator=(const CpuMeter&) = delete;
+
+private:
+    std::atomic<TimeNs>& sum_ns_;
+    TimeNs start_ns_;
+};
 
 bool is_blended(const SoftwareItem& item) {
     return item.primitive->material->alpha_mode == AlphaMode::blend;
@@ -135,9 +149,12 @@ void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
 }
 
 void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames) {
+    cost_ns_.clear();
     while (works_.size() < views.size()) works_.emplace_back();
     in_work_.clear();
     for (std::size_t i = 0; i < views.size(); ++i) {
+        works_[i].cost_ns = 0;
+        const CpuMeter meter(works_[i].cost_ns);
         prepare(*views[i], works_[i]);
         in_work_.push_back(&works_[i]);
     }
@@ -146,6 +163,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     if (views.size() >= threads) {
         team_.run(views.size(), [&](int worker, std::size_t i) {
             ViewWork& work = *in_work_[i];
+            const CpuMeter meter(work.cost_ns);
             ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
             begin_view(work, scratch, 1, monotonic_ns);
             draw_rows(work, scratch, work.whole);
@@ -153,16 +171,20 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         });
     } else {
         // Fewer views than threads: each in bands of its rows.
-        team_.run(views.size(),
-                  [&](int, std::size_t i) { begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns); });
+        team_.run(views.size(), [&](int, std::size_t i) {
+            const CpuMeter meter(in_work_[i]->cost_ns);
+            begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns);
+        });
         team_.run(views.size() * threads, [&](int, std::size_t i) {
             ViewWork& work = *in_work_[i / threads];
+            const CpuMeter meter(work.cost_ns);
             draw_rows(work, scratch_[i / threads], band_of(work, static_cast<int>(i % threads), team_.size()));
             end_band(work);
         });
     }
     for (ViewWork* work : in_work_) {
         frames.push_back(std::move(work->frame));
+        cost_ns_.push_back(work->cost_ns);
         ++views_;
         views_in_parts_ += work->is_in_parts;
         draws_ += work->draws;

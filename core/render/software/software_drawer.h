@@ -34,8 +34,10 @@ public:
     void begin_instant(const SnapshotRef& snapshot);
     /// Whether the colour picture of a view of the present instant can be drawn here.
     bool can_draw(const View& view) const;
-    /// The colour frames of the views, in their order.
+    /// Appends the colour frames of the views, in their order.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
+    /// CPU time that each view of the last draw() took by itself.
+    std::span<const TimeNs> cost_ns() const { return cost_ns_; }
     void forget(CameraId camera);
     RenderCounters counters() const;
 
@@ -71,6 +73,7 @@ private:
     std::map<CameraId, FrameHistory> histories_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
+    std::vector<TimeNs> cost_ns_;
     std::deque<ViewScratch> scratch_;  ///< by thread, or by view where they are few
     std::vector<Unmade> unmade_;
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;

@@ -49,6 +49,7 @@ struct ViewWork {
     bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
     std::uint64_t draws = 0, draws_coarse = 0;
+    std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 };
 
 struct TriangleRange {

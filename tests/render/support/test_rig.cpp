@@ -55,9 +55,7 @@ Renderer& cpu_renderer() {
 }
 
 std::vector<FrameRef> draw_views(const SnapshotRef& snapshot, std::span<const View> views) {
-    Renderer& renderer = cpu_renderer();
-    EXPECT_TRUE(renderer.submit(snapshot, 0, views).has_value());
-    auto finished = renderer.collect();
+    auto finished = cpu_renderer().draw(snapshot, 0, views);
     EXPECT_TRUE(finished.has_value());
     for (const auto& failure : finished->failures) ADD_FAILURE() << failure.error.message;
     return finished->set.frames;
