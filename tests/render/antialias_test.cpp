@@ -8,11 +8,6 @@
 namespace camrig {
 namespace {
 
-double linear_of_red(int code) {
-    const double c = code / 255.0;
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 /// The half plane normal . p < offset.
 struct HalfPlane {
     glm::dvec2 normal;
@@ -75,7 +70,7 @@ CoverageError coverage_error(TestCamera camera) {
         for (int y = 0; y < 64; ++y) {
             for (int x = 0; x < 64; ++x) {
                 const double area = covered_area(plane, x, y);
-                const double seen = linear_of_red(picture.red(x, y));
+                const double seen = linear_of(picture.red(x, y));
                 if (area == 0.0 || area == 1.0) {
                     EXPECT_NEAR(seen, area, 0.02) << x << "," << y << " edge " << i;
                     continue;

@@ -15,13 +15,6 @@ namespace {
 
 constexpr std::size_t least_stream_limit = std::size_t{4} << 20;
 
-bool same_objects(const StaticSet& a, const StaticSet& b) {
-    return std::ranges::equal(a.objects, b.objects, [](const Instance& x, const Instance& y) {
-        return x.info == y.info && x.position == y.position && x.orientation == y.orientation && x.scale == y.scale &&
-               x.clips.empty() && y.clips.empty();
-    });
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> GlRenderer::create(const RendererOptions& options) {
@@ -48,7 +41,6 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorC
                                                                                           : ReadbackMode::buffered),
       shaders_(gl_),
       samplers_(gl_),
-      models_(gl_, samplers_),
       painter_(gl_, shaders_,
                {.max_side = context_->max_texture_size(),
                 .has_float_units = context_->is_software(),
@@ -56,8 +48,8 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorC
                 .scene = {.static_layer_bytes = options.static_layer_bytes,
                           .max_detail_error_px = options.max_detail_error_px,
                           .batch_draws = context_->has_draw_id() && options.batch_draws}}),
-      static_stream_(gl_),
-      stream_(gl_),
+      scene_(gl_, samplers_,
+             options.models.prepared != nullptr ? options.models.prepared : std::make_shared<PreparedModels>()),
       readback_(gl_) {
     thread_.check();
 }
@@ -67,45 +59,9 @@ GlRenderer::~GlRenderer() {
     gl_.Finish();
 }
 
-void GlRenderer::update_statics(const std::shared_ptr<const StaticSet>& statics) {
-    // By identity, not by revision: two worlds may count alike.
-    if (statics == statics_) return;
-    gl_.Finish();  // static_stream_ may still be read
-    objects_number_ += statics_ == nullptr || !same_objects(*statics_, *statics);
-    statics_ = statics;
-    ++statics_number_;
-    static_items_.clear();
-    light_sets_.truncate(0);
-    static_stream_.reset();
-    for (const Instance& object : statics->objects) {
-        static_items_.add(object, models_, light_sets_, statics->lights, statics->environment.exposure, static_stream_);
-    }
-    for (SceneItem& item : static_items_.items) {
-        if (item.deformation >= 0) static_items_.deformed(item, static_stream_);
-    }
-    static_light_sets_ = light_sets_.size();
-}
-
-void GlRenderer::update_movers(const Snapshot& snapshot) {
-    mover_items_.clear();
-    light_sets_.truncate(static_light_sets_);
-    for (const Instance& mover : snapshot.movers) {
-        mover_items_.add(mover, models_, light_sets_, statics_->lights, statics_->environment.exposure, stream_);
-    }
-}
-
 void GlRenderer::begin_instant(const SnapshotRef& snapshot) {
-    count_meshes(meshes_skinned_, meshes_unseen_);
-    snapshot_ = snapshot;
-    stream_.reset();
-    update_statics(snapshot_->statics);
-    update_movers(*snapshot_);
-    models_.evict_unused();
+    scene_.place(snapshot);
     painter_.begin_instant();
-}
-
-void GlRenderer::count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const {
-    for (const Deformation& job : mover_items_.deformations) ++(job.is_done ? skinned : unseen);
 }
 
 Result<Renderer::Finished> GlRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
@@ -128,29 +84,26 @@ Result<Renderer::Finished> GlRenderer::draw(const SnapshotRef& snapshot, TimeNs 
 
 void GlRenderer::forget_instant() {
     gl_.Finish();
-    mover_items_.clear();
-    snapshot_.reset();
-    statics_.reset();  // what is kept of it counts as stale from now on
+    scene_.clear();
 }
 
 Result<Renderer::Finished> GlRenderer::draw_views(const SnapshotRef& snapshot, TimeNs monotonic_ns,
                                                   std::span<const View> views) {
     // More views of the instant that was drawn last find its movers as they are; as long as what draws need, view after
     // view, leaves room: a world that stands still may be asked for pictures without end.
-    const bool is_new = snapshot != snapshot_ || stream_.used() > stream_limit_;
+    const bool is_new = snapshot != scene_.placed().snapshot() || scene_.stream().used() > stream_limit_;
     if (is_new) begin_instant(snapshot);
     Finished finished;
     finished.set.world_ns = snapshot->world_ns;
     finished.set.monotonic_ns = monotonic_ns;
     pending_.clear();
-    PaintScene scene = paint_scene();
-    painter_.prepare(views, scene, targets_);
+    painter_.prepare(views, scene_, targets_);
     for (std::size_t i = 0; i < views.size(); ++i) {
         if (auto drawn = draw_view(views[i], i); !drawn) {
             finished.failures.push_back({views[i].camera, at(*views[i].name, drawn.error()).error()});
         }
     }
-    if (is_new) stream_limit_ = std::max(least_stream_limit, 4 * stream_.used());
+    if (is_new) stream_limit_ = std::max(least_stream_limit, 4 * scene_.stream().used());
     if (readback_mode_ == ReadbackMode::buffered) {
         if (auto arrived = read_back(views); !arrived) return std::unexpected(arrived.error());
     } else {
@@ -169,20 +122,8 @@ bool GlRenderer::makes(PixelFormat format, const View& view) const {
            converter_->can_make(format, view.spec->size);
 }
 
-PaintScene GlRenderer::paint_scene() {
-    return {.statics_number = statics_number_,
-            .objects_number = objects_number_,
-            .statics = static_items_,
-            .movers = mover_items_,
-            .environment = statics_->environment,
-            .lights = statics_->lights,
-            .light_sets = light_sets_,
-            .stream = stream_};
-}
-
 Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
-    PaintScene scene = paint_scene();
-    auto painted = painter_.paint(view, index, scene, targets_[view.camera]);
+    auto painted = painter_.paint(view, index, scene_, targets_[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame_kind_count; ++k) {
         const auto kind = static_cast<FrameKind>(k);
@@ -199,7 +140,7 @@ Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
             pending_.push_back(std::move(pending));
             continue;
         }
-        find_changes(view, *painted, pending);
+        pending.change = shown_[view.camera].next(view.sequence, painted->layer, painted->drawn_rows);
         for (const PixelFormat format : color_formats) {
             if (!view.color_formats.contains(format)) continue;
             CHECK(makes(format, view));
@@ -208,17 +149,6 @@ Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
         }
     }
     return {};
-}
-
-void GlRenderer::find_changes(const View& view, const PaintedView& painted, Pending& picture) {
-    Shown& last = shown_[view.camera];
-    // A layer is of one revision of the camera: image controls and everything else are as they were.
-    if (painted.layer != 0 && painted.layer == last.layer) {
-        picture.same_as = last.sequence;
-        picture.changed_rows = last.drawn_rows;
-        picture.changed_rows |= painted.drawn_rows;
-    }
-    last = {view.sequence, painted.layer, painted.drawn_rows};
 }
 
 Result<void> GlRenderer::read_back(std::span<const View> views) {
@@ -241,7 +171,8 @@ Result<void> GlRenderer::read_back(std::span<const View> views) {
 }
 
 FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs monotonic_ns) {
-    auto frame = acquire_frame(*pool_, view, pending.kind, pending.format, snapshot_->world_ns, monotonic_ns);
+    auto frame =
+        acquire_frame(*pool_, view, pending.kind, pending.format, scene_.placed().snapshot()->world_ns, monotonic_ns);
     const std::span<std::byte> bytes = frame->mutable_bytes();
     if (readback_mode_ == ReadbackMode::buffered) {
         const auto source = readback_.bytes(pending.buffer_offset, bytes.size());
@@ -249,9 +180,9 @@ FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs mon
     } else {
         read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
-    if (pending.same_as >= 0) frame->mark_changes(pending.same_as, pending.changed_rows);
+    if (pending.change.same_as >= 0) frame->mark_changes(pending.change.same_as, pending.change.rows);
     if (pending.kind == FrameKind::color && pending.format == PixelFormat::rgba8) finish_color(view, *frame);
-    if (pending.kind == FrameKind::semantic) ids_to_classes(*snapshot_, *frame);
+    if (pending.kind == FrameKind::semantic) ids_to_classes(*scene_.placed().snapshot(), *frame);
     if (pending.kind == FrameKind::depth) {
         const std::span depth(reinterpret_cast<float*>(bytes.data()), bytes.size() / sizeof(float));
         for (float& value : depth) value = metres_of_depth(pending.transform, value);
@@ -262,11 +193,10 @@ FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs mon
 
 RenderCounters GlRenderer::counters() const {
     RenderCounters counters = painter_.counters();
-    counters.meshes_skinned = meshes_skinned_;
-    counters.meshes_unseen = meshes_unseen_;
-    count_meshes(counters.meshes_skinned, counters.meshes_unseen);
+    counters.meshes_skinned = scene_.placed().meshes_made();
+    counters.meshes_unseen = scene_.placed().meshes_unseen();
     counters.conversions = conversions_;
-    counters.draw_data_bytes = static_cast<std::int64_t>(static_stream_.capacity() + stream_.capacity());
+    counters.draw_data_bytes = static_cast<std::int64_t>(scene_.stream_bytes());
     return counters;
 }
 

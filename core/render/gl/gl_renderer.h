@@ -10,6 +10,7 @@
 #include "core/render/gl/egl_context.h"
 #include "core/render/gl/view_painter.h"
 #include "core/render/renderer_factory.h"
+#include "core/render/shown_picture.h"
 
 namespace camrig {
 
@@ -38,14 +39,7 @@ private:
         std::size_t buffer_offset = 0;
         ViewTransform transform;
         std::shared_ptr<const LensOnDevice> lens;  ///< null: none
-        std::int64_t same_as = -1;                 ///< FrameInfo::same_as and changed_rows
-        ChangedRows changed_rows{};
-    };
-    /// The last colour picture of a camera: a kept one (PaintedView::layer), and other things in some rows.
-    struct Shown {
-        std::int64_t sequence = -1;
-        std::uint64_t layer = 0;
-        ChangedRows drawn_rows;
+        ShownPicture::Change change{};
     };
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);
@@ -53,14 +47,7 @@ private:
     /// After an instant that broke off: the next one begins with nothing of it.
     void forget_instant();
     void begin_instant(const SnapshotRef& snapshot);
-    /// Adds the meshes of the present instant.
-    void count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const;
-    void update_statics(const std::shared_ptr<const StaticSet>& statics);
-    void update_movers(const Snapshot& snapshot);
-    PaintScene paint_scene();
     Result<void> draw_view(const View& view, std::size_t index);
-    /// What the colour picture has in common with the one before.
-    void find_changes(const View& view, const PaintedView& painted, Pending& picture);
     /// Brings the pictures to the readback buffer.
     Result<void> read_back(std::span<const View> views);
     FrameRef finish(const View& view, const Pending& pending, TimeNs monotonic_ns);
@@ -73,25 +60,13 @@ private:
     ReadbackMode readback_mode_;
     ShaderCache shaders_;
     SamplerCache samplers_;
-    ModelCache models_;
     ViewPainter painter_;
-    std::shared_ptr<const StaticSet> statics_;
-    std::uint64_t statics_number_ = 0;  ///< counts the static sets
-    std::uint64_t objects_number_ = 0;  ///< counts those with other objects
-    SceneItems static_items_;
-    LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
-    int static_light_sets_ = 0;
-    StreamBuffer static_stream_;
-    SceneItems mover_items_;
-    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
-
-    SnapshotRef snapshot_;  ///< of the instant that is drawn
-    StreamBuffer stream_;
-    std::size_t stream_limit_ = 0;  ///< before the same instant is begun anew
+    GpuScene scene_;
+    std::size_t stream_limit_ = 0;  ///< of what is written for the scene, before the same instant is begun anew
     ReadbackBuffer readback_;
     std::map<CameraId, ViewTargets> targets_;
     std::vector<Pending> pending_;  ///< of one call of draw()
-    std::map<CameraId, Shown> shown_;
+    std::map<CameraId, ShownPicture> shown_;
     ThreadCheck thread_;
 };
 

@@ -24,6 +24,7 @@ class SoftwareDrawer {
 public:
     struct Options {
         std::shared_ptr<FramePool> pool;
+        SharedModels models{};  ///< empty: its own
         std::int64_t static_layer_bytes = 0;
         double max_detail_error_px = 0.0;
         int threads = 1;
@@ -42,11 +43,12 @@ public:
     RenderCounters counters() const;
 
 private:
-    /// A deformed item of which a view needs these levels.
+    /// A deformed surface of which a view needs these levels.
     struct Unmade {
-        const SoftwareItem* item = nullptr;
+        const PlacedSurface* surface = nullptr;
         LevelSet levels = 0;
     };
+    void find_primitives(const PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
@@ -62,12 +64,10 @@ private:
 
     Options options_;
     ThreadTeam team_;
-    SoftwareModels models_;
-    SoftwareItems statics_, movers_;
-    std::vector<const SoftwareItem*> blended_statics_;
-    SnapshotRef snapshot_;
-    std::shared_ptr<const StaticSet> static_set_;
-    std::uint64_t statics_number_ = 0, layer_number_ = 0;
+    SharedModels models_;
+    PlacedScene scene_;
+    std::vector<const SoftwarePrimitive*> static_primitives_, mover_primitives_;  ///< of what is placed
+    std::uint64_t layer_number_ = 0;
     LayerTable<StaticLayer> layers_;
     std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
@@ -77,7 +77,6 @@ private:
     std::deque<ViewScratch> scratch_;  ///< by thread, or by view where they are few
     std::vector<Unmade> unmade_;
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
-    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 };
 
 }  // namespace camrig

@@ -79,4 +79,9 @@ int srgb_code(double linear) {
     return static_cast<int>(std::lround(255.0 * encoded));
 }
 
+double linear_of(int code) {
+    const double c = code / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
+
 }  // namespace camrig
