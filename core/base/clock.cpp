@@ -19,5 +19,8 @@ TimeNs monotonic_now_ns() {
 TimeNs realtime_now_ns() {
     return read_clock(CLOCK_REALTIME);
 }
+TimeNs thread_cpu_ns() {
+    return read_clock(CLOCK_THREAD_CPUTIME_ID);
+}
 
 }  // namespace camrig

@@ -1,9 +1,7 @@
 #include "core/engine/draw_desk.h"
 
 #include <algorithm>
-#include <thread>
-
-#include <time.h>
+#include <tuple>
 
 #include "core/base/clock.h"
 
@@ -43,12 +41,6 @@ int class_of(TimeNs cpu_ns, int present) {
     return class_of(static_cast<TimeNs>(nearer)) == present ? present : class_of(cpu_ns);
 }
 
-TimeNs thread_cpu_ns() {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return TimeNs{time.tv_sec} * ns_per_s + time.tv_nsec;
-}
-
 TimeNs smoothed(TimeNs before_ns, TimeNs now_ns) {
     return std::max(TimeNs{1}, (3 * before_ns + now_ns) / 4);
 }
@@ -57,22 +49,15 @@ TimeNs smoothed(TimeNs before_ns, TimeNs now_ns) {
 
 DrawnViews draw_views(Renderer& renderer, DueViews due, StageTimer& timer) {
     DrawnViews drawn;
-    const TimeNs start_ns = monotonic_now_ns(), start_cpu_ns = thread_cpu_ns();
-    const auto fail = [&](const Error& why) {
-        for (const View& view : due.views) drawn.failures.push_back({view.camera, why});
-    };
-    if (const auto submitted = renderer.submit(due.snapshot, due.monotonic_ns, due.views); !submitted) {
-        fail(submitted.error());
-    } else if (auto finished = renderer.collect(); !finished) {
-        fail(finished.error());
-    } else {
+    const TimeNs start_ns = monotonic_now_ns();
+    if (auto finished = renderer.draw(due.snapshot, due.monotonic_ns, due.views)) {
         drawn.frames = std::move(finished->set.frames);
         drawn.failures = std::move(finished->failures);
+        drawn.cost_ns = std::move(finished->cost_ns);
+    } else {
+        for (const View& view : due.views) drawn.failures.push_back({view.camera, finished.error()});
     }
     drawn.wall_ns = monotonic_now_ns() - start_ns;
-    const auto views = static_cast<TimeNs>(std::max(std::size_t{1}, due.views.size()));
-    const auto threads = static_cast<TimeNs>(std::max(1u, std::thread::hardware_concurrency()));
-    drawn.view_cpu_ns = (thread_cpu_ns() - start_cpu_ns) * threads / views;
     timer.record(drawn.wall_ns);
     drawn.due = std::move(due);
     return drawn;
@@ -228,12 +213,13 @@ void DrawDesk::hear_of(Lane& lane, int cost_class, DrawnViews& drawn) {
     spend(lane, cost_class, drawn.wall_ns);
     TimeNs& view_ns = lane.view_ns[static_cast<std::size_t>(cost_class)];
     view_ns = smoothed(view_ns, drawn.wall_ns / static_cast<TimeNs>(drawn.due.views.size()));
-    for (const View& view : drawn.due.views) {
+    for (std::size_t i = 0; i < drawn.due.views.size(); ++i) {
+        const View& view = drawn.due.views[i];
         end_work(view);
-        if (const auto found = costs_.find(view.camera); found != costs_.end()) {
-            Cost& cost = found->second;
-            cost.cpu_ns[cost.next++ % cost.cpu_ns.size()] = std::max(TimeNs{1}, drawn.view_cpu_ns);
-        }
+        const auto found = costs_.find(view.camera);
+        if (found == costs_.end() || drawn.cost_ns.empty()) continue;
+        Cost& cost = found->second;
+        cost.cpu_ns[cost.next++ % cost.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
     }
     callbacks_.drawn(drawn);
 }
@@ -261,6 +247,12 @@ void DrawDesk::forget(CameraId camera) {
 
 void DrawDesk::forget(Lane& lane, CameraId camera) {
     lane.lane->post({.draw = [camera](Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
+}
+
+void DrawDesk::begin_world(const SnapshotRef& snapshot) {
+    for (Lane& lane : lanes_)
+        lane.lane->post(
+            {.draw = [snapshot](Renderer& renderer) { std::ignore = renderer.draw(snapshot, 0, {}); }, .done = [] {}});
 }
 
 RenderCounters DrawDesk::counters() const {

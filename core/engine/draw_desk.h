@@ -17,7 +17,7 @@ struct DrawnViews {
     std::vector<FrameRef> frames;
     std::vector<Renderer::Finished::Failure> failures;
     TimeNs wall_ns = 0;
-    TimeNs view_cpu_ns = 0;  ///< of all threads that drew, a view
+    std::vector<TimeNs> cost_ns;  ///< of each view (Renderer::Finished); empty where all failed
 };
 
 /// Draws views with a lane's renderer, on its thread, and notes the time. An error is a failure of each view.
@@ -63,6 +63,8 @@ public:
     void discard();
     /// A camera is gone.
     void forget(CameraId camera);
+    /// There is another world: no lane keeps what it had of the old one.
+    void begin_world(const SnapshotRef& snapshot);
     /// Requests share the lane of running cameras.
     bool has_one_lane() const { return lanes_.size() == 1; }
 

@@ -6,6 +6,7 @@
 
 #include "core/base/clock.h"
 #include "core/engine/rig.h"
+#include "core/render/shared_models.h"
 
 namespace camrig {
 namespace {
@@ -20,7 +21,9 @@ constexpr int dear_niceness = 4;
 /// draws one picture after the other anyway: there all share one lane.
 Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const RendererOptions& options,
                                                            const std::shared_ptr<DrawnTasks>& drawn) {
-    const auto make = [options] { return create_renderer(options); };
+    RendererOptions sharing = options;
+    sharing.models = make_shared_models();
+    const auto make = [sharing] { return create_renderer(sharing); };
     std::vector<std::unique_ptr<DrawLane>> lanes;
     auto first = ThreadedLane::start({"camrig-draw", 0}, make, drawn);
     if (!first) return std::unexpected(first.error());

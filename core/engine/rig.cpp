@@ -125,6 +125,7 @@ Result<void> Rig::load(SceneRef scene) {
     world_.begin_world();
     instants_.begin_world();
     state_.clock.hold(0);
+    state_.drawing->begin_world(state_.world->snapshot(0));
     cameras_.begin_world();
     state_.drawing->finish();
     if (runs) state_.clock.run(0, monotonic_now_ns());

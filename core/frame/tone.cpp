@@ -5,17 +5,12 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/frame/srgb.h"
+
 namespace camrig {
 namespace {
 
 using ToneCurve = std::array<std::uint8_t, 256>;
-
-double linear_of(double code) {
-    return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
-}
-double code_of(double linear) {
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
 
 /// Linear sRGB of a black body of this temperature, 1667 to 25000 K, at luminance 1 (Kim et al. 2002, US 7024034 B2:
 /// cubic splines of the Planckian locus).
@@ -46,7 +41,7 @@ ToneCurve curve_of(double factor, const ImageControls& controls) {
     ToneCurve curve;
     for (std::size_t i = 0; i < curve.size(); ++i) {
         const double code = static_cast<double>(i) / 255;
-        const double lit = factor == 1 ? code : code_of(std::min(1.0, linear_of(code) * factor));
+        const double lit = factor == 1 ? code : srgb_of_linear(std::min(1.0, linear_of_srgb(code) * factor));
         const double toned = (lit - 0.5) * controls.contrast + 0.5 + controls.brightness;
         curve[i] = static_cast<std::uint8_t>(std::lround(std::clamp(toned, 0.0, 1.0) * 255));
     }

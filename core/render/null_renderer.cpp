@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "core/base/clock.h"
 #include "core/render/view_frames.h"
 
 namespace camrig {
@@ -81,32 +82,24 @@ NullRenderer::NullRenderer(std::shared_ptr<FramePool> pool) : pool_(std::move(po
     CHECK(pool_ != nullptr);
 }
 
-Result<void> NullRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
+Result<Renderer::Finished> NullRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
+                                              std::span<const View> views) {
     thread_.check();
-    CHECK(in_flight() < max_in_flight);
-    submitted_.push_back({std::move(snapshot), monotonic_ns, {views.begin(), views.end()}});
-    return {};
-}
-
-Result<Renderer::Finished> NullRenderer::collect() {
-    thread_.check();
-    CHECK(!submitted_.empty());
-    const Instant instant = std::move(submitted_.front());
-    submitted_.pop_front();
-
+    const TimeNs start_ns = monotonic_now_ns();
     Finished finished;
-    finished.set.world_ns = instant.snapshot->world_ns;
-    finished.set.monotonic_ns = instant.monotonic_ns;
-    for (const View& view : instant.views) {
+    finished.set.world_ns = snapshot->world_ns;
+    finished.set.monotonic_ns = monotonic_ns;
+    for (const View& view : views) {
         for (int k = 0; k < frame_kind_count; ++k) {
             const auto kind = static_cast<FrameKind>(k);
             if (!wants(view, kind)) continue;
-            auto frame =
-                acquire_frame(*pool_, view, kind, format_of(kind), instant.snapshot->world_ns, instant.monotonic_ns);
-            paint(kind, view, instant.snapshot->world_ns, *frame);
+            auto frame = acquire_frame(*pool_, view, kind, format_of(kind), snapshot->world_ns, monotonic_ns);
+            paint(kind, view, snapshot->world_ns, *frame);
             finished.set.frames.push_back(std::move(frame));
         }
     }
+    finished.cost_ns.resize(views.size());
+    share_cost(monotonic_now_ns() - start_ns, views, finished.cost_ns);
     return finished;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 
 #include "core/base/thread_check.h"
@@ -20,21 +19,12 @@ class NullRenderer final : public Renderer {
 public:
     explicit NullRenderer(std::shared_ptr<FramePool> pool);
 
-    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
-    Result<Finished> collect() override;
-    int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
     void forget(CameraId) override {}
     std::string description() const override { return "null (deterministic pattern, no GL)"; }
 
 private:
-    struct Instant {
-        SnapshotRef snapshot;
-        TimeNs monotonic_ns = 0;
-        std::vector<View> views;
-    };
-
     std::shared_ptr<FramePool> pool_;
-    std::deque<Instant> submitted_;
     ThreadCheck thread_;
 };
 

@@ -55,16 +55,12 @@ struct RenderCounters {
 
 /// Draws views of snapshots into frames.
 ///
-/// Thread: the engine's; every call comes from the same thread, the one that created it.
-/// submit() issues all drawing of one instant and returns before the pixels are there where the device allows;
-/// collect() gives the oldest submitted instant, one frame per view and wanted kind (of colour one per pixel format),
-/// in the order of the views. At most `max_in_flight` instants may be between the two. Frames come from the pool given
-/// at creation. A view that fails (too large for the device) costs its frame, not the instant: the error is in
-/// `failures`.
+/// Thread: every call comes from the same one, that created it. Several renderers may live on as many threads.
+/// draw() gives one frame per view and wanted kind (of colour one per pixel format), in the order of the views. Frames
+/// come from the pool given at creation. A view that fails (too large for the device) costs its frame, not the instant:
+/// the error is in `failures`.
 class Renderer {
 public:
-    static constexpr int max_in_flight = 2;
-
     struct Finished {
         FrameSet set;
         struct Failure {
@@ -72,12 +68,13 @@ public:
             Error error;
         };
         std::vector<Failure> failures;
+        /// What each view took, in the order of the views: CPU time where the rasteriser is camrig's own, else its
+        /// share of the time that passed, by samples. What all views of an instant share is nobody's.
+        std::vector<TimeNs> cost_ns;
     };
 
     virtual ~Renderer() = default;
-    virtual Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
-    virtual Result<Finished> collect() = 0;
-    virtual int in_flight() const = 0;
+    virtual Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
     /// Whether it gives colour pictures of this view in that format. rgba8 always; others are converted from it. Any
     /// thread.
     virtual bool makes(PixelFormat format, const View& view) const {

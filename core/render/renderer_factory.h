@@ -7,6 +7,7 @@
 #include "core/base/result.h"
 #include "core/frame/frame_pool.h"
 #include "core/render/renderer.h"
+#include "core/render/shared_models.h"
 
 namespace camrig {
 
@@ -23,6 +24,7 @@ struct RendererOptions {
     /// "cpu".
     std::string device;
     std::shared_ptr<FramePool> pool;
+    SharedModels models{};  ///< shared with other renderers; empty: its own
     /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.
     std::int64_t static_layer_bytes = std::int64_t{256} << 20;
     /// A coarser level of a skinned mesh is drawn where its error is below this; 0: never.
@@ -33,7 +35,9 @@ struct RendererOptions {
     bool batch_draws = true;
     /// Pixels come to host memory as from a GPU on a CPU rasteriser too: the same bytes, slower; for tests.
     bool buffered_readback = false;
-    int raster_threads = 0;  ///< threads that rasterise on the CPU; 0 = as many as cores
+    /// Threads that rasterise on the CPU; 0 = as many as cores. Another number goes to llvmpipe by the environment:
+    /// only before the process has other threads.
+    int raster_threads = 0;
 };
 
 /// Errors say which devices there are.

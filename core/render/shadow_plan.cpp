@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/render/light_selection.h"
+#include "core/render/scene/light_selection.h"
 
 namespace camrig {
 namespace {

@@ -7,6 +7,23 @@
 
 namespace camrig {
 
+namespace {
+
+double samples_of(const View& view) {
+    const Antialias antialias = antialias_of(*view.spec, view.quality);
+    const int side = supersampling_of(antialias);
+    return static_cast<double>(view.spec->size.pixels()) * side * side * multisampling_of(antialias);
+}
+
+}  // namespace
+
+void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> cost_ns) {
+    double all = 0.0;
+    for (const View& view : views) all += samples_of(view);
+    for (std::size_t i = 0; i < views.size(); ++i)
+        cost_ns[i] += static_cast<TimeNs>(static_cast<double>(spent_ns) * samples_of(views[i]) / all);
+}
+
 std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, PixelFormat format,
                                      TimeNs world_ns, TimeNs monotonic_ns) {
     return pool.acquire({.camera_id = view.camera,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "core/base/result.h"
 #include "core/frame/frame_pool.h"
@@ -12,6 +13,9 @@ namespace camrig {
 inline bool wants(const View& view, FrameKind kind) {
     return view.kinds[static_cast<int>(kind)];
 }
+
+/// Adds to `cost_ns` of each view its share of the time, by the samples of its pictures.
+void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> cost_ns);
 
 /// An empty frame of the view's size that carries everything about the instant.
 std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, PixelFormat format,

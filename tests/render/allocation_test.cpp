@@ -76,8 +76,7 @@ std::uint64_t blocks_an_instant(const std::vector<View>& views) {
     std::uint64_t before = 0;
     for (int n = 0; n < warm_up + counted_instants; ++n) {
         if (n == warm_up) before = blocks;
-        EXPECT_TRUE(cpu_renderer().submit(moments[static_cast<std::size_t>(n)], 0, views).has_value());
-        const auto finished = cpu_renderer().collect();
+        const auto finished = cpu_renderer().draw(moments[static_cast<std::size_t>(n)], 0, views);
         EXPECT_TRUE(finished.has_value() && finished->set.frames.size() == views.size());
     }
     return (blocks - before) / counted_instants;
@@ -113,8 +112,7 @@ TEST(SteadyState, PicturesOfOneInstantWithoutEndTakeBoundedMemory) {
     std::ranges::fill(view.kinds, false);
     view.kinds[static_cast<int>(FrameKind::instance)] = true;
     for (int n = 0; n < pictures; ++n) {
-        ASSERT_TRUE(cpu_renderer().submit(moment, 0, {&view, 1}).has_value());
-        ASSERT_TRUE(cpu_renderer().collect().has_value());
+        ASSERT_TRUE(cpu_renderer().draw(moment, 0, {&view, 1}).has_value());
     }
     EXPECT_LE(cpu_renderer().counters().draw_data_bytes, std::int64_t{12} << 20) << "of all of them: 15 MiB";
 }

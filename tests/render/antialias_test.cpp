@@ -8,11 +8,6 @@
 namespace camrig {
 namespace {
 
-double linear_of_red(int code) {
-    const double c = code / 255.0;
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 /// The half plane normal . p < offset.
 struct HalfPlane {
     glm::dvec2 normal;
@@ -75,7 +70,7 @@ CoverageError coverage_error(TestCamera camera) {
         for (int y = 0; y < 64; ++y) {
             for (int x = 0; x < 64; ++x) {
                 const double area = covered_area(plane, x, y);
-                const double seen = linear_of_red(picture.red(x, y));
+                const double seen = linear_of(picture.red(x, y));
                 if (area == 0.0 || area == 1.0) {
                     EXPECT_NEAR(seen, area, 0.02) << x << "," << y << " edge " << i;
                     continue;
@@ -132,8 +127,8 @@ TEST(Antialias, DepthAndIdsAreThoseOfThePixelsCentre) {
 TEST(Antialias, MoreSamplesThanTheDeviceDrawsAreAnError) {
     Renderer& renderer = cpu_renderer();
     const View view = TestCamera{.size = {8192, 8192}, .antialias = Antialias::ssaa4}.view();
-    ASSERT_TRUE(renderer.submit(TestWorld{}.snapshot(), 0, {&view, 1}).has_value());
-    const auto finished = renderer.collect();
+    const auto finished = renderer.draw(TestWorld{}.snapshot(), 0, {&view, 1});
+    ASSERT_TRUE(finished.has_value());
     ASSERT_EQ(finished->failures.size(), 1u);
     EXPECT_EQ(finished->failures[0].error.kind, ErrorKind::resource_exhausted);
     EXPECT_NE(finished->failures[0].error.message.find("antialias: ssaa4 of 8192x8192"), std::string::npos);

@@ -150,8 +150,7 @@ Pictures film(const SnapshotRef& first, Quality quality, const RendererOptions& 
     for (int n = 0; n < 4; ++n) {
         auto snapshot = std::make_shared<Snapshot>(*first);
         snapshot->movers[0].position.y = 0.2 * n;
-        EXPECT_TRUE((*renderer)->submit(snapshot, 0, views).has_value());
-        auto finished = (*renderer)->collect();
+        auto finished = (*renderer)->draw(snapshot, 0, views);
         if (!finished || !finished->failures.empty()) {
             ADD_FAILURE() << "a picture is missing";
             return seen;

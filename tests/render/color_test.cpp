@@ -14,11 +14,6 @@ Primitive wall() {
     return rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});
 }
 
-double linear_of(int code) {
-    const double c = code / 255.0;
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 TEST(Color, AnUnlitWallHasExactlyItsSrgbValue) {
     for (int code = 0; code < 256; code += 5) {
         TestWorld world;

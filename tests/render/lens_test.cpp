@@ -231,8 +231,8 @@ TEST(Lens, AForcedPlaneThatCannotHoldThePictureIsAnErrorThatSaysWhatCan) {
     camera.lens_sampling.method = LensMethod::warp;
     const View view = camera.view();
     Renderer& renderer = cpu_renderer();
-    ASSERT_TRUE(renderer.submit(TestWorld{}.snapshot(), 0, {&view, 1}).has_value());
-    const auto finished = renderer.collect();
+    const auto finished = renderer.draw(TestWorld{}.snapshot(), 0, {&view, 1});
+    ASSERT_TRUE(finished.has_value());
     ASSERT_EQ(finished->failures.size(), 1u);
     EXPECT_NE(finished->failures[0].error.message.find("use auto or cube"), std::string::npos);
 }

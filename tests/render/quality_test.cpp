@@ -16,11 +16,6 @@ namespace {
 constexpr Quality all_qualities[] = {Quality::fast, Quality::simple, Quality::beautiful};
 constexpr double pi = std::numbers::pi;
 
-double linear_of(int code) {
-    const double c = code / 255.0;
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 Environment darkness() {
     return {.background = glm::vec3(0.0f), .ambient_sky = glm::vec3(0.0f), .ambient_ground = glm::vec3(0.0f)};
 }

@@ -162,11 +162,11 @@ void turn(std::vector<View>& views, int picture) {
 }
 
 void bench(World& world, Renderer& renderer, std::vector<View> views, const Arguments& a) {
-    double world_ms = 0, submit_ms = 0, collect_ms = 0, cpu_before = 0;
+    double world_ms = 0, draw_ms = 0, cpu_before = 0;
     constexpr int warm_up = 5;
     for (int i = -warm_up; i < a.bench_frames; ++i) {
         if (i == 0) {
-            world_ms = submit_ms = collect_ms = 0;
+            world_ms = draw_ms = 0;
             cpu_before = cpu_ms();
         }
         const TimeNs now = static_cast<TimeNs>(a.time_s * 1e9) + (i + warm_up + 1) * 40 * ns_per_ms;
@@ -175,21 +175,16 @@ void bench(World& world, Renderer& renderer, std::vector<View> views, const Argu
         const SnapshotRef snapshot = world.snapshot(now);
         world_ms += ms_since(start);
         if (a.is_moving) turn(views, i + warm_up);
-        const auto submit = std::chrono::steady_clock::now();
-        if (auto done = renderer.submit(snapshot, 0, views); !done) fail(done.error().message);
-        submit_ms += ms_since(submit);
-        const auto collect = std::chrono::steady_clock::now();
-        if (auto done = renderer.collect(); !done) fail(done.error().message);
-        collect_ms += ms_since(collect);
+        const auto draw = std::chrono::steady_clock::now();
+        if (auto done = renderer.draw(snapshot, 0, views); !done) fail(done.error().message);
+        draw_ms += ms_since(draw);
     }
     const double cpu = cpu_ms() - cpu_before;
     const double pictures = static_cast<double>(a.bench_frames) * static_cast<double>(views.size());
-    std::printf(
-        "%s %s %zu cameras: %.2f ms a picture (%.1f/s), CPU %.2f ms; per instant: world %.2f, submit %.2f, collect "
-        "%.2f ms\n",
-        a.size.to_string().c_str(), std::string(to_string(a.quality)).c_str(), views.size(),
-        (submit_ms + collect_ms) / pictures, 1000.0 * pictures / (world_ms + submit_ms + collect_ms), cpu / pictures,
-        world_ms / a.bench_frames, submit_ms / a.bench_frames, collect_ms / a.bench_frames);
+    std::printf("%s %s %zu cameras: %.2f ms a picture (%.1f/s), CPU %.2f ms; per instant: world %.2f, draw %.2f ms\n",
+                a.size.to_string().c_str(), std::string(to_string(a.quality)).c_str(), views.size(), draw_ms / pictures,
+                1000.0 * pictures / (world_ms + draw_ms), cpu / pictures, world_ms / a.bench_frames,
+                draw_ms / a.bench_frames);
 }
 
 int run(const Arguments& a) {
@@ -214,8 +209,7 @@ int run(const Arguments& a) {
     const auto now = static_cast<TimeNs>(a.time_s * 1e9);
     (*world)->advance_to(now);
     start = std::chrono::steady_clock::now();
-    if (auto done = (*renderer)->submit((*world)->snapshot(now), 0, {&view, 1}); !done) fail(done.error().message);
-    auto finished = (*renderer)->collect();
+    auto finished = (*renderer)->draw((*world)->snapshot(now), 0, {&view, 1});
     if (!finished) fail(finished.error().message);
     for (const auto& failure : finished->failures) fail(failure.error.message);
     std::printf("first picture in %.0f ms\n", ms_since(start));

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -264,6 +265,58 @@ TEST(SameBytes, WhicheverOtherCamerasSeeAPerson) {
         EXPECT_TRUE(are_equal(made[0], alone(small)) && are_equal(made[4], made[0])) << n;
         EXPECT_TRUE(are_equal(made[1], alone(middle)) && are_equal(made[3], made[1])) << n;
         EXPECT_TRUE(are_equal(made[2], alone(large))) << n;
+    }
+}
+
+TEST(SameBytes, OfTwoDrawersOnTwoThreadsThatShareWhatIsMadeOfModels) {
+    Film film("hall");
+    std::vector<SnapshotRef> snapshots;
+    for (int n = 0; n < 3; ++n) {
+        snapshots.push_back(film.at(3 * ns_per_s + n * 200 * ns_per_ms));
+        // Another world between: what is made of its models goes while the other drawer may draw with it.
+        snapshots.push_back(gallery().snapshot());
+    }
+    const std::array<View, 2> views{film.view("lobby", {160, 90}, 1), film.view("gallery", {96, 54}, 2)};
+    auto options = with_layers();
+    options.pool = std::make_shared<FramePool>();
+    options.max_detail_error_px = 0.25;
+    options.threads = 2;
+    const auto film_of = [&](const View& view, const SharedModels& models) {
+        auto own = options;
+        own.models = models;
+        SoftwareDrawer by(own);
+        std::vector<FrameRef> frames;
+        for (const SnapshotRef& snapshot : snapshots) frames.push_back(drawn(by, snapshot, {view}).at(0));
+        return frames;
+    };
+    const SharedModels shared = make_shared_models();
+    std::array<std::vector<FrameRef>, 2> together;
+    {
+        const std::jthread other([&] { together[1] = film_of(views[1], shared); });
+        together[0] = film_of(views[0], shared);
+    }
+    for (std::size_t v = 0; v < views.size(); ++v) {
+        const auto alone = film_of(views[v], {});
+        for (std::size_t n = 0; n < alone.size(); ++n)
+            EXPECT_TRUE(are_equal(together[v][n], alone[n])) << "view " << v << ", picture " << n;
+    }
+}
+
+TEST(Cost, OfEachViewIsItsOwn) {
+    auto options = with_layers();
+    options.threads = 2;
+    const SnapshotRef world = gallery().snapshot();
+    // As many as threads: a view each. Fewer: in bands, whose times are added.
+    for (const bool is_in_bands : {false, true}) {
+        const auto by = drawer(options);
+        std::vector<View> views{TestCamera{.size = {640, 480}, .focal_px = 400.0}.view(1)};
+        if (!is_in_bands) views.push_back(TestCamera{.size = {32, 24}, .focal_px = 20.0}.view(2));
+        drawn(*by, world, views);
+        ASSERT_EQ(by->cost_ns().size(), views.size());
+        for (const TimeNs cost_ns : by->cost_ns()) EXPECT_GT(cost_ns, 0);
+        if (!is_in_bands) {
+            EXPECT_GT(by->cost_ns()[0], by->cost_ns()[1]) << "has 400 times the pixels";
+        }
     }
 }
 

@@ -24,8 +24,7 @@ Renderer& renderer_of(const std::string& device) {
 
 FrameRef drawn_by(const std::string& device, const SnapshotRef& snapshot, const View& view) {
     Renderer& renderer = renderer_of(device);
-    if (!renderer.submit(snapshot, 0, {&view, 1})) return nullptr;
-    return renderer.collect()->set.frames.at(0);
+    return renderer.draw(snapshot, 0, {&view, 1}).value().set.frames.at(0);
 }
 
 struct Difference {

@@ -5,20 +5,12 @@
 #include <vector>
 
 #include "core/render/gl/beautiful_inputs.h"
+#include "core/render/gl/gpu_scene.h"
 #include "core/render/gl/pass_view.h"
 #include "core/render/gl/shader_cache.h"
+#include "core/render/gl/uniform_blocks.h"
 
 namespace camrig {
-
-/// A draw that may touch the picture.
-struct VisibleDraw {
-    SceneItem* item = nullptr;
-    SceneItems* owner = nullptr;
-    const IndexRange* range = nullptr;
-    DrawBlock uniforms;
-    double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis
-    std::size_t order = 0;    ///< among draws of one distance
-};
 
 /// Issues the draws of one picture after another. Knows GL state, nothing of cameras, frames or caches.
 ///
@@ -31,28 +23,26 @@ public:
 
     /// Global state that no draw changes; once per instant.
     void begin_instant();
-    void begin_view(const PassView& view, StreamBuffer& stream);
-    /// Appends what may be visible of `items` to `opaque` and `blended`, in the order of the items; null: not wanted.
-    void cull(SceneItems& items, std::vector<VisibleDraw>* opaque, std::vector<VisibleDraw>* blended);
+    void begin_view(const PassView& view, GpuScene& scene);
 
-    const ViewTransform& transform() const { return view_.transform; }
+    const SceneView& view() const { return view_; }
 
     /// Into the bound framebuffer: opaque and masked surfaces, in the given order.
-    void draw_opaque(std::span<const VisibleDraw> draws);
+    void draw_opaque(std::span<const SeenSurface> draws);
     /// Farthest first, without writing depth.
-    void draw_blended(std::vector<VisibleDraw>& draws);
+    void draw_blended(std::vector<SeenSurface>& draws);
     /// The same for several lists one after the other: each draw_sorted() between begin_ and end_blending().
     void begin_blending();
-    void draw_sorted(std::vector<VisibleDraw>& draws);
+    void draw_sorted(std::vector<SeenSurface>& draws);
     void end_blending();
-    void draw_truth(std::span<const VisibleDraw> draws);
+    void draw_truth(std::span<const SeenSurface> draws);
 
-    /// Distances from lights, between begin_shadows() and end_shadows(): of those `items` that `casts` is true for,
-    /// into the depth of `framebuffer`, cleared before if `clears`, with meshes
-    /// true to `max_error_m`. Afterwards begin_instant() is needed.
+    /// Distances from lights, between begin_shadows() and end_shadows(): of the statics or the movers, those that
+    /// `casts` is true for, into the depth of `framebuffer`, cleared before if `clears`, with meshes true to
+    /// `max_error_m`. Afterwards begin_instant() is needed.
     void begin_shadows();
-    void draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, SceneItems& items,
-                      bool (*casts)(const SceneItem&), double max_error_m, StreamBuffer& stream);
+    void draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, GpuScene& scene, bool of_statics,
+                      bool (*casts)(const PlacedSurface&), double max_error_m);
     void end_shadows();
 
     std::uint64_t draws() const { return draws_; }
@@ -60,30 +50,31 @@ public:
     std::uint64_t coarse_draws() const { return coarse_draws_; }
 
 private:
-    const IndexRange& range_of(const SceneItem& item, const glm::dmat4& optical_from_local) const;
     template <typename Block>
     void bind_block(GLuint binding, const Block& block);
     void use_program(GLuint program);
-    void use_material(const SceneItem& item);
+    void use_material(const GpuSurface& surface);
     void use_lights(int light_set);
-    void use_sides(const SceneItem& item, bool both);
+    void use_sides(const SeenSurface& seen, bool both);
     /// Then its shader is one of batches, also where it is drawn alone: in each picture the same one.
-    bool may_be_batched(const SceneItem& item) const;
+    bool may_be_batched(const GpuSurface& surface) const;
     /// The first of `draws` and those behind it that may be drawn with it.
-    std::span<const VisibleDraw> batch_of(std::span<const VisibleDraw> draws) const;
-    GLuint color_program(SceneItem& item);
-    void use_vertices(const VisibleDraw& draw);
+    std::span<const SeenSurface> batch_of(std::span<const SeenSurface> draws) const;
+    GLuint color_program(const SeenSurface& seen);
+    void use_vertices(const SeenSurface& seen);
     /// A batch, or one draw.
-    void draw(std::span<const VisibleDraw> batch, bool both_sides = false);
-    void write_blocks(std::span<const VisibleDraw> batch);
-    void use_depth_program(const SceneItem& item, GLuint (ShaderCache::*program)(DepthKey), bool batched);
+    void draw(std::span<const SeenSurface> batch);
+    void draw_as(std::span<const SeenSurface> batch, bool both_sides);
+    /// Binds room for the blocks of so many draws, to be written.
+    DrawBlock* bind_blocks(std::size_t count);
+    void use_depth_program(const GpuSurface& surface, GLuint (ShaderCache::*program)(DepthKey), bool batched);
 
     const GlFunctions& gl_;
     ShaderCache& shaders_;
     bool batches_;
     PassView view_;
     std::optional<BeautifulInputs> beautiful_;
-    StreamBuffer* stream_ = nullptr;
+    GpuScene* scene_ = nullptr;
     std::vector<StreamBuffer::Piece> light_blocks_;  ///< per light set of this view; made on first use
     // What is bound, to leave out calls that change nothing.
     GLuint program_ = 0;

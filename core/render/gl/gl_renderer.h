@@ -1,38 +1,36 @@
 #pragma once
 
-#include <array>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/base/thread_check.h"
 #include "core/render/gl/color_converter.h"
 #include "core/render/gl/egl_context.h"
 #include "core/render/gl/view_painter.h"
 #include "core/render/renderer_factory.h"
+#include "core/render/shown_picture.h"
 
 namespace camrig {
 
 /// The Renderer on OpenGL 4.5.
 ///
-/// submit(): models are uploaded when first seen, everything is posed once, then each view is culled and drawn into
-/// targets of its own; nothing is read until every view is drawn. collect(): reads the pixels of the oldest instant.
+/// Models are uploaded when first seen, everything is posed once, then each view is culled and drawn into targets of
+/// its own; nothing is read until every view is drawn.
 class GlRenderer final : public Renderer {
 public:
     static Result<std::unique_ptr<Renderer>> create(const RendererOptions& options);
     ~GlRenderer() override;
 
-    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
-    Result<Finished> collect() override;
-    int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
     bool makes(PixelFormat format, const View& view) const override;
     void forget(CameraId camera) override;
     RenderCounters counters() const override;
     std::string description() const override { return context_->description(); }
 
 private:
-    /// What collect() needs to know of one picture of one view.
+    /// A picture that is drawn and not read yet.
     struct Pending {
         std::size_t view = 0;
         FrameKind kind = FrameKind::color;
@@ -41,47 +39,18 @@ private:
         std::size_t buffer_offset = 0;
         ViewTransform transform;
         std::shared_ptr<const LensOnDevice> lens;  ///< null: none
-        std::int64_t same_as = -1;                 ///< FrameInfo::same_as and changed_rows
-        ChangedRows changed_rows{};
+        ShownPicture::Change change{};
     };
-    /// The last colour picture of a camera: a kept one (PaintedView::layer), and other things in some rows.
-    struct Shown {
-        std::int64_t sequence = -1;
-        std::uint64_t layer = 0;
-        ChangedRows drawn_rows;
-    };
-    struct Slot {
-        explicit Slot(const GlFunctions& gl) : stream(gl), readback(gl) {}
-        StreamBuffer stream;
-        ReadbackBuffer readback;
-        std::map<CameraId, ViewTargets> targets;
-    };
-    struct Instant {
-        SnapshotRef snapshot;
-        TimeNs monotonic_ns = 0;
-        std::size_t slot = 0;
-        std::vector<View> views;
-        std::vector<Pending> pending;
-        std::vector<Finished::Failure> failures;
-    };
-
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);
-    void submit_views(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views);
+    Result<Finished> draw_views(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     /// After an instant that broke off: the next one begins with nothing of it.
     void forget_instant();
-    void begin_instant(SnapshotRef snapshot);
-    /// Adds the meshes of the present instant.
-    void count_meshes(std::uint64_t& skinned, std::uint64_t& unseen) const;
-    void update_statics(const std::shared_ptr<const StaticSet>& statics);
-    void update_movers(const Snapshot& snapshot, Slot& slot);
-    PaintScene paint_scene(Slot& slot);
-    Result<void> draw_view(Instant& instant, std::size_t index);
-    /// What the colour picture has in common with the one before.
-    void find_changes(const View& view, const PaintedView& painted, Pending& picture);
-    /// Starts what brings the pictures of an instant to the readback buffer.
-    void read_back(Instant& instant);
-    FrameRef finish(const Instant& instant, const Pending& pending);
+    void begin_instant(const SnapshotRef& snapshot);
+    Result<void> draw_view(const View& view, std::size_t index);
+    /// Brings the pictures to the readback buffer.
+    Result<void> read_back(std::span<const View> views);
+    FrameRef finish(const View& view, const Pending& pending, TimeNs monotonic_ns);
 
     std::unique_ptr<EglContext> context_;
     const GlFunctions& gl_;
@@ -91,24 +60,13 @@ private:
     ReadbackMode readback_mode_;
     ShaderCache shaders_;
     SamplerCache samplers_;
-    ModelCache models_;
     ViewPainter painter_;
-    std::shared_ptr<const StaticSet> statics_;
-    std::uint64_t statics_number_ = 0;  ///< counts the static sets
-    std::uint64_t objects_number_ = 0;  ///< counts those with other objects
-    SceneItems static_items_;
-    LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
-    int static_light_sets_ = 0;
-    StreamBuffer static_stream_;
-    SceneItems mover_items_;
-    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
-
-    std::array<Slot, max_in_flight> slots_;
-    SnapshotRef snapshot_;  ///< of the instant that is drawn, in this slot
-    std::size_t slot_ = 0;
-    std::size_t stream_limit_ = 0;  ///< of the slot's stream, before the same instant is begun anew
-    std::map<CameraId, Shown> shown_;
-    std::deque<Instant> submitted_;
+    GpuScene scene_;
+    std::size_t stream_limit_ = 0;  ///< of what is written for the scene, before the same instant is begun anew
+    ReadbackBuffer readback_;
+    std::map<CameraId, ViewTargets> targets_;
+    std::vector<Pending> pending_;  ///< of one call of draw()
+    std::map<CameraId, ShownPicture> shown_;
     ThreadCheck thread_;
 };
 

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <map>
 #include <new>
 
-#include "core/render/detail_levels.h"
-#include "core/world/posed_model.h"
+#include "core/render/scene/texture_transform.h"
 
 namespace camrig {
 namespace {
@@ -114,12 +112,9 @@ MaterialBlock block_of(const Material& material, const UvSlots& slots) {
     block.factors =
         glm::vec4(material.metallic, material.roughness, material.normal_scale, material.occlusion_strength);
     for (int i = 0; i < slots.count; ++i) {
-        // KHR_texture_transform: translation * rotation * scale; counter-clockwise with v pointing down.
-        const TextureRef& ref = *slots.refs[i];
-        const float c = std::cos(ref.rotation);
-        const float s = std::sin(ref.rotation);
-        block.uv_rows[2 * i] = glm::vec4(c * ref.scale.x, s * ref.scale.y, ref.offset.x, 0.0f);
-        block.uv_rows[2 * i + 1] = glm::vec4(-s * ref.scale.x, c * ref.scale.y, ref.offset.y, 0.0f);
+        const TextureTransform transform = transform_of(*slots.refs[i]);
+        block.uv_rows[2 * i] = glm::vec4(transform.u, 0.0f);
+        block.uv_rows[2 * i + 1] = glm::vec4(transform.v, 0.0f);
     }
     return block;
 }
@@ -161,13 +156,16 @@ constexpr std::array<GLint, attribute_count> components_of{3, 3, 4, 2, 2, 4};
 /// Collects the vertices and indices of all primitives, by the vertex array they will be in.
 class GeometryUploader {
 public:
-    void add(const Primitive& primitive, GpuPrimitive& gpu) {
+    void add(const PreparedPrimitive& prepared, GpuPrimitive& gpu) {
+        const Primitive& primitive = *prepared.source;
         const bool is_narrow = gpu.layout.has_narrow_indices;
         gpu.index_type = is_narrow ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
-        gpu.full = range(primitive.indices, is_narrow);
-        for (const DetailLevel& level : make_detail_levels(primitive)) {
-            gpu.coarser.push_back(range(level.indices, is_narrow));
-            gpu.coarser.back().error = level.error;
+        gpu.levels.push_back(range(primitive.indices, is_narrow));
+        for (const MeshLevel& level : prepared.coarser) {
+            std::vector<std::uint32_t> list;
+            for (std::size_t i = 0; i < level.triangles[0].size(); ++i)
+                for (const auto& corners : level.triangles) list.push_back(corners[i]);
+            gpu.levels.push_back(range(list, is_narrow));
         }
         Group& group = group_of(gpu);
         gpu.base_vertex = group.vertex_count;
@@ -248,7 +246,6 @@ private:
     std::vector<std::byte> indices_;
 };
 
-/// Of each mesh, whether a node deforms it.
 /// Whether a call since the last question failed for want of memory; takes all errors that are noted.
 bool is_out_of_memory(const GlFunctions& gl) {
     bool is_out = false;
@@ -256,24 +253,15 @@ bool is_out_of_memory(const GlFunctions& gl) {
     return is_out;
 }
 
-std::vector<bool> deformed_meshes(const Model& model) {
-    std::vector<bool> deformed(model.meshes.size());
-    for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-        const int mesh = model.nodes[i].mesh;
-        if (mesh >= 0 && is_deformed(model, static_cast<int>(i))) deformed[static_cast<std::size_t>(mesh)] = true;
-    }
-    return deformed;
-}
-
 }  // namespace
 
-GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model) {
+GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model& model,
+                      const PreparedModel& prepared) {
     GpuModel gpu;
-    gpu.source = model;
-    std::vector<Material> materials = model->materials;
+    std::vector<Material> materials = model.materials;
     materials.emplace_back();  // the glTF default
 
-    TextureUploader textures(gl, samplers, *model, gpu);
+    TextureUploader textures(gl, samplers, model, gpu);
     std::vector<UvSlots> slots;
     std::vector<std::byte> uniforms;
     const auto alignment = static_cast<std::size_t>(uniform_alignment(gl));
@@ -292,27 +280,20 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
     gpu.uniforms = immutable_buffer(gl, uniforms);
 
     GeometryUploader geometry;
-    const std::vector<bool> deforms = deformed_meshes(*model);
-    for (std::size_t i = 0; i < model->meshes.size(); ++i) {
-        const Mesh& mesh = model->meshes[i];
-        auto& primitives = gpu.meshes.emplace_back(mesh.primitives.size());
-        for (std::size_t j = 0; j < primitives.size(); ++j) {
-            const Primitive& primitive = mesh.primitives[j];
-            GpuPrimitive& entry = primitives[j];
-            const auto last = static_cast<int>(materials.size()) - 1;
-            entry.material = primitive.material < 0 ? last : primitive.material;
-            const auto material = static_cast<std::size_t>(entry.material);
-            entry.mode = mode_of(primitive.topology);
-            entry.key = key_of(materials[material], slots[material], primitive);
-            entry.layout = vertex_layout(primitive);
-            entry.source = &primitive;
-            entry.joint_boxes = joint_boxes_of(primitive);
-            entry.may_deform = deforms[i];
-            geometry.add(primitive, entry);
-        }
+    gpu.primitives.resize(prepared.primitives.size());
+    for (const PreparedSurface& surface : prepared.surfaces)
+        if (surface.is_deformed) gpu.primitives[surface.primitive->number].may_deform = true;
+    for (const PreparedPrimitive& primitive : prepared.primitives) {
+        GpuPrimitive& entry = gpu.primitives[primitive.number];
+        const int number = primitive.source->material;
+        const auto material = number < 0 ? materials.size() - 1 : static_cast<std::size_t>(number);
+        entry.material = static_cast<int>(material);
+        entry.mode = mode_of(primitive.source->topology);
+        entry.key = key_of(materials[material], slots[material], *primitive.source);
+        entry.layout = vertex_layout(*primitive.source);
+        geometry.add(primitive, entry);
     }
     geometry.upload(gl, gpu);
-    gpu.surfaces = draw_order(*model);
     if (is_out_of_memory(gl)) throw std::bad_alloc();
     return gpu;
 }

@@ -1,14 +1,12 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <vector>
 
-#include "core/render/draw_order.h"
 #include "core/render/gl/gl_objects.h"
 #include "core/render/gl/sampler_cache.h"
 #include "core/render/gl/shader_key.h"
-#include "core/render/placement.h"
+#include "core/render/scene/prepared_model.h"
 #include "core/world/model.h"
 
 namespace camrig {
@@ -24,11 +22,10 @@ enum VertexAttribute : GLuint {
     attribute_count
 };
 
-/// A piece of GpuModel::indices, and how far its surface is from the full one (local units).
+/// A piece of GpuModel::indices.
 struct IndexRange {
     GLintptr offset = 0;
     GLsizei count = 0;
-    float error = 0.0f;
 };
 
 struct GpuPrimitive {
@@ -37,15 +34,12 @@ struct GpuPrimitive {
     bool may_deform = false;  ///< then the vertex array is its own
     GLenum mode = GL_TRIANGLES;
     GLenum index_type = GL_UNSIGNED_INT;
-    IndexRange full;
-    std::vector<IndexRange> coarser;  ///< each with fewer triangles and a larger error than the one before
-    GLintptr position_offset = 0;     ///< in GpuModel::vertices; of those that may deform
+    std::vector<IndexRange> levels;  ///< of detail: the full mesh, then those of PreparedPrimitive::coarser
+    GLintptr position_offset = 0;    ///< in GpuModel::vertices; of those that may deform
     GLintptr normal_offset = 0;
     int material = 0;  ///< into GpuModel::materials
     ShaderKey key;     ///< material and vertex part; quality and lights are filled per draw
     VertexLayout layout;
-    const Primitive* source = nullptr;  ///< lives as long as the Model
-    std::vector<JointBox> joint_boxes;  ///< per joint index that vertices use; empty without a skin
 };
 
 struct GpuTexture {
@@ -60,21 +54,18 @@ struct GpuMaterial {
     bool double_sided = false;
 };
 
-/// A Model on the device: uploaded once, drawn by every camera. It does not keep the Model: that lives as long as
-/// instances of it are drawn.
+/// A Model on the device: uploaded once, drawn by every camera.
 struct GpuModel {
-    std::weak_ptr<const Model> source;
     GlBuffer vertices;
     GlBuffer indices;
     GlBuffer uniforms;
     std::vector<GlVertexArray> vertex_arrays;  ///< rigid primitives of one layout share one
     std::vector<GlTexture> textures;
-    std::vector<GpuMaterial> materials;  ///< the glTF default material is the last
-    std::vector<std::vector<GpuPrimitive>> meshes;
-    std::vector<Surface> surfaces;  ///< as they are drawn
+    std::vector<GpuMaterial> materials;    ///< the glTF default material is the last
+    std::vector<GpuPrimitive> primitives;  ///< as of PreparedModel
 };
 
-/// Throws std::bad_alloc when the device has no memory left (GlRenderer::submit catches it).
-GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const ModelRef& model);
+/// Throws std::bad_alloc when the device has no memory left (GlRenderer::draw catches it).
+GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model& model, const PreparedModel& prepared);
 
 }  // namespace camrig

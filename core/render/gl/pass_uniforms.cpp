@@ -4,27 +4,13 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/render/scene/view_lights.h"
+
 namespace camrig {
 namespace {
 
 glm::vec4 row(const glm::dmat3& m, int i, double w = 0.0) {
     return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
-}
-
-LocalLightBlock local_block(const Light& light, const ViewTransform& view, float exposure) {
-    const glm::vec3 position(view.optical_from_world * (light.position - view.eye));
-    const glm::vec3 direction(view.optical_from_world * light.direction);
-    const float inverse_range2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
-    float spot_scale = 0.0f;
-    float spot_offset = 1.0f;
-    if (light.type == LightType::spot) {
-        const float inner = std::cos(light.inner_cone_rad);
-        const float outer = std::cos(light.outer_cone_rad);
-        spot_scale = 1.0f / std::max(0.001f, inner - outer);
-        spot_offset = -outer * spot_scale;
-    }
-    return {glm::vec4(position, inverse_range2), glm::vec4(light.color * light.intensity * exposure, spot_scale),
-            glm::vec4(direction, spot_offset)};
 }
 
 template <typename T>
@@ -37,26 +23,27 @@ void put(std::byte*& to, const T& value) {
 
 ViewBlock view_block(const PassView& view) {
     const ViewTransform& t = view.transform;
-    const Environment& environment = *view.environment;
+    const AmbientInView ambient = ambient_in_view(view.scene->environment(), t);
     ViewBlock block{};
     block.projection = glm::vec4(glm::dvec4(t.x_scale, t.x_shift, t.y_scale, t.y_shift));
     block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
-    block.up = glm::vec4(glm::dvec4(t.optical_from_world * glm::dvec3(0.0, 0.0, 1.0), 0.0));
-    block.sky = glm::vec4(environment.ambient_sky * environment.exposure, environment.exposure);
-    block.ground = glm::vec4(environment.ambient_ground * environment.exposure, 0.0f);
+    block.up = glm::vec4(ambient.up, 0.0f);
+    block.sky = glm::vec4(ambient.sky, ambient.exposure);
+    block.ground = glm::vec4(ambient.ground, 0.0f);
     for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
     return block;
 }
 
-DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item) {
+DrawBlock draw_block(const SeenSurface& seen) {
+    const glm::dmat4& optical_from_local = seen.optical_from_local;
     const glm::dmat3 m(optical_from_local);
-    const glm::dmat3 normals = normals_from(optical_from_local, item.is_mirrored);
+    const glm::dmat3 normals = normals_from(optical_from_local, seen.placed->is_mirrored);
     DrawBlock block{};
     for (int i = 0; i < 3; ++i) {
         block.position_rows[i] = row(m, i, optical_from_local[3][i]);
         block.normal_rows[i] = row(normals, i);
     }
-    block.ids = glm::uvec4(static_cast<std::uint32_t>(item.object), 0u, 0u, 0u);
+    block.ids = glm::uvec4(static_cast<std::uint32_t>(seen.placed->object->id), 0u, 0u, 0u);
     return block;
 }
 
@@ -101,22 +88,26 @@ std::size_t light_bytes(const PassView& view, const LightSet& set) {
 }
 
 void write_lights(const PassView& view, const LightSet& set, std::byte* to) {
-    const float exposure = view.environment->exposure;
+    const auto in_view = [&](int i) {
+        const Light& light = view.scene->lights()[set.lights[static_cast<std::size_t>(i)]];
+        return light_in_view(light, view.transform, view.scene->environment().exposure);
+    };
     const int directional = rounded_directional(set.directional);
     const int local = rounded_local(set.local);
     for (int i = 0; i < directional; ++i) {
         DirectionalLightBlock block{};
         if (i < set.directional) {
-            const Light& light = view.lights[set.lights[i]];
-            block.towards = glm::vec4(glm::dvec4(view.transform.optical_from_world * -light.direction, 0.0));
-            block.color = glm::vec4(light.color * light.intensity * exposure, 0.0f);
+            const LightInView light = in_view(i);
+            block = {glm::vec4(light.towards, 0.0f), glm::vec4(light.color, 0.0f)};
         }
         put(to, block);
     }
     for (int i = 0; i < local; ++i) {
         LocalLightBlock block{glm::vec4(0.0f, 0.0f, -1.0f, 0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
         if (i < set.local) {
-            block = local_block(view.lights[set.lights[set.directional + i]], view.transform, exposure);
+            const LightInView light = in_view(set.directional + i);
+            block = {glm::vec4(light.position, light.inverse_range2), glm::vec4(light.color, light.spot_scale),
+                     glm::vec4(light.direction, light.spot_offset)};
         }
         put(to, block);
     }

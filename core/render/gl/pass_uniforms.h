@@ -10,7 +10,7 @@ namespace camrig {
 
 ViewBlock view_block(const PassView& view);
 ShadowBlock shadow_block(const PassView& view);
-DrawBlock draw_block(const glm::dmat4& optical_from_local, const SceneItem& item);
+DrawBlock draw_block(const SeenSurface& seen);
 /// For a shadow map: four rows of a matrix, the last in normal_rows[0] (shaders/shadow.vert).
 DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local);
 

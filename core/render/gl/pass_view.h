@@ -2,21 +2,14 @@
 
 #include <span>
 
-#include "core/render/gl/scene_items.h"
+#include "core/render/gl/gl_functions.h"
+#include "core/render/scene/scene_view.h"
 #include "core/render/shadow_plan.h"
-#include "core/render/view_transform.h"
 
 namespace camrig {
 
-/// What one picture needs to know about the world around the draws.
-struct PassView {
-    ViewTransform transform;
-    Frustum frustum;
-    Quality quality = Quality::simple;
-    double max_detail_error_px = 0.0;  ///< 0: every mesh in full
-    const Environment* environment = nullptr;
-    std::span<const Light> lights;
-    const LightTable* light_sets = nullptr;
+/// One picture of a scene, and the shadows in it.
+struct PassView : SceneView {
     std::span<const ShadowView> shadows;  ///< those of quality `beautiful`; else empty
     GLuint shadow_maps = 0;               ///< one layer for each
 };

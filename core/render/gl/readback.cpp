@@ -57,17 +57,11 @@ void ReadbackBuffer::read(PictureSource source, FrameKind kind, ImageSize size, 
     gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
-void ReadbackBuffer::start_fence() {
-    gl_.MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);  // for what shaders wrote
-    fence_ = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    gl_.Flush();
-}
-
 Result<void> ReadbackBuffer::wait() {
-    CHECK(fence_ != nullptr);
-    const GLenum state = gl_.ClientWaitSync(fence_, GL_SYNC_FLUSH_COMMANDS_BIT, device_timeout_ns);
-    gl_.DeleteSync(fence_);
-    fence_ = nullptr;
+    gl_.MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);  // for what shaders wrote
+    const GLsync fence = gl_.FenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    const GLenum state = gl_.ClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, device_timeout_ns);
+    gl_.DeleteSync(fence);
     if (state == GL_ALREADY_SIGNALED || state == GL_CONDITION_SATISFIED) return {};
     return error(ErrorKind::unavailable, "the graphics device did not finish drawing within 10 s");
 }

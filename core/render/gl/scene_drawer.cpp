@@ -1,17 +1,15 @@
 #include "core/render/gl/scene_drawer.h"
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
 
+#include "core/frame/srgb.h"
 #include "core/render/view_frames.h"
 
 namespace camrig {
 namespace {
 
-float srgb_of(float linear) {
-    const float c = std::fmin(std::fmax(linear, 0.0f), 1.0f);
-    return c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1.0f / 2.4f) - 0.055f;
+float code_of(float linear) {
+    return static_cast<float>(srgb_of_linear(std::clamp(linear, 0.0f, 1.0f)));
 }
 
 PixelRect scaled(const PixelRect& rect, int factor) {
@@ -30,7 +28,7 @@ void SceneDrawer::begin_instant() {
     shadows_are_made_ = false;
 }
 
-void SceneDrawer::prepare(std::span<const View> views, PaintScene& scene) {
+void SceneDrawer::prepare(std::span<const View> views, GpuScene& scene) {
     state_is_ours_ = false;
     const auto is_shadowed = [](const View& view) {
         return view.quality == Quality::beautiful && wants(view, FrameKind::color);
@@ -42,7 +40,7 @@ void SceneDrawer::prepare(std::span<const View> views, PaintScene& scene) {
 
 void SceneDrawer::clear(const ColorTarget& target, const Environment& environment) {
     const glm::vec3 background = environment.background * environment.exposure;
-    const float color[4] = {srgb_of(background.r), srgb_of(background.g), srgb_of(background.b), 1.0f};
+    const float color[4] = {code_of(background.r), code_of(background.g), code_of(background.b), 1.0f};
     const float farthest = 0.0f;
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_COLOR, 0, color);
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
@@ -57,15 +55,15 @@ void SceneDrawer::clear(const TruthTarget& target) {
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_DEPTH, 0, &farthest);
 }
 
-void SceneDrawer::restore(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget* color,
+void SceneDrawer::restore(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget* color,
                           ViewTargets& targets, SceneChanges& changes) {
     changes.layer = nullptr;
     changes.shadowed.clear();
     changes.is_mostly_shadowed = changes.is_in_parts = changes.is_put_back = false;
     // Chosen objects are another picture than the one that is kept.
     if (view.only_objects.empty())
-        changes.layer =
-            layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene.statics_number});
+        changes.layer = layers_.layer_of(
+            view.camera, {view.spec_revision, view.pose, view.quality, scene.placed().statics_number()});
     if (changes.layer == nullptr || !plan.wants_color) return;
     if (view.quality == Quality::beautiful) {
         changes.shadowed = shadow_rects(view, plan);
@@ -98,7 +96,7 @@ void SceneDrawer::put_back(const ViewPlan& plan, const ColorTarget& color, ViewT
     changes.shown_layer = changes.layer->number;
 }
 
-void SceneDrawer::draw(const View& view, const ViewPlan& plan, PaintScene& scene, ViewSources sources,
+void SceneDrawer::draw(const View& view, const ViewPlan& plan, GpuScene& scene, ViewSources sources,
                        ViewTargets& targets, SceneChanges& changes) {
     if (!state_is_ours_) pass_.begin_instant();
     state_is_ours_ = true;
@@ -120,7 +118,7 @@ void SceneDrawer::draw(const View& view, const ViewPlan& plan, PaintScene& scene
             draw_shadowed(view, plan, scene, *sources.color, changes.shadowed);
             statics.color = nullptr;
         } else {
-            clear(*sources.color, scene.environment);
+            clear(*sources.color, scene.placed().environment());
         }
     }
     if (sources.truth != nullptr) {
@@ -158,24 +156,18 @@ std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, 
     return rects;
 }
 
-void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, PaintScene& scene,
+void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, GpuScene& scene,
                              Shadows shadows) {
     const bool is_shadowed = view.quality == Quality::beautiful && !shadows_.views().empty();
-    PassView pass{.transform = transform_of(view, plan, tile),
-                  .frustum = {},
-                  .quality = view.quality,
-                  .max_detail_error_px = max_detail_error_px_,
-                  .environment = &scene.environment,
-                  .lights = scene.lights,
-                  .light_sets = &scene.light_sets,
-                  .shadows = {},
-                  .shadow_maps = 0};
+    PassView pass{make_scene_view(scene.placed(), transform_of(view, plan, tile), plan.spec->far_m, view.quality,
+                                  max_detail_error_px_),
+                  {},
+                  0};
     if (is_shadowed) {
         pass.shadows = shadows_.views();
         pass.shadow_maps = shadows == Shadows::still ? shadows_.still() : shadows_.now();
     }
-    pass.frustum = make_frustum(pass.transform, plan.spec->far_m);
-    pass_.begin_view(pass, scene.stream);
+    pass_.begin_view(pass, scene);
     static_opaque_.clear();
     moving_opaque_.clear();
     blended_.clear();
@@ -188,38 +180,27 @@ void SceneDrawer::draw_into(GLuint framebuffer, const SourceTile& tile, int fact
     gl_.Scissor(tile.x * factor, tile.y * factor, size.width, size.height);
 }
 
-std::optional<PixelRect> SceneDrawer::bounds_of(const SceneItem& item) const {
-    const ViewTransform& transform = pass_.transform();
-    return screen_bounds(transform, transform.optical_from(item.world_from_local), item.bounds.min, item.bounds.max);
-}
-
-bool SceneDrawer::find_changes(const View& view, const ViewPlan& plan, PaintScene& scene, SceneChanges& changes) {
+bool SceneDrawer::find_changes(const View& view, const ViewPlan& plan, GpuScene& scene, SceneChanges& changes) {
     // Each rectangle is a round of draws; past a few of them, or past half of the picture, a plain copy is cheaper.
     constexpr std::size_t max_rects = 8;
     if (!may_draw_parts(plan)) return false;
     const SourceTile& tile = plan.tiles.front();
     begin_tile(view, plan, tile, scene, Shadows::now);
-    for (auto* list : {&changes.shadowed_statics, &changes.movers, &changes.static_blended, &changes.blended})
-        list->clear();
+    changes.shadowed_statics.clear();
+    changes.static_blended.clear();
     changes.rects.clear();
     if (!changes.shadowed.empty()) changes.rects = changes.shadowed.front();
-    auto* const statics = changes.rects.empty() ? nullptr : &changes.shadowed_statics;
-    pass_.cull(scene.movers, &changes.movers, &changes.blended);
-    pass_.cull(scene.statics, statics, &changes.static_blended);
-    for (auto* list : {&changes.movers, &changes.blended}) {
-        std::erase_if(*list, [&](const VisibleDraw& draw) {
-            const auto rect = bounds_of(*draw.item);
-            if (rect) changes.rects.push_back(*rect);
-            return !rect;
-        });
-    }
+    const SceneView& seen = pass_.view();
+    seen.see_all(true, changes.rects.empty() ? nullptr : &changes.shadowed_statics, &changes.static_blended);
+    changes.movers.see(seen);
+    changes.rects.insert(changes.rects.end(), changes.movers.rects.begin(), changes.movers.rects.end());
     changes.rects = disjoint_cover(std::move(changes.rects), max_rects);
     std::int64_t area = 0;
     for (const PixelRect& rect : changes.rects) area += rect.area();
     return 2 * area <= tile.size.pixels();
 }
 
-void SceneDrawer::draw_changes(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+void SceneDrawer::draw_changes(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                                const SceneChanges& changes) {
     if (changes.rects.empty()) return;
     const SourceTile& tile = plan.tiles.front();
@@ -229,25 +210,21 @@ void SceneDrawer::draw_changes(const View& view, const ViewPlan& plan, PaintScen
         gl_.Enable(GL_SCISSOR_TEST);
         for (const PixelRect& rect : changes.rects) {
             use_scissor(tile, rect, plan.supersampling);
-            clear(color, scene.environment);
+            clear(color, scene.placed().environment());
             draw_touching(changes.shadowed_statics, rect);
         }
         gl_.Disable(GL_SCISSOR_TEST);
     }
     // What moves touches nothing outside of its bounds, and those lie in the rectangles: once is enough for all.
-    pass_.draw_opaque(changes.movers);
-    const auto blends_in = [this](const VisibleDraw& draw, const PixelRect& rect) {
-        const auto bounds = bounds_of(*draw.item);
-        return bounds && bounds->intersects(rect);
-    };
+    pass_.draw_opaque(changes.movers.opaque);
     // All that is blended comes last, rectangle after rectangle: each change between the two is a flush (DrawPass).
     pass_.begin_blending();
     gl_.Enable(GL_SCISSOR_TEST);
     for (const PixelRect& rect : changes.rects) {
         touching_.clear();
-        for (const auto* list : {&changes.static_blended, &changes.blended}) {
-            for (const VisibleDraw& draw : *list)
-                if (blends_in(draw, rect)) touching_.push_back(draw);
+        for (const auto* list : {&changes.static_blended, &changes.movers.blended}) {
+            for (const SeenSurface& seen : *list)
+                if (pass_.view().touches(seen, {&rect, 1})) touching_.push_back(seen);
         }
         if (touching_.empty()) continue;
         use_scissor(tile, rect, plan.supersampling);
@@ -262,38 +239,36 @@ void SceneDrawer::use_scissor(const SourceTile& tile, const PixelRect& rect, int
                 rect.height() * factor);
 }
 
-void SceneDrawer::draw_touching(std::span<const VisibleDraw> draws, const PixelRect& rect) {
+void SceneDrawer::draw_touching(std::span<const SeenSurface> draws, const PixelRect& rect) {
     touching_.clear();
-    for (const VisibleDraw& draw : draws) {
-        const auto bounds = bounds_of(*draw.item);
-        if (bounds && bounds->intersects(rect)) touching_.push_back(draw);
-    }
+    for (const SeenSurface& seen : draws)
+        if (pass_.view().touches(seen, {&rect, 1})) touching_.push_back(seen);
     pass_.draw_opaque(touching_);
 }
 
-void SceneDrawer::draw_shadowed(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+void SceneDrawer::draw_shadowed(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                                 std::span<const std::vector<PixelRect>> rects) {
     for (std::size_t i = 0; i < rects.size(); ++i) {
         if (rects[i].empty()) continue;
         const SourceTile& tile = plan.tiles[i];
         begin_tile(view, plan, tile, scene, Shadows::now);
-        pass_.cull(scene.statics, &static_opaque_, nullptr);
+        pass_.view().see_all(true, &static_opaque_, nullptr);
         draw_into(color.framebuffer.name(), tile, plan.supersampling);
         gl_.Enable(GL_SCISSOR_TEST);
         for (const PixelRect& rect : rects[i]) {
             use_scissor(tile, rect, plan.supersampling);
-            clear(color, scene.environment);
+            clear(color, scene.placed().environment());
             draw_touching(static_opaque_, rect);
         }
         gl_.Disable(GL_SCISSOR_TEST);
     }
 }
 
-void SceneDrawer::keep_finished(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+void SceneDrawer::keep_finished(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                                 StaticLayers::Layer& layer) {
     const SourceTile& tile = plan.tiles.front();
     begin_tile(view, plan, tile, scene, Shadows::still);
-    pass_.cull(scene.statics, nullptr, &blended_);
+    pass_.view().see_all(true, nullptr, &blended_);
     if (blended_.empty()) return;
     draw_into(color.framebuffer.name(), tile, plan.supersampling);
     pass_.draw_blended(blended_);
@@ -302,14 +277,14 @@ void SceneDrawer::keep_finished(const View& view, const ViewPlan& plan, PaintSce
 
 void SceneDrawer::keep_only(std::span<const ObjectId> objects) {
     if (objects.empty()) return;
-    const auto is_other = [&](const VisibleDraw& draw) {
-        return std::ranges::find(objects, draw.item->object) == objects.end();
+    const auto is_other = [&](const SeenSurface& seen) {
+        return std::ranges::find(objects, seen.placed->object->id) == objects.end();
     };
     std::erase_if(static_opaque_, is_other);
     std::erase_if(moving_opaque_, is_other);
 }
 
-void SceneDrawer::draw_tiles(const View& view, const ViewPlan& plan, PaintScene& scene, const ViewSources& statics,
+void SceneDrawer::draw_tiles(const View& view, const ViewPlan& plan, GpuScene& scene, const ViewSources& statics,
                              const ViewSources& rest, Shadows shadows) {
     const bool draws_statics = statics.color != nullptr || statics.truth != nullptr;
     const bool draws_rest = rest.color != nullptr || rest.truth != nullptr;
@@ -319,8 +294,8 @@ void SceneDrawer::draw_tiles(const View& view, const ViewPlan& plan, PaintScene&
     for (const SourceTile& tile : plan.tiles) {
         begin_tile(view, plan, tile, scene, shadows);
         auto* const blended = rest.color != nullptr ? &blended_ : nullptr;
-        pass_.cull(scene.statics, draws_statics ? &static_opaque_ : nullptr, blended);
-        if (draws_rest) pass_.cull(scene.movers, &moving_opaque_, blended);
+        pass_.view().see_all(true, draws_statics ? &static_opaque_ : nullptr, blended);
+        if (draws_rest) pass_.view().see_all(false, &moving_opaque_, blended);
         keep_only(view.only_objects);
 
         if (const ColorTarget* color = statics.color != nullptr ? statics.color : rest.color) {

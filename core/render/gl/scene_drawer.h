@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/render/gl/draw_pass.h"
-#include "core/render/gl/paint_scene.h"
 #include "core/render/gl/shadow_maps.h"
 #include "core/render/gl/static_layers.h"
 #include "core/render/gl/view_plan.h"
@@ -27,7 +26,8 @@ struct SceneChanges {
     bool is_put_back = false;         ///< already
     std::uint64_t shown_layer = 0;    ///< StaticLayers::Layer::number of the kept picture, once it is put back
     std::vector<PixelRect> rects;     ///< pixels; no two intersect
-    std::vector<VisibleDraw> shadowed_statics, movers, static_blended, blended;
+    std::vector<SeenSurface> shadowed_statics, static_blended;
+    SeenMovers movers;
 };
 
 /// Draws the scene of a view into its source pictures: static opaque geometry first, then movers, then all that is
@@ -43,14 +43,14 @@ public:
 
     void begin_instant();
     /// What the pictures of several views share; once before their restore().
-    void prepare(std::span<const View> views, PaintScene& scene);
+    void prepare(std::span<const View> views, GpuScene& scene);
     /// Looks up what is kept of the view and, where that is the colours of a picture of its own, puts it back, but for
     /// what movers touch. For all views of an instant before the first draw(): a copy waits for all that is being drawn
     /// on a CPU rasteriser, and between views that would leave one of two cores idle.
     /// `color`: the view's finished picture, if the scene is drawn straight into it; else null.
-    void restore(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget* color,
+    void restore(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget* color,
                  ViewTargets& targets, SceneChanges& changes);
-    void draw(const View& view, const ViewPlan& plan, PaintScene& scene, ViewSources sources, ViewTargets& targets,
+    void draw(const View& view, const ViewPlan& plan, GpuScene& scene, ViewSources sources, ViewTargets& targets,
               SceneChanges& changes);
     /// Somebody else has set GL state.
     void lose_state() { state_is_ours_ = false; }
@@ -59,29 +59,28 @@ public:
 
 private:
     /// Where movers and blended surfaces are drawn over a layer that is kept. False, if that is not worth while.
-    bool find_changes(const View& view, const ViewPlan& plan, PaintScene& scene, SceneChanges& changes);
+    bool find_changes(const View& view, const ViewPlan& plan, GpuScene& scene, SceneChanges& changes);
     /// `targets`: those whose finished picture `color` is; null for a picture that others use too.
     void put_back(const ViewPlan& plan, const ColorTarget& color, ViewTargets* targets, SceneChanges& changes);
-    void draw_changes(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+    void draw_changes(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                       const SceneChanges& changes);
     /// Opaque ones of `draws` that reach into `rect`.
-    void draw_touching(std::span<const VisibleDraw> draws, const PixelRect& rect);
+    void draw_touching(std::span<const SeenSurface> draws, const PixelRect& rect);
     /// What the layer needs besides its opaque part, where anything static is blended; leaves `color` as it was.
-    void keep_finished(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+    void keep_finished(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                        StaticLayers::Layer& layer);
     enum class Shadows : std::uint8_t { still, now };
-    void begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, PaintScene& scene, Shadows shadows);
+    void begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, GpuScene& scene, Shadows shadows);
     ViewTransform transform_of(const View& view, const ViewPlan& plan, const SourceTile& tile) const;
     /// Per tile the rectangles in which movers cast shadows on what stands still.
     std::vector<std::vector<PixelRect>> shadow_rects(const View& view, const ViewPlan& plan) const;
     /// Static opaque geometry again, in those rectangles.
-    void draw_shadowed(const View& view, const ViewPlan& plan, PaintScene& scene, const ColorTarget& color,
+    void draw_shadowed(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                        std::span<const std::vector<PixelRect>> rects);
     void draw_into(GLuint framebuffer, const SourceTile& tile, int factor);
     void use_scissor(const SourceTile& tile, const PixelRect& rect, int factor);
-    std::optional<PixelRect> bounds_of(const SceneItem& item) const;
     /// One after the other into every tile: `statics` are opaque static geometry, `rest` movers and what is blended.
-    void draw_tiles(const View& view, const ViewPlan& plan, PaintScene& scene, const ViewSources& statics,
+    void draw_tiles(const View& view, const ViewPlan& plan, GpuScene& scene, const ViewSources& statics,
                     const ViewSources& rest, Shadows shadows = Shadows::now);
     /// Of what is about to be drawn, these objects only; all of it when there are none.
     void keep_only(std::span<const ObjectId> objects);
@@ -96,10 +95,10 @@ private:
     ShadowMaps shadows_;
     bool shadows_are_made_ = false;  ///< for this instant
     bool state_is_ours_ = false;     ///< nothing but pass_ has set GL state since its begin_instant()
-    std::vector<VisibleDraw> static_opaque_;
-    std::vector<VisibleDraw> moving_opaque_;
-    std::vector<VisibleDraw> blended_;
-    std::vector<VisibleDraw> touching_;
+    std::vector<SeenSurface> static_opaque_;
+    std::vector<SeenSurface> moving_opaque_;
+    std::vector<SeenSurface> blended_;
+    std::vector<SeenSurface> touching_;
     std::vector<PixelRect> samples_;
 };
 

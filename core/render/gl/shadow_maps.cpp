@@ -6,8 +6,9 @@ namespace camrig {
 namespace {
 
 /// Lamps, pictures of the sky and glass let light through.
-bool casts(const SceneItem& item) {
-    return item.key.lit && item.key.alpha_mode != AlphaMode::blend && item.primitive->mode == GL_TRIANGLES;
+bool casts(const PlacedSurface& surface) {
+    const PreparedPrimitive& primitive = *surface.primitive;
+    return primitive.is_lit && !primitive.is_blended && primitive.source->topology == Topology::triangles;
 }
 
 GlTexture depth_layers(const GlFunctions& gl, std::size_t count) {
@@ -33,13 +34,13 @@ Result<std::vector<GlFramebuffer>> targets_of(const GlFunctions& gl, const GlTex
 
 }  // namespace
 
-Result<void> ShadowMaps::plan(const PaintScene& scene) {
+Result<void> ShadowMaps::plan(const PlacedScene& scene) {
     std::vector<WorldBox> boxes;
-    for (const SceneItem& item : scene.statics.items) {
-        if (item.key.lit) boxes.push_back(world_box(item.world_from_local, item.bounds));
+    for (const PlacedSurface& surface : scene.statics().all()) {
+        if (surface.primitive->is_lit) boxes.push_back(world_box(surface.world_from_local, surface.bounds));
     }
     const std::size_t before = views_.size();
-    views_ = plan_shadows(scene.lights, scene.environment.exposure, boxes);
+    views_ = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
     if (!boxes.empty()) receivers_ = joined(boxes);
     if (views_.size() == before) return {};
     still_targets_.clear();
@@ -66,19 +67,20 @@ void ShadowMaps::copy_from_still(std::size_t layer, const PixelRect& rect) {
                          rect.height(), 1);
 }
 
-void ShadowMaps::update(PaintScene& scene, DrawPass& pass, bool has_detail_levels) {
+void ShadowMaps::update(GpuScene& gpu, DrawPass& pass, bool has_detail_levels) {
+    const PlacedScene& scene = gpu.placed();
     bool is_new = false;
-    if (scene.statics_number != statics_number_) {
+    if (scene.statics_number() != statics_number_) {
         const std::vector<ShadowView> before = views_;
-        statics_number_ = scene.statics_number;
+        statics_number_ = scene.statics_number();
         if (auto planned = plan(scene); !planned) spdlog::warn("{}", planned.error().message);
         // A light that only flickers changes no shadow.
-        is_new = scene.objects_number != objects_number_ || before != views_;
-        objects_number_ = scene.objects_number;
+        is_new = scene.objects_number() != objects_number_ || before != views_;
+        objects_number_ = scene.objects_number();
     }
     casters_.clear();
-    for (const SceneItem& item : scene.movers.items) {
-        if (casts(item)) casters_.push_back(world_box(item.world_from_local, item.bounds));
+    for (const PlacedSurface& surface : scene.movers().all()) {
+        if (casts(surface)) casters_.push_back(world_box(surface.world_from_local, surface.bounds));
     }
     if (views_.empty()) return;
 
@@ -88,7 +90,7 @@ void ShadowMaps::update(PaintScene& scene, DrawPass& pass, bool has_detail_level
     for (std::size_t i = 0; i < views_.size(); ++i) {
         std::vector<PixelRect> stale = std::move(dirty_[i]);
         if (is_new) {
-            pass.draw_shadows(still_targets_[i].name(), true, views_[i], scene.statics, casts, 0.0, scene.stream);
+            pass.draw_shadows(still_targets_[i].name(), true, views_[i], gpu, true, casts, 0.0);
             stale = {{0, 0, shadow_map_side, shadow_map_side}};
         }
         dirty_[i].clear();
@@ -98,8 +100,8 @@ void ShadowMaps::update(PaintScene& scene, DrawPass& pass, bool has_detail_level
         dirty_[i] = disjoint_cover(std::move(dirty_[i]), max_rects);
         for (const PixelRect& rect : stale) copy_from_still(i, rect);
         if (!dirty_[i].empty())
-            pass.draw_shadows(now_targets_[i].name(), false, views_[i], scene.movers, casts,
-                              has_detail_levels ? 0.5 * views_[i].texel_m : 0.0, scene.stream);
+            pass.draw_shadows(now_targets_[i].name(), false, views_[i], gpu, false, casts,
+                              has_detail_levels ? 0.5 * views_[i].texel_m : 0.0);
     }
     pass.end_shadows();
 }

@@ -4,7 +4,6 @@
 
 #include "core/render/gl/draw_pass.h"
 #include "core/render/gl/gl_objects.h"
-#include "core/render/gl/paint_scene.h"
 #include "core/render/shadow_plan.h"
 
 namespace camrig {
@@ -19,7 +18,7 @@ public:
     explicit ShadowMaps(const GlFunctions& gl) : gl_(gl) {}
 
     /// Draws what has changed. Where the device has no memory for maps there are no shadows, and a line in the log.
-    void update(PaintScene& scene, DrawPass& pass, bool has_detail_levels);
+    void update(GpuScene& scene, DrawPass& pass, bool has_detail_levels);
 
     std::span<const ShadowView> views() const { return views_; }
     GLuint still() const { return still_.name(); }
@@ -28,7 +27,7 @@ public:
     std::vector<PixelRect> changed_pixels(const ViewTransform& view) const;
 
 private:
-    Result<void> plan(const PaintScene& scene);
+    Result<void> plan(const PlacedScene& scene);
     void copy_from_still(std::size_t layer, const PixelRect& rect);
 
     const GlFunctions& gl_;

@@ -20,7 +20,7 @@ public:
         std::byte* data = nullptr;
     };
     /// Aligned for uniform blocks. From its beginning on at least `readable` bytes may be bound; behind the piece they
-    /// are anybody's. Throws std::bad_alloc when the device has no memory left (GlRenderer::submit catches it).
+    /// are anybody's. Throws std::bad_alloc when the device has no memory left (GlRenderer::draw catches it).
     Piece allocate(std::size_t bytes, std::size_t readable = 0);
     void reset();
     /// Bytes since the last reset().

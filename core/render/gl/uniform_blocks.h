@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-#include "core/render/light_selection.h"
+#include "core/render/scene/light_selection.h"
 #include "core/render/shadow_plan.h"
 
 /// The uniform blocks of shaders/blocks.glsl as C++ (std140: only vec4 and arrays of it, so both layouts agree).

@@ -100,7 +100,7 @@ void ViewPainter::begin_instant() {
     drawer_.begin_instant();
 }
 
-void ViewPainter::prepare(std::span<const View> views, PaintScene& scene, std::map<CameraId, ViewTargets>& targets) {
+void ViewPainter::prepare(std::span<const View> views, GpuScene& scene, std::map<CameraId, ViewTargets>& targets) {
     drawer_.prepare(views, scene);
     if (prepared_.size() < views.size()) prepared_.resize(views.size());
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -109,7 +109,7 @@ void ViewPainter::prepare(std::span<const View> views, PaintScene& scene, std::m
     }
 }
 
-Result<void> ViewPainter::prepare(const View& view, PaintScene& scene, ViewTargets& targets, Prepared& prepared) {
+Result<void> ViewPainter::prepare(const View& view, GpuScene& scene, ViewTargets& targets, Prepared& prepared) {
     auto planned = plan_of(view, prepared.whole);
     if (!planned) return std::unexpected(planned.error());
     prepared.plan = std::move(*planned);
@@ -123,7 +123,7 @@ Result<void> ViewPainter::prepare(const View& view, PaintScene& scene, ViewTarge
     return {};
 }
 
-Result<PaintedView> ViewPainter::paint(const View& view, std::size_t index, PaintScene& scene, ViewTargets& targets) {
+Result<PaintedView> ViewPainter::paint(const View& view, std::size_t index, GpuScene& scene, ViewTargets& targets) {
     Prepared& prepared = prepared_[index];
     if (!prepared.is_planned) return std::unexpected(prepared.is_planned.error());
     const ViewPlan plan = std::move(prepared.plan);

@@ -48,9 +48,9 @@ public:
 
     void begin_instant();
     /// Plans views of an instant, and what their pictures share; before their paint().
-    void prepare(std::span<const View> views, PaintScene& scene, std::map<CameraId, ViewTargets>& targets);
+    void prepare(std::span<const View> views, GpuScene& scene, std::map<CameraId, ViewTargets>& targets);
     /// `index`: of the view in prepare(), which had the same targets.
-    Result<PaintedView> paint(const View& view, std::size_t index, PaintScene& scene, ViewTargets& targets);
+    Result<PaintedView> paint(const View& view, std::size_t index, GpuScene& scene, ViewTargets& targets);
     void forget(CameraId camera) {
         lenses_.forget(camera);
         drawer_.forget(camera);
@@ -65,7 +65,7 @@ private:
         SceneChanges changes;
     };
     Result<ViewPlan> plan_of(const View& view, SourceTile& whole);
-    Result<void> prepare(const View& view, PaintScene& scene, ViewTargets& targets, Prepared& prepared);
+    Result<void> prepare(const View& view, GpuScene& scene, ViewTargets& targets, Prepared& prepared);
     Result<const ColorTarget*> color_source(const ViewPlan& plan, ViewTargets& targets);
     Result<const TruthTarget*> truth_source(const ViewPlan& plan, ViewTargets& targets);
     Result<void> finish_color(const ViewPlan& plan, const ColorTarget& source, const ViewTargets& targets);

@@ -6,42 +6,57 @@
 
 namespace camrig {
 
-Result<void> CpuRenderer::submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
+Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
+                                             std::span<const View> views) {
     thread_.check();
-    CHECK(in_flight() < max_in_flight);
     if (snapshot != snapshot_) {
         snapshot_ = snapshot;
         drawer_.begin_instant(snapshot);
     }
-    Instant instant;
-    instant.world_ns = snapshot->world_ns;
-    instant.monotonic_ns = monotonic_ns;
-    instant.order.reserve(views.size());
-    instant.frames.reserve(views.size());
-    drawn_here_.clear();
-    for (const View& view : views) {
-        instant.order.push_back(view.camera);
+    Finished finished;
+    finished.set.world_ns = snapshot->world_ns;
+    finished.set.monotonic_ns = monotonic_ns;
+    finished.set.frames.reserve(views.size());
+    finished.cost_ns.resize(views.size());
+    here_.clear();
+    places_here_.clear();
+    rest_.clear();
+    places_of_rest_.clear();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const View& view = views[i];
         const bool is_here = wants(view, FrameKind::color) && drawer_.can_draw(view);
-        if (is_here) drawn_here_.push_back(&view);
+        if (is_here) {
+            here_.push_back(&view);
+            places_here_.push_back(i);
+        }
         const auto wanted = std::ranges::count(view.kinds, true);
         if (wanted == (is_here ? 1 : 0)) continue;
-        instant.rest.push_back(view);
-        if (is_here) instant.rest.back().kinds[static_cast<int>(FrameKind::color)] = false;
+        rest_.push_back(view);
+        places_of_rest_.push_back(i);
+        if (is_here) rest_.back().kinds[static_cast<int>(FrameKind::color)] = false;
     }
-    if (!instant.rest.empty()) {
-        if (auto asked = ask_other(snapshot, monotonic_ns, instant.rest); asked) {
-            instant.asks_other = true;
-        } else {
-            for (const View& view : instant.rest)
-                instant.failures.push_back({view.camera, at(*view.name, asked.error()).error()});
-        }
+    drawer_.draw(here_, monotonic_ns, finished.set.frames);
+    for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] = drawer_.cost_ns()[i];
+    if (rest_.empty()) return finished;
+
+    auto others = draw_rest(snapshot, monotonic_ns);
+    if (!others) {
+        for (const View& view : rest_)
+            finished.failures.push_back({view.camera, at(*view.name, others.error()).error()});
+        return finished;
     }
-    drawer_.draw(drawn_here_, monotonic_ns, instant.frames);
-    submitted_.push_back(std::move(instant));
-    return {};
+    for (std::size_t i = 0; i < rest_.size(); ++i) finished.cost_ns[places_of_rest_[i]] += others->cost_ns[i];
+    finished.failures = std::move(others->failures);
+    auto& frames = finished.set.frames;
+    frames.insert(frames.end(), others->set.frames.begin(), others->set.frames.end());
+    const auto place = [&](const FrameRef& frame) {
+        return std::pair(std::ranges::find(views, frame->info().camera_id, &View::camera), frame->info().kind);
+    };
+    std::ranges::sort(frames, [&](const FrameRef& a, const FrameRef& b) { return place(a) < place(b); });
+    return finished;
 }
 
-Result<void> CpuRenderer::ask_other(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) {
+Result<Renderer::Finished> CpuRenderer::draw_rest(const SnapshotRef& snapshot, TimeNs monotonic_ns) {
     if (other_ == nullptr && !other_failed_) {
         auto made = make_other_();
         if (made) {
@@ -51,30 +66,7 @@ Result<void> CpuRenderer::ask_other(SnapshotRef snapshot, TimeNs monotonic_ns, s
         }
     }
     if (other_ == nullptr) return std::unexpected(*other_failed_);
-    return other_->submit(std::move(snapshot), monotonic_ns, views);
-}
-
-Result<Renderer::Finished> CpuRenderer::collect() {
-    thread_.check();
-    CHECK(!submitted_.empty());
-    Instant instant = std::move(submitted_.front());
-    submitted_.pop_front();
-    Finished finished;
-    finished.set.world_ns = instant.world_ns;
-    finished.set.monotonic_ns = instant.monotonic_ns;
-    finished.set.frames = std::move(instant.frames);
-    finished.failures = std::move(instant.failures);
-    if (!instant.asks_other) return finished;
-    auto others = other_->collect();
-    if (!others) return std::unexpected(others.error());
-    finished.failures.insert(finished.failures.end(), others->failures.begin(), others->failures.end());
-    auto& frames = finished.set.frames;
-    frames.insert(frames.end(), others->set.frames.begin(), others->set.frames.end());
-    const auto place = [&](const FrameRef& frame) {
-        return std::pair(std::ranges::find(instant.order, frame->info().camera_id), frame->info().kind);
-    };
-    std::ranges::sort(frames, [&](const FrameRef& a, const FrameRef& b) { return place(a) < place(b); });
-    return finished;
+    return other_->draw(snapshot, monotonic_ns, rest_);
 }
 
 void CpuRenderer::forget(CameraId camera) {

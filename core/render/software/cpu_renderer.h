@@ -1,8 +1,8 @@
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "core/base/thread_check.h"
 #include "core/render/software/software_drawer.h"
@@ -17,9 +17,7 @@ public:
     CpuRenderer(const SoftwareDrawer::Options& options, MakeRenderer make_other)
         : drawer_(options), make_other_(std::move(make_other)) {}
 
-    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
-    Result<Finished> collect() override;
-    int in_flight() const override { return static_cast<int>(submitted_.size()); }
+    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
     bool is_plain(const View& view) const override;
     bool is_on_cpu() const override { return true; }
     void forget(CameraId camera) override;
@@ -27,25 +25,17 @@ public:
     std::string description() const override;
 
 private:
-    struct Instant {
-        TimeNs world_ns = 0;
-        TimeNs monotonic_ns = 0;
-        std::vector<View> rest;  ///< what the other renderer draws
-        std::vector<FrameRef> frames;
-        std::vector<CameraId> order;
-        std::vector<Finished::Failure> failures;
-        bool asks_other = false;
-    };
-
-    Result<void> ask_other(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views);
+    Result<Finished> draw_rest(const SnapshotRef& snapshot, TimeNs monotonic_ns);
 
     SoftwareDrawer drawer_;
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
     std::optional<Error> other_failed_;  ///< why it could not be made
     SnapshotRef snapshot_;
-    std::vector<const View*> drawn_here_;
-    std::deque<Instant> submitted_;
+    // Of one call of draw(), kept for their memory.
+    std::vector<const View*> here_;
+    std::vector<View> rest_;                                 ///< what the other renderer draws
+    std::vector<std::size_t> places_here_, places_of_rest_;  ///< among all views
     ThreadCheck thread_;
 };
 

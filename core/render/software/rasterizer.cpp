@@ -130,8 +130,7 @@ const std::array<float, 256>& linear_of_code() {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> made{};
         for (std::size_t i = 0; i < made.size(); ++i) {
-            const double value = static_cast<double>(i) / 255.0;
-            made[i] = static_cast<float>(value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
+            made[i] = static_cast<float>(linear_of_srgb(static_cast<double>(i) / 255.0));
         }
         return made;
     }();
@@ -197,19 +196,19 @@ bool has_wide_lanes() {
 
 void find_visible(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                   const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers) {
-    if (geometry.scope().wide_lanes) return find_visible_wide(geometry, first_triangle, count, rect, canvas, numbers);
+    if (geometry.wide_lanes()) return find_visible_wide(geometry, first_triangle, count, rect, canvas, numbers);
     find_visible_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, numbers);
 }
 
 void shade_visible(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
                    const TriangleNumbers& numbers) {
-    if (geometry.scope().wide_lanes) return shade_visible_wide(geometry, rect, canvas, numbers);
+    if (geometry.wide_lanes()) return shade_visible_wide(geometry, rect, canvas, numbers);
     shade_visible_body<PlainIsa>(geometry, rect, canvas, numbers);
 }
 
 void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count, const PixelRect& rect,
            const Canvas& canvas) {
-    if (geometry.scope().wide_lanes) return blend_wide(geometry, first_triangle, count, rect, canvas);
+    if (geometry.wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas);
     blend_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, linear_of_code());
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/render/scene/prepared_model.h"
 #include "core/render/view_transform.h"
 
 /// From vertices in space to triangles on the screen, eight at a time.
@@ -33,9 +34,6 @@ struct ScreenTriangle {
 /// Planes that a vertex is beyond, as bits.
 inline constexpr std::int32_t outside_left = 1, outside_right = 2, outside_top = 4, outside_bottom = 8,
                               outside_near = 16, outside_guard = 32;
-
-/// The corners of triangles: all first ones, all second ones, all third ones.
-using TriangleCorners = std::array<std::vector<std::uint32_t>, 3>;
 
 /// Where vertices lie on the screen, and what they are beyond. Those beyond the near plane or the guard lie anywhere.
 /// `which`: into all three; `wide`: with instructions for all lanes at once (has_wide_lanes).

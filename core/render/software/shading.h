@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/render/software/lambert.h"
 #include "core/render/software/sampling.h"
 #include "core/render/software/surface_point.h"
 
@@ -35,45 +36,23 @@ CAMRIG_LANES Rgba base_color(const ViewDraw& draw, const SurfacePoints& points) 
 }
 
 CAMRIG_LANES Lanes3 splat(const glm::vec3& v) {
-    return {lanes(v.x), lanes(v.y), lanes(v.z)};
-}
-
-CAMRIG_LANES Lanes3 hemisphere(const ViewLight& light, const Lanes3& n) {
-    return splat(light.ground) + splat(light.sky - light.ground) * (0.5f + 0.5f * dot(n, splat(light.up)));
-}
-
-/// Everything that reaches a Lambert surface but the ambient part (as lighting.glsl).
-CAMRIG_LANES Lanes3 lambert(const SurfaceLights& lights, const Lanes3& n, const Lanes3& position) {
-    Lanes3 sum{};
-    for (const SurfaceLight& light : lights.directional)
-        sum = sum + splat(light.color) * max(dot(n, splat(light.towards)), Lanes{});
-    for (const SurfaceLight& light : lights.local) {
-        const Lanes3 towards = splat(light.position) - position;
-        const Lanes distance2 = max(dot(towards, towards), lanes(1e-8f));
-        const Lanes3 direction = towards * (1.0f / sqrt(distance2));
-        const Lanes ratio2 = distance2 * light.inverse_range2;
-        const Lanes window = clamp01(1.0f - ratio2 * ratio2);
-        const Lanes cone = clamp01(-dot(direction, splat(light.direction)) * light.spot_scale + light.spot_offset);
-        sum = sum + splat(light.color) * (window * cone * cone / distance2 * max(dot(n, direction), Lanes{}));
-    }
-    return sum;
+    return PointGroup::vector(v);
 }
 
 CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
                                   int x, int y, Lanes occlusion) {
-    const ViewLight& light = geometry.light();
     if (draw.vertex_lights >= 0) {
         return points.light + points.ambient * (occlusion - 1.0f);
     }
     const glm::mat3& m = draw.optical_from_normal;
     Lanes3 n = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
     n = n * (1.0f / sqrt(max(dot(n, n), lanes(1e-30f))));
-    const Intrinsics& k = geometry.scope().transform.intrinsics;
+    const Intrinsics& k = geometry.transform().intrinsics;
     const auto inverse_fx = static_cast<float>(1.0 / k.fx), inverse_fy = static_cast<float>(1.0 / k.fy);
     const Lanes ray_x = (lane_numbers() + static_cast<float>(x - k.cx)) * inverse_fx;
     const float ray_y = static_cast<float>(y - k.cy) * inverse_fy;
     const Lanes3 position{ray_x * points.z, ray_y * points.z, points.z};
-    return hemisphere(light, n) * occlusion + lambert(*draw.lights, n, position);
+    return hemisphere<PointGroup>(geometry.light(), n) * occlusion + lambert<PointGroup>(*draw.lights, n, position);
 }
 
 /// x^(1/2.4) fitted by two square roots, as srgb.glsl: at most 0.03 of a code of 255 from IEC 61966-2-1.

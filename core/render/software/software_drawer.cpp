@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "core/base/clock.h"
 #include "core/frame/tone.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
@@ -22,59 +23,58 @@ std::uint64_t next_mark() {
     return ++last;
 }
 
-void sort_by_distance(std::vector<ViewDraw>& draws) {
-    // By hand, because stable_sort() allocates.
-    for (std::size_t i = 0; i < draws.size(); ++i) draws[i].order = i;
-    std::ranges::sort(draws, [](const ViewDraw& a, const ViewDraw& b) {
-        return a.distance_m != b.distance_m ? a.distance_m > b.distance_m : a.order < b.order;
-    });
-}
-
 /// Triangles are cut max_side / 2 or more beside a picture and its principal point, which may lie far outside of it.
 bool is_within_reach(double principal_point, int side) {
     return std::abs(principal_point) + std::max(std::abs(principal_point), std::abs(side - principal_point)) <=
            max_side;
 }
 
-bool is_blended(const SoftwareItem& item) {
-    return item.primitive->material->alpha_mode == AlphaMode::blend;
-}
+/// Adds the CPU time of a piece of work.
+class CpuMeter {
+public:
+    explicit CpuMeter(std::atomic<TimeNs>& sum_ns) : sum_ns_(sum_ns), start_ns_(thread_cpu_ns()) {}
+    ~CpuMeter() { sum_ns_ += thread_cpu_ns() - start_ns_; }
+    CpuMeter(const CpuMeter&) = delete;
+    CpuMeter& operator=(const CpuMeter&) = delete;
 
-bool touches(std::span<const PixelRect> rects, const ViewTransform& transform, const ViewDraw& draw) {
-    const Box& box = draw.item->bounds;
-    const auto bounds = screen_bounds(transform, draw.optical_from_local, box.min, box.max);
-    return bounds && std::ranges::any_of(rects, [&](const PixelRect& rect) { return rect.intersects(*bounds); });
-}
+private:
+    std::atomic<TimeNs>& sum_ns_;
+    TimeNs start_ns_;
+};
 
 }  // namespace
 
 SoftwareDrawer::SoftwareDrawer(const Options& options)
-    : options_(options), team_(std::max(1, options.threads)), layers_(options.static_layer_bytes) {
+    : options_(options),
+      team_(std::max(1, options.threads)),
+      models_(options.models.software != nullptr ? options.models : make_shared_models()),
+      scene_(models_.prepared),
+      layers_(options.static_layer_bytes) {
     while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
 }
 
 void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
-    meshes_skinned_ += movers_.made();
-    meshes_unseen_ += movers_.unseen();
-    snapshot_ = snapshot;
     layers_.next_instant();
-    const Environment& environment = snapshot->statics->environment;
-    const std::span<const Light> lights = snapshot->statics->lights;
-    // By identity, not by revision: two worlds may count alike.
-    if (snapshot->statics != static_set_) {
-        static_set_ = snapshot->statics;
-        ++statics_number_;
-        statics_.clear();
-        for (const Instance& object : static_set_->objects) statics_.add(object, models_, lights, environment.exposure);
-        blended_statics_.clear();
-        for (const SoftwareItem& item : statics_.items()) {
-            if (item.deformation >= 0) statics_.deform(item);
-            if (is_blended(item)) blended_statics_.push_back(&item);
+    const std::uint64_t statics_before = scene_.statics_number();
+    scene_.place(snapshot);
+    find_primitives(scene_.movers(), mover_primitives_);
+    if (scene_.statics_number() != statics_before) find_primitives(scene_.statics(), static_primitives_);
+    models_.software->evict_unused();
+}
+
+void SoftwareDrawer::find_primitives(const PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to) {
+    to.clear();
+    const PreparedModel* last = nullptr;
+    const SoftwareModel* model = nullptr;
+    for (const PlacedSurface& surface : placed.all()) {
+        if (surface.model != last) {
+            last = surface.model;
+            const ModelRef& source = surface.object->model;
+            model = &models_.software->of(
+                source, [&](const ModelRef& made) { return make_software_model(*made, *surface.model); });
         }
-        models_.evict_unused();
+        to.push_back(&model->primitives[surface.primitive->number]);
     }
-    movers_.clear();
-    for (const Instance& mover : snapshot->movers) movers_.add(mover, models_, lights, environment.exposure);
 }
 
 bool SoftwareDrawer::is_plain(const View& view) {
@@ -88,55 +88,44 @@ bool SoftwareDrawer::is_plain(const View& view) {
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     const CameraSpec& spec = *view.spec;
     work.view = &view;
-    work.scope.transform = make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m);
-    work.scope.frustum = make_frustum(work.scope.transform, spec.far_m);
-    work.scope.quality = view.quality;
-    work.scope.max_detail_error_px = options_.max_detail_error_px;
-    work.scope.wide_lanes = options_.wide_lanes;
-    work.scope.environment = &static_set_->environment;
-    work.scope.lights = static_set_->lights;
-    work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, statics_number_});
+    work.scene =
+        make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
+                        spec.far_m, view.quality, options_.max_detail_error_px);
+    work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
     work.history = &histories_[view.camera];
-    work.movers.clear();
-    work.blended.clear();
-    work.rects.clear();
     work.draws = work.draws_coarse = 0;
-    for (const SoftwareItem& item : movers_.items()) {
-        auto draw = work.scope.draw_of(item);
-        if (!draw) continue;
-        const auto rect =
-            screen_bounds(work.scope.transform, draw->optical_from_local, item.bounds.min, item.bounds.max);
-        if (!rect) continue;
-        work.rects.push_back(*rect);
-        (is_blended(item) ? work.blended : work.movers).push_back(*draw);
-    }
+    work.movers.see(work.scene);
 }
 
 void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
     unmade_.clear();
     for (const ViewWork* work : works) {
-        for (const auto* list : {&work->movers, &work->blended}) {
-            for (const ViewDraw& draw : *list) {
-                const SoftwareItem& item = *draw.item;
-                if (item.deformation < 0) continue;
-                const LevelSet levels = movers_.deformed(item).missing(LevelSet{1} << draw.level_number());
+        for (const auto* list : {&work->movers.opaque, &work->movers.blended}) {
+            for (const SeenSurface& seen : *list) {
+                const PlacedSurface& surface = *seen.placed;
+                if (surface.deformation < 0) continue;
+                const LevelSet levels = scene_.movers().deformed(surface).missing(LevelSet{1} << seen.level);
                 if (levels == 0) continue;
-                const auto found = std::ranges::find(unmade_, &item, &Unmade::item);
+                const auto found = std::ranges::find(unmade_, &surface, &Unmade::surface);
                 if (found == unmade_.end()) {
-                    unmade_.push_back({&item, levels});
+                    unmade_.push_back({&surface, levels});
                 } else {
                     found->levels |= levels;
                 }
             }
         }
     }
-    team_.run(unmade_.size(), [&](int, std::size_t i) { movers_.deform(*unmade_[i].item, unmade_[i].levels); });
+    team_.run(unmade_.size(),
+              [&](int, std::size_t i) { scene_.movers().deform(*unmade_[i].surface, unmade_[i].levels); });
 }
 
 void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames) {
+    cost_ns_.clear();
     while (works_.size() < views.size()) works_.emplace_back();
     in_work_.clear();
     for (std::size_t i = 0; i < views.size(); ++i) {
+        works_[i].cost_ns = 0;
+        const CpuMeter meter(works_[i].cost_ns);
         prepare(*views[i], works_[i]);
         in_work_.push_back(&works_[i]);
     }
@@ -145,6 +134,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     if (views.size() >= threads) {
         team_.run(views.size(), [&](int worker, std::size_t i) {
             ViewWork& work = *in_work_[i];
+            const CpuMeter meter(work.cost_ns);
             ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
             begin_view(work, scratch, 1, monotonic_ns);
             draw_rows(work, scratch, work.whole);
@@ -152,16 +142,20 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         });
     } else {
         // Fewer views than threads: each in bands of its rows.
-        team_.run(views.size(),
-                  [&](int, std::size_t i) { begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns); });
+        team_.run(views.size(), [&](int, std::size_t i) {
+            const CpuMeter meter(in_work_[i]->cost_ns);
+            begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns);
+        });
         team_.run(views.size() * threads, [&](int, std::size_t i) {
             ViewWork& work = *in_work_[i / threads];
+            const CpuMeter meter(work.cost_ns);
             draw_rows(work, scratch_[i / threads], band_of(work, static_cast<int>(i % threads), team_.size()));
             end_band(work);
         });
     }
     for (ViewWork* work : in_work_) {
         frames.push_back(std::move(work->frame));
+        cost_ns_.push_back(work->cost_ns);
         ++views_;
         views_in_parts_ += work->is_in_parts;
         draws_ += work->draws;
@@ -179,14 +173,15 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     scratch.numbers.fit(size);
     scratch.depth.fit(size);
     if (!work.is_in_frame) scratch.color.fit(size);
-    work.frame =
-        acquire_frame(*options_.pool, view, FrameKind::color, PixelFormat::rgba8, snapshot_->world_ns, monotonic_ns);
+    work.frame = acquire_frame(*options_.pool, view, FrameKind::color, PixelFormat::rgba8, scene_.snapshot()->world_ns,
+                               monotonic_ns);
     work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
     work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
     if (work.is_in_parts) {
         find_changes(work);
     } else {
         work.rects.assign(1, work.whole);
+        work.history->picture.next(view.sequence, 0, {});
     }
     add_triangles(work, scratch);
     if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
@@ -197,14 +192,12 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
 void SoftwareDrawer::find_changes(ViewWork& work) {
     const StaticLayer& layer = *work.layer;
     const FrameHistory& history = *work.history;
+    work.rects.swap(work.movers.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
-    // The layer's key has the camera's revision in it: tone and everything else are those of the frame before.
-    if (const ShownFrame& last = history.frames[history.last]; last.layer == layer.number) {
-        ChangedRows rows;
-        for (const PixelRect& rect : last.rects) rows.add(rect.y0, rect.y1);
-        for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
-        work.frame->mark_changes(history.sequence, rows);
-    }
+    ChangedRows rows;
+    for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
+    const auto change = work.history->picture.next(work.view->sequence, layer.number, rows);
+    if (change.same_as >= 0) work.frame->mark_changes(change.same_as, change.rows);
     const std::uint64_t held = work.frame->held_before();
     const auto found = std::ranges::find_if(history.frames, [&](const ShownFrame& shown) {
         return held != 0 && shown.mark == held && shown.layer == layer.number;
@@ -213,37 +206,29 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
 }
 
 void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
-    const auto add = [&](const ViewDraw& draw) -> const ViewDraw& {
+    const auto add = [&](const SeenSurface& seen) -> const ViewDraw& {
         ++work.draws;
-        work.draws_coarse += draw.level->error > 0.0f;
-        return scratch.geometry.add(draw, draw.is_static ? statics_ : movers_);
+        work.draws_coarse += seen.level > 0;
+        const auto& primitives = seen.is_static ? static_primitives_ : mover_primitives_;
+        return scratch.geometry.add(seen, *primitives[seen.placed->index]);
     };
     const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
-    const auto add_static = [&](const SoftwareItem& item) {
-        auto draw = work.scope.draw_of(item);
-        if (!draw) return;
-        draw->is_static = true;
-        if (!is_blended(item)) {
-            add(*draw);
-        } else if (!work.is_in_parts || touches(work.rects, work.scope.transform, *draw)) {
-            scratch.blended_statics.push_back(*draw);
-        }
-    };
-    scratch.geometry.begin_view(work.scope);
-    scratch.blended_statics.clear();
-    if (work.is_in_parts) {
-        for (const SoftwareItem* item : blended_statics_) add_static(*item);
-    } else {
-        for (const SoftwareItem& item : statics_.items()) add_static(item);
-    }
+    scratch.geometry.begin_view(work.scene, options_.wide_lanes);
+    scratch.opaque.clear();
+    scratch.blending.clear();
+    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, &scratch.blending);
+    if (work.is_in_parts)
+        std::erase_if(scratch.blending, [&](const SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
+    for (const SeenSurface& seen : scratch.opaque) add(seen);
     scratch.statics = {0, count()};
-    for (const ViewDraw& draw : work.movers) add(draw);
+    for (const SeenSurface& seen : work.movers.opaque) add(seen);
     scratch.movers = {scratch.statics.count, count() - scratch.statics.count};
-    for (ViewDraw& draw : scratch.blended_statics) draw = add(draw);
+    scratch.blended_statics.clear();
+    for (const SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
     scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
-    for (const ViewDraw& draw : work.blended) scratch.blended.push_back(add(draw));
-    sort_by_distance(scratch.blended_statics);
-    sort_by_distance(scratch.blended);
+    for (const SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
+    sort_far_to_near(scratch.blended_statics);
+    sort_far_to_near(scratch.blended);
 }
 
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
@@ -270,7 +255,6 @@ void SoftwareDrawer::end_band(ViewWork& work) {
     const View& view = *work.view;
     finish_color(view, *work.frame);
     FrameHistory& history = *work.history;
-    history.sequence = view.sequence;
     history.last = (history.last + 1) % history.frames.size();
     ShownFrame& shown = history.frames[history.last];
     shown.mark = 0;
@@ -295,8 +279,8 @@ RenderCounters SoftwareDrawer::counters() const {
     RenderCounters counters = layers_.counters();
     counters.views = views_;
     counters.views_in_parts = views_in_parts_;
-    counters.meshes_skinned = meshes_skinned_ + movers_.made();
-    counters.meshes_unseen = meshes_unseen_ + movers_.unseen();
+    counters.meshes_skinned = scene_.meshes_made();
+    counters.meshes_unseen = scene_.meshes_unseen();
     counters.draws = draws_;
     counters.draws_coarse = draws_coarse_;
     return counters;

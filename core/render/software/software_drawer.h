@@ -24,6 +24,7 @@ class SoftwareDrawer {
 public:
     struct Options {
         std::shared_ptr<FramePool> pool;
+        SharedModels models{};  ///< empty: its own
         std::int64_t static_layer_bytes = 0;
         double max_detail_error_px = 0.0;
         int threads = 1;
@@ -35,20 +36,21 @@ public:
     /// Whether the colour picture of such a view can be drawn here, if the world has nothing but triangles.
     static bool is_plain(const View& view);
     /// Whether the colour picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view) const {
-        return is_plain(view) && statics_.has_only_triangles() && movers_.has_only_triangles();
-    }
-    /// The colour frames of the views, in their order.
+    bool can_draw(const View& view) const { return is_plain(view) && scene_.has_only_triangles(); }
+    /// Appends the colour frames of the views, in their order.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
+    /// CPU time that each view of the last draw() took by itself.
+    std::span<const TimeNs> cost_ns() const { return cost_ns_; }
     void forget(CameraId camera);
     RenderCounters counters() const;
 
 private:
-    /// A deformed item of which a view needs these levels.
+    /// A deformed surface of which a view needs these levels.
     struct Unmade {
-        const SoftwareItem* item = nullptr;
+        const PlacedSurface* surface = nullptr;
         LevelSet levels = 0;
     };
+    void find_primitives(const PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
@@ -64,21 +66,19 @@ private:
 
     Options options_;
     ThreadTeam team_;
-    SoftwareModels models_;
-    SoftwareItems statics_, movers_;
-    std::vector<const SoftwareItem*> blended_statics_;
-    SnapshotRef snapshot_;
-    std::shared_ptr<const StaticSet> static_set_;
-    std::uint64_t statics_number_ = 0, layer_number_ = 0;
+    SharedModels models_;
+    PlacedScene scene_;
+    std::vector<const SoftwarePrimitive*> static_primitives_, mover_primitives_;  ///< of what is placed
+    std::uint64_t layer_number_ = 0;
     LayerTable<StaticLayer> layers_;
     std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
+    std::vector<TimeNs> cost_ns_;
     std::deque<ViewScratch> scratch_;  ///< by thread, or by view where they are few
     std::vector<Unmade> unmade_;
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
-    std::uint64_t meshes_skinned_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 };
 
 }  // namespace camrig

@@ -5,10 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/render/detail_levels.h"
-#include "core/render/draw_order.h"
-#include "core/render/placement.h"
-#include "core/render/software/screen_triangles.h"
+#include "core/render/scene/prepared_model.h"
+#include "core/render/shared_models.h"
 #include "core/render/software/texture.h"
 
 namespace camrig {
@@ -19,35 +17,18 @@ struct SampledTexture {
     Sampler sampler;
     std::vector<glm::vec2> coordinates;
 };
+enum TextureSlot { base_color_slot, emissive_slot, occlusion_slot, texture_slot_count };
 
-/// The triangles of a level of detail and the vertices that they use, rising.
-struct SoftwareLevel {
-    TriangleCorners triangles;
-    std::vector<std::uint32_t> vertices;
-    float error = 0.0f;  ///< as of DetailLevel; 0: the full mesh
-};
-
-/// One draw of a mesh, with its material.
 struct SoftwarePrimitive {
-    const Primitive* source = nullptr;
-    const Material* material = nullptr;
-    SampledTexture base_color;
-    SampledTexture emissive;
-    SampledTexture occlusion;
-    bool is_lit = false;
-    std::vector<SoftwareLevel> levels;  ///< the full mesh, then coarser and coarser ones
-    std::vector<JointBox> joint_boxes;
+    MeshLevel full;
+    std::array<SampledTexture, texture_slot_count> textures;
 };
 
-/// A Model as the software rasteriser draws it: the model's own arrays, textures in linear light, levels of detail.
+/// A Model as the software rasteriser draws it: the model's own arrays, textures in linear light.
 struct SoftwareModel {
-    ModelRef source;  ///< keeps all that is pointed at alive
-    std::vector<std::vector<SoftwarePrimitive>> meshes;
-    std::vector<Surface> surfaces;                                          ///< as they are drawn
+    std::vector<SoftwarePrimitive> primitives;                              ///< as of PreparedModel
     std::map<std::pair<int, bool>, std::unique_ptr<SoftwareImage>> images;  ///< by image and whether it is colour
-    bool has_only_triangles = true;
 };
-
-std::unique_ptr<SoftwareModel> make_software_model(const ModelRef& model);
+SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared);
 
 }  // namespace camrig

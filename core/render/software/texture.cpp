@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/frame/srgb.h"
+
 namespace camrig {
 namespace {
 
@@ -12,8 +14,7 @@ Codes make_codes(bool is_color) {
     Codes codes{};
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const double value = static_cast<double>(i) / 255.0;
-        const double linear = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-        codes[i] = static_cast<std::uint16_t>(std::lround(65535.0 * (is_color ? linear : value)));
+        codes[i] = static_cast<std::uint16_t>(std::lround(65535.0 * (is_color ? linear_of_srgb(value) : value)));
     }
     return codes;
 }

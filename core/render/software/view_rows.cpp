@@ -67,7 +67,7 @@ void put_back(ViewWork& work, const PixelRect& band) {
 
 void draw_ground(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     const Canvas& canvas = work.canvas;
-    const Environment& environment = *work.scope.environment;
+    const Environment& environment = work.scene.scene->environment();
     fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
     fill(canvas.depth, band, 0.0f);
     if (work.layer == nullptr) return;

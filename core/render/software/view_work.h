@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/render/renderer.h"
+#include "core/render/shown_picture.h"
 #include "core/render/software/rasterizer.h"
 
 /// What is known of a view from instant to instant, and while it is drawn.
@@ -31,15 +32,15 @@ struct ShownFrame {
 struct FrameHistory {
     std::array<ShownFrame, 8> frames;
     std::size_t last = 0;
-    std::int64_t sequence = -1;  ///< of the last
+    ShownPicture picture;
 };
 
 struct ViewWork {
     const View* view = nullptr;
-    ViewScope scope;
+    SceneView scene;
     StaticLayer* layer = nullptr;
     FrameHistory* history = nullptr;
-    std::vector<ViewDraw> movers, blended;
+    SeenMovers movers;
     PixelRect whole;
     std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
     std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
@@ -49,6 +50,7 @@ struct ViewWork {
     bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
     std::uint64_t draws = 0, draws_coarse = 0;
+    std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 };
 
 struct TriangleRange {
@@ -60,6 +62,7 @@ struct ViewScratch {
     ViewGeometry geometry;
     TriangleRange statics, movers;                   ///< opaque
     std::vector<ViewDraw> blended_statics, blended;  ///< from far to near; the second with the first
+    std::vector<SeenSurface> opaque, blending;       ///< static ones, as they are seen
     TriangleNumbers numbers;
     Plane<float> depth;
     Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes

@@ -106,6 +106,11 @@ SnapshotRef Film::at(TimeNs world_ns) {
     return world_->snapshot(world_ns);
 }
 
+std::string Film::camera(std::size_t index) const {
+    const auto& cameras = world_->scene().cameras;
+    return cameras.at(index % cameras.size()).name;
+}
+
 View Film::view(const std::string& camera, ImageSize size, std::uint32_t number) const {
     for (const CameraSpec& given : world_->scene().cameras) {
         if (given.name != camera) continue;

@@ -25,6 +25,8 @@ public:
     explicit Film(const std::string& scene);
     /// Instants must not go back.
     SnapshotRef at(TimeNs world_ns);
+    /// The name of one of the scene's cameras, counted round.
+    std::string camera(std::size_t index) const;
     /// The camera of the scene of this name, at this size.
     View view(const std::string& camera, ImageSize size, std::uint32_t number) const;
 

@@ -13,11 +13,6 @@ glm::dvec3 rim(const Disc& disc, double turn) {
     return disc.centre + std::cos(angle) * disc.across + std::sin(angle) * disc.up;
 }
 
-double linear_of_code(int code) {
-    const double c = code / 255.0;
-    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 }  // namespace
 
 std::optional<Disc> disc_at(const CameraModel& camera, glm::dvec2 pixel, double distance, double radius_px) {
@@ -80,7 +75,7 @@ glm::dvec2 seen_centroid(const Picture& picture, glm::dvec2 near, double reach_p
     glm::dvec2 moment(0.0);
     for (int y = std::max(0, int(near.y - reach_px)); y <= std::min(size.height - 1, int(near.y + reach_px)); ++y) {
         for (int x = std::max(0, int(near.x - reach_px)); x <= std::min(size.width - 1, int(near.x + reach_px)); ++x) {
-            const double value = linear_of_code(picture.red(x, y));
+            const double value = linear_of(picture.red(x, y));
             light += value;
             moment += value * (glm::dvec2(x, y) - near);
         }

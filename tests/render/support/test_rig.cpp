@@ -55,9 +55,7 @@ Renderer& cpu_renderer() {
 }
 
 std::vector<FrameRef> draw_views(const SnapshotRef& snapshot, std::span<const View> views) {
-    Renderer& renderer = cpu_renderer();
-    EXPECT_TRUE(renderer.submit(snapshot, 0, views).has_value());
-    auto finished = renderer.collect();
+    auto finished = cpu_renderer().draw(snapshot, 0, views);
     EXPECT_TRUE(finished.has_value());
     for (const auto& failure : finished->failures) ADD_FAILURE() << failure.error.message;
     return finished->set.frames;
@@ -79,6 +77,11 @@ int srgb_code(double linear) {
     const double c = std::clamp(linear, 0.0, 1.0);
     const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
     return static_cast<int>(std::lround(255.0 * encoded));
+}
+
+double linear_of(int code) {
+    const double c = code / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
 }  // namespace camrig

@@ -41,5 +41,7 @@ std::vector<FrameRef> draw_views(const SnapshotRef& snapshot, std::span<const Vi
 
 /// The exact sRGB code of a linear value, in double.
 int srgb_code(double linear);
+/// And back.
+double linear_of(int code);
 
 }  // namespace camrig

@@ -20,19 +20,15 @@ public:
     PlanesRenderer(std::shared_ptr<FramePool> pool, std::vector<PixelFormats>& asked)
         : pool_(std::move(pool)), null_(pool_), asked_(asked) {}
 
-    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override {
-        views_.assign(views.begin(), views.end());
+    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override {
         for (const View& view : views) asked_.push_back(view.color_formats);
-        return null_.submit(std::move(snapshot), monotonic_ns, views);
-    }
-    Result<Finished> collect() override {
-        Finished finished = null_.collect().value();
+        Finished finished = null_.draw(snapshot, monotonic_ns, views).value();
         std::vector<FrameRef> drawn;
         drawn.swap(finished.set.frames);
         for (std::size_t i = 0; i < drawn.size(); ++i) {
             for (const PixelFormat format : color_formats) {
-                if (!views_[i].color_formats.contains(format)) continue;
-                EXPECT_TRUE(makes(format, views_[i]));
+                if (!views[i].color_formats.contains(format)) continue;
+                EXPECT_TRUE(makes(format, views[i]));
                 finished.set.frames.push_back(converted(*pool_, drawn[i], format, {}).value());
             }
         }
@@ -42,7 +38,6 @@ public:
         const bool is_planes = format == PixelFormat::i420 || format == PixelFormat::jpeg_i420;
         return format == PixelFormat::rgba8 || (is_planes && view.spec->controls.brightness == 0.0);
     }
-    int in_flight() const override { return null_.in_flight(); }
     void forget(CameraId) override {}
     std::string description() const override { return null_.description(); }
 
@@ -50,7 +45,6 @@ private:
     std::shared_ptr<FramePool> pool_;
     NullRenderer null_;
     std::vector<PixelFormats>& asked_;
-    std::vector<View> views_;
 };
 
 constexpr MediaFormat jpeg{Codec::jpeg, PixelFormat::rgba8, 90, {}};

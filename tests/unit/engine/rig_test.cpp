@@ -17,12 +17,10 @@ class NotingRenderer final : public Renderer {
 public:
     NotingRenderer(const std::shared_ptr<FramePool>& pool, std::vector<CameraId>& drawn) : null_(pool), drawn_(drawn) {}
 
-    Result<void> submit(SnapshotRef snapshot, TimeNs monotonic_ns, std::span<const View> views) override {
+    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override {
         for (const View& view : views) drawn_.push_back(view.camera);
-        return null_.submit(std::move(snapshot), monotonic_ns, views);
+        return null_.draw(snapshot, monotonic_ns, views);
     }
-    Result<Finished> collect() override { return null_.collect(); }
-    int in_flight() const override { return null_.in_flight(); }
     void forget(CameraId) override {}
     std::string description() const override { return null_.description(); }
 

@@ -40,8 +40,7 @@ TEST(NullRenderer, TheSameInstantGivesTheSameBytes) {
     const View view = view_of(3, 7);
     std::vector<FrameRef> frames;
     for (int i = 0; i < 2; ++i) {
-        ASSERT_TRUE(renderer->submit(snapshot_at(40 * ns_per_ms), 5, {&view, 1}).has_value());
-        frames.push_back(renderer->collect()->set.frames.at(0));
+        frames.push_back(renderer->draw(snapshot_at(40 * ns_per_ms), 5, {&view, 1}).value().set.frames.at(0));
     }
     EXPECT_TRUE(std::ranges::equal(frames[0]->bytes(), frames[1]->bytes()));
 }
@@ -52,30 +51,26 @@ TEST(NullRenderer, CameraSequenceAndTimeEachShowInThePicture) {
     EXPECT_NE(null_pattern_blue(1, 0, 0), null_pattern_blue(1, 0, 1));
 }
 
-TEST(NullRenderer, CollectGivesInstantsInOrderAndFramesInTheOrderOfTheViews) {
+TEST(NullRenderer, FramesAreOfTheirInstantInTheOrderOfTheViewsAndEachHasItsCost) {
     auto renderer = null_renderer();
     const std::vector<View> first{view_of(1, 10), view_of(2, 20)};
     const std::vector<View> second{view_of(2, 21)};
-    ASSERT_TRUE(renderer->submit(snapshot_at(100), 1100, first).has_value());
-    ASSERT_TRUE(renderer->submit(snapshot_at(200), 1200, second).has_value());
-    EXPECT_EQ(renderer->in_flight(), 2);
-
-    const auto a = renderer->collect();
+    const auto a = renderer->draw(snapshot_at(100), 1100, first);
     ASSERT_EQ(a->set.frames.size(), 2u);
     EXPECT_EQ(a->set.world_ns, 100);
     EXPECT_EQ(a->set.monotonic_ns, 1100);
     EXPECT_EQ(a->set.frames[0]->info().sequence, 10);
     EXPECT_EQ(*a->set.frames[1]->info().camera, "c2");
-    EXPECT_EQ(renderer->collect()->set.frames.at(0)->info().sequence, 21);
-    EXPECT_EQ(renderer->in_flight(), 0);
+    ASSERT_EQ(a->cost_ns.size(), 2u);
+    EXPECT_GT(a->cost_ns[1], 0);
+    EXPECT_EQ(renderer->draw(snapshot_at(200), 1200, second)->set.frames.at(0)->info().sequence, 21);
 }
 
 TEST(NullRenderer, EveryWantedKindComesWithItsFormat) {
     auto renderer = null_renderer();
     View view = view_of(1, 0);
     std::ranges::fill(view.kinds, true);
-    ASSERT_TRUE(renderer->submit(snapshot_at(0), 0, {&view, 1}).has_value());
-    const auto finished = renderer->collect();
+    const auto finished = renderer->draw(snapshot_at(0), 0, {&view, 1});
     ASSERT_EQ(finished->set.frames.size(), 5u);
     EXPECT_EQ(finished->set.frames[1]->info().format, PixelFormat::depth32f);
     EXPECT_EQ(finished->set.frames[2]->info().format, PixelFormat::id32);

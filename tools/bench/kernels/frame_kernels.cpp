@@ -29,8 +29,7 @@ FrameRef picture(ImageSize size) {
     view.name = std::make_shared<const std::string>("lobby");
     view.spec = std::move(spec);
     view.pose = place.pose;
-    CHECK((*renderer)->submit((*world)->snapshot(0), 0, {&view, 1}).has_value());
-    auto finished = (*renderer)->collect();
+    auto finished = (*renderer)->draw((*world)->snapshot(0), 0, {&view, 1});
     CHECK(finished && finished->set.frames.size() == 1);
     return frame = finished->set.frames.front();
 }

@@ -1,4 +1,4 @@
-#include "core/render/placement.h"
+#include "core/render/scene/placement.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/render/detail_levels.h"
+#include "core/render/scene/detail_levels.h"
 
 #include <algorithm>
 #include <cmath>

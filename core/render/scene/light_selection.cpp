@@ -1,4 +1,4 @@
-#include "core/render/light_selection.h"
+#include "core/render/scene/light_selection.h"
 
 #include <algorithm>
 #include <cmath>

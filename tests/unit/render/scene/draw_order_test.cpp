@@ -1,4 +1,4 @@
-#include "core/render/draw_order.h"
+#include "core/render/scene/draw_order.h"
 
 #include <gmock/gmock.h>
 

@@ -5,7 +5,7 @@
 
 #include <glm/glm.hpp>
 
-#include "core/render/light_selection.h"
+#include "core/render/scene/light_selection.h"
 #include "core/world/model.h"
 #include "core/world/posed_model.h"
 #include "core/world/snapshot.h"

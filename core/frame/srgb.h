@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cmath>
+
+namespace camrig {
+
+/// The curve of IEC 61966-2-1 in double, between linear light and values that pictures hold; both 0 to 1.
+inline double linear_of_srgb(double value) {
+    return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+inline double srgb_of_linear(double light) {
+    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
+
+}  // namespace camrig

@@ -1,0 +1,145 @@
+#include "core/render/scene/placed_scene.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace camrig {
+namespace {
+
+bool same_objects(const StaticSet& a, const StaticSet& b) {
+    return std::ranges::equal(a.objects, b.objects, [](const Instance& x, const Instance& y) {
+        return x.info == y.info && x.position == y.position && x.orientation == y.orientation && x.scale == y.scale &&
+               x.clips.empty() && y.clips.empty();
+    });
+}
+
+}  // namespace
+
+int LightTable::add(const LightSet& set) {
+    const auto found = std::ranges::find(sets_, set);
+    if (found != sets_.end()) return static_cast<int>(found - sets_.begin());
+    sets_.push_back(set);
+    return size() - 1;
+}
+
+void PlacedSurfaces::clear() {
+    surfaces_.clear();
+    blended_.clear();
+    deformations_used_ = poses_used_ = 0;
+    has_only_triangles_ = true;
+}
+
+PosedModel& PlacedSurfaces::next_pose() {
+    if (poses_used_ == poses_.size()) poses_.emplace_back();
+    return poses_[poses_used_++];
+}
+
+DeformedVertices& PlacedSurfaces::next_deformation() {
+    if (deformations_used_ == deformations_.size()) deformations_.emplace_back();
+    return deformations_[deformations_used_++];
+}
+
+void PlacedSurfaces::add(const Instance& instance, PreparedModels& models, LightTable& light_sets,
+                         std::span<const Light> lights, float exposure) {
+    const ModelRef& source = instance.info->model;
+    if (source == nullptr) return;
+    const PreparedModel& model = models.of(source, prepare_model);
+    has_only_triangles_ &= model.has_only_triangles;
+    PosedModel& pose = next_pose();
+    pose_model(*source, instance.clips, pose);
+    const glm::dmat4 world = world_from_model(instance);
+    for (const PreparedSurface& prepared : model.surfaces) {
+        const PreparedPrimitive& primitive = *prepared.primitive;
+        PlacedSurface& surface = surfaces_.emplace_back();
+        surface.object = instance.info.get();
+        surface.model = &model;
+        surface.primitive = &primitive;
+        surface.index = surfaces_.size() - 1;
+        if (primitive.is_blended) blended_.push_back(surface.index);
+        surface.world_from_local =
+            prepared.is_deformed ? world : world * pose.model_from_node[static_cast<std::size_t>(prepared.node)];
+        surface.bounds = primitive.source->bounds;
+        if (prepared.is_deformed) {
+            surface.deformation = static_cast<int>(deformations_used_);
+            DeformedVertices& job = next_deformation();
+            job.pose = &pose;
+            job.node = prepared.node;
+            job.made = 0;
+            surface.bounds = prepared.is_skinned ? skinned_bounds(*source, pose, prepared.node, primitive.joint_boxes)
+                                                 : bounds_of(deform(surface).positions);
+        }
+        surface.is_mirrored = glm::determinant(glm::dmat3(surface.world_from_local)) < 0.0;
+        surface.light_set = light_sets.add(
+            primitive.is_lit ? lights_around(lights, exposure, surface.world_from_local, surface.bounds) : LightSet{});
+    }
+}
+
+const DeformedVertices& PlacedSurfaces::deform(const PlacedSurface& surface, LevelSet levels) {
+    DeformedVertices& job = deformations_[static_cast<std::size_t>(surface.deformation)];
+    const LevelSet missing = job.missing(levels);
+    const Primitive& primitive = *surface.primitive->source;
+    job.positions.resize(primitive.positions.size());
+    job.normals.resize(primitive.positions.size());
+    const auto make = [&](std::optional<std::span<const std::uint32_t>> which) {
+        deform_vertices(*surface.object->model, *job.pose, job.node, primitive, job.positions, job.normals, which);
+    };
+    if ((missing & 1) != 0) {
+        make(std::nullopt);
+    } else {
+        for (LevelSet left = missing; left != 0; left &= left - 1)
+            make(surface.primitive->coarser[static_cast<std::size_t>(std::countr_zero(left)) - 1].vertices);
+    }
+    job.made |= missing;
+    return job;
+}
+
+const DeformedVertices& PlacedSurfaces::deformed(const PlacedSurface& surface) const {
+    return deformations_[static_cast<std::size_t>(surface.deformation)];
+}
+
+std::uint64_t PlacedSurfaces::made() const {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < deformations_used_; ++i) count += deformations_[i].made != 0;
+    return count;
+}
+
+void PlacedScene::place(const SnapshotRef& snapshot) {
+    meshes_made_ = meshes_made();
+    meshes_unseen_ = meshes_unseen();
+    // What is placed points into the snapshot, and into models that live as long as it holds them.
+    movers_.clear();
+    place_statics(snapshot->statics);
+    snapshot_ = snapshot;
+    light_sets_.truncate(static_light_sets_);
+    for (const Instance& mover : snapshot->movers)
+        movers_.add(mover, *models_, light_sets_, lights(), environment().exposure);
+    models_->evict_unused();
+}
+
+void PlacedScene::place_statics(const std::shared_ptr<const StaticSet>& statics) {
+    // By identity: two worlds may have equal ones.
+    if (statics == static_set_) return;
+    objects_number_ += static_set_ == nullptr || !same_objects(*static_set_, *statics);
+    ++statics_number_;
+    statics_.clear();
+    light_sets_.truncate(0);
+    static_set_ = statics;
+    for (const Instance& object : statics->objects)
+        statics_.add(object, *models_, light_sets_, lights(), environment().exposure);
+    for (const PlacedSurface& surface : statics_.all())
+        if (surface.deformation >= 0) statics_.deform(surface);
+    static_light_sets_ = light_sets_.size();
+}
+
+void PlacedScene::clear() {
+    meshes_made_ = meshes_made();
+    meshes_unseen_ = meshes_unseen();
+    movers_.clear();
+    statics_.clear();
+    light_sets_.truncate(0);
+    static_light_sets_ = 0;
+    snapshot_.reset();
+    static_set_.reset();
+}
+
+}  // namespace camrig

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/render/scene/light_selection.h"
+#include "core/render/scene/prepared_model.h"
+#include "core/world/posed_model.h"
+#include "core/world/snapshot.h"
+
+/// The world of one instant for renderers, without any of their devices: what is where, with which light on it.
+namespace camrig {
+
+/// Levels of detail of a primitive, as bits: 1 is the full mesh, with all vertices.
+using LevelSet = std::uint32_t;
+
+/// Vertices of one skinned or morphed primitive at one instant: made when the first camera sees them, used by all.
+struct DeformedVertices {
+    const PosedModel* pose = nullptr;
+    int node = 0;
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    LevelSet made = 0;  ///< of which levels the vertices are made
+
+    /// Those of the levels that are not made yet.
+    LevelSet missing(LevelSet levels) const { return (made & 1) != 0 ? 0 : levels & ~made; }
+};
+
+/// One draw placed in the world, the same for all cameras.
+struct PlacedSurface {
+    const ObjectInfo* object = nullptr;  ///< the snapshot holds it
+    const PreparedModel* model = nullptr;
+    const PreparedPrimitive* primitive = nullptr;
+    glm::dmat4 world_from_local{1.0};
+    Box bounds;         ///< local
+    int light_set = 0;  ///< into PlacedScene::light_sets; that of what is not lit is empty
+    bool is_mirrored = false;
+    int deformation = -1;   ///< into those of its PlacedSurfaces; -1: rigid
+    std::size_t index = 0;  ///< into PlacedSurfaces::all
+};
+
+/// The different light sets of an instant; few, because neighbours share theirs.
+class LightTable {
+public:
+    int add(const LightSet& set);
+    const LightSet& operator[](int index) const { return sets_[static_cast<std::size_t>(index)]; }
+    int size() const { return static_cast<int>(sets_.size()); }
+    void truncate(int size) { sets_.resize(static_cast<std::size_t>(size)); }
+
+private:
+    std::vector<LightSet> sets_;
+};
+
+/// All draws of some instances in their poses. Storage is reused from instant to instant.
+class PlacedSurfaces {
+public:
+    void clear();
+    void add(const Instance& instance, PreparedModels& models, LightTable& light_sets, std::span<const Light> lights,
+             float exposure);
+    std::span<const PlacedSurface> all() const { return surfaces_; }
+    /// Those that are blended, into all().
+    std::span<const std::size_t> blended() const { return blended_; }
+    /// Makes the vertices of these levels of a deformed surface. Different surfaces from different threads; one surface
+    /// from one thread at a time.
+    const DeformedVertices& deform(const PlacedSurface& surface, LevelSet levels = 1);
+    const DeformedVertices& deformed(const PlacedSurface& surface) const;
+    std::size_t deformation_count() const { return deformations_used_; }
+    bool has_only_triangles() const { return has_only_triangles_; }
+    /// How many of the deformations are made.
+    std::uint64_t made() const;
+
+private:
+    PosedModel& next_pose();
+    DeformedVertices& next_deformation();
+
+    std::vector<PlacedSurface> surfaces_;
+    std::vector<std::size_t> blended_;
+    std::deque<DeformedVertices> deformations_;
+    std::deque<PosedModel> poses_;
+    std::size_t deformations_used_ = 0, poses_used_ = 0;
+    bool has_only_triangles_ = true;
+};
+
+/// A snapshot whose objects are placed and posed, once for all views. What stands still stays placed until the
+/// snapshot's static set is another one.
+///
+/// Thread: one at a time, but for PlacedSurfaces::deform. Several scenes may share the prepared models.
+class PlacedScene {
+public:
+    explicit PlacedScene(std::shared_ptr<PreparedModels> models) : models_(std::move(models)) {}
+
+    /// Becomes the scene of this instant.
+    void place(const SnapshotRef& snapshot);
+    /// Holds nothing any more; what is placed next counts as another world.
+    void clear();
+
+    const SnapshotRef& snapshot() const { return snapshot_; }
+    const Environment& environment() const { return static_set_->environment; }
+    std::span<const Light> lights() const { return static_set_->lights; }
+    const LightTable& light_sets() const { return light_sets_; }
+    PlacedSurfaces& statics() { return statics_; }
+    const PlacedSurfaces& statics() const { return statics_; }
+    PlacedSurfaces& movers() { return movers_; }
+    const PlacedSurfaces& movers() const { return movers_; }
+    const PlacedSurfaces& group_of(bool is_static) const { return is_static ? statics_ : movers_; }
+    bool has_only_triangles() const { return statics_.has_only_triangles() && movers_.has_only_triangles(); }
+
+    std::uint64_t statics_number() const { return statics_number_; }  ///< counts the static sets
+    std::uint64_t objects_number() const { return objects_number_; }  ///< counts those with other objects
+
+    /// Deformed meshes of movers since the start, once an instant: those that were made, and those that no camera saw.
+    std::uint64_t meshes_made() const { return meshes_made_ + movers_.made(); }
+    std::uint64_t meshes_unseen() const { return meshes_unseen_ + movers_.deformation_count() - movers_.made(); }
+
+private:
+    void place_statics(const std::shared_ptr<const StaticSet>& statics);
+
+    std::shared_ptr<PreparedModels> models_;
+    SnapshotRef snapshot_;
+    std::shared_ptr<const StaticSet> static_set_;
+    std::uint64_t statics_number_ = 0, objects_number_ = 0;
+    PlacedSurfaces statics_, movers_;
+    LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
+    int static_light_sets_ = 0;
+    std::uint64_t meshes_made_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
+};
+
+}  // namespace camrig

@@ -1,0 +1,66 @@
+#include "core/render/scene/scene_view.h"
+
+namespace camrig {
+
+SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m, Quality quality,
+                          double max_detail_error_px) {
+    return {.scene = &scene,
+            .transform = transform,
+            .frustum = make_frustum(transform, far_m),
+            .quality = quality,
+            .max_detail_error_px = max_detail_error_px};
+}
+
+std::optional<SeenSurface> SceneView::see(const PlacedSurface& surface, bool is_static) const {
+    const Box& bounds = surface.bounds;
+    const glm::dmat4 optical_from_local = transform.optical_from(surface.world_from_local);
+    if (!may_be_visible(frustum, optical_from_local, bounds.min, bounds.max)) return std::nullopt;
+    SeenSurface seen{.placed = &surface, .is_static = is_static, .optical_from_local = optical_from_local};
+    if (max_detail_error_px > 0.0 && !surface.primitive->coarser.empty()) {
+        const double px_per_m = detail_error_px(transform, optical_from_local, bounds, 1.0);
+        seen.level = coarsest_level(surface, [&](double error_m) { return error_m * px_per_m <= max_detail_error_px; });
+    }
+    const glm::dvec3 middle = 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
+    seen.distance_m = (optical_from_local * glm::dvec4(middle, 1.0)).z;
+    return seen;
+}
+
+void SceneView::see_all(bool of_statics, std::vector<SeenSurface>* opaque, std::vector<SeenSurface>* blended) const {
+    const PlacedSurfaces& group = scene->group_of(of_statics);
+    const auto add = [&](const PlacedSurface& surface) {
+        auto* const list = surface.primitive->is_blended ? blended : opaque;
+        if (list == nullptr) return;
+        if (const auto seen = see(surface, of_statics)) list->push_back(*seen);
+    };
+    if (opaque == nullptr) {
+        for (const std::size_t i : group.blended()) add(group.all()[i]);
+    } else {
+        for (const PlacedSurface& surface : group.all()) add(surface);
+    }
+}
+
+std::optional<PixelRect> SceneView::pixels_of(const SeenSurface& seen) const {
+    const Box& bounds = seen.placed->bounds;
+    return screen_bounds(transform, seen.optical_from_local, bounds.min, bounds.max);
+}
+
+bool SceneView::touches(const SeenSurface& seen, std::span<const PixelRect> rects) const {
+    const auto pixels = pixels_of(seen);
+    return pixels && std::ranges::any_of(rects, [&](const PixelRect& rect) { return rect.intersects(*pixels); });
+}
+
+void SeenMovers::see(const SceneView& view) {
+    opaque.clear();
+    blended.clear();
+    rects.clear();
+    for (const PlacedSurface& surface : view.scene->movers().all()) {
+        const auto seen = view.see(surface, false);
+        if (!seen) continue;
+        const auto pixels = view.pixels_of(*seen);
+        if (!pixels) continue;
+        rects.push_back(*pixels);
+        (surface.primitive->is_blended ? blended : opaque).push_back(*seen);
+    }
+}
+
+}  // namespace camrig

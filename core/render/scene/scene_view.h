@@ -1,0 +1,74 @@
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/render/pixel_rect.h"
+#include "core/render/scene/detail_levels.h"
+#include "core/render/scene/placed_scene.h"
+#include "core/render/view_transform.h"
+#include "core/world/camera_spec.h"
+
+/// What a picture sees of a placed scene: its list of draws.
+namespace camrig {
+
+/// A draw that may touch the picture.
+struct SeenSurface {
+    const PlacedSurface* placed = nullptr;
+    bool is_static = false;  ///< of PlacedScene::statics, else of its movers
+    int level = 0;           ///< of detail; 0: the full mesh, else one more than into PreparedPrimitive::coarser
+    glm::dmat4 optical_from_local{1.0};
+    double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis, for the order of what is blended
+    std::size_t order = 0;    ///< among those at one distance
+};
+
+/// One picture of a scene.
+struct SceneView {
+    const PlacedScene* scene = nullptr;
+    ViewTransform transform;
+    Frustum frustum;
+    Quality quality = Quality::simple;
+    double max_detail_error_px = 0.0;  ///< 0: every mesh in full
+
+    /// The draw of a surface, if any of it may be seen.
+    std::optional<SeenSurface> see(const PlacedSurface& surface, bool is_static) const;
+    /// Appends what may be seen of what stands still, or of what moves, in the order of the scene; null: not wanted.
+    void see_all(bool of_statics, std::vector<SeenSurface>* opaque, std::vector<SeenSurface>* blended) const;
+    /// Every pixel that the draw may touch.
+    std::optional<PixelRect> pixels_of(const SeenSurface& seen) const;
+    bool touches(const SeenSurface& seen, std::span<const PixelRect> rects) const;
+};
+SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m, Quality quality,
+                          double max_detail_error_px);
+
+/// What one picture sees of what moves.
+struct SeenMovers {
+    std::vector<SeenSurface> opaque, blended;
+    std::vector<PixelRect> rects;  ///< which pixels each of them may touch
+
+    void see(const SceneView& view);
+};
+
+/// For what is blended. By hand, because stable_sort() allocates.
+template <typename Draw>
+void sort_far_to_near(std::vector<Draw>& draws) {
+    for (std::size_t i = 0; i < draws.size(); ++i) draws[i].order = i;
+    std::ranges::sort(draws, [](const Draw& a, const Draw& b) {
+        return a.distance_m != b.distance_m ? a.distance_m > b.distance_m : a.order < b.order;
+    });
+}
+
+/// The coarsest level of detail of a surface whose error in metres `is_fine`.
+template <typename IsFine>
+int coarsest_level(const PlacedSurface& surface, const IsFine& is_fine) {
+    const PreparedPrimitive& primitive = *surface.primitive;
+    if (primitive.coarser.empty()) return 0;
+    const double scale = detail_error_scale(primitive.source->bounds, surface.bounds, surface.world_from_local);
+    const auto too_coarse = std::ranges::find_if_not(
+        primitive.coarser, [&](const MeshLevel& level) { return is_fine(level.error * scale); });
+    return static_cast<int>(too_coarse - primitive.coarser.begin());
+}
+
+}  // namespace camrig

@@ -1,0 +1,31 @@
+#include "core/render/scene/view_lights.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace camrig {
+
+LightInView light_in_view(const Light& light, const ViewTransform& view, float exposure) {
+    LightInView made;
+    made.color = light.color * light.intensity * exposure;
+    made.towards = glm::vec3(view.optical_from_world * -light.direction);
+    if (light.type == LightType::directional) return made;
+    made.position = glm::vec3(view.optical_from_world * (light.position - view.eye));
+    made.direction = glm::vec3(view.optical_from_world * light.direction);
+    made.inverse_range2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
+    if (light.type == LightType::spot) {
+        const float inner = std::cos(light.inner_cone_rad), outer = std::cos(light.outer_cone_rad);
+        made.spot_scale = 1.0f / std::max(0.001f, inner - outer);
+        made.spot_offset = -outer * made.spot_scale;
+    }
+    return made;
+}
+
+AmbientInView ambient_in_view(const Environment& environment, const ViewTransform& view) {
+    return {.up = glm::vec3(view.optical_from_world * glm::dvec3(0.0, 0.0, 1.0)),
+            .sky = environment.ambient_sky * environment.exposure,
+            .ground = environment.ambient_ground * environment.exposure,
+            .exposure = environment.exposure};
+}
+
+}  // namespace camrig

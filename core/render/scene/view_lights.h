@@ -1,0 +1,30 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "core/render/view_transform.h"
+#include "core/world/snapshot.h"
+
+namespace camrig {
+
+/// A light in the optical frame of a view. Point and spot lights in one form: a point light has spot scale 0 and spot
+/// offset 1 (KHR_lights_punctual).
+struct LightInView {
+    glm::vec3 towards{0.0f, 0.0f, -1.0f};  ///< unit, of a directional light
+    glm::vec3 color{0.0f};                 ///< times intensity and exposure
+    glm::vec3 position{0.0f};
+    glm::vec3 direction{0.0f};
+    float inverse_range2 = 0.0f;
+    float spot_scale = 0.0f, spot_offset = 1.0f;
+};
+LightInView light_in_view(const Light& light, const ViewTransform& view, float exposure);
+
+/// What all surfaces of a view share.
+struct AmbientInView {
+    glm::vec3 up{0.0f};                 ///< world up in the optical frame
+    glm::vec3 sky{0.0f}, ground{0.0f};  ///< times the exposure
+    float exposure = 1.0f;
+};
+AmbientInView ambient_in_view(const Environment& environment, const ViewTransform& view);
+
+}  // namespace camrig

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <memory>
+
+#include "core/render/scene/prepared_model.h"
+
+namespace camrig {
+
+struct SoftwareModel;
+
+/// What renderers make of models and may share, on whatever threads they are: with textures most of a world's memory.
+/// Empty: each renderer has its own.
+struct SharedModels {
+    std::shared_ptr<PreparedModels> prepared{};
+    std::shared_ptr<ModelCache<SoftwareModel>> software{};
+};
+SharedModels make_shared_models();
+
+}  // namespace camrig
