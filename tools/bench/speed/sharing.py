@@ -32,13 +32,15 @@ def _rig(scene: str) -> Iterator[camrig.Rig]:
         yield rig
 
 
-def _watch(rig: camrig.Rig, names: list[str], seconds: float, meanwhile: Callable[[float], None] = time.sleep) -> dict[str, Stream]:
-    """What readers of these cameras see in so many seconds, while something else goes on for so long."""
+def _watch(rig: camrig.Rig, names: list[str], seconds: float, meanwhile: Callable[[float], None] = time.sleep) -> tuple[dict[str, Stream], float]:
+    """What readers of these cameras see while something else goes on for about so long, and for how long it did."""
     with MjpegReaders(rig.call("server.info")["http"], names) as readers:
         time.sleep(WARM_UP_S)
         readers.reset()
+        begin = time.monotonic()
         meanwhile(seconds)
-        return {stream.camera: stream for stream in readers.close()}
+        lasted_s = time.monotonic() - begin
+        return {stream.camera: stream for stream in readers.close()}, lasted_s
 
 
 def _row(what: str, wanted: str, streams: list[Stream], due: float, seconds: float, reached: Callable[[float, float], bool]) -> list[object]:
@@ -56,7 +58,7 @@ def _corner(plan: Plan, *, beside: bool) -> list[object]:
         if beside:
             rig.create_camera("dear", place="corner", size=HD, fps=1, quality="beautiful")
             names.append("dear")
-        streams = _watch(rig, names, seconds)
+        streams, seconds = _watch(rig, names, seconds)
     what = "street `corner` 640x480 at 25/s" + (", 1280x720 `beautiful` at 1/s beside it" if beside else " alone")
     wanted = "24.5/s, p99 below 80 ms" if beside else ""
     return _row(what, wanted, [streams["corner_watched"]], 25 * seconds, seconds, lambda lost, p99: not beside or (lost <= 0.02 and p99 < 80))
@@ -69,7 +71,7 @@ def _twelve(plan: Plan) -> list[list[object]]:
         plain, dear = [f"plain{i}" for i in range(9)], [f"dear{i}" for i in range(3)]
         for i, name in enumerate(plain + dear):
             rig.create_camera(name, place=places[i % len(places)], size=VGA, fps=25, quality="beautiful" if name in dear else "simple")
-        streams = _watch(rig, plain + dear, seconds)
+        streams, seconds = _watch(rig, plain + dear, seconds)
     return [_row(f"hall, 12 cameras 640x480 at 25/s, three of them `beautiful`: the {len(group)} {kind}", wanted, [streams[name] for name in group], 25 * len(group) * seconds, seconds, reached)
             for kind, group, wanted, reached in (("others", plain, "at most 2 % lost", lambda lost, _: lost <= 0.02), ("dear ones", dear, "", lambda *_: True))]
 
@@ -104,9 +106,9 @@ def _requests(plan: Plan) -> list[object]:
                     pool.submit(ask, "truths" if n % 5 == 0 else "snapshots", rig.camera(asked[n % len(asked)]))
                     if time.monotonic() >= begin + duration:
                         break
-                pool.shutdown(cancel_futures=True)
+                pool.shutdown(cancel_futures=True)  # what was asked is waited for
 
-        streams = _watch(rig, running, seconds, meanwhile)
+        streams, seconds = _watch(rig, running, seconds, meanwhile)
     what = (f"hall, 4 cameras 640x480 at 25/s while 200 snapshots and 50 truths a second are asked of 4 others ({answered['snapshots'] / seconds:.0f} and {answered['truths'] / seconds:.0f}/s "
             f"answered, {answered['refused'] / seconds:.0f}/s refused)")
     return _row(what, "at most 2 % lost", [streams[name] for name in running], 100 * seconds, seconds, lambda lost, _: lost <= 0.02)
