@@ -109,7 +109,8 @@ void edit_picture(Session& session, const client::CameraState& camera) {
 void edit_described(Session& session, const client::CameraState& camera) {
     if (!session.model.settings) return;
     const auto& list = session.model.settings->at("cameras");
-    const auto found = std::ranges::find(list, camera.name, [](const auto& one) { return one.at("name"); });
+    const auto found =
+        std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.at("name") == camera.name; });
     if (found == list.end()) return;
     draw_described(session.link.camera_fields(), *found, [&](const nlohmann::json& wish) {
         nlohmann::json params = wish;
