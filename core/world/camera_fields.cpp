@@ -152,7 +152,7 @@ std::vector<Entry> make_camera_fields() {
                    .doc = "1/10 to 1000",
                    .unit = "1/s",
                    .fallback = "25",
-                   .label = "frames/s",
+                   .label = "frame rate",
                    .schema = fps_schema},
          .read = read_rate,
          .write =

@@ -35,6 +35,7 @@ std::string vector_text(const json& numbers) {
 std::string value_text(const Field& field, const json& value) {
     if (value.is_null()) return field.null;
     if (value.is_boolean()) return value == true ? "yes" : "no";
+    if (field.type == "[width, height]") return size_text({{"size", value}}) + " " + field.unit;
     return (value.is_array() ? vector_text(value) : plain_text(value)) + (field.unit.empty() ? "" : " " + field.unit);
 }
 

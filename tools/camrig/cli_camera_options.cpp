@@ -130,9 +130,8 @@ bool is_from_table(const Field& field) {
 std::string words_of(const Field& field) {
     std::string text = field.doc_text();
     std::erase(text, '`');
-    if (!field.unit.empty()) text = field.unit + (text.empty() ? "" : "; " + text);
-    if (field.is_nullable()) text += "; none for null";
-    return text;
+    if (const auto null = text.find("null: "); null != std::string::npos) text.replace(null, 4, "none");
+    return field.unit.empty() ? text : field.unit + (text.empty() ? "" : "; " + text);
 }
 
 void add_from_table(CLI::App& command, CameraOptions::FromTable& given) {

@@ -84,10 +84,10 @@ function addDescribed(parent, field, read, wish) {
   } else if (type === 'string') {
     addText(parent, label, (c) => read(c) ?? '', (c, text) => wish(text));
   } else if (type === 'object' && field.fields && !field.whole && !field.null) {
-    const part = document.createElement('details');
-    const summary = document.createElement('summary');
-    summary.textContent = label;
-    part.append(summary);
+    const part = document.createElement('fieldset');
+    const legend = document.createElement('legend');
+    legend.textContent = label;
+    part.append(legend);
     for (const inner of field.fields) addDescribed(part, inner, (c) => read(c)[inner.name], (value) => wish({ [inner.name]: value }));
     parent.append(part);
   }
