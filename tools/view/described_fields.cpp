@@ -72,7 +72,7 @@ void draw_described(const json& fields, const json& values, const std::function<
             changed = changed_choice(field, label.c_str(), *found);
         } else if (found->is_boolean()) {
             changed = changed_flag(label.c_str(), found->get<bool>());
-        } else if (found->is_number()) {
+        } else if (type == "number" || type == "integer") {
             changed = changed_number(field, label.c_str(), found->get<double>());
         } else if (type.starts_with("string")) {
             changed = changed_text(label.c_str(), *found);

@@ -79,6 +79,8 @@ function addDescribed(parent, field, read, wish) {
   } else if (field.choices) {
     const words = field.null ? [field.null, ...field.choices] : field.choices;
     addChoice(parent, label, words, (c) => read(c) ?? field.null, (word) => wish(field.null === word ? null : word));
+  } else if (field.word) {
+    addText(parent, label, (c) => String(read(c)), (c, text) => wish(text === field.word ? text : numberOf(text)));
   } else if (type === 'number' || type === 'integer') {
     addText(parent, label, (c) => rounded(read(c), 4), (c, text) => wish(numberOf(text))).inputMode = 'decimal';
   } else if (type === 'string') {
