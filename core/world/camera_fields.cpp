@@ -227,6 +227,9 @@ std::vector<Entry> make_camera_fields() {
         camera_at<&CameraSpec::code_strip>(
             {.name = "code_strip",
              .doc = "draws camera number, sequence and world time into the picture; needs 128x32 pixels"}),
+        camera_at<&CameraSpec::description>({.name = "description",
+                                             .doc = "free text of yours: where it hangs, what it is for",
+                                             .range = {.high = 200}}),
         {.field = {.name = "outputs",
                    .type = "array of objects",
                    .doc = "at most 16, no two the same, see outputs",

@@ -60,6 +60,7 @@ struct CameraSpec {
     std::optional<Quality> quality;  ///< nullopt: the rig's
     ImageControls controls;
     bool code_strip = false;
+    std::string description;
     std::vector<OutputSpec> outputs;
     friend bool operator==(const CameraSpec&, const CameraSpec&) = default;
 };

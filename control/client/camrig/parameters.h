@@ -153,6 +153,7 @@ struct CameraOptions {
     std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
     std::optional<Controls> controls = {};  ///< see controls; what is not given in it stays
     std::optional<bool> code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
+    std::optional<std::string> description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
     std::optional<std::vector<Output>> outputs = {};  ///< at most 16, no two the same, see outputs
 
     template <typename Self, typename Visit>
@@ -178,6 +179,7 @@ struct CameraOptions {
         visit("quality", self.quality);
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
+        visit("description", self.description);
         visit("outputs", self.outputs);
     }
 };
@@ -200,6 +202,7 @@ struct CameraState {
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
     Controls controls = {};  ///< see controls; what is not given in it stays
     bool code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
+    std::string description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
     std::vector<Output> outputs = {};  ///< at most 16, no two the same, see outputs
     Pose world_pose = {};  ///< where it is in the world, as pose; of a mounted camera, at its latest due frame
     std::int64_t id = 0;  ///< one life of a camera; never used again
@@ -228,6 +231,7 @@ struct CameraState {
         visit("quality", self.quality);
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
+        visit("description", self.description);
         visit("outputs", self.outputs);
         visit("world_pose", self.world_pose);
         visit("id", self.id);
@@ -256,6 +260,7 @@ inline CameraOptions CameraState::options() const {
     options.quality = quality;
     options.controls = controls;
     options.code_strip = code_strip;
+    options.description = description;
     return options;
 }
 

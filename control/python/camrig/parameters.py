@@ -156,6 +156,8 @@ class CameraOptions(TypedDict, total=False):
     """see controls; what is not given in it stays"""
     code_strip: bool
     """draws camera number, sequence and world time into the picture; needs 128x32 pixels; default false"""
+    description: str
+    """of at most 200 characters: free text of yours: where it hangs, what it is for; default """""
     outputs: Iterable[Union[Output, str]]
     """at most 16, no two the same, see outputs; default []"""
 
@@ -195,6 +197,8 @@ class CameraState(TypedDict):
     """see controls; what is not given in it stays"""
     code_strip: bool
     """draws camera number, sequence and world time into the picture; needs 128x32 pixels"""
+    description: str
+    """of at most 200 characters: free text of yours: where it hangs, what it is for"""
     outputs: list[Output]
     """at most 16, no two the same, see outputs"""
     world_pose: Pose
@@ -231,5 +235,6 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "quality": ("string or null", ""),
     "controls": ("object", ""),
     "code_strip": ("boolean", ""),
+    "description": ("string", ""),
     "outputs": ("array of objects", ""),
 }
