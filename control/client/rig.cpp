@@ -100,6 +100,10 @@ json Rig::set_actor(const std::string& name, const json& keys) const {
     return connections_->call("actor.set", params);
 }
 
+std::int64_t Rig::steer_actors(const json& actors) const {
+    return connections_->call("actor.steer", {{"actors", actors}}).value("applied_ns", std::int64_t{0});
+}
+
 void Rig::remove_actor(const std::string& name) const {
     connections_->call("actor.remove", {{"name", name}});
 }

@@ -14,19 +14,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/byte_budget.h"
+#include "core/base/field.h"
 #include "core/base/result.h"
 
 namespace camrig {
-
-/// One parameter or one field of a result, as the documentation shows it.
-struct Field {
-    std::string name;
-    std::string type;  ///< "string", "number", "[width, height]", "object", ...
-    std::string doc;
-    bool required = false;
-    std::string unit = {};      ///< "m", "deg", "ns", ...; empty: none
-    std::string fallback = {};  ///< what holds when the parameter is not given; empty: nothing, or as it is
-};
 
 /// What a method gives back. `data` is for large base64 text, which inside of `fields` would be copied and scanned
 /// twice; it becomes the last member, "data".

@@ -3,10 +3,13 @@
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/methods.h"
+#include "core/world/camera_fields.h"
 
 // docs/control-protocol.md is made here, from the method table; a unit test compares the two.
 namespace camrig {
 namespace {
+
+using nlohmann::json;
 
 /// Answers every command and every request for a picture: there is no rig behind documentation.
 class NoRig final : public CommandPort, public FrameFetcher {
@@ -33,19 +36,24 @@ std::string type_of(const Field& field) {
     return escaped(field.type) + (field.unit.empty() ? "" : ", " + field.unit);
 }
 
+}  // namespace
+
 void params_table(std::string& out, const std::vector<Field>& fields) {
     out += "| parameter | type | default | |\n|---|---|---|---|\n";
     for (const Field& field : fields) {
         const std::string fallback = field.required ? "required" : escaped(field.fallback);
-        out += "| `" + field.name + "` | " + type_of(field) + " | " + fallback + " | " + escaped(field.doc) + " |\n";
+        out += "| `" + field.name + "` | " + type_of(field) + " | " + fallback + " | " + escaped(field.doc_text()) +
+               " |\n";
     }
     out += "\n";
 }
 
+namespace {
+
 void result_table(std::string& out, const std::vector<Field>& fields) {
     out += "| result | type | |\n|---|---|---|\n";
     for (const Field& field : fields)
-        out += "| `" + field.name + "` | " + type_of(field) + " | " + escaped(field.doc) + " |\n";
+        out += "| `" + field.name + "` | " + type_of(field) + " | " + escaped(field.doc_text()) + " |\n";
     out += "\n";
 }
 
@@ -104,7 +112,24 @@ std::string limits_section() {
            " | `resource_exhausted` |\n\n";
 }
 
+json to_json(const Method& method) {
+    json errors = json::array();
+    for (const ErrorKind kind : method.errors) errors.push_back(std::string(to_string(kind)));
+    return {{"name", method.name},
+            {"summary", method.summary},
+            {"params", to_json(method.params)},
+            {"result", to_json(method.result)},
+            {"errors", std::move(errors)}};
+}
+
 }  // namespace
+
+json protocol_description() {
+    json methods = json::array(), objects = json::object();
+    for (const Method& method : documented_methods()) methods.push_back(to_json(method));
+    objects["camera"] = to_json(descriptions_of(camera_fields()));
+    return {{"methods", std::move(methods)}, {"objects", std::move(objects)}};
+}
 
 const std::vector<Method>& documented_methods() {
     static NoRig no_rig;

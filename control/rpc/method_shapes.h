@@ -17,6 +17,9 @@ struct Shape {
 
 std::vector<Shape> protocol_shapes();
 
+/// A table of parameters in Markdown.
+void params_table(std::string& out, const std::vector<Field>& fields);
+
 /// The text of docs/control-protocol.md before its tables.
 std::string_view protocol_introduction();
 

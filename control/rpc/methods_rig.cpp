@@ -105,6 +105,20 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                  done(json{{"stopping", true}});
                  if (context.shutdown) context.shutdown();
              }},
+        {.name = "server.describe",
+         .summary = "What can be asked of this rig, and the parameters of its objects with type, unit, range, choices "
+                    "and default: for programs that make their user interface from it.",
+         .params = {},
+         .result =
+             {{"methods", "array of objects", "each name, summary, params, result and errors"},
+              {"objects", "object",
+               "`camera`: its parameters, each name, type, doc, and where there are any: required, unit, default, "
+               "minimum, exclusive_minimum, maximum, exclusive_maximum, choices, null (what null means), label, "
+               "by (`client` or `rig`: who alone says it), fields (of an object) and whole (an object that is given "
+               "takes the place of all of the one before)"}},
+         .errors = {},
+         .handler = [](const json&, RpcReply done) { done(protocol_description()); },
+         .only_looks = true},
         {.name = "auth",
          .summary =
              "Shows the token or the key. Where one is asked for (TCP) this is the first line of a connection, or the "

@@ -90,6 +90,10 @@ std::vector<Method> make_methods(RpcContext& context, std::function<nlohmann::js
 /// The table without a rig, for documentation: every handler answers `unavailable`.
 const std::vector<Method>& documented_methods();
 
+/// Methods, and the parameters of objects, for programs: what server.describe answers and `camrig methods --json`
+/// prints.
+nlohmann::json protocol_description();
+
 /// The whole of docs/control-protocol.md.
 std::string control_protocol_markdown(const std::vector<Method>& methods);
 

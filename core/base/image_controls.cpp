@@ -1,39 +1,54 @@
 #include "core/base/image_controls.h"
 
-#include <string>
-
-#include "core/base/patch.h"
+#include "core/base/field_of.h"
 
 namespace camrig {
+namespace {
 
-Result<void> check_controls(const ImageControls& controls) {
-    struct Limit {
-        const char* name;
-        double value, low, high;
-        const char* words;
+/// A value instead of an automatic: who gives it wants to see it.
+FieldOf<ImageControls> instead_of(bool ImageControls::* automatic, std::string automatic_name,
+                                  FieldOf<ImageControls> entry) {
+    entry.read = [=, name = entry.field.name, read = entry.read](JsonReader& reader, Changes<ImageControls>& changes) {
+        if (reader.has(name) && !reader.has(automatic_name))
+            changes.change([automatic](ImageControls& controls) { controls.*automatic = false; });
+        read(reader, changes);
     };
-    for (const Limit& limit : {Limit{"exposure_ev", controls.exposure_ev, -6, 6, "-6 to 6"},
-                               Limit{"gain_db", controls.gain_db, 0, 24, "0 to 24"},
-                               Limit{"white_balance_k", controls.white_balance_k, 2800, 10000, "2800 to 10000"},
-                               Limit{"brightness", controls.brightness, -1, 1, "-1 to 1"},
-                               Limit{"contrast", controls.contrast, 0, 2, "0 to 2"},
-                               Limit{"saturation", controls.saturation, 0, 2, "0 to 2"}}) {
-        if (!(limit.value >= limit.low && limit.value <= limit.high))
-            return error(ErrorKind::invalid_argument,
-                         std::string("controls.") + limit.name + ": must be " + limit.words);
-    }
-    return {};
+    return entry;
 }
 
-void apply_controls(const ImageControlsPatch& patch, ImageControls& controls) {
-    assign_if(patch.auto_exposure, controls.auto_exposure);
-    assign_if(patch.exposure_ev, controls.exposure_ev);
-    assign_if(patch.gain_db, controls.gain_db);
-    assign_if(patch.auto_white_balance, controls.auto_white_balance);
-    assign_if(patch.white_balance_k, controls.white_balance_k);
-    assign_if(patch.brightness, controls.brightness);
-    assign_if(patch.contrast, controls.contrast);
-    assign_if(patch.saturation, controls.saturation);
+}  // namespace
+
+FieldTable<ImageControls> fields_of(std::type_identity<ImageControls>) {
+    using C = ImageControls;
+    static const std::vector<FieldOf<C>> table{
+        field_at<&C::auto_exposure>(
+            {.name = "auto_exposure", .doc = "the scene's exposure; off when exposure_ev is given"}),
+        instead_of(&C::auto_exposure, "auto_exposure",
+                   field_at<&C::exposure_ev>({.name = "exposure_ev",
+                                              .doc = "light is multiplied by 2^ev",
+                                              .unit = "EV",
+                                              .range = {-6, 6},
+                                              .label = "exposure"})),
+        field_at<&C::gain_db>({.name = "gain_db",
+                               .doc = "light is multiplied by 10^(dB/20)",
+                               .unit = "dB",
+                               .range = {0, 24},
+                               .label = "gain"}),
+        field_at<&C::auto_white_balance>(
+            {.name = "auto_white_balance", .doc = "neutral; off when white_balance_k is given"}),
+        instead_of(
+            &C::auto_white_balance, "auto_white_balance",
+            field_at<&C::white_balance_k>({.name = "white_balance_k",
+                                           .doc = "the light that is taken for white; lower makes bluer pictures",
+                                           .unit = "K",
+                                           .range = {2800, 10000},
+                                           .label = "white balance"})),
+        field_at<&C::brightness>(
+            {.name = "brightness", .doc = "added to the sRGB codes (1: from black to white)", .range = {-1, 1}}),
+        field_at<&C::contrast>({.name = "contrast", .doc = "about the middle code", .range = {0, 2}}),
+        field_at<&C::saturation>({.name = "saturation", .doc = "0 is grey", .range = {0, 2}}),
+    };
+    return table;
 }
 
 }  // namespace camrig

@@ -94,6 +94,10 @@ bool JsonReader::has(std::string_view key) {
     return object_->is_object() && object_->contains(key);
 }
 
+bool JsonReader::has_null(std::string_view key) {
+    return has(key) && object_->find(key)->is_null();
+}
+
 bool JsonReader::ok(std::string_view key) const {
     return ErrorList::current() ? !failed_.contains(key) : ok();
 }

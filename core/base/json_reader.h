@@ -35,6 +35,8 @@ public:
 
     /// Whether the key is there (marks it as known).
     bool has(std::string_view key);
+    /// Whether the key is there and null (marks it as known).
+    bool has_null(std::string_view key);
     bool ok() const { return !error_; }
     /// Whether the value of this key is to be looked at: no error yet, or, with an ErrorList, none of this key.
     bool ok(std::string_view key) const;

@@ -10,16 +10,20 @@
 
 namespace camrig {
 
-/// Reads the camera fields of the contract (size, fps, vfov_deg | hfov_deg | intrinsics, zoom, pose, mount, lens,
-/// antialias, near, far, quality, controls, code_strip, outputs) from an object whose other keys (name, place) the
-/// caller reads. Errors carry the JSON path. The same reader serves camera.create, camera.set, scene files and camera
-/// files. What camera.get answers is read back: redundant angles are taken where they agree, quality null is the rig's,
-/// and what says how the camera lives (id, sequence, readers, applied_ns, world_pose) does nothing.
+/// Reads the fields of camera_fields() from an object whose other keys (name, place) the caller reads. Errors carry the
+/// JSON path. The same reader serves camera.create, camera.set, scene files and camera files. What camera.get answers
+/// is read back: redundant angles are taken where they agree, and what only the rig says does nothing.
 CameraPatch read_camera_patch(JsonReader& reader);
 
-/// The camera as camera.get shows it: every field of the contract, with pose given as position, orientation and angles,
-/// and the derived intrinsics and fields of view.
+/// The camera as camera.get shows it, without what the rig adds of its life.
 nlohmann::json camera_to_json(const CameraSpec& spec);
+
+/// Entries of the table with a form of their own.
+void read_size(JsonReader& reader, CameraPatch& patch);
+void read_rate(JsonReader& reader, CameraPatch& patch);
+/// vfov_deg, hfov_deg and intrinsics.
+void read_optics(JsonReader& reader, CameraPatch& patch);
+void read_lens(JsonReader& reader, CameraPatch& patch);
 
 /// {"position": [..], one of "look_at" | "pan_deg","tilt_deg","roll_deg" | "orientation"}; orientation and angles
 /// together only when they are the same direction.

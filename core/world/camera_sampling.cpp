@@ -1,49 +1,16 @@
 #include "core/world/camera_sampling.h"
 
-#include <span>
-#include <string>
+#include "core/base/field_of.h"
 
 namespace camrig {
-namespace {
 
-template <typename T>
-struct Named {
-    T value;
-    std::string_view name;
-};
-
-constexpr Named<Antialias> antialias_names[] = {{Antialias::none, "none"},   {Antialias::msaa4, "msaa4"},
-                                                {Antialias::ssaa2, "ssaa2"}, {Antialias::ssaa3, "ssaa3"},
-                                                {Antialias::ssaa4, "ssaa4"}, {Antialias::automatic, "auto"}};
-constexpr Named<LensMethod> method_names[] = {
-    {LensMethod::automatic, "auto"}, {LensMethod::warp, "warp"}, {LensMethod::cube, "cube"}};
-constexpr Named<LensFilter> filter_names[] = {
-    {LensFilter::automatic, "auto"}, {LensFilter::bilinear, "bilinear"}, {LensFilter::bicubic, "bicubic"}};
-
-template <typename T, std::size_t count>
-std::string_view name_of(const Named<T> (&names)[count], T value) {
-    CHECK(static_cast<std::size_t>(value) < count);
-    return names[static_cast<std::size_t>(value)].name;
+std::span<const Named<Antialias>> names_of(std::type_identity<Antialias>) {
+    static constexpr Named<Antialias> names[] = {{Antialias::none, "none"},   {Antialias::msaa4, "msaa4"},
+                                                 {Antialias::ssaa2, "ssaa2"}, {Antialias::ssaa3, "ssaa3"},
+                                                 {Antialias::ssaa4, "ssaa4"}, {Antialias::automatic, "auto"}};
+    return names;
 }
 
-template <typename T, std::size_t count>
-Result<T> value_of(const Named<T> (&names)[count], std::string_view name) {
-    std::string known;
-    for (const auto& entry : names) {
-        if (entry.name == name) return entry.value;
-        known += (known.empty() ? "" : ", ") + std::string(entry.name);
-    }
-    return error(ErrorKind::invalid_argument, "'" + std::string(name.substr(0, 40)) + "' is none of " + known);
-}
-
-}  // namespace
-
-std::string_view to_string(Antialias antialias) {
-    return name_of(antialias_names, antialias);
-}
-Result<Antialias> parse_antialias(std::string_view name) {
-    return value_of(antialias_names, name);
-}
 int supersampling_of(Antialias antialias) {
     CHECK(antialias != Antialias::automatic);
     switch (antialias) {
@@ -60,22 +27,37 @@ int supersampling_of(Antialias antialias) {
     }
     return 1;
 }
+
 int multisampling_of(Antialias antialias) {
     return antialias == Antialias::msaa4 ? 4 : 1;
 }
 
-std::string_view to_string(LensMethod method) {
-    return name_of(method_names, method);
-}
-Result<LensMethod> parse_lens_method(std::string_view name) {
-    return value_of(method_names, name);
+std::span<const Named<LensMethod>> names_of(std::type_identity<LensMethod>) {
+    static constexpr Named<LensMethod> names[] = {
+        {LensMethod::automatic, "auto"}, {LensMethod::warp, "warp"}, {LensMethod::cube, "cube"}};
+    return names;
 }
 
-std::string_view to_string(LensFilter filter) {
-    return name_of(filter_names, filter);
+std::span<const Named<LensFilter>> names_of(std::type_identity<LensFilter>) {
+    static constexpr Named<LensFilter> names[] = {
+        {LensFilter::automatic, "auto"}, {LensFilter::bilinear, "bilinear"}, {LensFilter::bicubic, "bicubic"}};
+    return names;
 }
-Result<LensFilter> parse_lens_filter(std::string_view name) {
-    return value_of(filter_names, name);
+
+FieldTable<LensSampling> fields_of(std::type_identity<LensSampling>) {
+    static const std::vector<FieldOf<LensSampling>> table{
+        field_at<&LensSampling::method>(
+            {.name = "method",
+             .doc = "what the picture is resampled from; warp: one larger pinhole picture, cube: the faces of a cube, "
+                    "auto: what needs fewer pixels"}),
+        field_at<&LensSampling::filter>(
+            {.name = "filter",
+             .doc = "bicubic (Catmull-Rom) keeps more contrast; auto: bicubic at quality beautiful; ssaa always takes "
+                    "bilinear samples"}),
+        field_at<&LensSampling::oversample>(
+            {.name = "oversample", .doc = "source pixels per pixel, along a side, at least", .range = {1, 4}}),
+    };
+    return table;
 }
 
 }  // namespace camrig

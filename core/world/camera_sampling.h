@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string_view>
 
-#include "core/base/result.h"
+#include "core/base/field_table.h"
+#include "core/base/named.h"
 
 namespace camrig {
 
@@ -11,8 +11,7 @@ namespace camrig {
 /// `msaa4`: coverage at four places, shading once. `ssaa2` to `ssaa4`: 2x2 to 4x4 full samples. `automatic`: msaa4 at
 /// quality `beautiful`, else none (antialias_of in camera_spec.h).
 enum class Antialias : std::uint8_t { none, msaa4, ssaa2, ssaa3, ssaa4, automatic };
-std::string_view to_string(Antialias antialias);
-Result<Antialias> parse_antialias(std::string_view name);
+std::span<const Named<Antialias>> names_of(std::type_identity<Antialias>);
 /// Samples along one side of a pixel: 1 to 4 (1 for msaa4). Not of `automatic`.
 int supersampling_of(Antialias antialias);
 /// Coverage samples of one drawn texel: 1 or 4.
@@ -21,16 +20,12 @@ int multisampling_of(Antialias antialias);
 /// What a picture through a lens is resampled from: one oversized pinhole picture, or the faces of a cube. `automatic`
 /// takes what needs fewer texels (docs/decisions/0021).
 enum class LensMethod : std::uint8_t { automatic, warp, cube };
-std::string_view to_string(LensMethod method);
-Result<LensMethod> parse_lens_method(std::string_view name);
+std::span<const Named<LensMethod>> names_of(std::type_identity<LensMethod>);
 
 /// How source texels become a pixel: 2x2 or 4x4 (Catmull-Rom) of them. `automatic`: 4x4 at quality
 /// `beautiful`, else 2x2.
 enum class LensFilter : std::uint8_t { automatic, bilinear, bicubic };
-std::string_view to_string(LensFilter filter);
-Result<LensFilter> parse_lens_filter(std::string_view name);
-
-inline constexpr int max_lens_oversampling = 4;
+std::span<const Named<LensFilter>> names_of(std::type_identity<LensFilter>);
 
 /// How a lens is drawn; nothing of this moves anything in the picture.
 struct LensSampling {
@@ -39,5 +34,6 @@ struct LensSampling {
     int oversample = 1;  ///< source texels per pixel, along a side, at least
     friend bool operator==(const LensSampling&, const LensSampling&) = default;
 };
+FieldTable<LensSampling> fields_of(std::type_identity<LensSampling>);
 
 }  // namespace camrig

@@ -5,6 +5,7 @@
 
 #include "core/base/patch.h"
 #include "core/camera/camera_model.h"
+#include "core/world/camera_fields.h"
 #include "core/world/output_check.h"
 
 namespace camrig {
@@ -12,7 +13,6 @@ namespace {
 
 /// The code strip's cells need this much room (core/frame/code_strip).
 constexpr ImageSize min_code_strip_size{128, 32};
-constexpr double max_near_m = 1e6;
 
 Error invalid(std::string message) {
     return {ErrorKind::invalid_argument, std::move(message)};
@@ -40,8 +40,9 @@ Result<void> check_size(const CameraSpec& spec) {
 }
 
 Result<void> check_range(const CameraSpec& spec) {
-    if (!(spec.near_m > 0.0 && spec.near_m <= max_near_m))
-        return std::unexpected(invalid("near: must be over 0 and at most 1e6 m"));
+    if (auto good = check_fields(camera_fields(), spec); !good) return good;
+    if (auto good = check_fields(fields_of(std::type_identity<LensSampling>{}), spec.lens_sampling); !good)
+        return std::unexpected(invalid("lens." + good.error().message));
     if (!(spec.far_m == 0.0 || (std::isfinite(spec.far_m) && spec.far_m > spec.near_m)))
         return std::unexpected(invalid("far: must be 0 (no limit) or over near"));
     return {};
@@ -58,11 +59,6 @@ Result<void> check_pose(const Pose& pose) {
     return {};
 }
 
-Result<void> check_zoom(double zoom) {
-    if (zoom >= 1.0 && zoom <= 10.0) return {};
-    return std::unexpected(invalid("zoom: must be 1 to 10"));
-}
-
 /// The pose with its head turned.
 Result<Pose> turned(const Pose& pose, std::optional<double> pan_rad, std::optional<double> tilt_rad) {
     if (!pan_rad && !tilt_rad) return pose;
@@ -73,8 +69,6 @@ Result<Pose> turned(const Pose& pose, std::optional<double> pan_rad, std::option
 }
 
 Result<void> check_lens(const CameraSpec& spec) {
-    if (spec.lens_sampling.oversample < 1 || spec.lens_sampling.oversample > max_lens_oversampling)
-        return std::unexpected(invalid("lens.oversample: must be 1 to " + std::to_string(max_lens_oversampling)));
     if (auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
         return std::unexpected(camera.error());
     return {};
@@ -89,23 +83,10 @@ Antialias antialias_of(const CameraSpec& spec, Quality quality) {
     return quality == Quality::beautiful && spec.size.pixels() <= most_pixels ? Antialias::msaa4 : Antialias::none;
 }
 
-std::string_view to_string(Quality quality) {
-    switch (quality) {
-        case Quality::fast:
-            return "fast";
-        case Quality::simple:
-            return "simple";
-        case Quality::beautiful:
-            return "beautiful";
-    }
-    return "simple";
-}
-
-Result<Quality> parse_quality(std::string_view name) {
-    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful})
-        if (name == to_string(quality)) return quality;
-    return error(ErrorKind::invalid_argument,
-                 "'" + std::string(name.substr(0, 40)) + "' is none of fast, simple, beautiful");
+std::span<const Named<Quality>> names_of(std::type_identity<Quality>) {
+    static constexpr Named<Quality> names[] = {
+        {Quality::fast, "fast"}, {Quality::simple, "simple"}, {Quality::beautiful, "beautiful"}};
+    return names;
 }
 
 Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& patch) {
@@ -122,16 +103,11 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     spec.pose = *pose;
     assign_if(patch.lens, spec.lens);
     assign_if(patch.lens_sampling, spec.lens_sampling);
-    assign_if(patch.antialias, spec.antialias);
-    assign_if(patch.near_m, spec.near_m);
-    assign_if(patch.far_m, spec.far_m);
-    assign_if(patch.quality, spec.quality);
-    apply_controls(patch.controls, spec.controls);
-    assign_if(patch.code_strip, spec.code_strip);
     assign_if(patch.outputs, spec.outputs);
+    for (const auto& change : patch.others) change(spec);
 
-    for (const auto& good : {check_size(spec), check_range(spec), check_pose(spec.pose), check_zoom(spec.zoom),
-                             check_controls(spec.controls), check_outputs(spec.outputs, spec.size)})
+    for (const auto& good :
+         {check_size(spec), check_range(spec), check_pose(spec.pose), check_outputs(spec.outputs, spec.size)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -26,8 +27,7 @@ struct Mount {
 };
 
 enum class Quality : std::uint8_t { fast, simple, beautiful };
-std::string_view to_string(Quality quality);
-Result<Quality> parse_quality(std::string_view name);
+std::span<const Named<Quality>> names_of(std::type_identity<Quality>);
 
 /// How the user gave the optics; kept, so that a later change of size keeps the field of view.
 struct VerticalFov {
@@ -40,14 +40,14 @@ struct HorizontalFov {
 };
 using Optics = std::variant<VerticalFov, HorizontalFov, Intrinsics>;
 
-/// Everything a user can say about a camera. Valid by construction: made by create_camera_spec / patch_camera_spec
-/// only.
+/// Everything a user can say about a camera; camera_fields.cpp says what each means. Valid by construction: made by
+/// patch_camera_spec only.
 struct CameraSpec {
     std::string name;
     ImageSize size{640, 480};
     Rate rate;  // 25
     Optics optics = VerticalFov{};
-    double zoom = 1.0;         ///< 1..10; focal length against that of the unzoomed camera
+    double zoom = 1.0;
     double optics_zoom = 1.0;  ///< the zoom that the optics were given at
     Intrinsics intrinsics;     ///< derived from size, optics and zoom
     Pose pose;                 ///< world_from_link; of a mounted camera frame_from_link, in the frame of its mount
@@ -60,6 +60,7 @@ struct CameraSpec {
     std::optional<Quality> quality;  ///< nullopt: the rig's
     ImageControls controls;
     bool code_strip = false;
+    std::string description;
     std::vector<OutputSpec> outputs;
     friend bool operator==(const CameraSpec&, const CameraSpec&) = default;
 };
@@ -67,24 +68,22 @@ struct CameraSpec {
 /// What the camera's antialias means at a level of quality; never `automatic`.
 Antialias antialias_of(const CameraSpec& spec, Quality quality);
 
-/// The fields of camera.create and camera.set; what is empty stays as it is.
+/// What camera.create and camera.set change. Members that depend on others are named; what is empty stays as it is.
 struct CameraPatch {
-    std::optional<ImageSize> size;
-    std::optional<Rate> rate;
-    std::optional<Optics> optics;  ///< as they are at the zoom given with them, else at zoom 1
-    std::optional<double> zoom;
-    std::optional<Pose> pose;
-    std::optional<std::optional<Mount>> mount;  ///< nullopt inside: on nothing
-    std::optional<double> pan_rad, tilt_rad;    ///< turn the pose as a pan/tilt head does; position and roll stay
-    std::optional<Lens> lens;
-    std::optional<LensSampling> lens_sampling;
-    std::optional<Antialias> antialias;
-    std::optional<double> near_m;
-    std::optional<double> far_m;
-    std::optional<std::optional<Quality>> quality;  ///< nullopt inside: the rig's
-    ImageControlsPatch controls;
-    std::optional<bool> code_strip;
-    std::optional<std::vector<OutputSpec>> outputs;
+    std::optional<ImageSize> size = {};
+    std::optional<Rate> rate = {};
+    std::optional<Optics> optics = {};  ///< as they are at the zoom given with them, else at zoom 1
+    std::optional<double> zoom = {};
+    std::optional<Pose> pose = {};
+    std::optional<std::optional<Mount>> mount = {};  ///< nullopt inside: on nothing
+    std::optional<double> pan_rad = {},
+                          tilt_rad = {};  ///< turn the pose as a pan/tilt head does; position and roll stay
+    std::optional<Lens> lens = {};
+    std::optional<LensSampling> lens_sampling = {};
+    std::optional<std::vector<OutputSpec>> outputs = {};
+    std::vector<std::function<void(CameraSpec&)>> others = {};  ///< in this order
+
+    void change(std::function<void(CameraSpec&)> one) { others.push_back(std::move(one)); }
 };
 
 /// A copy of `base` with the patch applied, checked as a whole; nothing changes when it fails.

@@ -54,7 +54,7 @@ Result<CameraSpec> framing_camera(const Sphere& bounds) {
     CameraPatch patch;
     patch.pose = *pose;
     patch.optics = VerticalFov{vfov};
-    patch.near_m = std::min(0.05, (distance - bounds.radius) / 2.0);
+    spec.near_m = std::min(0.05, (distance - bounds.radius) / 2.0);
     return patch_camera_spec(spec, patch);
 }
 
@@ -93,7 +93,7 @@ Result<CameraSpec> model_camera(const ModelCamera& from, const glm::dmat4& world
     CameraPatch patch;
     patch.pose = *pose;
     patch.optics = VerticalFov{from.yfov_rad};
-    patch.near_m = from.near_m;
+    spec.near_m = from.near_m;
     if (from.aspect > 0.0) {
         const double width =
             std::clamp(480.0 * from.aspect, double{min_image_size.width}, double{max_image_size.width});

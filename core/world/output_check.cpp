@@ -1,12 +1,11 @@
 #include "core/world/output_check.h"
 
-#include <algorithm>
-#include <array>
+#include <utility>
+
+#include "core/world/camera_fields.h"
 
 namespace camrig {
 namespace {
-
-constexpr int max_device_number = 255;
 
 Error refusal(std::string message) {
     return {ErrorKind::invalid_argument, std::move(message)};
@@ -20,66 +19,34 @@ Result<void> check_h264(const OutputSpec& output, const std::string& place) {
                                             {!output.preset.empty(), ".preset"},
                                             {!output.profile.empty(), ".profile"}})
             if (is_given) return std::unexpected(refusal(place + key + ": only rtsp outputs with codec h264 have one"));
-        return {};
     }
-    if (output.bitrate_kbps && (*output.bitrate_kbps < 16 || *output.bitrate_kbps > 200'000))
-        return std::unexpected(refusal(place + ".bitrate_kbps: must be 16 to 200000"));
-    if (output.key_interval_s && !(*output.key_interval_s >= 0.01 && *output.key_interval_s <= 60.0))
-        return std::unexpected(refusal(place + ".key_interval_s: must be 0.01 to 60"));
-    constexpr std::array presets = {"", "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"};
-    if (std::ranges::find(presets, output.preset) == presets.end())
-        return std::unexpected(refusal(place + ".preset: '" + output.preset.substr(0, 40) +
-                                       "' is none of ultrafast, superfast, veryfast, faster, fast, medium, slow"));
-    constexpr std::array profiles = {"", "baseline", "main", "high"};
-    if (std::ranges::find(profiles, output.profile) == profiles.end())
-        return std::unexpected(
-            refusal(place + ".profile: '" + output.profile.substr(0, 40) + "' is none of baseline, main, high"));
     return {};
 }
 
 Result<void> check_output(const OutputSpec& output, ImageSize size, const std::string& place) {
     const bool numbered = output.kind == "v4l2" || output.kind == "device";
-    if (!numbered && output.kind != "rtsp" && output.kind != "mjpeg") {
-        return std::unexpected(
-            refusal(place + ".kind: '" + output.kind.substr(0, 40) + "' is none of v4l2, device, rtsp, mjpeg"));
-    }
+    if (auto good = check_fields(fields_of(std::type_identity<OutputSpec>{}), output); !good)
+        return std::unexpected(refusal(place + "." + good.error().message));
     if (numbered && !output.number)
         return std::unexpected(refusal(place + ".number: is missing; it is the N of /dev/videoN"));
     if (!numbered && output.number)
         return std::unexpected(refusal(place + ".number: " + output.kind + " outputs have none"));
-    if (output.number && (*output.number < 0 || *output.number > max_device_number))
-        return std::unexpected(refusal(place + ".number: must be 0 to 255"));
 
     // YUYV and YU12 have half as many chroma columns (and rows); Chrome drops every picture of an odd width.
     if (output.kind == "v4l2" && (size.width % 2 != 0 || size.height % 2 != 0))
         return std::unexpected(
             refusal(place + ": a v4l2 device needs an even width and height; the camera has " + size.to_string()));
 
-    constexpr std::array formats = {"", "YUYV", "YU12", "MJPG", "BGR3"};
     if (!output.format.empty() && output.kind != "v4l2")
         return std::unexpected(refusal(place + ".format: only v4l2 outputs have one"));
-    if (std::ranges::find(formats, output.format) == formats.end())
-        return std::unexpected(
-            refusal(place + ".format: '" + output.format.substr(0, 40) + "' is none of YUYV, YU12, MJPG, BGR3"));
-
-    constexpr std::array samplings = {"", "4:2:2", "4:2:0"};
     if (!output.subsampling.empty() && output.kind != "device" && output.format != "MJPG")
         return std::unexpected(
             refusal(place + ".subsampling: only device outputs and v4l2 outputs of format MJPG have one"));
-    if (std::ranges::find(samplings, output.subsampling) == samplings.end())
-        return std::unexpected(
-            refusal(place + ".subsampling: '" + output.subsampling.substr(0, 40) + "' is none of 4:2:2, 4:2:0"));
-
-    constexpr std::array codecs = {"", "h264", "mjpeg"};
     if (!output.codec.empty() && output.kind != "rtsp")
         return std::unexpected(refusal(place + ".codec: only rtsp outputs have one"));
-    if (std::ranges::find(codecs, output.codec) == codecs.end())
-        return std::unexpected(refusal(place + ".codec: '" + output.codec.substr(0, 40) + "' is none of h264, mjpeg"));
 
     const bool mjpeg = output.kind == "mjpeg" || output.codec == "mjpeg";
     if (output.quality && !mjpeg) return std::unexpected(refusal(place + ".quality: only mjpeg outputs have one"));
-    if (output.quality && (*output.quality < 1 || *output.quality > 100))
-        return std::unexpected(refusal(place + ".quality: must be 1 to 100"));
     return check_h264(output, place);
 }
 

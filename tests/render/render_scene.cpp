@@ -74,7 +74,7 @@ Arguments parse(int argc, char** argv) {
         const std::string option = argv[i];
         const std::string value = argv[i + 1];
         if (option == "--size") std::sscanf(argv[i + 1], "%dx%d", &a.size.width, &a.size.height);
-        if (option == "--quality") a.quality = parse_quality(value).value_or(Quality::simple);
+        if (option == "--quality") a.quality = parse_name<Quality>(value).value_or(Quality::simple);
         if (option == "--time") a.time_s = std::stod(value);
         if (option == "--kind" && value == "depth") a.kind = FrameKind::depth;
         if (option == "--kind" && value == "instance") a.kind = FrameKind::instance;
@@ -86,10 +86,10 @@ Arguments parse(int argc, char** argv) {
         if (option == "--moving") a.is_moving = value == "on";
         if (option == "--static-layer") a.has_static_layer = value == "on";
         if (option == "--lens") a.lens = parse_lens(value);
-        if (option == "--method") a.sampling.method = must(parse_lens_method(value));
-        if (option == "--filter") a.sampling.filter = must(parse_lens_filter(value));
+        if (option == "--method") a.sampling.method = must(parse_name<LensMethod>(value));
+        if (option == "--filter") a.sampling.filter = must(parse_name<LensFilter>(value));
         if (option == "--oversample") a.sampling.oversample = std::stoi(value);
-        if (option == "--antialias") a.antialias = must(parse_antialias(value));
+        if (option == "--antialias") a.antialias = must(parse_name<Antialias>(value));
         if (option == "--intrinsics") {
             Intrinsics k;
             std::sscanf(argv[i + 1], "%lf,%lf,%lf,%lf", &k.fx, &k.fy, &k.cx, &k.cy);

@@ -17,7 +17,8 @@ WIDTH, HEIGHT = 1280, 800
 # The parts of the window have fixed places: tools/view/panels.h.
 SCENE_X, SCENE_WIDTH, SCENE_HEIGHT = 260, WIDTH - 260 - 300, HEIGHT - 170
 NEW, SAVE = (45, 18), (130, 41)
-VFOV_SLIDER_RIGHT, ADD_RTSP = (1170, 81), (1223, 213)
+VFOV_SLIDER_RIGHT, ADD_RTSP = (1170, 81), (1223, 190)
+CODE_STRIP = (997, 371)  # below the outputs, of which there is one
 STEP_200_MS = (476, 648)
 
 
@@ -174,6 +175,8 @@ def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_tol
     wait_until(lambda: twin.get()["sequence"] >= 0)
     display.click(*ADD_RTSP)
     wait_until(lambda: [output["kind"] for output in twin.get()["outputs"]] == ["rtsp"], what="the output")
+    display.click(*CODE_STRIP)
+    wait_until(lambda: twin.get()["code_strip"], what="a parameter that only the rig's table tells of")
     kept = twin.get()
     display.key("Delete", "Escape")  # asked, and answered with no
     display.key("Delete", "Return")

@@ -32,22 +32,34 @@ const std::vector<CameraControl>& camera_controls() {
     static const std::vector<CameraControl> all{
         {{V4L2_CID_BRIGHTNESS, integer, "Brightness", -100, 100, 1, 0, 0, {}},
          [](const CameraSpec& spec) { return whole(spec.controls.brightness * 100); },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.brightness = value / 100.0; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.brightness = value / 100.0; });
+         }},
         {{V4L2_CID_CONTRAST, integer, "Contrast", 0, 200, 1, 100, 0, {}},
          [](const CameraSpec& spec) { return whole(spec.controls.contrast * 100); },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.contrast = value / 100.0; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.contrast = value / 100.0; });
+         }},
         {{V4L2_CID_SATURATION, integer, "Saturation", 0, 200, 1, 100, 0, {}},
          [](const CameraSpec& spec) { return whole(spec.controls.saturation * 100); },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.saturation = value / 100.0; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.saturation = value / 100.0; });
+         }},
         {{V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}},
          [](const CameraSpec& spec) { return std::int32_t{spec.controls.auto_white_balance}; },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.auto_white_balance = value != 0; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.auto_white_balance = value != 0; });
+         }},
         {{V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}},
          [](const CameraSpec& spec) { return whole(spec.controls.gain_db * 10); },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.gain_db = value / 10.0; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.gain_db = value / 10.0; });
+         }},
         {{V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}},
          [](const CameraSpec& spec) { return whole(spec.controls.white_balance_k); },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.white_balance_k = value; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.white_balance_k = value; });
+         }},
         {{V4L2_CID_EXPOSURE_AUTO,
           menu,
           "Exposure, Auto",
@@ -58,13 +70,15 @@ const std::vector<CameraControl>& camera_controls() {
           0,
           {"Manual Mode", "", "Aperture Priority Mode"}},
          [](const CameraSpec& spec) { return spec.controls.auto_exposure ? scene_exposure : manual_exposure; },
-         [](std::int32_t value, CameraPatch& patch) { patch.controls.auto_exposure = value != manual_exposure; }},
+         [](std::int32_t value, CameraPatch& patch) {
+             patch.change([value](CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
+         }},
         {{V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
          [](const CameraSpec& spec) {
              return std::clamp(whole(usual_exposure * std::exp2(spec.controls.exposure_ev)), 2, 6400);
          },
          [](std::int32_t value, CameraPatch& patch) {
-             patch.controls.exposure_ev = std::log2(value / usual_exposure);
+             patch.change([value](CameraSpec& spec) { spec.controls.exposure_ev = std::log2(value / usual_exposure); });
          }},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
          [](const CameraSpec& spec) { return whole(-angles_of(spec.pose.orientation).pan * arcsec_per_rad); },

@@ -111,13 +111,49 @@ void add_actor_change(CLI::App& group, CliContext& context, bool spawns) {
     });
 }
 
-void add_remove(CLI::App& group, CliContext& context, const std::string& what) {
+/// One actor at a time; programs that steer many speak to the socket.
+void add_steer(CLI::App& group, CliContext& context) {
+    struct Options {
+        std::string name, velocity, position, clip;
+        std::optional<double> seconds, yaw_deg;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* steer = group.add_subcommand("steer", "moves an actor by hand; it keeps its velocity until told another");
+    steer->add_option("NAME", options->name, "the actor")->required();
+    auto* velocity = steer->add_option("--velocity", options->velocity, "X,Y,Z in m/s");
+    auto* position = steer->add_option("--position", options->position, "X,Y,Z in metres")->excludes(velocity);
+    steer->add_option("--seconds", options->seconds, "until it is at the position; by default at once")
+        ->needs(position);
+    steer->add_option("--yaw-deg", options->yaw_deg, "where it looks; by default the way it moves");
+    steer->add_option("--clip", options->clip, "that it plays");
+    steer->callback([options, &context] {
+        context.action = [options, &context] {
+            json actor{{"name", options->name}};
+            for (const auto& [key, text] :
+                 {std::pair{"velocity", options->velocity}, {"position", options->position}}) {
+                if (text.empty()) continue;
+                auto numbers = parse_numbers(std::string("--") + key, text, 3);
+                if (!numbers) return context.usage(numbers.error().message);
+                actor[key] = std::move(*numbers);
+            }
+            if (options->seconds) actor["seconds"] = *options->seconds;
+            if (options->yaw_deg) actor["yaw_deg"] = *options->yaw_deg;
+            if (!options->clip.empty()) actor["clip"] = options->clip;
+            auto applied = context.call("actor.steer", {{"actors", json::array({actor})}});
+            return applied ? context.print(*applied, options->name + ": steered, shown from world time " +
+                                                         seconds_text((*applied).at("applied_ns")))
+                           : context.fail(applied.error());
+        };
+    });
+}
+
+void add_remove(CLI::App& group, CliContext& context, const std::string& method) {
     auto name = std::make_shared<std::string>();
     CLI::App* remove = group.add_subcommand("remove", "removes it");
-    remove->add_option("NAME", *name, "the " + what)->required();
-    remove->callback([name, what, &context] {
-        context.action = [name, what, &context] {
-            auto gone = context.call(what + ".remove", {{"name", *name}});
+    remove->add_option("NAME", *name, "the " + method.substr(0, method.find('.')))->required();
+    remove->callback([name, method, &context] {
+        context.action = [name, method, &context] {
+            auto gone = context.call(method, {{"name", *name}});
             return gone ? context.print(*gone, *name + ": removed") : context.fail(gone.error());
         };
     });
@@ -179,14 +215,15 @@ void add_event_wait(CLI::App& group, CliContext& context) {
 }  // namespace
 
 void add_actor_commands(CLI::App& app, CliContext& context) {
-    CLI::App* group = app.add_subcommand("actor", "shows, puts in, changes and removes actors");
+    CLI::App* group = app.add_subcommand("actor", "shows, puts in, changes, steers and removes actors");
     group->require_subcommand(1);
     group->add_subcommand("list", "all actors")->callback([&context] {
         context.action = [&context] { return list_actors(context); };
     });
     add_actor_change(*group, context, true);
     add_actor_change(*group, context, false);
-    add_remove(*group, context, "actor");
+    add_steer(*group, context);
+    add_remove(*group, context, "actor.remove");
 }
 
 void add_event_commands(CLI::App& app, CliContext& context) {
@@ -196,7 +233,7 @@ void add_event_commands(CLI::App& app, CliContext& context) {
         context.action = [&context] { return list_events(context); };
     });
     add_event_add(*group, context);
-    add_remove(*group, context, "event");
+    add_remove(*group, context, "event.remove");
     add_event_wait(*group, context);
 }
 

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "control/client/camera_file.h"
+#include "core/world/camera_fields.h"
 #include "tools/camrig/cli_calibration.h"
 #include "tools/camrig/cli_camera_options.h"
 #include "tools/camrig/cli_commands.h"
@@ -30,27 +31,33 @@ std::string vector_text(const json& numbers) {
     return text;
 }
 
+/// A value with its unit, for people.
+std::string value_text(const Field& field, const json& value) {
+    if (value.is_null()) return field.null;
+    if (value.is_boolean()) return value == true ? "yes" : "no";
+    if (field.type == "[width, height]") return size_text({{"size", value}}) + " " + field.unit;
+    return (value.is_array() ? vector_text(value) : plain_text(value)) + (field.unit.empty() ? "" : " " + field.unit);
+}
+
+/// A row for each value, those of objects below the name of the object.
+void add_rows(std::vector<std::vector<std::string>>& rows, const std::vector<Field>& fields, const json& values,
+              const std::string& within) {
+    for (const Field& field : fields) {
+        const auto found = values.find(field.name);
+        if (found == values.end()) continue;
+        const std::string label = within + field.label_text();
+        if (found->is_object())
+            add_rows(rows, field.parts, *found, label + " ");
+        else if (field.type != "array of objects")
+            rows.push_back({label, value_text(field, *found)});
+        else
+            for (const json& item : *found) rows.push_back({label, item.dump()});
+    }
+}
+
 std::string long_text(const json& camera) {
-    const json& pose = camera.at("pose");
-    const json& k = camera.at("intrinsics");
-    std::vector<std::vector<std::string>> rows{
-        {"name", camera.at("name").get<std::string>()},
-        {"size", size_text(camera)},
-        {"fps", plain_text(camera.at("fps"))},
-        {"field of view", plain_text(camera.at("hfov_deg")) + " x " + plain_text(camera.at("vfov_deg")) + " deg"},
-        {"intrinsics", vector_text({k.at("fx"), k.at("fy"), k.at("cx"), k.at("cy")}) + " px"},
-        {"position", vector_text(pose.at("position")) + " m"},
-        {"pan, tilt, roll", vector_text({pose.at("pan_deg"), pose.at("tilt_deg"), pose.at("roll_deg")}) + " deg"},
-        {"mounted on", camera.at("mount").is_null() ? "nothing"
-                                                    : plain_text(camera.at("mount").at("actor")) + " " +
-                                                          plain_text(camera.at("mount").at("node"))},
-        {"lens", plain_text(camera.at("lens").at("model")) + " " + vector_text(camera.at("lens").at("coefficients"))},
-        {"near, far", plain_text(camera.at("near")) + ", " + plain_text(camera.at("far")) + " m"},
-        {"quality", camera.at("quality").is_null() ? "the rig's" : plain_text(camera.at("quality"))},
-        {"code strip", camera.at("code_strip") == true ? "yes" : "no"}};
-    for (const json& output : camera.at("outputs")) rows.push_back({"output", output.dump()});
-    rows.push_back({"sequence", plain_text(camera.at("sequence"))});
-    rows.push_back({"readers", plain_text(camera.at("readers"))});
+    std::vector<std::vector<std::string>> rows;
+    add_rows(rows, descriptions_of(camera_fields()), camera, "");
     return table(rows, 2);
 }
 

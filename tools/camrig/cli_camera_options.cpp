@@ -1,7 +1,10 @@
 #include "tools/camrig/cli_camera_options.h"
 
+#include <algorithm>
+
 #include <CLI/CLI.hpp>
 
+#include "core/world/camera_fields.h"
 #include "tools/camrig/cli_context.h"
 
 namespace camrig {
@@ -12,16 +15,12 @@ using nlohmann::json;
 /// Collects parameters and keeps the first error.
 class Params {
 public:
-    void put(const char* key, Result<json> value) {
+    void put(const std::string& key, Result<json> value) {
         if (!value) {
             if (!error_) error_ = value.error();
         } else {
             values_[key] = std::move(*value);
         }
-    }
-    template <typename T>
-    void put_if(const char* key, const std::optional<T>& value) {
-        if (value) values_[key] = *value;
     }
     Result<json> take() {
         if (error_) return std::unexpected(*error_);
@@ -92,19 +91,66 @@ json rtsp_output_of(const CameraOptions& options) {
     return output;
 }
 
-/// NAME=VALUE, VALUE a number, true or false; the rig knows the names.
-Result<json> controls_of(const std::vector<std::string>& given) {
-    json controls = json::object();
+/// A number, a text, a truth value; of parameters that may be null, "none" is null.
+json scalar_of(const Field& field, const std::string& text) {
+    const bool is_none = field.is_nullable() && text == "none";
+    if (is_none) return nullptr;
+    return field.type.starts_with("string") ? json(text) : number_or_text(text);
+}
+
+/// NAME=VALUE; the rig knows the names.
+Result<json> object_of(const Field& field, const std::vector<std::string>& given) {
+    if (given == std::vector<std::string>{"none"} && field.is_nullable()) return nullptr;
+    json object = json::object();
     for (const std::string& text : given) {
         const std::size_t sign = text.find('=');
-        const json value = sign == std::string::npos ? json() : json::parse(text.substr(sign + 1), nullptr, false);
-        if (sign == 0 || (!value.is_number() && !value.is_boolean()))
-            return error(ErrorKind::invalid_argument, "--set-ctrl: \"" + text +
-                                                          "\" must be NAME=VALUE with a number, true or false, "
-                                                          "e.g. exposure_ev=-1");
-        controls[text.substr(0, sign)] = value;
+        const std::string name = text.substr(0, sign);
+        const auto part = std::ranges::find(field.parts, name, &Field::name);
+        const bool is_text = part != field.parts.end() && part->type.starts_with("string");
+        json value;
+        if (sign != std::string::npos)
+            value = is_text ? json(text.substr(sign + 1)) : json::parse(text.substr(sign + 1), nullptr, false);
+        if (sign == 0 || (!is_text && !value.is_number() && !value.is_boolean()))
+            return error(ErrorKind::invalid_argument, "--" + field.option_text() + ": \"" + text +
+                                                          "\" must be NAME=VALUE with a number, true or false, e.g. " +
+                                                          field.parts.back().name + "=1");
+        object[name] = std::move(value);
     }
-    return controls;
+    return object;
+}
+
+bool is_from_table(const Field& field) {
+    if (field.by != Field::By::both || field.name == "name") return false;
+    const std::string type = field.plain_type();
+    return type == "boolean" || type == "number" || type == "integer" || type == "string" ||
+           (type == "object" && !field.is_whole && !field.parts.empty());
+}
+
+/// Documentation for a terminal.
+std::string words_of(const Field& field) {
+    std::string text = field.doc_text();
+    std::erase(text, '`');
+    if (const auto null = text.find("null: "); null != std::string::npos) text.replace(null, 4, "none");
+    return field.unit.empty() ? text : field.unit + (text.empty() ? "" : "; " + text);
+}
+
+void add_from_table(CLI::App& command, CameraOptions::FromTable& given) {
+    const Field& field = given.field;
+    const std::string name = "--" + field.option_text();
+    if (field.type == "boolean") {
+        auto* on = command.add_flag(name, given.is_on, words_of(field));
+        command.add_flag("--no-" + field.option_text(), given.is_off, "does not")->excludes(on);
+        return;
+    }
+    auto* option = command.add_option(name, given.values);
+    if (!field.parts.empty()) {
+        std::string names;
+        for (const Field& part : field.parts) names += (names.empty() ? "" : ", ") + part.name;
+        option->description("NAME=VALUE, more than once for more: " + names);
+        return;
+    }
+    option->description(words_of(field))->expected(1)->type_name(field.type.starts_with("string") ? "TEXT" : "FLOAT");
+    if (field.type == "number" || field.type == "integer") option->check(CLI::Number);
 }
 
 json outputs_of(const CameraOptions& options) {
@@ -122,8 +168,9 @@ json outputs_of(const CameraOptions& options) {
 void CameraOptions::add_to(CLI::App& command) {
     command.add_option("--size", size, "WxH in pixels, 16x16 to 8192x8192");
     command.add_option("--fps", fps, "frames per second: 25, 29.97 or 30000/1001");
-    auto* vertical = command.add_option("--vfov-deg", vfov_deg, "vertical field of view");
-    auto* horizontal = command.add_option("--hfov-deg", hfov_deg, "horizontal field of view");
+    for (const auto& entry : camera_fields())
+        if (is_from_table(entry.field)) add_from_table(command, from_table.emplace_back(entry.field));
+    auto *vertical = command.get_option("--vfov-deg"), *horizontal = command.get_option("--hfov-deg");
     auto* pixels = command.add_option("--intrinsics", intrinsics, "FX,FY,CX,CY in pixels");
     vertical->excludes(horizontal)->excludes(pixels);
     horizontal->excludes(pixels);
@@ -149,17 +196,6 @@ void CameraOptions::add_to(CLI::App& command) {
                      ->excludes(glass);
     command.add_option("--calibration-camera", calibration_camera, "which camera of a FILE with several, e.g. cam1")
         ->needs(file);
-    command.add_option("--antialias", antialias, "auto, none, msaa4, ssaa2, ssaa3 or ssaa4");
-    command.add_option("--near", near, "nearest distance drawn, m");
-    command.add_option("--far", far, "farthest distance drawn, m; 0: no limit");
-    command.add_option("--quality", quality, "fast, simple or beautiful");
-    command.add_option("--zoom", zoom, "1 to 10: scales the focal length");
-    command.add_option("--set-ctrl", controls,
-                       "NAME=VALUE of the camera's electronics: exposure_ev=-1, white_balance_k=4000, gain_db, "
-                       "brightness, contrast, saturation; auto_exposure=true gives it back; more than once for more");
-    auto* strip =
-        command.add_flag("--code-strip", code_strip, "draws number, sequence and world time into the picture");
-    command.add_flag("--no-code-strip", no_code_strip, "does not")->excludes(strip);
     auto* module_output = command.add_option("--v4l2", v4l2, "N: also as /dev/videoN by v4l2loopback");
     auto* user_output = command.add_option("--device", device, "N: also as /dev/videoN for camrig exec");
     command.add_option("--subsampling", subsampling, "4:2:2 or 4:2:0: chroma of the MJPG of --device")
@@ -185,20 +221,17 @@ bool CameraOptions::has_pose() const {
 Result<json> camera_params(const CameraOptions& options, const json& present_pose) {
     Params params;
     if (!options.size.empty()) params.put("size", parse_size(options.size));
-    if (!options.fps.empty()) params.put("fps", parse_fps(options.fps));
-    params.put_if("vfov_deg", options.vfov_deg);
-    params.put_if("hfov_deg", options.hfov_deg);
+    if (!options.fps.empty()) params.put("fps", number_or_text(options.fps));
+    for (const auto& [field, values, is_on, is_off] : options.from_table) {
+        if (is_on || is_off)
+            params.put(field.name, is_on);
+        else if (!values.empty())
+            params.put(field.name, field.parts.empty() ? scalar_of(field, values.front()) : object_of(field, values));
+    }
     if (!options.intrinsics.empty()) params.put("intrinsics", intrinsics_of(options.intrinsics));
     if (options.has_pose()) params.put("pose", pose_of(options, present_pose));
     if (options.mount) params.put("mount", mount_of(*options.mount));
     if (!options.lens.empty()) params.put("lens", lens_of(options.lens));
-    if (!options.antialias.empty()) params.put("antialias", options.antialias);
-    params.put_if("near", options.near);
-    params.put_if("far", options.far);
-    if (!options.quality.empty()) params.put("quality", options.quality);
-    params.put_if("zoom", options.zoom);
-    if (!options.controls.empty()) params.put("controls", controls_of(options.controls));
-    if (options.code_strip || options.no_code_strip) params.put("code_strip", options.code_strip);
     json outputs = outputs_of(options);
     if (!outputs.empty() || options.no_outputs) params.put("outputs", std::move(outputs));
     return params.take();

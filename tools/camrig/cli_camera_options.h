@@ -1,11 +1,13 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/field.h"
 #include "core/base/result.h"
 
 namespace CLI {
@@ -14,19 +16,23 @@ class App;
 
 namespace camrig {
 
-/// The camera options of `camera create` and `camera set`, as typed.
+/// The camera options of `camera create` and `camera set`, as typed. Those of the table of camera fields that are a
+/// number, a text, a truth value, or an object that is given in part, come from there.
 struct CameraOptions {
-    std::string size, fps, position, look_at, orientation, intrinsics, quality, lens, antialias, rtsp;
+    struct FromTable {
+        Field field;
+        std::vector<std::string> values;  ///< of an object NAME=VALUE, else at most one
+        bool is_on = false, is_off = false;
+    };
+    std::deque<FromTable> from_table;
+    std::string size, fps, position, look_at, orientation, intrinsics, lens, rtsp;
     std::optional<std::string> mount;
     std::string calibration, calibration_camera;
     std::string rtsp_preset, rtsp_profile, subsampling;
     std::optional<int> rtsp_bitrate_kbps, rtsp_quality;
     std::optional<double> rtsp_key_interval_s;
-    std::optional<double> vfov_deg, hfov_deg, pan_deg, tilt_deg, roll_deg, near, far, zoom;
-    std::vector<std::string> controls;
+    std::optional<double> pan_deg, tilt_deg, roll_deg;
     std::optional<int> v4l2, device;
-    bool code_strip = false;
-    bool no_code_strip = false;
     bool mjpeg = false;
     bool no_outputs = false;
 

@@ -100,7 +100,7 @@ Result<json> parse_size(std::string_view text) {
     return error(ErrorKind::invalid_argument, "--size: takes WIDTHxHEIGHT, e.g. 640x480");
 }
 
-json parse_fps(const std::string& text) {
+json number_or_text(const std::string& text) {
     auto number = parse_number(text);
     return number ? *number : json(text);
 }

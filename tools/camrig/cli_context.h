@@ -46,8 +46,8 @@ struct CliContext {
 Result<nlohmann::json> parse_numbers(std::string_view option, std::string_view text, std::size_t count);
 /// "640x480" -> [640, 480].
 Result<nlohmann::json> parse_size(std::string_view text);
-/// A number, or as it is: "30000/1001".
-nlohmann::json parse_fps(const std::string& text);
+/// A number, or the text as it is: "30000/1001".
+nlohmann::json number_or_text(const std::string& text);
 
 /// Columns as wide as they need, the first row is the heading; from column `text_columns` on to the right.
 std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t text_columns = 1);

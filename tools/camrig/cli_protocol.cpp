@@ -1,10 +1,16 @@
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <ostream>
+#include <span>
 
 #include <CLI/CLI.hpp>
 
+#include "control/rpc/generated_files.h"
 #include "control/rpc/rpc_server.h"
 #include "core/base/json_reader.h"
+#include "core/base/write_file.h"
 #include "tools/camrig/cli_commands.h"
 
 namespace camrig {
@@ -12,29 +18,9 @@ namespace {
 
 using nlohmann::json;
 
-json fields_json(const std::vector<Field>& fields, bool are_params) {
-    json list = json::array();
-    for (const Field& field : fields) {
-        json one{{"name", field.name}, {"type", field.type}, {"doc", field.doc}};
-        if (are_params) one["required"] = field.required;
-        if (!field.unit.empty()) one["unit"] = field.unit;
-        if (!field.fallback.empty()) one["default"] = field.fallback;
-        list.push_back(std::move(one));
-    }
-    return list;
-}
-
 int methods(const CliContext& context) {
-    json list = json::array();
     std::string words;
     for (const Method& method : documented_methods()) {
-        json errors = json::array();
-        for (const ErrorKind kind : method.errors) errors.push_back(std::string(to_string(kind)));
-        list.push_back({{"name", method.name},
-                        {"summary", method.summary},
-                        {"params", fields_json(method.params, true)},
-                        {"result", fields_json(method.result, false)},
-                        {"errors", std::move(errors)}});
         std::string params;
         for (const Field& field : method.params) {
             const std::string shown = field.required ? field.name : "[" + field.name + "]";
@@ -42,7 +28,30 @@ int methods(const CliContext& context) {
         }
         words += method.name + " {" + params + "}\n    " + method.summary + "\n";
     }
-    return context.print({{"methods", std::move(list)}}, words);
+    return context.print(protocol_description(), words);
+}
+
+Result<std::string> text_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(stream), {}};
+    if (!stream && text.empty()) return error(ErrorKind::not_found, file.string() + ": cannot be read");
+    return text;
+}
+
+int write_generated(const CliContext& context, const std::filesystem::path& repository) {
+    std::string words;
+    for (const GeneratedFile& generated : generated_files()) {
+        const auto file = repository / generated.path;
+        const auto present = text_of(file);
+        if (!present) return context.fail(present.error());
+        const auto text = generated.make(*present);
+        if (!text) return context.fail({text.error().kind, file.string() + ": " + text.error().message});
+        if (*text == *present) continue;
+        if (auto written = write_atomically(file, std::as_bytes(std::span(*text))); !written)
+            return context.fail(written.error());
+        words += file.string() + ": made anew\n";
+    }
+    return context.print(nlohmann::json::object(), words);
 }
 
 int call(const CliContext& context, const std::string& method, const std::string& text, double timeout_s) {
@@ -64,6 +73,7 @@ void add_protocol_commands(CLI::App& app, CliContext& context) {
         std::string params = "{}";
         double timeout_s = 600.0;
         bool markdown = false;
+        std::filesystem::path repository = {};
     };
     auto options = std::make_shared<Options>();
     CLI::App* call_command = app.add_subcommand("call", "calls a method of the control protocol");
@@ -80,8 +90,12 @@ void add_protocol_commands(CLI::App& app, CliContext& context) {
 
     CLI::App* methods_command = app.add_subcommand("methods", "lists the methods of the control protocol");
     methods_command->add_flag("--markdown", options->markdown, "the whole of docs/control-protocol.md");
+    methods_command->add_option("--write", options->repository,
+                                "DIR: camrig's sources; makes the files anew that come from the tables of methods and "
+                                "parameters");
     methods_command->callback([options, &context] {
         context.action = [options, &context] {
+            if (!options->repository.empty()) return write_generated(context, options->repository);
             if (!options->markdown) return methods(context);
             context.out << control_protocol_markdown(documented_methods()) << std::flush;
             return 0;

@@ -67,7 +67,7 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     // By name: CLI11 would print the enumeration with our to_string(), whose string_view it cannot take.
     serve
         ->add_option_function<std::string>(
-            "--quality", [options](const std::string& name) { options->engine.quality = *parse_quality(name); },
+            "--quality", [options](const std::string& name) { options->engine.quality = *parse_name<Quality>(name); },
             "fast, simple (default) or beautiful")
         ->check(CLI::IsMember({"fast", "simple", "beautiful"}));
     serve->add_option(

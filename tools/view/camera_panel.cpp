@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <span>
 
+#include "tools/view/described_fields.h"
 #include "tools/view/panels.h"
 
 namespace camrig::view {
@@ -101,15 +103,21 @@ void edit_picture(Session& session, const client::CameraState& camera) {
     int lens = camera.lens.model == "pinhole" ? 0 : -1;
     if (choose("lens", names, lens))
         session.link.set_camera(camera.name, "lens", options_of(presets[static_cast<std::size_t>(lens)], camera.size));
-    static constexpr std::array qualities{"the rig's", "fast", "simple", "beautiful"};
-    int quality = 0;
-    for (std::size_t i = 1; i < qualities.size(); ++i)
-        if (camera.quality == qualities[i]) quality = static_cast<int>(i);
-    if (choose("quality", qualities, quality)) {
-        client::CameraOptions options;
-        options.quality = quality == 0 ? "" : qualities[static_cast<std::size_t>(quality)];
-        session.link.set_camera(camera.name, "quality", options);
-    }
+}
+
+/// The parameters that have no control of their own above.
+void edit_described(Session& session, const client::CameraState& camera) {
+    if (!session.model.settings) return;
+    const auto& list = session.model.settings->at("cameras");
+    const auto found =
+        std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.at("name") == camera.name; });
+    if (found == list.end()) return;
+    draw_described(session.link.camera_fields(), *found, [&](const nlohmann::json& wish) {
+        nlohmann::json params = wish;
+        params["name"] = camera.name;
+        session.link.edit(camera.name + "/" + wish.begin().key(),
+                          [params](const client::Rig& rig) { rig.call("camera.set", params); });
+    });
 }
 
 std::string words_of(const client::Output& output) {
@@ -172,12 +180,16 @@ void draw_camera(Session& session, const Area& area) {
         ImGui::TextUnformatted(camera->name.c_str());
         ImGui::SameLine();
         ImGui::TextDisabled("%dx%d at %.4g/s, %d watching", camera->size.width, camera->size.height,
-                            camera->fps.hertz(), camera->readers);
+                            camera->fps.hertz(), static_cast<int>(camera->readers));
         ImGui::PushItemWidth(190);
         edit_pose(session, *camera);
         edit_picture(session, *camera);
         ImGui::PopItemWidth();
         edit_outputs(session, *camera);
+        ImGui::Separator();
+        ImGui::PushItemWidth(150);
+        edit_described(session, *camera);
+        ImGui::PopItemWidth();
     } else {
         ImGui::TextWrapped(
             "Click a camera to choose it. Drag its dot over the ground, with Shift up and down; drag the ring to turn "

@@ -35,6 +35,17 @@ std::vector<EventRow> events_of(const json& list) {
     return rows;
 }
 
+json described_fields(const client::Rig& rig) {
+    const json all = rig.call("server.describe");
+    json fields = json::array();
+    for (const json& field : all.at("objects").at("camera")) {
+        const std::string name = field.at("name");
+        const bool has_own = name == "name" || name == "vfov_deg" || name == "hfov_deg" || field.contains("by");
+        if (!has_own) fields.push_back(field);
+    }
+    return fields;
+}
+
 }  // namespace
 
 RigLink::RigLink(client::Rig rig, std::string own_camera, std::function<void()> changed)
@@ -74,6 +85,11 @@ void RigLink::set_camera(const std::string& name, const std::string& key, client
          [name, options = std::move(options)](const client::Rig& rig) { rig.camera(name).set(options); });
 }
 
+json RigLink::camera_fields() const {
+    const std::lock_guard lock(mutex_);
+    return camera_fields_;
+}
+
 bool RigLink::is_pending(const std::string& key) const {
     const std::lock_guard lock(mutex_);
     return in_work_.contains(key) ||
@@ -108,9 +124,12 @@ void RigLink::refresh() {
     fresh.world = rig_.status();
     fresh.cameras = rig_.camera_states();
     std::erase_if(fresh.cameras, [&](const client::CameraState& camera) { return camera.name == own_camera_; });
+    fresh.settings = std::make_shared<const json>(rig_.call("camera.list"));
+    json fields = camera_fields().empty() ? described_fields(rig_) : json();
     fresh.actors = actors_of(rig_.actors());
     fresh.events = events_of(rig_.events());
     const std::lock_guard lock(mutex_);
+    if (!fields.is_null()) camera_fields_ = std::move(fields);
     fresh.problem.clear();
     fresh.refused = model_.refused;
     fresh.firings = std::move(model_.firings);

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <camrig/types.h>
+#include <nlohmann/json.hpp>
 
 namespace camrig::view {
 
@@ -33,7 +35,8 @@ struct RigModel {
     std::string problem = "connecting";  ///< empty: the rig answers
     std::string refused;                 ///< why the last edit was not done, or empty
     client::WorldStatus world = {};
-    std::vector<client::CameraState> cameras = {};  ///< without the view's own
+    std::vector<client::CameraState> cameras = {};        ///< without the view's own
+    std::shared_ptr<const nlohmann::json> settings = {};  ///< of all cameras, as camera.list answers
     std::vector<ActorRow> actors = {};
     std::vector<EventRow> events = {};
     std::deque<Firing> firings = {};  ///< the newest last; at most max_firings

@@ -56,6 +56,9 @@ public:
     nlohmann::json spawn_actor(const std::string& name, const std::string& model,
                                const nlohmann::json& keys = nlohmann::json::object()) const;
     nlohmann::json set_actor(const std::string& name, const nlohmann::json& keys) const;
+    /// Moves actors by a program of your own, all or none of them: [{"name": "anna", "velocity": [1.2, 0, 0]}, ...].
+    /// Returns the world time from which it shows.
+    std::int64_t steer_actors(const nlohmann::json& actors) const;
     void remove_actor(const std::string& name) const;
     nlohmann::json events() const;
     nlohmann::json add_event(const std::string& name, const nlohmann::json& when,

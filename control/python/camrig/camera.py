@@ -12,9 +12,12 @@ import numpy as np
 from .errors import CamrigError
 from .frame import Frame, data_of, frame_of
 from .projection import Projection
-from .spec import camera_params
+from .spec import camera_params, takes_camera_options
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .parameters import CameraOptions, CameraState
     from .rig import Rig
 
 _SNAPSHOT_FORMATS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png"}
@@ -30,11 +33,12 @@ class Camera:
     def __repr__(self) -> str:
         return f"Camera({self.name!r})"
 
-    def get(self) -> dict[str, Any]:
+    def get(self) -> CameraState:
         """All its settings, as camera.get gives them."""
         return self._rig.call("camera.get", name=self.name)
 
-    def set(self, **options: Any) -> dict[str, Any]:
+    @takes_camera_options
+    def set(self, **options: Unpack[CameraOptions]) -> CameraState:
         """Changes any option of Rig.create_camera but name and place. The reply's ``applied_ns`` is the world time from
         which it shows."""
         return self._rig.call("camera.set", name=self.name, **camera_params(**options))

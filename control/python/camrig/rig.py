@@ -6,15 +6,20 @@ import os
 import urllib.parse
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Mapping, Protocol, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, Protocol, Sequence
 
 from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
 from .grab import Instant, grab
 from .recording import record, record_options
-from .spec import camera_params, nanoseconds_of
+from .spec import camera_params, nanoseconds_of, takes_camera_options
 from .transport import http_connector, tcp_connector, unix_connector
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .parameters import CameraOptions
 
 
 class Owner(Protocol):
@@ -50,15 +55,12 @@ class Rig:
 
     # Cameras
 
-    def create_camera(self, name: str, *, place: str | None = None, **options: Any) -> Camera:
-        """Makes a camera. All options may be left out:
+    @takes_camera_options
+    def create_camera(self, name: str, *, place: str | None = None, **options: Unpack[CameraOptions]) -> Camera:
+        """Makes a camera. All options may be left out; camrig.parameters.CameraOptions and docs/control-protocol.md say what each means.
 
-        size (width, height), fps (number, "30000/1001" or Fraction), one of vfov_deg, hfov_deg or intrinsics ({fx, fy, cx,
-        cy} or a 3x3 matrix); position with one of look_at, pan_deg + tilt_deg + roll_deg, or orientation (x, y, z, w);
-        place (one of the scene's: gives pose and field of view); mount ("ACTOR" or "ACTOR/NODE": the pose is then in its frame);
-        lens ({"model", "coefficients"} or (model, coefficients));
-        antialias (auto, none, msaa4, ssaa2, ssaa3, ssaa4), near, far (metres), quality (fast, simple, beautiful), zoom,
-        controls ({"exposure_ev": 1, "saturation": 0.5, ...}: see docs/control-protocol.md), code_strip, outputs ([{"kind": "mjpeg"}, ...]).
+        place is one of the scene's: it gives pose and field of view. fps also as Fraction; intrinsics also as 3x3 matrix; mount also as "ACTOR"
+        or "ACTOR/NODE"; lens also as (model, coefficients); outputs also by their kind alone: ["mjpeg"].
         """
         params = camera_params(**options)
         if place is not None:

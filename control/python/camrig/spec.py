@@ -2,79 +2,42 @@
 
 from __future__ import annotations
 
+import inspect
 from fractions import Fraction
-from typing import Any, Iterable, Mapping, Sequence, Union
+from typing import Any, Callable, Iterable, Mapping, Sequence, TypeVar
 
 import numpy as np
 
+from . import parameters
 from .errors import CamrigError
+from .parameters import CAMERA_OPTIONS
 
-Rate = Union[int, float, str, Fraction]
-Vector = Sequence[float]
-Intrinsics = Union[Mapping[str, float], Sequence[Sequence[float]], np.ndarray]
-Lens = Union[str, Mapping[str, Any], tuple[str, Sequence[float]]]
-Output = Union[str, Mapping[str, Any]]
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def camera_params(
-    *,
-    size: Sequence[int] | None = None,
-    fps: Rate | None = None,
-    vfov_deg: float | None = None,
-    hfov_deg: float | None = None,
-    intrinsics: Intrinsics | None = None,
-    zoom: float | None = None,
-    position: Vector | None = None,
-    look_at: Vector | None = None,
-    pan_deg: float | None = None,
-    tilt_deg: float | None = None,
-    roll_deg: float | None = None,
-    orientation: Vector | None = None,
-    mount: Mapping[str, str] | str | None = None,
-    lens: Lens | None = None,
-    antialias: str | None = None,
-    near: float | None = None,
-    far: float | None = None,
-    quality: str | None = None,
-    controls: Mapping[str, float | bool] | None = None,
-    code_strip: bool | None = None,
-    outputs: Iterable[Output] | None = None,
-) -> dict[str, Any]:
-    """Only what is given is in the result. Values are checked by the rig; here they are only brought into form."""
+def camera_params(**options: Any) -> dict[str, Any]:
+    """Only what is given is in the result: None is not given, but for options that may be null. Values are checked by the rig; here they are
+    only brought into form."""
     params: dict[str, Any] = {}
-    if size is not None:
-        params["size"] = [int(v) for v in _vector("size", size, 2)]
-    if fps is not None:
-        params["fps"] = f"{fps.numerator}/{fps.denominator}" if isinstance(fps, Fraction) else _plain(fps)
-    for name, value in (("vfov_deg", vfov_deg), ("hfov_deg", hfov_deg), ("zoom", zoom), ("near", near), ("far", far)):
-        if value is not None:
-            params[name] = float(value)
-    if intrinsics is not None:
-        params["intrinsics"] = _intrinsics(intrinsics)
-    pose: dict[str, Any] = {}
-    for name, vector, length in (("position", position, 3), ("look_at", look_at, 3), ("orientation", orientation, 4)):
-        if vector is not None:
-            pose[name] = _vector(name, vector, length)
-    for name, angle in (("pan_deg", pan_deg), ("tilt_deg", tilt_deg), ("roll_deg", roll_deg)):
-        if angle is not None:
-            pose[name] = float(angle)
-    if pose:
-        params["pose"] = pose
-    if mount is not None:
-        params["mount"] = _mount(mount)
-    if lens is not None:
-        params["lens"] = _lens(lens)
-    if antialias is not None:
-        params["antialias"] = antialias
-    if quality is not None:
-        params["quality"] = quality
-    if controls is not None:
-        params["controls"] = {name: _plain(value) for name, value in controls.items()}
-    if code_strip is not None:
-        params["code_strip"] = bool(code_strip)
-    if outputs is not None:
-        params["outputs"] = [{"kind": output} if isinstance(output, str) else dict(output) for output in outputs]
+    for name, value in options.items():
+        if name not in CAMERA_OPTIONS:
+            raise TypeError(f"'{name}' is no option of a camera; there are {', '.join(CAMERA_OPTIONS)}")
+        json_type, within = CAMERA_OPTIONS[name]
+        if value is None and not json_type.endswith(" or null"):
+            continue
+        place = params.setdefault(within, {}) if within else params
+        place[name] = None if value is None else _formed(name, json_type, value)
     return params
+
+
+def takes_camera_options(function: Function) -> Function:
+    """Shows each camera option as a keyword of the function, to help() and to shells that complete; editors read Unpack[CameraOptions]."""
+    signature = inspect.signature(function)
+    own = [one for one in signature.parameters.values() if one.kind is not inspect.Parameter.VAR_KEYWORD]
+    hints = parameters.CameraOptions.__annotations__
+    options = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_words(hints[name])) for name in CAMERA_OPTIONS]
+    function.__signature__ = signature.replace(parameters=own + options)  # type: ignore[attr-defined]
+    return function
 
 
 def nanoseconds_of(seconds: float | None, nanoseconds: int | None) -> int:
@@ -84,6 +47,29 @@ def nanoseconds_of(seconds: float | None, nanoseconds: int | None) -> int:
     if nanoseconds is not None:
         return int(nanoseconds)
     return round(Fraction(repr(float(seconds))) * 10**9)  # type: ignore[arg-type]
+
+
+def _words(hint: Any) -> str:
+    """Of an annotation that was not evaluated."""
+    return getattr(hint, "__forward_arg__", str(hint))
+
+
+def _formed(name: str, json_type: str, value: Any) -> Any:
+    if name in _BY_NAME:
+        return _BY_NAME[name](value)
+    if name == "size":
+        return [int(v) for v in _vector(name, value, 2)]
+    if json_type.startswith("["):
+        return _vector(name, value, json_type.count(",") + 1)
+    if isinstance(value, Fraction):
+        return f"{value.numerator}/{value.denominator}"
+    if json_type == "number":
+        return float(value)
+    if json_type == "boolean":
+        return bool(value)
+    if isinstance(value, Mapping):
+        return {key: _plain(one) for key, one in value.items()}
+    return _plain(value)
 
 
 def _plain(value: Any) -> Any:
@@ -106,7 +92,7 @@ def _vector(name: str, value: Sequence[float], length: int) -> list[float]:
     return vector
 
 
-def _intrinsics(value: Intrinsics) -> dict[str, float]:
+def _intrinsics(value: Any) -> dict[str, float]:
     if isinstance(value, Mapping):
         return {str(key): float(number) for key, number in value.items()}
     matrix = np.asarray(value, dtype=float)
@@ -122,7 +108,7 @@ def _intrinsics(value: Intrinsics) -> dict[str, float]:
     }
 
 
-def _lens(value: Lens) -> dict[str, Any]:
+def _lens(value: Any) -> dict[str, Any]:
     if isinstance(value, str):
         return {"model": value, "coefficients": []}
     if isinstance(value, Mapping):
@@ -130,3 +116,11 @@ def _lens(value: Lens) -> dict[str, Any]:
         return {**value, "model": model, "coefficients": [float(c) for c in coefficients]}
     model, coefficients = value
     return {"model": model, "coefficients": [float(c) for c in np.ravel(coefficients)]}
+
+
+def _outputs(value: Iterable[Any]) -> list[dict[str, Any]]:
+    return [{"kind": output} if isinstance(output, str) else dict(output) for output in value]
+
+
+# Those with shorter ways to say them.
+_BY_NAME: dict[str, Callable[[Any], Any]] = {"intrinsics": _intrinsics, "mount": _mount, "lens": _lens, "outputs": _outputs}

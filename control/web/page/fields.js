@@ -1,4 +1,4 @@
-// Pose and picture by numbers. A field that is being edited is left alone until it is done.
+// Pose and picture by numbers and words; most fields are those that the rig describes. A field that is being edited is left alone until it is done.
 import { call } from './rpc.js';
 import { attempt } from './messages.js';
 import { adopt, listen, selectedCamera } from './state.js';
@@ -17,8 +17,8 @@ function numberOf(text) {
 }
 const rounded = (value, digits) => String(Number(value.toFixed(digits)));
 
-// label, what it shows, what it asks for
-const fields = [
+// Those with a form of their own: label, what it shows, what it asks for.
+const ownFields = [
   ['x (m)', (c) => rounded(c.pose.position[0], 3), place(0)],
   ['y (m)', (c) => rounded(c.pose.position[1], 3), place(1)],
   ['z (m)', (c) => rounded(c.pose.position[2], 3), place(2)],
@@ -26,11 +26,11 @@ const fields = [
   ['Tilt (°)', (c) => rounded(c.pose.tilt_deg, 2), angle('tilt_deg')],
   ['Roll (°)', (c) => rounded(c.pose.roll_deg, 2), angle('roll_deg')],
   ['Vertical view (°)', (c) => rounded(c.vfov_deg, 2), (c, value) => ({ vfov_deg: value, zoom: c.zoom })],
-  ['Zoom', (c) => rounded(c.zoom, 2), (c, value) => ({ zoom: value })],
   ['Frames/s', (c) => String(c.fps), (c, value, text) => ({ fps: text.includes('/') ? text.trim() : value })],
   ['Width', (c) => String(c.size[0]), (c, value) => ({ size: [value, c.size[1]] })],
   ['Height', (c) => String(c.size[1]), (c, value) => ({ size: [c.size[0], value] })],
 ];
+const shownAbove = new Set(['name', 'vfov_deg', 'hfov_deg']);
 
 async function set(wish) {
   const { name } = selectedCamera();
@@ -39,48 +39,84 @@ async function set(wish) {
   else showAll();  // what was refused is put back
 }
 
-const inputs = fields.map(([label, , ask]) => {
+// All controls: the element, and what it shows of a camera.
+const shown = [];
+
+function add(parent, label, element, read) {
   const holder = document.createElement('label');
-  holder.append(label + ' ');
+  holder.append(label + ' ', element);
+  parent.append(holder);
+  shown.push({ element, read });
+}
+
+function addText(parent, label, read, wishOf) {
   const input = document.createElement('input');
-  input.inputMode = 'decimal';
   input.spellcheck = false;
   input.addEventListener('change', () => attempt(async () => {
-    const text = input.value;
-    const value = text.includes('/') && label === 'Frames/s' ? 0 : numberOf(text);
+    const wish = wishOf(selectedCamera(), input.value);
     input.blur();
-    await set(ask(selectedCamera(), value, text));
+    await set(wish);
   }));
-  holder.append(input);
-  form.append(holder);
+  add(parent, label, input, read);
   return input;
-});
-
-function addChoice(label, options, read, ask) {
-  const holder = document.createElement('label');
-  holder.append(label + ' ');
-  const choice = document.createElement('select');
-  for (const option of options) choice.add(new Option(option));
-  choice.addEventListener('change', () => { choice.blur(); set(ask(choice.value)); });
-  holder.append(choice);
-  form.append(holder);
-  return { choice, read };
 }
-const choices = [
-  addChoice('Quality', ["the rig's", 'fast', 'simple', 'beautiful'], (c) => c.quality ?? "the rig's", (value) => ({ quality: value === "the rig's" ? null : value })),
-  addChoice('Antialias', ['auto', 'none', 'msaa4', 'ssaa2', 'ssaa3', 'ssaa4'], (c) => c.antialias, (value) => ({ antialias: value })),
-  addChoice('Code strip', ['off', 'on'], (c) => (c.code_strip ? 'on' : 'off'), (value) => ({ code_strip: value === 'on' })),
-];
+
+function addChoice(parent, label, words, read, wishOf) {
+  const choice = document.createElement('select');
+  for (const word of words) choice.add(new Option(word));
+  choice.addEventListener('change', () => { choice.blur(); set(wishOf(choice.value)); });
+  add(parent, label, choice, read);
+}
+
+const labelOf = ({ name, label = name.replaceAll('_', ' '), unit }) => label[0].toUpperCase() + label.slice(1) + (unit ? ` (${unit})` : '');
+
+/** A field as the rig describes it (server.describe): `read` its value of a camera, `wish` for it. */
+function addDescribed(parent, field, read, wish) {
+  const label = labelOf(field);
+  const type = field.type.replace(' or null', '');
+  if (type === 'boolean') {
+    addChoice(parent, label, ['off', 'on'], (c) => (read(c) ? 'on' : 'off'), (word) => wish(word === 'on'));
+  } else if (field.choices) {
+    const words = field.null ? [field.null, ...field.choices] : field.choices;
+    addChoice(parent, label, words, (c) => read(c) ?? field.null, (word) => wish(field.null === word ? null : word));
+  } else if (field.word) {
+    addText(parent, label, (c) => String(read(c)), (c, text) => wish(text === field.word ? text : numberOf(text)));
+  } else if (type === 'number' || type === 'integer') {
+    addText(parent, label, (c) => rounded(read(c), 4), (c, text) => wish(numberOf(text))).inputMode = 'decimal';
+  } else if (type === 'string') {
+    addText(parent, label, (c) => read(c) ?? '', (c, text) => wish(text));
+  } else if (type === 'object' && field.fields && !field.whole && !field.null) {
+    const part = document.createElement('fieldset');
+    const legend = document.createElement('legend');
+    legend.textContent = label;
+    part.append(legend);
+    for (const inner of field.fields) addDescribed(part, inner, (c) => read(c)[inner.name], (value) => wish({ [inner.name]: value }));
+    parent.append(part);
+  }
+}
+
+for (const [label, read, ask] of ownFields) {
+  const valueOf = (text) => (text.includes('/') && label === 'Frames/s' ? 0 : numberOf(text));
+  addText(form, label, read, (camera, text) => ask(camera, valueOf(text), text)).inputMode = 'decimal';
+}
 
 function showAll() {
   const camera = selectedCamera();
   for (const control of form.elements) control.disabled = !camera;
   if (!camera) return;
-  fields.forEach(([, read], index) => {
+  for (const { element, read } of shown) {
     const text = read(camera);
-    if (document.activeElement !== inputs[index] && inputs[index].value !== text) inputs[index].value = text;
-  });
-  for (const { choice, read } of choices) if (document.activeElement !== choice && choice.value !== read(camera)) choice.value = read(camera);
+    if (document.activeElement !== element && element.value !== text) element.value = text;
+  }
 }
 form.addEventListener('submit', (event) => { event.preventDefault(); document.activeElement?.blur(); });
 listen(showAll);
+
+attempt(async () => {
+  const { objects } = await call('server.describe');
+  for (const field of objects.camera) {
+    if (field.by || shownAbove.has(field.name)) continue;
+    addDescribed(form, field, (c) => c[field.name], (value) => ({ [field.name]: value }));
+  }
+  showAll();
+});

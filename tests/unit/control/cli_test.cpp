@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/world/camera_fields.h"
 #include "tests/unit/control/server_harness.h"
 
 namespace camrig::cli_test {
@@ -13,6 +14,7 @@ namespace {
 
 using nlohmann::json;
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -235,6 +237,43 @@ TEST_F(Cli, ACalibrationThatDoesNotFitIsRefusedWithItsFile) {
     EXPECT_EQ(missing.code, 1);
     EXPECT_THAT(missing.err, HasSubstr("none.yaml: cannot be opened"));
     EXPECT_EQ(at_rig({"camera", "calibration", "a"}).code, 1);
+}
+
+TEST_F(Cli, CameraGetShowsEveryParameterInWords) {
+    json_of({"camera", "create", "lobby", "--position", "1,2,3", "--zoom", "2.5", "--antialias", "ssaa3", "--set-ctrl",
+             "contrast=1.25", "--mjpeg"});
+    const std::string words = at_rig({"camera", "get", "lobby"}).out;
+    for (const auto& entry : camera_fields()) {
+        if (entry.field.by == Field::By::client) continue;
+        EXPECT_THAT(words, HasSubstr(entry.field.label_text())) << entry.field.name;
+    }
+    EXPECT_THAT(words, AllOf(ContainsRegex("zoom +2.5\n"), ContainsRegex("antialias +ssaa3\n"),
+                             ContainsRegex("controls contrast +1.25\n"), ContainsRegex("quality +the rig's\n"),
+                             ContainsRegex("pose position +1,2,3 m\n"), ContainsRegex("code strip +no\n"),
+                             ContainsRegex("outputs +\\{\"kind\":\"mjpeg\"\\}\n")));
+}
+
+TEST_F(Cli, OptionsOfTheTableAreReadByTheirType) {
+    const json camera = json_of({"camera", "create", "a", "--near", "0.25", "--quality", "fast", "--code-strip"});
+    EXPECT_EQ(camera["near"], 0.25);
+    EXPECT_EQ(camera["code_strip"], true);
+    const json after = json_of({"camera", "set", "a", "--quality", "none", "--no-code-strip"});
+    EXPECT_EQ(after["quality"], nullptr);
+    EXPECT_EQ(after["code_strip"], false);
+    EXPECT_EQ(after["near"], 0.25);
+    EXPECT_EQ(run({"camera", "set", "a", "--near", "close"}).code, 2);
+    EXPECT_EQ(run({"camera", "set", "a", "--code-strip", "--no-code-strip"}).code, 2);
+    const Outcome refused = at_rig({"camera", "set", "a", "--zoom", "11"});
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("zoom: must be 1 to 10"));
+}
+
+TEST_F(Cli, AnActorIsSteered) {
+    EXPECT_TRUE(json_of({"actor", "steer", "anna", "--velocity", "1.2,0,0", "--clip", "walk"}).contains("applied_ns"));
+    EXPECT_TRUE(json_of({"actor", "steer", "anna", "--position", "1,2,0", "--seconds", "2"}).contains("applied_ns"));
+    EXPECT_THAT(at_rig({"actor", "steer", "anna", "--velocity", "0,0,0"}).out, StartsWith("anna: steered"));
+    EXPECT_EQ(run({"actor", "steer", "anna", "--velocity", "1,0,0", "--position", "1,2,0"}).code, 2);
+    EXPECT_EQ(run({"actor", "steer", "anna", "--seconds", "2"}).code, 2);
 }
 
 TEST_F(Cli, EveryCommandHasWordsForPeople) {

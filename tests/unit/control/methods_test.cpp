@@ -1,9 +1,12 @@
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 
 #include <gmock/gmock.h>
 
+#include "control/rpc/generated_files.h"
 #include "core/base/base64.h"
 #include "tests/unit/control/rpc_harness.h"
 
@@ -86,12 +89,64 @@ TEST(MethodTable, UnknownAndMissingParametersAreNamed) {
     }
 }
 
-TEST(MethodTable, TheDocumentationIsUpToDate) {
-    std::ifstream file("docs/control-protocol.md", std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
-    EXPECT_TRUE(text == control_protocol_markdown(documented_methods()))
-        << "docs/control-protocol.md differs from the method table; make it anew: camrig methods --markdown > "
-           "docs/control-protocol.md";
+std::string text_of(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(GeneratedFiles, AreUpToDate) {
+    for (const GeneratedFile& generated : generated_files()) {
+        const std::string text = text_of(generated.path);
+        const auto made = generated.make(text);
+        ASSERT_TRUE(made) << generated.path << ": " << made.error().message;
+        EXPECT_TRUE(*made == text) << generated.path
+                                   << " differs from the tables; make it anew: camrig methods --write .";
+    }
+}
+
+TEST(GeneratedFiles, AFileWithoutItsMarksIsRefusedAndNotOverwritten) {
+    EXPECT_FALSE(scene_format_tables("# no marks\n"));
+    EXPECT_FALSE(scene_schema("{}"));
+    EXPECT_FALSE(scene_schema("no JSON"));
+}
+
+/// The sources of a folder as one text.
+std::string sources_in(const char* folder) {
+    std::string all;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+        if (entry.path().extension() == ".cpp" || entry.path().extension() == ".py") all += text_of(entry.path());
+    return all;
+}
+
+// What only those need who write a client of their own; `camrig call` and Rig::call reach it.
+TEST(MethodTable, EveryMethodIsInBothClientsAndOnTheCommandLine) {
+    const std::set<std::string> by_call_only{"auth", "server.info", "server.describe", "server.shutdown",
+                                             "scene.check"};
+    for (const char* folder : {"control/client", "control/python/camrig", "tools/camrig"}) {
+        const std::string sources = sources_in(folder);
+        for (const Method& method : documented_methods()) {
+            if (by_call_only.contains(method.name)) continue;
+            EXPECT_TRUE(sources.contains('"' + method.name + '"')) << method.name << " is not in " << folder;
+        }
+    }
+}
+
+TEST(ServerMethods, DescribeTellsEveryParameterOfACamera) {
+    RpcHarness rpc;
+    const json camera = rpc.result("camera.create", lobby);
+    const json described = rpc.result("server.describe", "{}");
+    EXPECT_EQ(described["methods"].size(), documented_methods().size());
+    std::map<std::string, json> fields;
+    for (const json& field : described["objects"]["camera"]) fields[field["name"]] = field;
+    for (const auto& [name, value] : camera.items()) EXPECT_TRUE(fields.contains(name)) << name;
+    EXPECT_EQ(fields["zoom"]["minimum"], 1);
+    EXPECT_EQ(fields["zoom"]["maximum"], 10);
+    EXPECT_EQ(fields["near"]["exclusive_minimum"], 0);
+    EXPECT_EQ(fields["quality"]["choices"], json({"fast", "simple", "beautiful"}));
+    EXPECT_EQ(fields["quality"]["null"], "the rig's");
+    EXPECT_EQ(fields["antialias"]["default"], "auto");
+    EXPECT_EQ(fields["controls"]["fields"][1]["name"], "exposure_ev");
+    EXPECT_EQ(fields["id"]["by"], "rig");
 }
 
 TEST(MethodTable, WithoutARigEveryMethodIsUnavailable) {

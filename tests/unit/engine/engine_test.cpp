@@ -48,7 +48,7 @@ protected:
         command.name = name;
         command.patch.size = ImageSize{160, 120};
         command.patch.rate = Rate::parse(fps).value();
-        command.patch.code_strip = code_strip;
+        command.patch.change([code_strip](CameraSpec& spec) { spec.code_strip = code_strip; });
         return call(command);
     }
     Result<WorldState> step(TimeNs duration_ns, TimeNs timeout_ns = 20 * ns_per_s) {

@@ -133,7 +133,7 @@ TEST_F(RigFormats, APictureOnDemandIsMadeOfWhatIsThere) {
 TEST_F(RigFormats, WhatTheRendererDoesNotMakeComesAsRgba) {
     const auto stream = subscribe(jpeg), planes = subscribe(raw(PixelFormat::i420));
     SetCamera command{.name = "lobby", .patch = {}};
-    command.patch.controls.brightness = 0.2;
+    command.patch.change([](CameraSpec& spec) { spec.controls.brightness = 0.2; });
     call(command);
     next_instant();
     EXPECT_EQ(asked, std::vector{PixelFormats{PixelFormat::rgba8}});

@@ -77,6 +77,17 @@ TEST(CameraSpec, QualityNullIsTheRigsAgain) {
     EXPECT_EQ(patch_camera_spec(base, {}).value().quality, Quality::fast);
 }
 
+TEST(CameraSpec, ADescriptionIsTextOfAtMost200Characters) {
+    EXPECT_EQ(camera_to_json(create("{}").value())["description"], "");
+    const CameraSpec spec = create(R"({"description": "Gate 3, über der Tür"})").value();
+    EXPECT_EQ(camera_to_json(spec)["description"], "Gate 3, über der Tür");
+    EXPECT_EQ(patch_camera_spec(spec, {})->description, spec.description) << "what is not given stays";
+    EXPECT_TRUE(create(R"({"description": ")" + std::string(200, 'x') + "\"}"));
+    EXPECT_EQ(create(R"({"description": ")" + std::string(201, 'x') + "\"}").error().message,
+              "description: must have at most 200 characters");
+    EXPECT_FALSE(create(R"({"description": "two\nlines"})"));
+}
+
 TEST(CameraSpec, ADifferentSizeKeepsTheFieldOfView) {
     const CameraSpec base = create(R"({"vfov_deg": 50})").value();
     CameraPatch patch;

@@ -1,0 +1,267 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <camrig/values.h>
+
+// Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
+// clang-format off
+
+/// What a camera is made of. The rig checks all values, not this library. each_member calls visit("name", member).
+namespace camrig::client {
+
+/// Of a camera: intrinsics.
+struct Intrinsics {
+    double fx = 0;  ///< px; over 0: focal length
+    double fy = 0;  ///< px; over 0: focal length
+    double cx = 0;  ///< px; -1e6 to 1e6: principal point
+    double cy = 0;  ///< px; -1e6 to 1e6: principal point
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("fx", self.fx);
+        visit("fy", self.fy);
+        visit("cx", self.cx);
+        visit("cy", self.cy);
+    }
+};
+
+/// Of a camera: pose.
+struct Pose {
+    Vector3 position = {};  ///< m; where it is
+    double pan_deg = 0;  ///< deg; about world z, counter-clockwise from above; 0 looks along +x
+    double tilt_deg = 0;  ///< deg; positive looks up
+    double roll_deg = 0;  ///< deg; about the viewing direction, clockwise seen from behind the camera
+    Quaternion orientation = {0, 0, 0, 1};  ///< quaternion of the body frame: x forward, y left, z up
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("position", self.position);
+        visit("pan_deg", self.pan_deg);
+        visit("tilt_deg", self.tilt_deg);
+        visit("roll_deg", self.roll_deg);
+        visit("orientation", self.orientation);
+    }
+};
+
+/// Of a camera: mount.
+struct Mount {
+    std::string actor = {};  ///< its name
+    std::string node = {};  ///< a node of its model: the frame is at the node and turns as the node does in its clips; at rest, one without a turn of its own has the axes of the actor. Empty: the actor's own frame, at its origin
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("actor", self.actor);
+        visit("node", self.node);
+    }
+};
+
+/// Of a camera: lens.
+struct Lens {
+    std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
+    std::vector<double> coefficients = {};  ///< as many as the model has; pinhole has none
+    std::string method = "auto";  ///< `auto`, `warp` or `cube`: what the picture is resampled from; warp: one larger pinhole picture, cube: the faces of a cube, auto: what needs fewer pixels
+    std::string filter = "auto";  ///< `auto`, `bilinear` or `bicubic`: bicubic (Catmull-Rom) keeps more contrast; auto: bicubic at quality beautiful; ssaa always takes bilinear samples
+    int oversample = 1;  ///< 1 to 4: source pixels per pixel, along a side, at least
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("model", self.model);
+        visit("coefficients", self.coefficients);
+        visit("method", self.method);
+        visit("filter", self.filter);
+        visit("oversample", self.oversample);
+    }
+};
+
+/// Of a camera: controls.
+struct Controls {
+    std::optional<bool> auto_exposure = {};  ///< the scene's exposure; off when exposure_ev is given
+    std::optional<double> exposure_ev = {};  ///< EV; -6 to 6: light is multiplied by 2^ev
+    std::optional<double> gain_db = {};  ///< dB; 0 to 24: light is multiplied by 10^(dB/20)
+    std::optional<bool> auto_white_balance = {};  ///< neutral; off when white_balance_k is given
+    std::optional<double> white_balance_k = {};  ///< K; 2800 to 10000: the light that is taken for white; lower makes bluer pictures
+    std::optional<double> brightness = {};  ///< -1 to 1: added to the sRGB codes (1: from black to white)
+    std::optional<double> contrast = {};  ///< 0 to 2: about the middle code
+    std::optional<double> saturation = {};  ///< 0 to 2: 0 is grey
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("auto_exposure", self.auto_exposure);
+        visit("exposure_ev", self.exposure_ev);
+        visit("gain_db", self.gain_db);
+        visit("auto_white_balance", self.auto_white_balance);
+        visit("white_balance_k", self.white_balance_k);
+        visit("brightness", self.brightness);
+        visit("contrast", self.contrast);
+        visit("saturation", self.saturation);
+    }
+};
+
+/// Of a camera: outputs.
+struct Output {
+    std::string kind = {};  ///< `v4l2`, `device`, `rtsp` or `mjpeg`
+    std::optional<int> number = {};  ///< 0 to 255: v4l2 and device: N of /dev/videoN
+    std::optional<std::string> format = {};  ///< `YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2
+    std::optional<std::string> subsampling = {};  ///< `4:2:2` or `4:2:0`: chroma of MJPG, of device and of v4l2 with format `MJPG`
+    std::optional<std::string> codec = {};  ///< `h264` or `mjpeg`: of rtsp
+    std::optional<int> quality = {};  ///< 1 to 100: of mjpeg
+    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp h264; by default 0.15 bits per pixel
+    std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp h264: a key frame at least so often
+    std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp h264
+    std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp h264
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("kind", self.kind);
+        visit("number", self.number);
+        visit("format", self.format);
+        visit("subsampling", self.subsampling);
+        visit("codec", self.codec);
+        visit("quality", self.quality);
+        visit("bitrate_kbps", self.bitrate_kbps);
+        visit("key_interval_s", self.key_interval_s);
+        visit("preset", self.preset);
+        visit("profile", self.profile);
+    }
+};
+
+/// What a camera can be given. What is left out has the rig's default in create_camera and stays as it is in Camera::set.
+struct CameraOptions {
+    std::optional<std::string> place = {};  ///< a place of the scene: its pose and field of view, unless given
+    std::optional<Size> size = {};  ///< px; 16x16 to 8192x8192
+    std::optional<Rate> fps = {};  ///< 1/s; 1/10 to 1000
+    std::optional<double> vfov_deg = {};  ///< deg; over 0.01 and below 179.9: vertical field of view, edge to edge; give hfov_deg or intrinsics instead
+    std::optional<double> hfov_deg = {};  ///< deg; over 0.01 and below 179.9: horizontal field of view, edge to edge
+    std::optional<Intrinsics> intrinsics = {};  ///< px; see intrinsics; in an answer, as they follow from the above and zoom
+    std::optional<double> zoom = {};  ///< 1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1
+    std::optional<Vector3> position = {};  ///< m; where it is
+    std::optional<Vector3> look_at = {};  ///< m; the point in the middle of the picture; the horizon stays level
+    std::optional<double> pan_deg = {};  ///< deg; about world z, counter-clockwise from above; 0 looks along +x
+    std::optional<double> tilt_deg = {};  ///< deg; positive looks up
+    std::optional<double> roll_deg = {};  ///< deg; about the viewing direction, clockwise seen from behind the camera
+    std::optional<Quaternion> orientation = {};  ///< quaternion of the body frame: x forward, y left, z up
+    std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
+    std::optional<Lens> lens = {};  ///< see lens
+    std::optional<std::string> antialias = {};  ///< `none`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none
+    std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
+    std::optional<double> far = {};  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
+    std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
+    std::optional<Controls> controls = {};  ///< see controls; what is not given in it stays
+    std::optional<bool> code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
+    std::optional<std::string> description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
+    std::optional<std::vector<Output>> outputs = {};  ///< at most 16, no two the same, see outputs
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("place", self.place);
+        visit("size", self.size);
+        visit("fps", self.fps);
+        visit("vfov_deg", self.vfov_deg);
+        visit("hfov_deg", self.hfov_deg);
+        visit("intrinsics", self.intrinsics);
+        visit("zoom", self.zoom);
+        visit("position", self.position);
+        visit("look_at", self.look_at);
+        visit("pan_deg", self.pan_deg);
+        visit("tilt_deg", self.tilt_deg);
+        visit("roll_deg", self.roll_deg);
+        visit("orientation", self.orientation);
+        visit("mount", self.mount);
+        visit("lens", self.lens);
+        visit("antialias", self.antialias);
+        visit("near", self.near);
+        visit("far", self.far);
+        visit("quality", self.quality);
+        visit("controls", self.controls);
+        visit("code_strip", self.code_strip);
+        visit("description", self.description);
+        visit("outputs", self.outputs);
+    }
+};
+
+/// Everything about a camera at one time.
+struct CameraState {
+    std::string name = {};  ///< `[a-z0-9_]{1,24}`
+    Size size = {};  ///< px; 16x16 to 8192x8192
+    Rate fps = {};  ///< 1/s; 1/10 to 1000
+    double vfov_deg = 60;  ///< deg; over 0.01 and below 179.9: vertical field of view, edge to edge; give hfov_deg or intrinsics instead
+    double hfov_deg = 0;  ///< deg; over 0.01 and below 179.9: horizontal field of view, edge to edge
+    Intrinsics intrinsics = {};  ///< px; see intrinsics; in an answer, as they follow from the above and zoom
+    double zoom = 1;  ///< 1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1
+    Pose pose = {};  ///< see pose; in the frame of its mount, if it has one
+    std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
+    Lens lens = {};  ///< see lens
+    std::string antialias = {};  ///< `none`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none
+    double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
+    double far = 0;  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
+    std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
+    Controls controls = {};  ///< see controls; what is not given in it stays
+    bool code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
+    std::string description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
+    std::vector<Output> outputs = {};  ///< at most 16, no two the same, see outputs
+    Pose world_pose = {};  ///< where it is in the world, as pose; of a mounted camera, at its latest due frame
+    std::int64_t id = 0;  ///< one life of a camera; never used again
+    std::int64_t sequence = 0;  ///< number of its latest due frame
+    std::int64_t readers = 0;  ///< how many watch it now
+    std::int64_t applied_ns = 0;  ///< ns; world time from which this state shows
+
+    /// Makes the same camera again, without its outputs: a device number can be had once.
+    CameraOptions options() const;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("name", self.name);
+        visit("size", self.size);
+        visit("fps", self.fps);
+        visit("vfov_deg", self.vfov_deg);
+        visit("hfov_deg", self.hfov_deg);
+        visit("intrinsics", self.intrinsics);
+        visit("zoom", self.zoom);
+        visit("pose", self.pose);
+        visit("mount", self.mount);
+        visit("lens", self.lens);
+        visit("antialias", self.antialias);
+        visit("near", self.near);
+        visit("far", self.far);
+        visit("quality", self.quality);
+        visit("controls", self.controls);
+        visit("code_strip", self.code_strip);
+        visit("description", self.description);
+        visit("outputs", self.outputs);
+        visit("world_pose", self.world_pose);
+        visit("id", self.id);
+        visit("sequence", self.sequence);
+        visit("readers", self.readers);
+        visit("applied_ns", self.applied_ns);
+    }
+};
+
+/// Texts that are null in the protocol where they are empty here.
+inline constexpr const char* null_when_empty[] = {"quality", };
+
+inline CameraOptions CameraState::options() const {
+    CameraOptions options;
+    options.size = size;
+    options.fps = fps;
+    options.intrinsics = intrinsics;
+    options.zoom = zoom;
+    options.position = pose.position;
+    options.orientation = pose.orientation;
+    options.mount = mount;
+    options.lens = lens;
+    options.antialias = antialias;
+    options.near = near;
+    options.far = far;
+    options.quality = quality;
+    options.controls = controls;
+    options.code_strip = code_strip;
+    options.description = description;
+    return options;
+}
+
+}  // namespace camrig::client

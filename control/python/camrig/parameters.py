@@ -1,0 +1,240 @@
+"""The parameters of cameras, for editors and type checkers.
+
+Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Literal, TypedDict, Union
+
+import numpy as np
+
+Rate = Union[int, float, str, Fraction]
+Vector = Union[Sequence[float], np.ndarray]
+
+
+class Intrinsics(TypedDict, total=False):
+    """Of a camera: intrinsics."""
+
+    fx: float
+    """px; over 0: focal length"""
+    fy: float
+    """px; over 0: focal length"""
+    cx: float
+    """px; -1e6 to 1e6: principal point"""
+    cy: float
+    """px; -1e6 to 1e6: principal point"""
+
+
+class Pose(TypedDict, total=False):
+    """Of a camera: pose."""
+
+    position: list[float]
+    """m; where it is"""
+    pan_deg: float
+    """deg; about world z, counter-clockwise from above; 0 looks along +x"""
+    tilt_deg: float
+    """deg; positive looks up"""
+    roll_deg: float
+    """deg; about the viewing direction, clockwise seen from behind the camera"""
+    orientation: list[float]
+    """quaternion of the body frame: x forward, y left, z up"""
+
+
+class Mount(TypedDict, total=False):
+    """Of a camera: mount."""
+
+    actor: str
+    """its name"""
+    node: str
+    """a node of its model: the frame is at the node and turns as the node does in its clips; at rest, one without a turn of its own has the axes of the actor. Empty: the actor's own frame, at its origin"""
+
+
+class Lens(TypedDict, total=False):
+    """Of a camera: lens."""
+
+    model: Literal["pinhole", "plumb_bob", "rational_polynomial", "equidistant"]
+    """`pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant"""
+    coefficients: list[float]
+    """as many as the model has; pinhole has none"""
+    method: Literal["auto", "warp", "cube"]
+    """`auto`, `warp` or `cube`: what the picture is resampled from; warp: one larger pinhole picture, cube: the faces of a cube, auto: what needs fewer pixels"""
+    filter: Literal["auto", "bilinear", "bicubic"]
+    """`auto`, `bilinear` or `bicubic`: bicubic (Catmull-Rom) keeps more contrast; auto: bicubic at quality beautiful; ssaa always takes bilinear samples"""
+    oversample: int
+    """1 to 4: source pixels per pixel, along a side, at least"""
+
+
+class Controls(TypedDict, total=False):
+    """Of a camera: controls."""
+
+    auto_exposure: bool
+    """the scene's exposure; off when exposure_ev is given"""
+    exposure_ev: float
+    """EV; -6 to 6: light is multiplied by 2^ev"""
+    gain_db: float
+    """dB; 0 to 24: light is multiplied by 10^(dB/20)"""
+    auto_white_balance: bool
+    """neutral; off when white_balance_k is given"""
+    white_balance_k: float
+    """K; 2800 to 10000: the light that is taken for white; lower makes bluer pictures"""
+    brightness: float
+    """-1 to 1: added to the sRGB codes (1: from black to white)"""
+    contrast: float
+    """0 to 2: about the middle code"""
+    saturation: float
+    """0 to 2: 0 is grey"""
+
+
+class Output(TypedDict, total=False):
+    """Of a camera: outputs."""
+
+    kind: Literal["v4l2", "device", "rtsp", "mjpeg"]
+    """`v4l2`, `device`, `rtsp` or `mjpeg`"""
+    number: int
+    """0 to 255: v4l2 and device: N of /dev/videoN"""
+    format: Literal["YUYV", "YU12", "MJPG", "BGR3"]
+    """`YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2"""
+    subsampling: Literal["4:2:2", "4:2:0"]
+    """`4:2:2` or `4:2:0`: chroma of MJPG, of device and of v4l2 with format `MJPG`"""
+    codec: Literal["h264", "mjpeg"]
+    """`h264` or `mjpeg`: of rtsp"""
+    quality: int
+    """1 to 100: of mjpeg"""
+    bitrate_kbps: int
+    """kbit/s; 16 to 200000: of rtsp h264; by default 0.15 bits per pixel"""
+    key_interval_s: float
+    """s; 0.01 to 60: of rtsp h264: a key frame at least so often"""
+    preset: Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"]
+    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp h264"""
+    profile: Literal["baseline", "main", "high"]
+    """`baseline`, `main` or `high`: of rtsp h264"""
+
+
+class CameraOptions(TypedDict, total=False):
+    """What Rig.create_camera and Camera.set take; what is left out stays as it is."""
+
+    size: Sequence[int]
+    """px; 16x16 to 8192x8192; default [640, 480]"""
+    fps: Rate
+    """1/s; 1/10 to 1000; default 25"""
+    vfov_deg: float
+    """deg; over 0.01 and below 179.9: vertical field of view, edge to edge; give hfov_deg or intrinsics instead; default 60"""
+    hfov_deg: float
+    """deg; over 0.01 and below 179.9: horizontal field of view, edge to edge"""
+    intrinsics: Union[Intrinsics, Sequence[Sequence[float]], np.ndarray]
+    """px; see intrinsics; in an answer, as they follow from the above and zoom"""
+    zoom: float
+    """1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1; default 1"""
+    position: Vector
+    """m; where it is"""
+    look_at: Vector
+    """m; the point in the middle of the picture; the horizon stays level"""
+    pan_deg: float
+    """deg; about world z, counter-clockwise from above; 0 looks along +x; default 0"""
+    tilt_deg: float
+    """deg; positive looks up; default 0"""
+    roll_deg: float
+    """deg; about the viewing direction, clockwise seen from behind the camera; default 0"""
+    orientation: Vector
+    """quaternion of the body frame: x forward, y left, z up"""
+    mount: Union[Union[Mount, str], None]
+    """see mount; null: on nothing, where `pose` is in the world; default null"""
+    lens: Union[Lens, str, tuple[str, Vector]]
+    """see lens; default pinhole"""
+    antialias: Literal["none", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
+    """`none`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none; default auto"""
+    near: float
+    """m; over 0 and at most 1e6: nearest distance drawn; default 0.05"""
+    far: float
+    """m; at least 0: farthest distance drawn, over near; 0: no limit; default 0"""
+    quality: Union[Literal["fast", "simple", "beautiful"], None]
+    """`fast`, `simple` or `beautiful`; null: the rig's; default null"""
+    controls: Controls
+    """see controls; what is not given in it stays"""
+    code_strip: bool
+    """draws camera number, sequence and world time into the picture; needs 128x32 pixels; default false"""
+    description: str
+    """of at most 200 characters: free text of yours: where it hangs, what it is for; default """""
+    outputs: Iterable[Union[Output, str]]
+    """at most 16, no two the same, see outputs; default []"""
+
+
+class CameraState(TypedDict):
+    """What Camera.get answers."""
+
+    name: str
+    """`[a-z0-9_]{1,24}`"""
+    size: list[int]
+    """px; 16x16 to 8192x8192"""
+    fps: Union[int, str]
+    """1/s; 1/10 to 1000"""
+    vfov_deg: float
+    """deg; over 0.01 and below 179.9: vertical field of view, edge to edge; give hfov_deg or intrinsics instead"""
+    hfov_deg: float
+    """deg; over 0.01 and below 179.9: horizontal field of view, edge to edge"""
+    intrinsics: Intrinsics
+    """px; see intrinsics; in an answer, as they follow from the above and zoom"""
+    zoom: float
+    """1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1"""
+    pose: Pose
+    """see pose; in the frame of its mount, if it has one"""
+    mount: Union[Mount, None]
+    """see mount; null: on nothing, where `pose` is in the world"""
+    lens: Lens
+    """see lens"""
+    antialias: Literal["none", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
+    """`none`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none"""
+    near: float
+    """m; over 0 and at most 1e6: nearest distance drawn"""
+    far: float
+    """m; at least 0: farthest distance drawn, over near; 0: no limit"""
+    quality: Union[Literal["fast", "simple", "beautiful"], None]
+    """`fast`, `simple` or `beautiful`; null: the rig's"""
+    controls: Controls
+    """see controls; what is not given in it stays"""
+    code_strip: bool
+    """draws camera number, sequence and world time into the picture; needs 128x32 pixels"""
+    description: str
+    """of at most 200 characters: free text of yours: where it hangs, what it is for"""
+    outputs: list[Output]
+    """at most 16, no two the same, see outputs"""
+    world_pose: Pose
+    """where it is in the world, as pose; of a mounted camera, at its latest due frame"""
+    id: int
+    """one life of a camera; never used again"""
+    sequence: int
+    """number of its latest due frame"""
+    readers: int
+    """how many watch it now"""
+    applied_ns: int
+    """ns; world time from which this state shows"""
+
+
+# Each option, its JSON type, and the object of the protocol that it is in.
+CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
+    "size": ("[width, height]", ""),
+    "fps": ('number or "num/den"', ""),
+    "vfov_deg": ("number", ""),
+    "hfov_deg": ("number", ""),
+    "intrinsics": ("object", ""),
+    "zoom": ("number", ""),
+    "position": ("[x, y, z]", "pose"),
+    "look_at": ("[x, y, z]", "pose"),
+    "pan_deg": ("number", "pose"),
+    "tilt_deg": ("number", "pose"),
+    "roll_deg": ("number", "pose"),
+    "orientation": ("[x, y, z, w]", "pose"),
+    "mount": ("object or null", ""),
+    "lens": ("object", ""),
+    "antialias": ("string", ""),
+    "near": ("number", ""),
+    "far": ("number", ""),
+    "quality": ("string or null", ""),
+    "controls": ("object", ""),
+    "code_strip": ("boolean", ""),
+    "description": ("string", ""),
+    "outputs": ("array of objects", ""),
+}

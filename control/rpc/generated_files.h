@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/field.h"
+#include "core/base/result.h"
+
+/// Files of the repository that are made from the tables of methods and parameters: `camrig methods --write .` makes
+/// them, a unit test compares them.
+namespace camrig {
+
+struct GeneratedFile {
+    std::string path;  ///< from the root of the repository
+    /// The text, given what the file has now: of some only a part is made.
+    std::function<Result<std::string>(const std::string& present)> make;
+};
+std::vector<GeneratedFile> generated_files();
+
+/// Each of one file, in a file of its own.
+Result<std::string> scene_schema(const std::string& present);
+Result<std::string> scene_format_tables(const std::string& present);
+std::string python_parameters();
+std::string client_parameters();
+
+/// What the generators of clients know of a camera.
+std::vector<Field> camera_descriptions();
+/// The types of objects in `fields`, innermost first, each once.
+std::vector<Field> shapes_in(const std::vector<Field>& fields);
+
+}  // namespace camrig

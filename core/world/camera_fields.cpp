@@ -1,0 +1,355 @@
+#include "core/world/camera_fields.h"
+
+#include "core/world/camera_json.h"
+#include "core/world/output_check.h"
+
+namespace camrig {
+namespace {
+
+using nlohmann::json;
+using Entry = FieldOf<CameraSpec, CameraPatch>;
+
+/// JSON schema of what does not follow from a type, a range and choices; $defs are those of scenes/schema.json.
+constexpr const char* name_schema =
+    R"({"type": "string", "minLength": 1, "maxLength": 24, "not": {"pattern": "[^a-z0-9_]"}})";
+constexpr const char* size_schema =
+    R"({"type": "array", "items": {"type": "integer", "minimum": 16, "maximum": 8192}, "minItems": 2, "maxItems": 2,
+        "default": [640, 480]})";
+constexpr const char* fps_schema =
+    R"({"anyOf": [{"type": "number", "minimum": 0.1, "maximum": 1000},
+                  {"type": "string", "pattern": "^[0-9]+(\\.[0-9]+|/[0-9]+)?$"}], "default": 25})";
+constexpr const char* outputs_schema =
+    R"({"type": "array", "items": {"$ref": "#/$defs/output"}, "maxItems": 16, "uniqueItems": true})";
+
+/// A member of CameraSpec that stands alone.
+template <auto member>
+Entry camera_at(Field field) {
+    return field_at<member, CameraPatch>(std::move(field));
+}
+
+/// One that the rig tells: taken, so that the answer of camera.get makes a camera, and unused.
+Entry told(Field field) {
+    field.by = Field::By::rig;
+    Entry entry{.field = field};
+    entry.read = [field](JsonReader& reader, CameraPatch&) {
+        std::optional<std::int64_t> unused;
+        reader.optional(field.name, unused);
+    };
+    return entry;
+}
+
+Entry zoom() {
+    Entry entry = camera_at<&CameraSpec::zoom>(
+        {.name = "zoom",
+         .doc = "scales the focal length; optics are given as they are at the zoom given with them, else at 1",
+         .range = {1, 10}});
+    entry.read = [field = entry.field](JsonReader& reader, CameraPatch& patch) {
+        if (const auto value = read_value<double>(reader, field)) patch.zoom = *value;
+    };
+    return entry;
+}
+
+Entry mount() {
+    Entry entry = camera_at<&CameraSpec::mount>({.name = "mount",
+                                                 .doc = "see mount",
+                                                 .null = "on nothing, where `pose` is in the world",
+                                                 .shape = "Mount",
+                                                 .is_whole = true});
+    entry.read = [field = entry.field](JsonReader& reader, CameraPatch& patch) {
+        if (reader.has_null(field.name))
+            patch.mount.emplace();
+        else if (auto value = read_object<Mount>(reader, field))
+            patch.mount.emplace(std::move(*value));
+    };
+    return entry;
+}
+
+void read_pose_of(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("pose");
+    if (!value) return;
+    if (auto pose = read_pose(*value, reader.path_of("pose")))
+        patch.pose = *pose;
+    else
+        reader.fail(pose.error());
+}
+
+void ignore_world_pose(JsonReader& reader, CameraPatch&) {
+    const json* value = reader.find("world_pose");
+    if (!value) return;
+    if (auto unused = read_pose(*value, reader.path_of("world_pose")); !unused) reader.fail(unused.error());
+}
+
+void read_outputs(JsonReader& reader, CameraPatch& patch) {
+    if (!reader.find("outputs")) return;
+    std::vector<OutputSpec> outputs;
+    const auto items = reader.array("outputs", max_outputs_per_camera);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        JsonReader nested(items[i], reader.path_of("outputs") + "[" + std::to_string(i) + "]");
+        Changes<OutputSpec> changes;
+        read_fields(fields_of(std::type_identity<OutputSpec>{}), nested, changes);
+        if (auto done = nested.finish(); !done) reader.fail(done.error());
+        changes.apply_to(outputs.emplace_back());
+    }
+    patch.outputs = std::move(outputs);
+}
+
+json outputs_to_json(const CameraSpec& spec) {
+    json outputs = json::array();
+    for (const OutputSpec& output : spec.outputs)
+        outputs.push_back(write_fields(fields_of(std::type_identity<OutputSpec>{}), output));
+    return outputs;
+}
+
+json lens_of(const CameraSpec& spec) {
+    json lens = lens_to_json(spec.lens);
+    lens.update(write_fields(fields_of(std::type_identity<LensSampling>{}), spec.lens_sampling));
+    return lens;
+}
+
+std::vector<Field> lens_parts() {
+    std::vector<Field> parts{
+        {.name = "model",
+         .type = "string",
+         .doc = "with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of "
+                "equidistant",
+         .required = true,
+         .choices = {"pinhole", "plumb_bob", "rational_polynomial", "equidistant"}},
+        {.name = "coefficients", .type = "array of numbers", .doc = "as many as the model has; pinhole has none"}};
+    for (Field& field : descriptions_of(fields_of(std::type_identity<LensSampling>{})))
+        parts.push_back(std::move(field));
+    return parts;
+}
+
+/// A word of an output: empty is not given.
+template <auto member>
+FieldOf<OutputSpec> word_at(Field field) {
+    auto entry = field_at<member>(std::move(field));
+    entry.write = [](const OutputSpec& output) {
+        return (output.*member).empty() ? json(nullptr) : json(output.*member);
+    };
+    return entry;
+}
+
+std::vector<Entry> make_camera_fields() {
+    return {
+        {.field =
+             {.name = "name", .type = "string", .doc = "`[a-z0-9_]{1,24}`", .required = true, .schema = name_schema},
+         .write = [](const CameraSpec& spec) { return json(spec.name); }},
+        {.field = {.name = "place",
+                   .type = "string",
+                   .doc = "a place of the scene: its pose and field of view, unless given",
+                   .by = Field::By::client}},
+        {.field = {.name = "size",
+                   .type = "[width, height]",
+                   .doc = "16x16 to 8192x8192",
+                   .unit = "px",
+                   .fallback = "[640, 480]",
+                   .schema = size_schema},
+         .read = read_size,
+         .write = [](const CameraSpec& spec) { return json{spec.size.width, spec.size.height}; }},
+        {.field = {.name = "fps",
+                   .type = "number or \"num/den\"",
+                   .doc = "1/10 to 1000",
+                   .unit = "1/s",
+                   .fallback = "25",
+                   .label = "frame rate",
+                   .schema = fps_schema},
+         .read = read_rate,
+         .write =
+             [](const CameraSpec& spec) {
+                 return spec.rate.den() == 1 ? json(spec.rate.num()) : json(spec.rate.to_string());
+             }},
+        {.field = {.name = "vfov_deg",
+                   .type = "number",
+                   .doc = "vertical field of view, edge to edge; give hfov_deg or intrinsics instead",
+                   .unit = "deg",
+                   .fallback = "60",
+                   .range = {0.01, 179.9, true, true},
+                   .label = "vertical field of view",
+                   .schema = R"({"$ref": "#/$defs/field_of_view", "default": 60})"},
+         .read = read_optics,
+         .write = [](const CameraSpec& spec) { return json(glm::degrees(vfov_rad(spec.size, spec.intrinsics))); }},
+        {.field = {.name = "hfov_deg",
+                   .type = "number",
+                   .doc = "horizontal field of view, edge to edge",
+                   .unit = "deg",
+                   .range = {0.01, 179.9, true, true},
+                   .label = "horizontal field of view",
+                   .schema = R"({"$ref": "#/$defs/field_of_view"})"},
+         .write = [](const CameraSpec& spec) { return json(glm::degrees(hfov_rad(spec.size, spec.intrinsics))); }},
+        {.field = {.name = "intrinsics",
+                   .type = "object",
+                   .doc = "see intrinsics; in an answer, as they follow from the above and zoom",
+                   .unit = "px",
+                   .parts = descriptions_of(fields_of(std::type_identity<Intrinsics>{})),
+                   .shape = "Intrinsics",
+                   .is_whole = true},
+         .write =
+             [](const CameraSpec& spec) {
+                 return write_fields(fields_of(std::type_identity<Intrinsics>{}), spec.intrinsics);
+             }},
+        zoom(),
+        {.field = {.name = "pose",
+                   .type = "object",
+                   .doc = "see pose; in the frame of its mount, if it has one",
+                   .parts = pose_fields(),
+                   .shape = "Pose",
+                   .is_whole = true,
+                   .schema = R"({"$ref": "#/$defs/pose"})"},
+         .read = read_pose_of,
+         .write = [](const CameraSpec& spec) { return pose_to_json(spec.pose); }},
+        mount(),
+        {.field = {.name = "lens",
+                   .type = "object",
+                   .doc = "see lens",
+                   .fallback = "pinhole",
+                   .parts = lens_parts(),
+                   .shape = "Lens",
+                   .is_whole = true,
+                   .schema = R"({"$ref": "#/$defs/lens"})"},
+         .read = read_lens,
+         .write = lens_of},
+        camera_at<&CameraSpec::antialias>(
+            {.name = "antialias",
+             .doc = "samples of a pixel of the colour picture; msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to "
+                    "4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none"}),
+        camera_at<&CameraSpec::near_m>(
+            {.name = "near", .doc = "nearest distance drawn", .unit = "m", .range = {0, 1e6, true}}),
+        camera_at<&CameraSpec::far_m>({.name = "far",
+                                       .doc = "farthest distance drawn, over near; 0: no limit",
+                                       .unit = "m",
+                                       .range = {.low = 0}}),
+        camera_at<&CameraSpec::quality>({.name = "quality", .null = "the rig's"}),
+        camera_at<&CameraSpec::controls>({.name = "controls",
+                                          .doc = "see controls; what is not given in it stays",
+                                          .shape = "Controls",
+                                          .option = "set-ctrl"}),
+        camera_at<&CameraSpec::code_strip>(
+            {.name = "code_strip",
+             .doc = "draws camera number, sequence and world time into the picture; needs 128x32 pixels"}),
+        camera_at<&CameraSpec::description>({.name = "description",
+                                             .doc = "free text of yours: where it hangs, what it is for",
+                                             .range = {.high = 200}}),
+        {.field = {.name = "outputs",
+                   .type = "array of objects",
+                   .doc = "at most 16, no two the same, see outputs",
+                   .fallback = "[]",
+                   .parts = descriptions_of(fields_of(std::type_identity<OutputSpec>{})),
+                   .shape = "Output",
+                   .schema = outputs_schema},
+         .read = read_outputs,
+         .write = outputs_to_json},
+        {.field = {.name = "world_pose",
+                   .type = "object",
+                   .doc = "where it is in the world, as pose; of a mounted camera, at its latest due frame",
+                   .parts = pose_fields(),
+                   .shape = "Pose",
+                   .is_whole = true,
+                   .by = Field::By::rig},
+         .read = ignore_world_pose},
+        told({.name = "id", .type = "integer", .doc = "one life of a camera; never used again"}),
+        told({.name = "sequence", .type = "integer", .doc = "number of its latest due frame"}),
+        told({.name = "readers", .type = "integer", .doc = "how many watch it now"}),
+        told({.name = "applied_ns", .type = "integer", .doc = "world time from which this state shows", .unit = "ns"}),
+    };
+}
+
+}  // namespace
+
+const std::vector<Entry>& camera_fields() {
+    static const std::vector<Entry> table = make_camera_fields();
+    return table;
+}
+
+const std::vector<Field>& pose_fields() {
+    static const std::vector<Field> fields{
+        {.name = "position", .type = "[x, y, z]", .doc = "where it is", .required = true, .unit = "m"},
+        {.name = "look_at",
+         .type = "[x, y, z]",
+         .doc = "the point in the middle of the picture; the horizon stays level",
+         .unit = "m",
+         .by = Field::By::client},
+        {.name = "pan_deg",
+         .type = "number",
+         .doc = "about world z, counter-clockwise from above; 0 looks along +x",
+         .unit = "deg",
+         .fallback = "0",
+         .label = "pan"},
+        {.name = "tilt_deg",
+         .type = "number",
+         .doc = "positive looks up",
+         .unit = "deg",
+         .fallback = "0",
+         .label = "tilt"},
+        {.name = "roll_deg",
+         .type = "number",
+         .doc = "about the viewing direction, clockwise seen from behind the camera",
+         .unit = "deg",
+         .fallback = "0",
+         .label = "roll"},
+        {.name = "orientation",
+         .type = "[x, y, z, w]",
+         .doc = "quaternion of the body frame: x forward, y left, z up"}};
+    return fields;
+}
+
+FieldTable<Intrinsics> fields_of(std::type_identity<Intrinsics>) {
+    const Range focal{.low = 0, .is_low_out = true}, centre{-1e6, 1e6};
+    static const std::vector<FieldOf<Intrinsics>> table{
+        field_at<&Intrinsics::fx>(
+            {.name = "fx", .doc = "focal length", .required = true, .unit = "px", .range = focal}),
+        field_at<&Intrinsics::fy>(
+            {.name = "fy", .doc = "focal length", .required = true, .unit = "px", .range = focal}),
+        field_at<&Intrinsics::cx>(
+            {.name = "cx", .doc = "principal point", .required = true, .unit = "px", .range = centre}),
+        field_at<&Intrinsics::cy>(
+            {.name = "cy", .doc = "principal point", .required = true, .unit = "px", .range = centre}),
+    };
+    return table;
+}
+
+FieldTable<Mount> fields_of(std::type_identity<Mount>) {
+    static const std::vector<FieldOf<Mount>> table{
+        field_at<&Mount::actor>({.name = "actor", .doc = "its name", .required = true}),
+        field_at<&Mount::node>(
+            {.name = "node",
+             .doc =
+                 "a node of its model: the frame is at the node and turns as the node does in its clips; at rest, one "
+                 "without a turn of its own has the axes of the actor. Empty: the actor's own frame, at its origin"}),
+    };
+    return table;
+}
+
+FieldTable<OutputSpec> fields_of(std::type_identity<OutputSpec>) {
+    using O = OutputSpec;
+    static const std::vector<FieldOf<O>> table{
+        field_at<&O::kind>({.name = "kind", .required = true, .choices = {"v4l2", "device", "rtsp", "mjpeg"}}),
+        field_at<&O::number>({.name = "number", .doc = "v4l2 and device: N of /dev/videoN", .range = {0, 255}}),
+        word_at<&O::format>(
+            {.name = "format", .doc = "of v4l2", .fallback = "YUYV", .choices = {"YUYV", "YU12", "MJPG", "BGR3"}}),
+        word_at<&O::subsampling>({.name = "subsampling",
+                                  .doc = "chroma of MJPG, of device and of v4l2 with format `MJPG`",
+                                  .fallback = "4:2:2",
+                                  .choices = {"4:2:2", "4:2:0"}}),
+        word_at<&O::codec>({.name = "codec", .doc = "of rtsp", .fallback = "h264", .choices = {"h264", "mjpeg"}}),
+        field_at<&O::quality>({.name = "quality", .doc = "of mjpeg", .fallback = "90", .range = {1, 100}}),
+        field_at<&O::bitrate_kbps>({.name = "bitrate_kbps",
+                                    .doc = "of rtsp h264; by default 0.15 bits per pixel",
+                                    .unit = "kbit/s",
+                                    .range = {16, 200'000}}),
+        field_at<&O::key_interval_s>({.name = "key_interval_s",
+                                      .doc = "of rtsp h264: a key frame at least so often",
+                                      .unit = "s",
+                                      .fallback = "2",
+                                      .range = {0.01, 60}}),
+        word_at<&O::preset>({.name = "preset",
+                             .doc = "of rtsp h264",
+                             .fallback = "superfast",
+                             .choices = {"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"}}),
+        word_at<&O::profile>(
+            {.name = "profile", .doc = "of rtsp h264", .fallback = "main", .choices = {"baseline", "main", "high"}}),
+    };
+    return table;
+}
+
+}  // namespace camrig

@@ -1,0 +1,88 @@
+#include "tools/view/described_fields.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include <imgui.h>
+
+namespace camrig::view {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t max_text = 1024;
+
+std::string label_of(const json& field) {
+    std::string text = field.value("label", field.at("name").get<std::string>());
+    std::ranges::replace(text, '_', ' ');
+    return field.contains("unit") ? text + " " + field.at("unit").get<std::string>() : text;
+}
+
+/// The new value, or discarded when nobody has changed it.
+json changed_number(const json& field, const char* label, double value) {
+    const double before = value;
+    if (field.contains("minimum") && field.contains("maximum")) {
+        const double low = field.at("minimum").get<double>(), high = field.at("maximum").get<double>();
+        ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, "%.4g");
+    } else {
+        ImGui::InputDouble(label, &value, 0, 0, "%.6g", ImGuiInputTextFlags_EnterReturnsTrue);
+    }
+    if (value == before) return json(json::value_t::discarded);
+    return field.at("type") == "integer" ? json(static_cast<std::int64_t>(value)) : json(value);
+}
+
+json changed_choice(const json& field, const char* label, const json& value) {
+    std::vector<std::string> words;
+    if (field.contains("null")) words.push_back(field.at("null"));
+    for (const json& choice : field.at("choices")) words.push_back(choice);
+    const std::string shown = value.is_null() ? words.front() : value.get<std::string>();
+    json changed(json::value_t::discarded);
+    if (!ImGui::BeginCombo(label, shown.c_str())) return changed;
+    for (const std::string& word : words) {
+        if (!ImGui::Selectable(word.c_str(), word == shown) || word == shown) continue;
+        changed = field.contains("null") && word == words.front() ? json(nullptr) : json(word);
+    }
+    ImGui::EndCombo();
+    return changed;
+}
+
+json changed_text(const char* label, const json& value) {
+    std::array<char, max_text> text{};
+    if (value.is_string()) value.get_ref<const std::string&>().copy(text.data(), text.size() - 1);
+    if (!ImGui::InputText(label, text.data(), text.size(), ImGuiInputTextFlags_EnterReturnsTrue))
+        return json(json::value_t::discarded);
+    return text.data();
+}
+
+json changed_flag(const char* label, bool value) {
+    return ImGui::Checkbox(label, &value) ? json(value) : json(json::value_t::discarded);
+}
+
+}  // namespace
+
+void draw_described(const json& fields, const json& values, const std::function<void(const json&)>& wish) {
+    for (const json& field : fields) {
+        const std::string name = field.at("name"), label = label_of(field);
+        const auto found = values.find(name);
+        if (found == values.end()) continue;
+        const std::string type = field.at("type").get<std::string>();
+        json changed(json::value_t::discarded);
+        if (field.contains("choices")) {
+            changed = changed_choice(field, label.c_str(), *found);
+        } else if (found->is_boolean()) {
+            changed = changed_flag(label.c_str(), found->get<bool>());
+        } else if (type == "number" || type == "integer") {
+            changed = changed_number(field, label.c_str(), found->get<double>());
+        } else if (type.starts_with("string")) {
+            changed = changed_text(label.c_str(), *found);
+        } else if (found->is_object() && field.contains("fields") && !field.value("whole", false)) {
+            if (!ImGui::TreeNode(label.c_str())) continue;
+            draw_described(field.at("fields"), *found, [&](const json& inner) { wish({{name, inner}}); });
+            ImGui::TreePop();
+        }
+        if (!changed.is_discarded()) wish({{name, changed}});
+    }
+}
+
+}  // namespace camrig::view

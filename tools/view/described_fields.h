@@ -1,0 +1,14 @@
+#pragma once
+
+#include <functional>
+
+#include <nlohmann/json.hpp>
+
+namespace camrig::view {
+
+/// Draws one control for each parameter that the rig describes (server.describe) and that is a number, a word, a truth
+/// value or an object of these. `wish` gets {name: value} when the person has changed one.
+void draw_described(const nlohmann::json& fields, const nlohmann::json& values,
+                    const std::function<void(const nlohmann::json&)>& wish);
+
+}  // namespace camrig::view
