@@ -16,6 +16,7 @@ Mutations depend on seed and sources only: a new test does not change them.
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import random
 import re
@@ -25,7 +26,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Iterator, NamedTuple
+from typing import Iterable, Iterator, NamedTuple
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 COPY = REPOSITORY / "build" / "mutate"
@@ -155,9 +156,9 @@ def failure(command: list[str], environment: dict[str, str] | None = None) -> st
     return (failed[1] or failed[2]).rstrip(",") if failed else "it hangs" if process.returncode in (-signal.SIGKILL, -signal.SIGXCPU) else f"status {process.returncode}"
 
 
-def build(target: str, flags: str | None = None) -> bool:
+def build(targets: Iterable[str], flags: str | None = None) -> bool:
     """`flags`: what is not in the compiler's cache is compiled with these beside its own, and stays out of it."""
-    command = ["cmake", "--build", "--preset", "ci", "-j", JOBS, "--target", target]
+    command = ["cmake", "--build", "--preset", "ci", "-j", JOBS, "--target", *targets]
     quick = {"CCACHE_PREFIX": str(COMPILER), "CCACHE_READONLY": "1", "CAMRIG_MUTATE_FLAGS": flags} if flags else {}
     return subprocess.run(command, cwd=COPY, env={**os.environ, **quick}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode == 0
 
@@ -178,7 +179,7 @@ def caught_by(area: str) -> str | None:
     # Pictures take too long without any optimisation.
     flags = "-g0 -O1" if area.startswith("core/") else "-g0 -O0"
     for target, command, environment in tests_of(area):
-        if not build(target, flags):
+        if not build([target], flags):
             raise ValueError(target)
         # Twice, so that a test that fails now and then by itself catches nothing.
         if failure(command, environment) and (failed := failure(command, environment)):
@@ -186,8 +187,8 @@ def caught_by(area: str) -> str | None:
     return None
 
 
-def prepare(areas: list[str]) -> None:
-    """The copy as the last commit is, built; its tests pass, or the area is of no use."""
+def prepare(areas: set[str], is_checked: bool) -> None:
+    """The copy as the last commit is, and what these areas need built; their tests pass, or they are of no use."""
     if not COPY.exists():
         subprocess.run(["git", "worktree", "add", "--detach", str(COPY)], cwd=REPOSITORY, check=True, capture_output=True)
     subprocess.run(["git", "checkout", "--detach", "--force", head()], cwd=COPY, check=True, capture_output=True)
@@ -195,10 +196,10 @@ def prepare(areas: list[str]) -> None:
     COMPILER.chmod(0o755)
     os.environ.update(CCACHE_BASEDIR=str(COPY), CCACHE_NOHASHDIR="1", CCACHE_SLOPPINESS="time_macros")
     subprocess.run(["cmake", "--preset", "ci"], cwd=COPY, check=True, stdout=subprocess.DEVNULL)
-    if not build("all"):
+    tests = {tuple(command): (target, command, environment) for area in areas for target, command, environment in tests_of(area)}
+    if not build({target for target, _, _ in tests.values()}):
         raise SystemExit(f"the copy in {COPY} does not build without a mutation")
-    tests = {tuple(command): (command, environment) for area in areas for _, command, environment in tests_of(area)}
-    for command, environment in tests.values():
+    for _, command, environment in tests.values() if is_checked else ():
         if failed := failure(command, environment):
             raise SystemExit(f"fails without a mutation: {failed} ({' '.join(command)})")
 
@@ -242,33 +243,39 @@ def main() -> int:
     if unknown := [area for area, _ in wanted if area not in AREAS]:
         parser.error(f"no area {', '.join(unknown)}; there are {', '.join(AREAS)}")
     if not arguments.show:
-        prepare([] if arguments.unchecked else [area for area, _ in wanted])
+        prepare({area for area, _ in wanted}, not arguments.unchecked)
 
-    tried: dict[str, int] = {}
-    survived: dict[str, list[Mutation]] = {}
-    for area, number in wanted:
-        tried[area], survived[area] = 0, []
-        for mutation in mutations(area, arguments.seed):
-            if number and mutation.number != int(number):
-                continue
-            if tried[area] == (1 if number else arguments.each):
-                break
-            begin = time.monotonic()
-            if arguments.show:
-                print(mutation)
-                tried[area] += 1
-                continue
-            try:
-                catcher = try_one(mutation)
-            except ValueError as of_target:
-                print(f"   does not compile ({of_target}): {mutation}", flush=True)
-                continue
-            tried[area] += 1
-            if catcher is None:
-                survived[area].append(mutation)
-            print(f"   {time.monotonic() - begin:4.0f} s  {'SURVIVED' if catcher is None else 'caught by ' + catcher}: {mutation}", flush=True)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # also where SIGINT is ignored: started by a shell in the background
+    left = {wish: mutations(wish[0], arguments.seed) for wish in wanted}
     if arguments.show:
+        for (_, number), source in left.items():
+            for mutation in source if number else itertools.islice(source, arguments.each):
+                if not number or mutation.number == int(number):
+                    print(mutation)
         return 0
+
+    tried = dict.fromkeys((area for area, _ in wanted), 0)
+    survived: dict[str, list[Mutation]] = {area: [] for area in tried}
+    try:
+        # All areas in turns, so that a run that is ended early has been everywhere.
+        for _ in range(arguments.each):
+            for (area, number), source in left.items():
+                for mutation in source:
+                    if number and mutation.number != int(number):
+                        continue
+                    begin = time.monotonic()
+                    try:
+                        catcher = try_one(mutation)
+                    except ValueError as of_target:
+                        print(f"   does not compile ({of_target}): {mutation}", flush=True)
+                        continue
+                    tried[area] += 1
+                    if catcher is None:
+                        survived[area].append(mutation)
+                    print(f"   {time.monotonic() - begin:4.0f} s  {'SURVIVED' if catcher is None else 'caught by ' + catcher}: {mutation}", flush=True)
+                    break
+    except KeyboardInterrupt:
+        print("ended early")
     print(text := table(tried, survived))
     if arguments.write:
         sys.path.insert(0, str(REPOSITORY))
