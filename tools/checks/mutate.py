@@ -57,7 +57,7 @@ AREAS = {
     "core/truth": Area(("test_truth",), ("truth", "record")),
     "core/world": Area(("test_world", "test_engine"), ("actors", "mounted_cameras", "scenes")),
     "control/client": Area(("test_control",), ("cpp_client",)),
-    "control/rpc": Area(("test_control", "test_cli"), ("bad_input", "actions", "scene_schema")),
+    "control/rpc": Area(("test_control", "test_cli"), ("authority", "bad_input", "actions", "scene_schema")),
     "control/server": Area(("test_control",), ("authority", "bad_input")),
     "rtsp_out/http": Area(("test_http",), ("clients", "authority", "web")),
     "rtsp_out/rtsp": Area(("test_rtsp",), ("rtsp", "rtsp_access", "rtsp_bounds", "lockstep")),
