@@ -22,6 +22,7 @@ struct ControlLimits {
     std::size_t total_reply_bytes = std::size_t{512} << 20;   ///< of all, with the pictures being made; likewise
     std::size_t unauthorized_line_bytes = 4096;               ///< the first line where a token is asked for
     Duration authorize_time{5'000};                           ///< until that line is there
+    Duration wrong_token{250};                                ///< before a wrong token is answered
     Duration stalled_after{10'000};                   ///< a client that takes no byte of a reply for so long is closed
     Duration linger{1'000};                           ///< to finish replies at the end, and to read off a line too long
     std::size_t linger_bytes = std::size_t{4} << 20;  ///< of that line; then the connection is closed at once

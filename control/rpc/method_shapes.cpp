@@ -122,7 +122,7 @@ TCP connections begin with the token or the key,
 {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}}
 ```
 
-and are closed when it is wrong or anything else comes first. Of scene files outside the folder of the rig's scene,
+and are closed when it is wrong (answered after 0.25 s, and told in the log) or anything else comes first. Of scene files outside the folder of the rig's scene,
 `world.load` tells clients of the network only that they cannot be loaded; the reason is in the rig's log.
 
 )md";

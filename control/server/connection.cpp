@@ -46,10 +46,12 @@ Connection::Connection(ConnectionShared& shared, Socket socket, Access access)
                                  shared.rpc.budget())),
       transport_(access.transport),
       authority_(access.authority),
+      peer_(std::move(access.peer)),
       is_authorized_(!access.must_show_token),
       room_(socket_.get_executor()),
       ready_(socket_.get_executor()),
-      limit_(socket_.get_executor()) {}
+      limit_(socket_.get_executor()),
+      pause_(socket_.get_executor()) {}
 
 void Connection::start() {
     if (!is_authorized_) close_after(shared_.limits.authorize_time);
@@ -121,13 +123,16 @@ bool Connection::take_first(std::string_view line) {
     const auto* request = std::get_if<RpcRequest>(&message.items.front());
     const bool is_auth = !message.is_batch && request && request->method == "auth" &&
                          request->params.contains("token") && request->params["token"].is_string();
-    if (!is_auth || !equal_tokens(request->params["token"].get<std::string>(), shared_.token)) {
-        refuse(
-            rpc_code::application, ErrorKind::unauthorized,
-            is_auth
-                ? "wrong token; it is the line in the rig's --token-file, or in its key file"
-                : R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}}: )"
-                  "the line in the rig's --token-file, or in its key file, which camrig call server.info names");
+    if (!is_auth) {
+        refuse(rpc_code::application, ErrorKind::unauthorized,
+               R"(a token is needed; begin with {"jsonrpc":"2.0","id":0,"method":"auth","params":{"token":"..."}}: )"
+               "the line in the rig's --token-file, or in its key file, which camrig call server.info names");
+        return false;
+    }
+    if (!equal_tokens(request->params["token"].get<std::string>(), shared_.token)) {
+        shared_.on_wrong_token(peer_);
+        refuse(rpc_code::application, ErrorKind::unauthorized,
+               "wrong token; it is the line in the rig's --token-file, or in its key file", shared_.limits.wrong_token);
         return false;
     }
     is_authorized_ = true;
@@ -142,12 +147,15 @@ bool Connection::take_first(std::string_view line) {
     return take(line);  // and is answered like every other request
 }
 
-void Connection::refuse(int code, ErrorKind kind, std::string message) {
+void Connection::refuse(int code, ErrorKind kind, std::string message, ControlLimits::Duration after) {
     reads_off_ = true;
     const auto slot = slots_.emplace_back(std::make_shared<Slot>());
     RpcAnswer reply;
     reply.append(rpc_error({code, {kind, std::move(message)}, nullptr}));
-    answer(slot, std::move(reply));
+    pause_.expires_after(after);
+    pause_.async_wait([slot, weak = weak_from_this(), reply = std::move(reply)](auto) mutable {
+        if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
+    });
 }
 
 void Connection::answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply) {
@@ -226,6 +234,7 @@ void Connection::close() {
     room_.cancel();
     ready_.cancel();
     limit_.cancel();
+    pause_.cancel();
     shared_.on_closed(this);
 }
 

@@ -35,6 +35,8 @@ struct ConnectionShared {
     const std::string& token;
     std::shared_ptr<LoopPost> post;
     std::function<void(Connection*)> on_closed;
+    /// A client at this address has shown a wrong token.
+    std::function<void(const std::string& peer)> on_wrong_token;
     /// The token was shown; false: there is no place for one more client.
     std::function<bool(Connection*)> on_authorized;
 };
@@ -52,6 +54,7 @@ public:
         Transport transport = Transport::tcp;
         bool must_show_token = true;
         Authority authority = Authority::look;
+        std::string peer = {};  ///< its address, for the log
     };
 
     Connection(ConnectionShared& shared, Socket socket, Access access);
@@ -59,9 +62,9 @@ public:
     void start();
     Transport transport() const { return transport_; }
     bool is_authorized() const { return is_authorized_; }
-    /// Since when it has neither asked for anything nor waited for an answer; nothing: it is in use.
+    /// Since when it has neither asked for anything nor waited for an answer that is due to it; nothing: it is in use.
     std::optional<std::chrono::steady_clock::time_point> idle_since() const {
-        return slots_.empty() ? std::optional(last_used_) : std::nullopt;
+        return slots_.empty() || !is_authorized_ ? std::optional(last_used_) : std::nullopt;
     }
     /// Takes no more requests; closes when what was asked is answered and sent.
     void finish();
@@ -84,8 +87,8 @@ private:
     /// True: go on. False: this was the last line that is taken.
     bool take(std::string_view line);
     bool take_first(std::string_view line);
-    /// Answers with an error and makes it the last answer of this connection.
-    void refuse(int code, ErrorKind kind, std::string message);
+    /// Answers with an error, after a while if so wished, and makes it the last answer of this connection.
+    void refuse(int code, ErrorKind kind, std::string message, ControlLimits::Duration after = {});
     void answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply);
     void close_after(ControlLimits::Duration time);
 
@@ -97,6 +100,7 @@ private:
     std::chrono::steady_clock::time_point last_used_ = std::chrono::steady_clock::now();
     const Transport transport_;
     const Authority authority_;  ///< once it is authorized
+    const std::string peer_;
     bool is_authorized_;
     bool is_finishing_ = false;
     bool is_closed_ = false;
@@ -104,6 +108,7 @@ private:
     boost::asio::steady_timer room_;   ///< rung when a request may be started
     boost::asio::steady_timer ready_;  ///< rung when an answer may be sent
     boost::asio::steady_timer limit_;  ///< closes the connection when it expires
+    boost::asio::steady_timer pause_;  ///< before a refusal is answered
 };
 
 }  // namespace camrig

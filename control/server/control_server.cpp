@@ -1,6 +1,7 @@
 #include "control/server/control_server.h"
 
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <thread>
 
@@ -54,6 +55,7 @@ struct ControlServer::Impl {
     bool make_room(Transport transport, bool is_authorized, const Connection* newcomer);
     void refuse(Connection::Socket socket);
     void closed(Connection* connection);
+    void count_wrong_token(const std::string& peer);
     void begin_stop();
 
     const ControlServerOptions options;
@@ -69,10 +71,12 @@ struct ControlServer::Impl {
                             options.token,
                             std::make_shared<LoopPost>(loop.get_executor()),
                             [this](Connection* connection) { closed(connection); },
+                            [this](const std::string& peer) { count_wrong_token(peer); },
                             [this](Connection* connection) { return make_room(Transport::tcp, true, connection); }};
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
-    std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0};
+    std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0}, wrong_tokens{0};
+    std::chrono::steady_clock::time_point next_token_log{};  ///< a wrong token is told again from then on
     std::thread thread;
     std::mutex stop_mutex;
 };
@@ -125,6 +129,7 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Conne
                 boost::system::error_code ignored;
                 socket.set_option(tcp::no_delay(true), ignored);
                 socket.set_option(asio::socket_base::keep_alive(true), ignored);
+                access.peer = socket.remote_endpoint(ignored).address().to_string();
             }
             take(Connection::Socket(std::move(socket)), access);
         } else if (acceptor.is_open()) {
@@ -181,6 +186,14 @@ void ControlServer::Impl::closed(Connection* connection) {
     if (is_stopping && connections.empty()) linger.cancel();
 }
 
+void ControlServer::Impl::count_wrong_token(const std::string& peer) {
+    ++wrong_tokens;
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_token_log) return;
+    next_token_log = now + std::chrono::seconds(1);
+    spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, wrong_tokens.load());
+}
+
 void ControlServer::Impl::begin_stop() {
     is_stopping = true;
     boost::system::error_code ignored;
@@ -235,7 +248,8 @@ std::string ControlServer::tcp_address() const {
 }
 
 ControlCounts ControlServer::counts() const {
-    return {impl_->open.load(), impl_->total.load(), impl_->refused.load(), impl_->displaced.load()};
+    return {impl_->open.load(), impl_->total.load(), impl_->refused.load(), impl_->displaced.load(),
+            impl_->wrong_tokens.load()};
 }
 
 void ControlServer::stop() {

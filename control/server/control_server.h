@@ -29,6 +29,7 @@ struct ControlCounts {
     std::uint64_t total = 0;      ///< connections ever taken
     std::uint64_t refused = 0;    ///< over the limit
     std::uint64_t displaced = 0;  ///< closed, while idle, for a new one over the limit
+    std::uint64_t wrong_tokens = 0;
 };
 
 /// JSON-RPC over lines: one JSON message a line, answers in the order of the requests of a connection.

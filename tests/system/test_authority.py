@@ -230,6 +230,18 @@ def test_a_scene_that_is_a_link_to_a_private_file_tells_nothing_of_it_over_the_n
         rig.load(links[0])
 
 
+def test_of_the_scenes_own_folder_the_network_is_told_what_is_missing_but_not_where_a_link_leads(tmp_path):
+    own = tmp_path / "scenes"
+    own.mkdir()
+    (own / "scene.json").write_text('{"camrig_scene": 1, "name": "empty"}')
+    (own / "link.json").symlink_to(tmp_path / "nothing")
+    with camrig.start(own / "scene.json") as rig, camrig.connect(rig.http_url) as other:
+        with pytest.raises(camrig.CamrigError, match="no such file"):
+            other.load(own / "missing.json")
+        with pytest.raises(camrig.CamrigError, match="only in the rig's log"):
+            other.load(own / "link.json")
+
+
 def test_the_link_of_an_ipv6_address_has_its_brackets(tmp_path):
     with camrig.start(SCENE, args=["--host", "::1"]) as rig:
         link = next(word for word in rig.log.split() if "#key=" in word)

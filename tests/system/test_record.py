@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import subprocess
+import sys
 
 import cv2
 import numpy as np
@@ -256,6 +257,16 @@ def test_masks_are_the_instance_picture_for_cocos_own_reader(rich):
     assert {a["track_id"] for a in annotations} == set(np.unique(ids)) - {0} and len(annotations) > 5
     for annotation in annotations:
         np.testing.assert_array_equal(coco.annToMask(annotation) == 1, ids == annotation["track_id"])
+
+
+def test_masks_are_had_as_polygons_that_cocos_own_reader_draws_alike(rich):
+    folder, last, _ = rich
+    subprocess.run([sys.executable, "-m", "camrig.polygons", str(folder / "npy")], check=True, timeout=60)
+    exact, outlined = COCO(str(folder / "npy" / "coco.json")), COCO(str(folder / "npy" / "coco_polygons.json"))
+    assert exact.anns.keys() == outlined.anns.keys()
+    for annotation in exact.anns.values():
+        mask, drawn = exact.annToMask(annotation) == 1, outlined.annToMask(outlined.anns[annotation["id"]]) == 1
+        assert drawn[mask].all() and (mask == drawn).mean() > 0.99  # holes are filled
 
 
 def test_yolo_labels_are_where_its_trainer_looks_and_are_the_truth(rich):

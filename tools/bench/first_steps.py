@@ -18,6 +18,8 @@ import cv2
 
 import camrig
 
+from tools.bench import report
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGE = REPOSITORY / "docs" / "getting-started.md"
 
@@ -25,7 +27,7 @@ PAGE = REPOSITORY / "docs" / "getting-started.md"
 def own_model_in_opencv(folder):
     """`camrig serve box.glb`, a camera, and its first picture in cv2.VideoCapture."""
     start = time.monotonic()
-    with camrig.start(str(REPOSITORY / "scenes/minimal/box.glb"), mode="realtime") as rig:
+    with report.start(str(REPOSITORY / "scenes/minimal/box.glb"), mode="realtime") as rig:
         cam = rig.create_camera("mine", size=(640, 480), fps=25, position=(4, 3, 2), look_at=(0, 0, 0.5))
         good, picture = cv2.VideoCapture(cam.url("mjpeg")).read()
         assert good and picture.shape == (480, 640, 3)
@@ -35,12 +37,12 @@ def own_model_in_opencv(folder):
 def arrangement_comes_back(folder):
     """A rig that was stopped is started again, and takes three cameras from a file."""
     file = folder / "cameras.json"
-    with camrig.start(str(REPOSITORY / "scenes/hall.json"), mode="realtime") as rig:
+    with report.start(str(REPOSITORY / "scenes/hall.json"), mode="realtime") as rig:
         for i in range(3):
             rig.create_camera(f"mine{i}", size=(640, 480), fps=25, position=(8 + i, 4, 2.2), look_at=(12, 9, 1))
         file.write_text(json.dumps(rig.call("camera.list")))
     start = time.monotonic()
-    with camrig.start(str(REPOSITORY / "scenes/hall.json"), mode="realtime") as rig:
+    with report.start(str(REPOSITORY / "scenes/hall.json"), mode="realtime") as rig:
         control = rig.call("server.info")["control"]
         create = [camrig.find_binary(), "--control", control, "camera", "create", "--replace", "--file", str(file)]
         subprocess.run(create, check=True, stdout=subprocess.DEVNULL)
@@ -63,7 +65,7 @@ def bag_for_ros(folder):
     """Two seconds of two cameras recorded in lockstep, and every message read by a library for ROS 2 bags."""
     from rosbags.highlevel import AnyReader
 
-    with camrig.start(str(REPOSITORY / "scenes/hall.json"), mode="lockstep") as rig:
+    with report.start(str(REPOSITORY / "scenes/hall.json"), mode="lockstep") as rig:
         control = rig.call("server.info")["control"]
         start = time.monotonic()
         record = [camrig.find_binary(), "--control", control, "ros2", "record", str(folder / "bag"), "--cameras", "lobby,gallery", "--seconds", "2"]
@@ -94,10 +96,7 @@ def main():
         lines.append(f"| {what} | {sorted(took)[1]:.1f} |")
         print(lines[-1], flush=True)
     if options.write:
-        page = PAGE.read_text()
-        first, last = "<!-- first_steps -->\n", "\n<!-- /first_steps -->"
-        before, _, rest = page.partition(first)
-        PAGE.write_text(before + first + "\n".join(lines) + last + rest.partition(last)[2])
+        report.put(PAGE, "first_steps", "\n".join(lines), "`python -m tools.bench.first_steps --write`")
 
 
 if __name__ == "__main__":

@@ -7,15 +7,13 @@ included (1 to 2 ms at 640x480), so that what else the machine does falls out as
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from pathlib import Path
 
-import camrig
+from tools.bench import report
+from tools.bench.speed.meter import Meter
 
-from tools.bench.speed.meter import Meter, machine
-
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = report.REPOSITORY
 PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "quality"
 LEVELS = ("fast", "simple", "beautiful")
@@ -37,7 +35,7 @@ def take_pictures() -> str:
     rows = ["| `fast` | `simple` | `beautiful` |", "|---|---|---|"]
     for scene, path, place, seconds in views():
         cells = []
-        with camrig.start(path, mode="lockstep", device="cpu") as rig:
+        with report.start(path, mode="lockstep", device="cpu") as rig:
             cameras = [rig.create_camera(level, place=place, size=(800, 600), fps=5, quality=level) for level in LEVELS]
             rig.step(seconds=seconds)
             for level, camera in zip(LEVELS, cameras):
@@ -51,7 +49,7 @@ def take_pictures() -> str:
 def cpu_ms(path: Path, place: str, level: str, size: tuple[int, int], keeps_layers: bool, antialias: str, frames: int) -> float:
     """Of one picture; the first ones, in which layers and tables are made, not counted."""
     options = [] if keeps_layers else ["--static-layer-mb", "0"]
-    with camrig.start(path, mode="lockstep", device="cpu", args=options) as rig:
+    with report.start(path, mode="lockstep", device="cpu", args=options) as rig:
         camera = rig.create_camera("one", place=place, size=size, fps=25, quality=level, antialias=antialias)
         for _ in range(5):
             rig.step(nanoseconds=40_000_000)
@@ -81,16 +79,7 @@ def measure(frames: int) -> str:
             note = ", one sample a pixel" if antialias == "none" else ""
             rows.append(f"| {scene}, {place} | `{level}`{note} | " + " | ".join(cells) + " |")
             print(rows[-1], file=sys.stderr, flush=True)
-    with camrig.start(ROOT / "scenes" / "minimal.json", mode="lockstep", device="cpu") as rig:
-        renderer = rig.call("server.info")["renderer"]
-    head = f"CPU ms a picture, JPEG and request included. {machine()}, {renderer}."
-    return head + "\n\n" + "\n".join(rows)
-
-
-def put(page: str, name: str, text: str) -> str:
-    pattern = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end of {name} -->)", re.DOTALL)
-    assert pattern.search(page), f"{PAGE} has no part {name}"
-    return pattern.sub(lambda match: match[1] + text + match[2], page)
+    return "CPU ms a picture, JPEG and request included.\n\n" + "\n".join(rows)
 
 
 def main() -> int:
@@ -100,7 +89,7 @@ def main() -> int:
     arguments = parser.parse_args()
     for name, make in (("pictures", take_pictures), ("cost", lambda: measure(arguments.frames))):
         if arguments.only in (None, name):
-            PAGE.write_text(put(PAGE.read_text(), name, make()))
+            report.put(PAGE, name, make(), f"`python -m tools.bench.quality --only {name}`")
     return 0
 
 

@@ -1,30 +1,73 @@
 #!/usr/bin/env python3
 """Breaks the program at random places, one at a time, and sees whether a test notices.
 
-    tools/checks/mutate.py                        40 mutations, seed 1; one line each, the survivors with their diff
-    tools/checks/mutate.py --count 5 --seed 7 --only core/world
-    tools/checks/mutate.py --show                 prints the mutations and changes nothing
+    tools/checks/mutate.py                          2 mutations of each area, seed 1; a line each, a table at the end
+    tools/checks/mutate.py --each 1 --seed 7 --only core/world
+    tools/checks/mutate.py --only core/world#2      one of them again, after a test was written for it
+    tools/checks/mutate.py --show                   prints the mutations and changes nothing
+    tools/checks/mutate.py --write                  puts the table into docs/mutations.md
 
-Works on a copy of the last commit (a git worktree in build/mutate) with a build of its own. A mutation that does not compile does
-not count and another is taken for it. Tests run from near to far: the test program of the same folder, the other test programs,
-then the quick system tests; the first that fails, hangs or crashes has caught it. Exit 1 if one survived.
+Works on a copy of the last commit (a git worktree in build/mutate) with a build of its own, and builds what the next test needs only.
+A mutation that does not compile does not count; the next of its area is taken for it. Tests run from near to far: the
+test programs of the area, then its system tests; the first that fails, crashes or hangs twice has caught it. Exit 1 if one survived.
+Mutations depend on seed and sources only: a new test does not change them.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import random
 import re
+import resource
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
-from typing import Iterator, NamedTuple
+from typing import Iterable, Iterator, NamedTuple
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 COPY = REPOSITORY / "build" / "mutate"
-FOLDERS = ("core", "control", "rtsp_out", "v4l2_sink", "tools/camrig", "tools/probe")
-PROGRAM_LIMIT_S, SYSTEM_LIMIT_S = 300, 1500
+#: Compiles what is not in the compiler's cache: what a mutation touched.
+COMPILER = REPOSITORY / "build" / "mutate-compiler"
+JOBS = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count()))
+#: A test that needs more hangs. CPU time is what counts on a busy machine; wall time is for those that wait for ever.
+CPU_LIMIT_S, WALL_LIMIT_S = 300, 900
+
+
+class Area(NamedTuple):
+    """Sources (those of folders below that are areas of their own excepted), and the tests that are there for them, near to far."""
+
+    programs: tuple[str, ...]
+    system: tuple[str, ...] = ()
+
+
+AREAS = {
+    "core/base": Area(("test_base", "test_world", "test_stream", "test_control"), ("bad_input",)),
+    "core/camera": Area(("test_camera", "test_truth", "test_lens"), ("truth",)),
+    "core/codec": Area(("test_codec", "test_http"), ("pictures", "clients")),
+    "core/engine": Area(("test_engine",), ("lockstep", "actions", "synchronism")),
+    "core/frame": Area(("test_frame", "test_codec"), ("pictures",)),
+    "core/render": Area(("test_render_parts", "test_render", "test_layers", "test_lens", "test_quality"), ("truth",)),
+    "core/render/gl": Area(("test_render", "test_layers", "test_quality", "test_lens", "test_hard_cases", "test_gpu", "test_allocation"), ("truth",)),
+    "core/render/software": Area(("test_render_software", "test_render", "test_software", "test_layers", "test_allocation"), ("pictures",)),
+    "core/stream": Area(("test_stream", "test_engine", "test_http"), ("lockstep", "synchronism")),
+    "core/truth": Area(("test_truth",), ("truth", "record")),
+    "core/world": Area(("test_world", "test_engine"), ("actors", "mounted_cameras", "scenes")),
+    "control/client": Area(("test_control",), ("cpp_client",)),
+    "control/rpc": Area(("test_control", "test_cli"), ("authority", "bad_input", "actions", "scene_schema")),
+    "control/server": Area(("test_control",), ("authority", "bad_input")),
+    "rtsp_out/http": Area(("test_http",), ("clients", "authority", "web")),
+    "rtsp_out/rtsp": Area(("test_rtsp",), ("rtsp", "rtsp_access", "rtsp_bounds", "lockstep")),
+    "v4l2_sink": Area(("test_device", "test_loopback"), ("devices",)),
+    "v4l2_sink/loopback": Area(("test_loopback",)),
+    "v4l2_sink/preload": Area(("test_device", "test_device_programs"), ("devices", "device_colours")),
+    "tools/camrig": Area(("test_cli",), ("actions", "record", "grab", "authority")),
+    "tools/probe": Area(("test_probe",), ("probe",)),
+    "tools/view": Area(("test_view",), ("view",)),
+}
 
 #: What is replaced by what. Only in code: not in comments, strings, includes, templates' brackets.
 OPERATORS: list[tuple[str, str]] = [
@@ -40,13 +83,15 @@ NOT_CODE = re.compile(r'^\s*(//|#|\*|static_assert|LOG|CHECK|template|using|name
 
 
 class Mutation(NamedTuple):
+    area: str
+    number: int  # in its area, from 1
     file: str
     line: int  # from 0
     before: str
     after: str
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line + 1}: {self.before.strip()}  ->  {self.after.strip() or '(left out)'}"
+        return f"{self.area}#{self.number}  {self.file}:{self.line + 1}: {self.before.strip()}  ->  {self.after.strip() or '(left out)'}"
 
 
 def variants(line: str) -> Iterator[str]:
@@ -69,94 +114,177 @@ def variants(line: str) -> Iterator[str]:
         yield ""
 
 
-def mutations(only: str, rng: random.Random) -> Iterator[Mutation]:
-    """Without end, each folder as often as it has lines."""
-    listed = subprocess.run(["git", "ls-files", *FOLDERS], cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout.split()
+def area_of(file: str) -> str:
+    return max((area for area in AREAS if file.startswith(area + "/")), key=len, default="")
+
+
+def mutations(area: str, seed: int) -> Iterator[Mutation]:
+    """Those of an area, in random order, each once."""
+    listed = subprocess.run(["git", "ls-files", area], cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout.split()
     places = []
     for file in listed:
-        if file.endswith((".cpp", ".h")) and file.startswith(only):
-            places += [(file, number) for number, line in enumerate((REPOSITORY / file).read_text().splitlines()) if any(True for _ in variants(line))]
-    if not places:
-        raise SystemExit(f"nothing to mutate below '{only}'")
-    while True:
-        file, number = rng.choice(places)
-        line = (REPOSITORY / file).read_text().splitlines()[number]
-        yield Mutation(file, number, line, rng.choice(list(variants(line))))
+        if file.endswith((".cpp", ".h")) and area_of(file) == area:
+            places += [(file, number, line) for number, line in enumerate((REPOSITORY / file).read_text().splitlines()) if any(True for _ in variants(line))]
+    rng = random.Random(f"{seed} {area}")
+    rng.shuffle(places)
+    for number, (file, line, text) in enumerate(places, 1):
+        yield Mutation(area, number, file, line, text, rng.choice(list(variants(text))))
 
 
-def run(*command: str, limit_s: float, **options) -> bool:
-    """Whether it ended well and in time."""
+def limited() -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_LIMIT_S, CPU_LIMIT_S))
+    os.setsid()
+
+
+def failure(command: list[str], environment: dict[str, str] | None = None) -> str | None:
+    """The first test that failed, or how the command ended otherwise; None if well."""
+    process = subprocess.Popen(command, cwd=COPY, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", preexec_fn=limited)
     try:
-        return subprocess.run(command, cwd=COPY, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=limit_s, **options).returncode == 0
+        said, _ = process.communicate(timeout=WALL_LIMIT_S)
     except subprocess.TimeoutExpired:
-        return False
+        said = ""
+    finally:
+        # Also what it started: a rig of a test that was ended.
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    if process.returncode == 0:
+        return None
+    if process.returncode == 5 and "pytest" in command:
+        raise SystemExit(f"no test was run: {' '.join(command)}")
+    failed = re.search(r"\[  FAILED  \] (\S+)|^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", said, re.MULTILINE)
+    process.wait()
+    return (failed[1] or failed[2]).rstrip(",") if failed else "it hangs" if process.returncode in (-signal.SIGKILL, -signal.SIGXCPU) else f"status {process.returncode}"
 
 
-def build() -> bool:
-    return run("cmake", "--build", "--preset", "ci", "-j", str(os.cpu_count()), limit_s=3600)
+def build(targets: Iterable[str], flags: str | None = None) -> bool:
+    """`flags`: what is not in the compiler's cache is compiled with these beside its own, and stays out of it."""
+    command = ["cmake", "--build", "--preset", "ci", "-j", JOBS, "--target", *targets]
+    quick = {"CCACHE_PREFIX": str(COMPILER), "CCACHE_READONLY": "1", "CAMRIG_MUTATE_FLAGS": flags} if flags else {}
+    return subprocess.run(command, cwd=COPY, env={**os.environ, **quick}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode == 0
 
 
-def programs(file: str) -> list[Path]:
-    """All test programs, those of the file's folder first."""
-    folder = str(Path(file).parent)
-    found = sorted(path for path in (COPY / "build/ci/tests").rglob("test_*") if path.is_file() and os.access(path, os.X_OK))
-    shared = lambda path: len(os.path.commonprefix([str(path.relative_to(COPY / "build/ci/tests").parent).removeprefix("unit/") + "/", folder.removeprefix("core/") + "/"]))
-    return sorted(found, key=lambda path: -shared(path))
-
-
-def caught_by(file: str) -> str | None:
-    for program in programs(file):
-        # Comparisons with Mesa's rasteriser take minutes and are the business of the render tests.
-        if not run(str(program), "--gtest_brief=1", limit_s=PROGRAM_LIMIT_S):
-            return program.name
+def tests_of(area: str) -> Iterator[tuple[str, list[str], dict[str, str] | None]]:
+    """Near to far: what to build, how to run it, in what environment."""
+    for name in AREAS[area].programs:
+        program = next((COPY / "build/ci").rglob(f"CMakeFiles/{name}.dir")).parents[1] / name
+        yield name, [str(program), "--gtest_brief=1", "--gtest_fail_fast"], None
     environment = {**os.environ, "CAMRIG_BIN": str(COPY / "build/ci/tools/camrig/camrig"), "PYTHONPATH": str(COPY / "control/python")}
-    python = str(REPOSITORY / ".venv/bin/python")
-    if not run(python, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "tests/system", "-m", "not slow", "--ignore-glob=*/test_accuracy*.py",
-               limit_s=SYSTEM_LIMIT_S, env=environment):
-        return "system tests"
+    for name in AREAS[area].system:
+        slow = [] if name == "cpp_client" else ["-m", "not slow"]  # it has no others
+        yield "camrig", [str(REPOSITORY / ".venv/bin/python"), "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *slow, f"tests/system/test_{name}.py"], environment
+
+
+def caught_by(area: str) -> str | None:
+    """Raises ValueError when it does not compile."""
+    # Pictures take too long without any optimisation.
+    flags = "-g0 -O1" if area.startswith("core/") else "-g0 -O0"
+    for target, command, environment in tests_of(area):
+        if not build([target], flags):
+            raise ValueError(target)
+        # Twice, so that a test that fails now and then by itself catches nothing.
+        if failure(command, environment) and (failed := failure(command, environment)):
+            return failed
     return None
+
+
+def prepare(areas: set[str], is_checked: bool) -> None:
+    """The copy as the last commit is, and what these areas need built; their tests pass, or they are of no use."""
+    if not COPY.exists():
+        subprocess.run(["git", "worktree", "add", "--detach", str(COPY)], cwd=REPOSITORY, check=True, capture_output=True)
+    subprocess.run(["git", "checkout", "--detach", "--force", head()], cwd=COPY, check=True, capture_output=True)
+    COMPILER.write_text('#!/bin/sh\nexec "$@" $CAMRIG_MUTATE_FLAGS\n')
+    COMPILER.chmod(0o755)
+    os.environ.update(CCACHE_BASEDIR=str(COPY), CCACHE_NOHASHDIR="1", CCACHE_SLOPPINESS="time_macros")
+    subprocess.run(["cmake", "--preset", "ci"], cwd=COPY, check=True, stdout=subprocess.DEVNULL)
+    tests = {tuple(command): (target, command, environment) for area in areas for target, command, environment in tests_of(area)}
+    if not build({target for target, _, _ in tests.values()}):
+        raise SystemExit(f"the copy in {COPY} does not build without a mutation")
+    for _, command, environment in tests.values() if is_checked else ():
+        if failed := failure(command, environment):
+            raise SystemExit(f"fails without a mutation: {failed} ({' '.join(command)})")
+
+
+def head() -> str:
+    return subprocess.run(["git", "rev-parse", "HEAD"], cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def try_one(mutation: Mutation) -> str | None:
+    path = COPY / mutation.file
+    text = path.read_text()
+    lines = text.splitlines(keepends=True)
+    lines[mutation.line] = mutation.after + "\n"
+    path.write_text("".join(lines))
+    try:
+        return caught_by(mutation.area)
+    finally:
+        path.write_text(text)
+
+
+def table(tried: dict[str, int], survived: dict[str, list[Mutation]]) -> str:
+    lines = ["| area | mutations | caught |", "|---|---|---|"]
+    lines += [f"| `{area}` | {count} | {count - len(survived[area])} |" for area, count in tried.items()]
+    total = sum(tried.values())
+    lines.append(f"| all | {total} | {total - sum(map(len, survived.values()))} |")
+    if gone := [mutation for of_area in survived.values() for mutation in of_area]:
+        lines += ["", "Not caught:", "", "```", *map(str, gone), "```"]
+    return "\n".join(lines)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Breaks the program at random places and sees whether a test notices.")
-    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--each", type=int, default=2, help="of each area (2)")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="only files whose paths begin so")
+    parser.add_argument("--only", action="append", help="AREA, or AREA#NUMBER for one mutation; may come more than once")
+    parser.add_argument("--unchecked", action="store_true", help="does not run the tests without a mutation first")
     parser.add_argument("--show", action="store_true", help="prints the mutations and changes nothing")
+    parser.add_argument("--write", action="store_true", help="puts the table into docs/mutations.md")
     arguments = parser.parse_args()
-    source = mutations(arguments.only, random.Random(arguments.seed))
+    wanted = [tuple(only.partition("#")[::2]) for only in arguments.only or AREAS]
+    if unknown := [area for area, _ in wanted if area not in AREAS]:
+        parser.error(f"no area {', '.join(unknown)}; there are {', '.join(AREAS)}")
+    if not arguments.show:
+        prepare({area for area, _ in wanted}, not arguments.unchecked)
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # also where SIGINT is ignored: started by a shell in the background
+    left = {wish: mutations(wish[0], arguments.seed) for wish in wanted}
     if arguments.show:
-        for _ in range(arguments.count):
-            print(next(source))
+        for (_, number), source in left.items():
+            for mutation in source if number else itertools.islice(source, arguments.each):
+                if not number or mutation.number == int(number):
+                    print(mutation)
         return 0
 
-    if not COPY.exists():
-        subprocess.run(["git", "worktree", "add", "--detach", str(COPY)], cwd=REPOSITORY, check=True, capture_output=True)
-    subprocess.run(["git", "checkout", "--detach", "--force", subprocess.run(["git", "rev-parse", "HEAD"], cwd=REPOSITORY, capture_output=True, text=True,
-                   check=True).stdout.strip()], cwd=COPY, check=True, capture_output=True)
-    os.environ.update(CCACHE_BASEDIR=str(COPY), CCACHE_NOHASHDIR="1")
-    if not run("cmake", "--preset", "ci", limit_s=300) or not build():
-        raise SystemExit(f"the copy in {COPY} does not build without a mutation")
+    tried = dict.fromkeys((area for area, _ in wanted), 0)
+    survived: dict[str, list[Mutation]] = {area: [] for area in tried}
+    try:
+        # All areas in turns, so that a run that is ended early has been everywhere.
+        for _ in range(arguments.each):
+            for (area, number), source in left.items():
+                for mutation in source:
+                    if number and mutation.number != int(number):
+                        continue
+                    begin = time.monotonic()
+                    try:
+                        catcher = try_one(mutation)
+                    except ValueError as of_target:
+                        print(f"   does not compile ({of_target}): {mutation}", flush=True)
+                        continue
+                    tried[area] += 1
+                    if catcher is None:
+                        survived[area].append(mutation)
+                    print(f"   {time.monotonic() - begin:4.0f} s  {'SURVIVED' if catcher is None else 'caught by ' + catcher}: {mutation}", flush=True)
+                    break
+    except KeyboardInterrupt:
+        print("ended early")
+    print(text := table(tried, survived))
+    if arguments.write:
+        sys.path.insert(0, str(REPOSITORY))
+        from tools.bench import report
 
-    tried = survived = 0
-    while tried < arguments.count:
-        mutation = next(source)
-        path = COPY / mutation.file
-        text = path.read_text()
-        lines = text.splitlines(keepends=True)
-        lines[mutation.line] = mutation.after + "\n"
-        path.write_text("".join(lines))
-        try:
-            if not build():
-                continue
-            tried += 1
-            catcher = caught_by(mutation.file)
-        finally:
-            path.write_text(text)
-        survived += catcher is None
-        print(f"{tried:3d} {'SURVIVED' if catcher is None else 'caught by ' + catcher}: {mutation}", flush=True)
-    print(f"{tried - survived} of {tried} caught")
-    return 1 if survived else 0
+        report.put(REPOSITORY / "docs/mutations.md", "mutations", text, f"`tools/checks/mutate.py --each {arguments.each} --seed {arguments.seed} --write`")
+    return 1 if any(survived.values()) else 0
 
 
 if __name__ == "__main__":

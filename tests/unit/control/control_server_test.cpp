@@ -233,6 +233,34 @@ TEST(ControlServer, StrangersCannotKeepOutWhoHasTheToken) {
     EXPECT_EQ(harness.server->counts().refused, 0u);
 }
 
+TEST(ControlServer, AWrongTokenIsCountedAndAnsweredLate) {
+    ControlLimits limits;
+    limits.wrong_token = std::chrono::milliseconds(60);
+    ServerHarness harness(limits, true, "correct-token");
+    auto guesser = harness.connect_tcp();
+    const auto begin = std::chrono::steady_clock::now();
+    ASSERT_TRUE(guesser.send(request(1, "auth", R"({"token":"wrong-token!!"})"), soon()));
+    EXPECT_EQ(answer(guesser)["error"]["data"]["kind"], "unauthorized");
+    EXPECT_GE(std::chrono::steady_clock::now() - begin, limits.wrong_token);
+    EXPECT_EQ(harness.server->counts().wrong_tokens, 1u);
+}
+
+TEST(ControlServer, WhoGuessesKeepsNobodyOutWhileTheAnswerIsHeldBack) {
+    ControlLimits limits;
+    limits.unauthorized_connections = 2;
+    limits.wrong_token = limits.authorize_time = std::chrono::hours(1);
+    ServerHarness harness(limits, true, "correct-token");
+    std::vector<LineSocket> guessers;
+    for (std::uint64_t i = 0; i < 5; ++i) {
+        guessers.push_back(harness.connect_tcp());
+        ASSERT_TRUE(guessers.back().send(request(1, "auth", R"({"token":"wrong-token!!"})"), soon()));
+        ASSERT_TRUE(eventually([&] { return harness.server->counts().wrong_tokens == i + 1; }));
+    }
+    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_TRUE(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
+    EXPECT_EQ(harness.server->counts().refused, 0u);
+}
+
 // A web page can make a browser post to any port; what follows the header must not be taken for requests.
 TEST(ControlServer, HttpIsRefusedBeforeItsBodyIsRead) {
     ServerHarness harness({}, true);

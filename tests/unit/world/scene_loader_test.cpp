@@ -258,6 +258,24 @@ TEST(SceneOfModel, FramesABareModelAndLoopsItsFirstClip) {
     EXPECT_EQ(scene->lights.size(), 1u);
 }
 
+TEST(SceneOfModel, TheCameraOfABareModelSeesAllOfItWhereverItLies) {
+    GlbBuilder glb;
+    glb.mesh({10, 2, 3, 12, 2, 3, 10, 5, 7});
+    const auto model = load_model(glb.build(), {}, "test");
+    ASSERT_TRUE(model) << model.error().message;
+    const auto scene = scene_of_model(*model);
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ(scene->cameras.size(), 1u);
+    const Pose& pose = scene->cameras[0].pose;
+    const glm::dvec3 ahead = pose.orientation * glm::dvec3(1, 0, 0);
+    double widest = 0.0;
+    for (const auto& corner : {glm::dvec3(10, -3, 2), glm::dvec3(12, -3, 2), glm::dvec3(10, -7, 5)})
+        widest = std::max(widest, std::acos(glm::dot(glm::normalize(corner - pose.position), ahead)));
+    EXPECT_LT(widest, glm::radians(30.0));
+    EXPECT_GT(widest, glm::radians(10.0));  // nor is it far away
+    EXPECT_NEAR(scene->objects[1].position.z, 2.0, 0.01);
+}
+
 TEST(SceneOfModel, TakesTheModelsCamerasAndLights) {
     GlbBuilder glb;
     glb.mesh({0, 0, 0, 1, 0, 0, 0, 1, 0});

@@ -4,9 +4,10 @@ import contextlib
 import pathlib
 import tempfile
 
-import camrig
 import cv2
 import numpy as np
+
+from tools.bench import report
 
 from . import boards, estimator, marks
 
@@ -20,7 +21,7 @@ def rig_of(scene=None, **options):
         folder = pathlib.Path(folder)
         if scene is None:
             scene = marks.write_scene(folder, marks.place_discs(_any_camera()))
-        with camrig.start(scene, mode="lockstep", device="cpu", **options) as rig:
+        with report.start(scene, mode="lockstep", device="cpu", **options) as rig:
             rig.folder = folder
             yield rig
 

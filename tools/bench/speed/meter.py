@@ -84,12 +84,6 @@ class Reading:
         return self.cpu_s / self.wall_s
 
 
-def machine() -> str:
-    text = Path("/proc/cpuinfo").read_text()
-    model = re.search(r"model name\s*: (.*)", text)
-    return f"{os.cpu_count()} cores of {model[1].strip() if model else 'an unknown processor'}"
-
-
 def processor_seconds() -> tuple[float, float]:
     """Of all processors since the start: all time that passed, and what the host gave to others while this machine wanted it (proc(5), steal)."""
     ticks = [int(word) for word in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:]]
