@@ -33,6 +33,7 @@ public:
     explicit SoftwareDrawer(const Options& options);
 
     void begin_instant(const SnapshotRef& snapshot);
+    const SnapshotRef& snapshot() const { return scene_.snapshot(); }
     /// Whether the colour picture of a view of the present instant can be drawn here.
     bool can_draw(const View& view) const;
     /// Appends the colour frames of the views, in their order.
