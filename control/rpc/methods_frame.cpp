@@ -130,7 +130,10 @@ std::vector<Method> frame_methods(RpcContext& context) {
                         {"format", "string", "`jpeg`, `png` or `raw`", false, "", "jpeg"},
                         {"quality", "integer", "of jpeg, 1 to 100", false, "", std::to_string(default_jpeg_quality)},
                         {"min_ns", "integer",
-                         "world time the frame must show or be later than; waits up to 10 s for it", false, "ns", "0"}},
+                         "world time the frame must show or be later than; waits up to 10 s for it. 0: from which the "
+                         "camera's last "
+                         "command shows",
+                         false, "ns", "0"}},
              .result = {{"camera", "string", "its name"},
                         {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
                         {"time_ns", "integer", "world time it shows", false, "ns"},

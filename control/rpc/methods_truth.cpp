@@ -27,7 +27,10 @@ std::vector<Method> truth_methods(RpcContext& context) {
                         "of `objects`.",
              .params = {{"camera", "string", "name of the camera", true},
                         {"min_ns", "integer",
-                         "world time the frame must show or be later than; waits up to 10 s for it", false, "ns", "0"}},
+                         "world time the frame must show or be later than; waits up to 10 s for it. 0: from which the "
+                         "camera's last "
+                         "command shows",
+                         false, "ns", "0"}},
              .result = {{"camera", "string", "its name"},
                         {"sequence", "integer", "number of the frame, as in frame.get"},
                         {"time_ns", "integer", "world time it shows", false, "ns"},

@@ -33,22 +33,12 @@ def test_static_layers_change_no_byte(quality, antialias):
             assert np.array_equal(a, b)
 
 
-@pytest.mark.parametrize("layers", [(), ("--static-layer-mb", "0")])
-@pytest.mark.parametrize("quality", ["fast", "simple", "beautiful"])
-def test_surfaces_drawn_at_once_change_no_byte(quality, layers):
-    at_once, apart = (pictures("--batch-draws", value, *layers, quality=quality, device="llvmpipe") for value in ("on", "off"))
-    for shown, expected in zip(at_once, apart):
-        for a, b in zip(shown, expected):
-            assert np.array_equal(a, b)
-
-
-@pytest.mark.parametrize("value", ["on", "off"])
-def test_calls_of_opengl_are_counted(value):
-    with camrig.start("scenes/hall.json", mode="lockstep", device="llvmpipe", args=("--batch-draws", value)) as rig:
+def test_calls_of_opengl_are_counted():
+    with camrig.start("scenes/hall.json", mode="lockstep", device="llvmpipe") as rig:
         rig.create_camera("at_lobby", place="lobby", size=(64, 48)).frame()
         counted = rig.stats()["renderer"]
     assert counted["draws"] > 100
-    assert counted["draw_calls"] == counted["draws"] if value == "off" else counted["draw_calls"] < counted["draws"] / 2
+    assert counted["draw_calls"] < counted["draws"] / 2, "surfaces that differ only in mesh and place are one call"
 
 
 def test_coarser_people_stay_within_a_quarter_of_a_pixel():

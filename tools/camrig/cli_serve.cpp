@@ -91,13 +91,6 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
             "where colours become YUV or BGR for readers: device (by a shader, before they are read back; a GPU or "
             "llvmpipe), host, or auto (default): on the device if it is a GPU; the same YUV and BGR")
         ->check(CLI::IsMember({"auto", "host", "device"}));
-    serve
-        ->add_option_function<std::string>(
-            "--batch-draws",
-            [options](const std::string& name) { options->engine.renderer.batch_draws = name == "on"; },
-            "on (default): surfaces that differ only in mesh and place are drawn by one call of OpenGL; off: each by "
-            "its own, the same bytes")
-        ->check(CLI::IsMember({"on", "off"}));
     serve->add_flag_callback(
         "--plain-jpeg", [options] { options->jpeg.strips = false; },
         "no restart markers in JPEG: pictures are compressed in full each time, also where nothing moved");

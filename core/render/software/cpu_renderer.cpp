@@ -9,10 +9,7 @@ namespace camrig {
 Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
                                              std::span<const View> views) {
     thread_.check();
-    if (snapshot != snapshot_) {
-        snapshot_ = snapshot;
-        drawer_.begin_instant(snapshot);
-    }
+    if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
     Finished finished;
     finished.set.world_ns = snapshot->world_ns;
     finished.set.monotonic_ns = monotonic_ns;

@@ -31,7 +31,6 @@ private:
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
     std::optional<Error> other_failed_;  ///< why it could not be made
-    SnapshotRef snapshot_;
     // Of one call of draw(), kept for their memory.
     std::vector<const View*> here_;
     std::vector<View> rest_;                                 ///< what the other renderer draws

@@ -35,6 +35,7 @@ public:
     void begin_instant(const SnapshotRef& snapshot);
     /// Whether the colour picture of such a view can be drawn here, if the world has nothing but triangles.
     static bool is_plain(const View& view);
+    const SnapshotRef& snapshot() const { return scene_.snapshot(); }
     /// Whether the colour picture of a view of the present instant can be drawn here.
     bool can_draw(const View& view) const { return is_plain(view) && scene_.has_only_triangles(); }
     /// Appends the colour frames of the views, in their order.
