@@ -74,40 +74,74 @@ DrawDesk::DrawDesk(std::vector<std::unique_ptr<DrawLane>> lanes, std::shared_ptr
     }
 }
 
-DrawDesk::Cost& DrawDesk::place(const View& view) {
-    Cost& cost = costs_[view.camera];
+int DrawDesk::Camera::cost_class(int present) const {
+    const TimeNs known_ns = std::ranges::min(cpu_ns);
+    if (known_ns > 0) return class_of(known_ns, present);
+    return is_plain ? 0 : first_dear_class;
+}
+
+void DrawDesk::note(const View& view) {
+    Camera& camera = cameras_[view.camera];
     const ImageSize size = view.spec->size;
     const bool is_plain = lanes_.front().lane->is_plain(view);
-    // Its pictures come out in their order: what is at work stays where it is, and the next one follows it.
-    if (cost.at_work > 0) return cost;
-    if (cost.size != size || cost.quality != view.quality || cost.is_plain != is_plain) {
-        cost.cpu_ns.fill(0);
-        cost.size = size;
-        cost.quality = view.quality;
-        cost.is_plain = is_plain;
+    if (camera.size != size || camera.quality != view.quality || camera.is_plain != is_plain) {
+        camera.cpu_ns.fill(0);
+        camera.size = size;
+        camera.quality = view.quality;
+        camera.is_plain = is_plain;
     }
-    if (const TimeNs cpu_ns = std::ranges::min(cost.cpu_ns); cpu_ns > 0)
-        cost.cost_class = class_of(cpu_ns, cost.cost_class);
-    else
-        cost.cost_class = is_plain ? 0 : first_dear_class;
-    const bool is_dear = cost.cost_class >= first_dear_class || !is_plain;
-    Lane* const lane = is_dear ? &lanes_.back() : &lanes_.front();
-    // What the other one kept for it is of no use any more.
-    if (cost.lane != nullptr && cost.lane != lane) forget(*cost.lane, view.camera);
-    cost.lane = lane;
-    cost.requests_ns = cost.lane->requests_ns;
-    cost.all_ns = cost.lane->all_ns;
-    return cost;
+    // Its pictures come out in their order: what is at work stays where it is, and the next one follows it.
+    if (camera.at_work == 0) {
+        const PartyName now = view.spec->group.empty() ? PartyName("", view.camera) : PartyName(view.spec->group, {});
+        if (camera.party != now) leave(std::exchange(camera.party, now), view.camera);
+    }
+}
+
+DrawDesk::Party& DrawDesk::place(const View& view) {
+    Camera& camera = cameras_.at(view.camera);
+    Party& party = parties_[camera.party];
+    if (party.at_work == 0) choose_lane(camera.party, party);
+    ++camera.at_work;
+    ++party.at_work;
+    ++views_at_work_;
+    return party;
+}
+
+void DrawDesk::choose_lane(const PartyName& name, Party& party) {
+    int cost_class = 0;
+    bool is_plain = true;
+    for (const auto& [id, camera] : cameras_) {
+        if (camera.party != name) continue;
+        cost_class = std::max(cost_class, camera.cost_class(party.cost_class));
+        is_plain = is_plain && camera.is_plain;
+    }
+    party.cost_class = cost_class;
+    Lane* const lane = cost_class >= first_dear_class || !is_plain ? &lanes_.back() : &lanes_.front();
+    // What the other one kept for its cameras is of no use any more.
+    if (party.lane != nullptr && party.lane != lane)
+        for (const auto& [id, camera] : cameras_)
+            if (camera.party == name) forget(*party.lane, id);
+    party.lane = lane;
+    party.requests_ns = lane->requests_ns;
+    party.all_ns = lane->all_ns;
+}
+
+void DrawDesk::leave(const PartyName& name, CameraId camera) {
+    const auto party = parties_.find(name);
+    if (party == parties_.end()) return;
+    if (party->second.lane != nullptr) forget(*party->second.lane, camera);
+    const bool is_empty = std::ranges::none_of(
+        cameras_, [&](const auto& other) { return other.first != camera && other.second.party == name; });
+    if (is_empty) parties_.erase(party);
 }
 
 void DrawDesk::add(const DueViews& due) {
+    for (const View& view : due.views) note(view);
     // By lane and class, in the order of the views.
     std::map<std::pair<Lane*, int>, DueViews> parts;
     for (const View& view : due.views) {
-        Cost& cost = place(view);
-        ++cost.at_work;
-        ++views_at_work_;
-        DueViews& part = parts[{cost.lane, cost.cost_class}];
+        const Party& party = place(view);
+        DueViews& part = parts[{party.lane, party.cost_class}];
         part.views.push_back(view);
     }
     std::vector<DueViews> dropped;
@@ -120,19 +154,19 @@ void DrawDesk::add(const DueViews& due) {
     drop(dropped);
 }
 
-DropReason DrawDesk::reason_for(const Cost& cost) const {
-    const TimeNs all_ns = cost.lane->all_ns - cost.all_ns, requests_ns = cost.lane->requests_ns - cost.requests_ns;
+DropReason DrawDesk::reason_for(const Party& party) const {
+    const TimeNs all_ns = party.lane->all_ns - party.all_ns, requests_ns = party.lane->requests_ns - party.requests_ns;
     if (2 * requests_ns > all_ns) return DropReason::request;
-    const auto rank = [](const Cost& one) { return std::pair(one.lane, one.cost_class); };
-    const bool is_dearer = std::ranges::any_of(
-        costs_, [&](const auto& other) { return other.second.lane != nullptr && rank(other.second) < rank(cost); });
+    const auto rank = [](const Party& one) { return std::pair(one.lane, one.cost_class); };
+    const bool is_dearer =
+        std::ranges::any_of(parties_, [&](const auto& other) { return rank(other.second) < rank(party); });
     return is_dearer ? DropReason::own_cost : DropReason::overload;
 }
 
 void DrawDesk::drop(const std::vector<DueViews>& dropped) {
     for (const DueViews& due : dropped) {
         for (const View& view : due.views) {
-            const DropReason reason = reason_for(costs_.at(view.camera));
+            const DropReason reason = reason_for(parties_.at(cameras_.at(view.camera).party));
             end_work(view);
             callbacks_.dropped(due, view, reason);
         }
@@ -142,12 +176,13 @@ void DrawDesk::drop(const std::vector<DueViews>& dropped) {
 void DrawDesk::end_work(const View& view) {
     CHECK(views_at_work_ > 0);
     --views_at_work_;
-    const auto found = costs_.find(view.camera);
-    if (found == costs_.end()) return;  // deleted meanwhile
-    Cost& cost = found->second;
-    --cost.at_work;
-    cost.requests_ns = cost.lane->requests_ns;
-    cost.all_ns = cost.lane->all_ns;
+    const auto found = cameras_.find(view.camera);
+    if (found == cameras_.end()) return;  // deleted meanwhile
+    --found->second.at_work;
+    Party& party = parties_.at(found->second.party);
+    --party.at_work;
+    party.requests_ns = party.lane->requests_ns;
+    party.all_ns = party.lane->all_ns;
 }
 
 void DrawDesk::hear() {
@@ -216,10 +251,10 @@ void DrawDesk::hear_of(Lane& lane, int cost_class, DrawnViews& drawn) {
     for (std::size_t i = 0; i < drawn.due.views.size(); ++i) {
         const View& view = drawn.due.views[i];
         end_work(view);
-        const auto found = costs_.find(view.camera);
-        if (found == costs_.end() || drawn.cost_ns.empty()) continue;
-        Cost& cost = found->second;
-        cost.cpu_ns[cost.next++ % cost.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
+        const auto found = cameras_.find(view.camera);
+        if (found == cameras_.end() || drawn.cost_ns.empty()) continue;
+        Camera& camera = found->second;
+        camera.cpu_ns[camera.next++ % camera.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
     }
     callbacks_.drawn(drawn);
 }
@@ -242,7 +277,13 @@ void DrawDesk::forget(CameraId camera) {
         views_at_work_ -= lane.queue.remove(camera);
         forget(lane, camera);
     }
-    costs_.erase(camera);
+    const auto found = cameras_.find(camera);
+    if (found == cameras_.end()) return;
+    if (const auto party = parties_.find(found->second.party); party != parties_.end())
+        party->second.at_work -= found->second.at_work;
+    const PartyName name = found->second.party;
+    cameras_.erase(found);
+    leave(name, camera);
 }
 
 void DrawDesk::forget(Lane& lane, CameraId camera) {

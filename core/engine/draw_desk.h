@@ -27,7 +27,8 @@ DrawnViews draw_views(Renderer& renderer, DueViews due, StageTimer& timer);
 ///
 /// One lane draws all, or there are two: the first for cameras whose pictures are quickly drawn, the second, of lower
 /// priority to the kernel, for the dear ones and for requests. A camera's pictures are drawn one after the other, on
-/// one lane at a time.
+/// one lane at a time; cameras of a group (CameraSpec::group) are in one class on one lane, so that the pictures of an
+/// instant are all drawn or all dropped.
 class DrawDesk {
 public:
     struct Callbacks {
@@ -52,8 +53,8 @@ public:
     void hand_out(TimeNs monotonic_ns);
     /// A view of the camera waits or is being drawn.
     bool is_at_work(CameraId camera) const {
-        const auto found = costs_.find(camera);
-        return found != costs_.end() && found->second.at_work > 0;
+        const auto found = cameras_.find(camera);
+        return found != cameras_.end() && found->second.at_work > 0;
     }
     /// No view of a camera waits or is being drawn; requests may be.
     bool is_idle() const { return views_at_work_ == 0; }
@@ -81,22 +82,36 @@ private:
         std::array<TimeNs, DrawQueue::cost_classes> view_ns{};  ///< wall time a view took lately
         TimeNs requests_ns = 0, all_ns = 0;                     ///< drawn for requests, and in all
     };
+    /// Cameras that are drawn together: those of a group, or one alone.
+    struct Party {
+        int cost_class = 0;                  ///< that of its dearest camera
+        Lane* lane = nullptr;                ///< null: it has drawn nothing yet
+        int at_work = 0;                     ///< views that wait or are being drawn
+        TimeNs requests_ns = 0, all_ns = 0;  ///< of its lane, when the view that waits longest came
+    };
+    using PartyName = std::pair<std::string, CameraId>;  ///< of its group, or of the camera
     /// What is known of a camera's cost.
-    struct Cost {
+    struct Camera {
         /// Of its last views; 0: not known. The least of them counts: what a view sets up for others is not its cost.
         std::array<TimeNs, 4> cpu_ns{};
         std::size_t next = 0;  ///< in cpu_ns
         ImageSize size;        ///< it was drawn with, as what follows
         Quality quality = Quality::simple;
         bool is_plain = true;
-        int cost_class = 0;
-        int at_work = 0;                     ///< views that wait or are being drawn
-        Lane* lane = nullptr;                ///< of them
-        TimeNs requests_ns = 0, all_ns = 0;  ///< of its lane, when the view that waits longest came
+        int at_work = 0;  ///< views that wait or are being drawn
+        PartyName party;  ///< of its last view
+        /// The class that it would have alone.
+        int cost_class(int present) const;
     };
-    /// Where and with whom the camera's next view is drawn.
-    Cost& place(const View& view);
-    DropReason reason_for(const Cost& cost) const;
+    /// What the camera's next view is like.
+    void note(const View& view);
+    /// The view is at work from now on: where and with whom. All views of its instant have been noted.
+    Party& place(const View& view);
+    /// The party has nothing at work: it goes where its cameras' costs are.
+    void choose_lane(const PartyName& name, Party& party);
+    /// The camera is not of this party any more.
+    void leave(const PartyName& name, CameraId camera);
+    DropReason reason_for(const Party& party) const;
     void drop(const std::vector<DueViews>& dropped);
     /// The view is drawn or dropped.
     void end_work(const View& view);
@@ -111,7 +126,8 @@ private:
     const std::shared_ptr<DrawnTasks> finished_;
     const Callbacks callbacks_;
     const std::shared_ptr<StageTimer> timer_ = std::make_shared<StageTimer>();  ///< lanes write to it
-    std::map<CameraId, Cost> costs_;
+    std::map<CameraId, Camera> cameras_;
+    std::map<PartyName, Party> parties_;
     std::size_t views_at_work_ = 0;
 };
 

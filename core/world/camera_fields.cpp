@@ -230,6 +230,11 @@ std::vector<Entry> make_camera_fields() {
         camera_at<&CameraSpec::description>({.name = "description",
                                              .doc = "free text of yours: where it hangs, what it is for",
                                              .range = {.high = 200}}),
+        camera_at<&CameraSpec::group>({.name = "group",
+                                       .doc =
+                                           "a name of yours: of cameras with the same (a stereo pair) the pictures of "
+                                           "an instant are all drawn or all dropped",
+                                       .range = {.high = 24}}),
         {.field = {.name = "outputs",
                    .type = "array of objects",
                    .doc = "at most 16, no two the same, see outputs",

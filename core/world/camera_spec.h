@@ -61,6 +61,7 @@ struct CameraSpec {
     ImageControls controls;
     bool code_strip = false;
     std::string description;
+    std::string group;  ///< cameras of one name are drawn together or dropped together; empty: on its own
     std::vector<OutputSpec> outputs;
     friend bool operator==(const CameraSpec&, const CameraSpec&) = default;
 };

@@ -154,6 +154,7 @@ struct CameraOptions {
     std::optional<Controls> controls = {};  ///< see controls; what is not given in it stays
     std::optional<bool> code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
     std::optional<std::string> description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
+    std::optional<std::string> group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
     std::optional<std::vector<Output>> outputs = {};  ///< at most 16, no two the same, see outputs
 
     template <typename Self, typename Visit>
@@ -180,6 +181,7 @@ struct CameraOptions {
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
         visit("description", self.description);
+        visit("group", self.group);
         visit("outputs", self.outputs);
     }
 };
@@ -203,6 +205,7 @@ struct CameraState {
     Controls controls = {};  ///< see controls; what is not given in it stays
     bool code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
     std::string description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
+    std::string group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
     std::vector<Output> outputs = {};  ///< at most 16, no two the same, see outputs
     Pose world_pose = {};  ///< where it is in the world, as pose; of a mounted camera, at its latest due frame
     std::int64_t id = 0;  ///< one life of a camera; never used again
@@ -232,6 +235,7 @@ struct CameraState {
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
         visit("description", self.description);
+        visit("group", self.group);
         visit("outputs", self.outputs);
         visit("world_pose", self.world_pose);
         visit("id", self.id);
@@ -261,6 +265,7 @@ inline CameraOptions CameraState::options() const {
     options.controls = controls;
     options.code_strip = code_strip;
     options.description = description;
+    options.group = group;
     return options;
 }
 

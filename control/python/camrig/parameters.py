@@ -158,6 +158,8 @@ class CameraOptions(TypedDict, total=False):
     """draws camera number, sequence and world time into the picture; needs 128x32 pixels; default false"""
     description: str
     """of at most 200 characters: free text of yours: where it hangs, what it is for; default """""
+    group: str
+    """of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped; default """""
     outputs: Iterable[Union[Output, str]]
     """at most 16, no two the same, see outputs; default []"""
 
@@ -199,6 +201,8 @@ class CameraState(TypedDict):
     """draws camera number, sequence and world time into the picture; needs 128x32 pixels"""
     description: str
     """of at most 200 characters: free text of yours: where it hangs, what it is for"""
+    group: str
+    """of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped"""
     outputs: list[Output]
     """at most 16, no two the same, see outputs"""
     world_pose: Pose
@@ -236,5 +240,6 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "controls": ("object", ""),
     "code_strip": ("boolean", ""),
     "description": ("string", ""),
+    "group": ("string", ""),
     "outputs": ("array of objects", ""),
 }

@@ -1,5 +1,7 @@
 #include "core/engine/draw_desk.h"
 
+#include <map>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,9 +68,10 @@ protected:
                                     return DrawTask{[](Renderer&) {}, [this] { ++answered; }};
                                 }});
     }
-    View view(std::uint32_t camera, Quality quality = Quality::simple) {
+    View view(std::uint32_t camera, Quality quality = Quality::simple, const std::string& group = {}) {
         auto spec = std::make_shared<CameraSpec>();
         spec->size = {16, 16};
+        spec->group = group;
         View made;
         made.camera = CameraId(camera);
         made.name = std::make_shared<const std::string>("c" + std::to_string(camera));
@@ -138,6 +141,44 @@ TEST_F(DrawDeskTest, ACamerasPicturesComeOutInTheirOrderWhateverTheyCost) {
     EXPECT_THAT(drawn, ElementsAre(Drawn("c1", 0), Drawn("c1", 1)));
     fall_due({view(1, Quality::simple)});
     EXPECT_EQ(lane_[0]->tasks(), 1U) << "from then on it is drawn among the quick ones";
+}
+
+TEST_F(DrawDeskTest, AGroupIsDrawnOrDroppedTogether) {
+    const auto pair_due = [&] {
+        fall_due({view(1), view(2, Quality::simple, "pair"), view(3, Quality::beautiful, "pair")});
+    };
+    for (int i = 0; i < 20; ++i) {
+        pair_due();
+        lane_[0]->draw();
+        if (i % 3 == 0) lane_[1]->draw();
+        hear();
+    }
+    while (!desk->is_idle()) {
+        for (HeldLane* lane : lane_) lane->draw();
+        hear();
+    }
+    std::map<std::string, std::vector<std::int64_t>> of;
+    for (const auto& [name, sequence] : drawn) of[name].push_back(sequence);
+    EXPECT_EQ(of["c1"].size(), 20U);
+    EXPECT_EQ(of["c2"], of["c3"]);
+    EXPECT_LT(of["c2"].size(), 20U) << "they had too little time";
+    EXPECT_GT(of["c2"].size(), 3U);
+}
+
+TEST_F(DrawDeskTest, WhoLeavesAGroupIsDrawnOnItsOwn) {
+    fall_due({view(1, Quality::simple, "pair"), view(2, Quality::beautiful, "pair")});
+    EXPECT_EQ(lane_[0]->tasks(), 0U);
+    for (int turn = 0; turn < 2; ++turn) {
+        lane_[1]->draw();
+        hear();
+    }
+    fall_due({view(1)});
+    EXPECT_EQ(lane_[0]->tasks(), 1U);
+    desk->forget(CameraId(2));
+    desk->forget(CameraId(1));
+    lane_[0]->draw();
+    hear();
+    EXPECT_TRUE(desk->is_idle());
 }
 
 TEST_F(DrawDeskTest, RequestsAreDrawnBesideRunningCameras) {

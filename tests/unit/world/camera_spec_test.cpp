@@ -88,6 +88,12 @@ TEST(CameraSpec, ADescriptionIsTextOfAtMost200Characters) {
     EXPECT_FALSE(create(R"({"description": "two\nlines"})"));
 }
 
+TEST(CameraSpec, AGroupIsANameOfAtMost24Characters) {
+    EXPECT_EQ(create(R"({"group": "stereo"})")->group, "stereo");
+    EXPECT_EQ(create("{}")->group, "");
+    EXPECT_FALSE(create(R"({"group": "a_name_of_more_than_24_ch"})"));
+}
+
 TEST(CameraSpec, ADifferentSizeKeepsTheFieldOfView) {
     const CameraSpec base = create(R"({"vfov_deg": 50})").value();
     CameraPatch patch;
