@@ -269,14 +269,14 @@ TEST(SameBytes, WhicheverOtherCamerasSeeAPerson) {
 }
 
 TEST(SameBytes, OfTwoDrawersOnTwoThreadsThatShareWhatIsMadeOfModels) {
-    Film film("hall");
+    Film film("minimal");
     std::vector<SnapshotRef> snapshots;
     for (int n = 0; n < 3; ++n) {
         snapshots.push_back(film.at(3 * ns_per_s + n * 200 * ns_per_ms));
         // Another world between: what is made of its models goes while the other drawer may draw with it.
         snapshots.push_back(gallery().snapshot());
     }
-    const std::array<View, 2> views{film.view("lobby", {160, 90}, 1), film.view("gallery", {96, 54}, 2)};
+    const std::array<View, 2> views{film.view("main", {160, 90}, 1), film.view("main", {96, 54}, 2)};
     auto options = with_layers();
     options.pool = std::make_shared<FramePool>();
     options.max_detail_error_px = 0.25;

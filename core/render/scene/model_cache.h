@@ -22,7 +22,9 @@ public:
     template <typename Make>
     const Made& of(const ModelRef& source, const Make& make) {
         const std::shared_ptr<Entry> entry = entry_of(source);
-        std::call_once(entry->once, [&] { entry->made.emplace(make(source)); });
+        // No std::call_once: where what it calls throws, that hangs under the thread sanitizer.
+        const std::lock_guard lock(entry->mutex);
+        if (!entry->made) entry->made.emplace(make(source));
         return *entry->made;
     }
     /// Frees what was made of models that are gone.
@@ -35,7 +37,7 @@ private:
     struct Entry {
         explicit Entry(const ModelRef& model) : source(model) {}
         std::weak_ptr<const Model> source;
-        std::once_flag once;
+        std::mutex mutex;
         std::optional<Made> made;
     };
     std::shared_ptr<Entry> entry_of(const ModelRef& source) {
