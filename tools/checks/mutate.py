@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Breaks the program at random places, one at a time, and sees whether a test notices.
 
-    tools/checks/mutate.py                          2 mutations of each area, seed 1; a line each, a table at the end
+    tools/checks/mutate.py                          2 more mutations of each area, seed 1; a line each, at the end a table of all so far
     tools/checks/mutate.py --each 1 --seed 7 --only core/world
     tools/checks/mutate.py --only core/world#2      one of them again, after a test was written for it
     tools/checks/mutate.py --show                   prints the mutations and changes nothing
@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import json
 import os
 import random
 import re
@@ -32,6 +33,8 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 COPY = REPOSITORY / "build" / "mutate"
 #: Compiles what is not in the compiler's cache: what a mutation touched.
 COMPILER = REPOSITORY / "build" / "mutate-compiler"
+#: What was tried, for each seed: another run goes on with others, or tries one again.
+KEPT = REPOSITORY / "build" / "mutations.json"
 JOBS = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count()))
 #: A test that needs more hangs. CPU time is what counts on a busy machine; wall time is for those that wait for ever.
 CPU_LIMIT_S, WALL_LIMIT_S = 300, 900
@@ -222,13 +225,14 @@ def try_one(mutation: Mutation) -> str | None:
         path.write_text(text)
 
 
-def table(tried: dict[str, int], survived: dict[str, list[Mutation]]) -> str:
+def table(results: dict[str, str | None]) -> str:
+    """Of all that was tried, mutation -> who caught it."""
     lines = ["| area | mutations | caught |", "|---|---|---|"]
-    lines += [f"| `{area}` | {count} | {count - len(survived[area])} |" for area, count in tried.items()]
-    total = sum(tried.values())
-    lines.append(f"| all | {total} | {total - sum(map(len, survived.values()))} |")
-    if gone := [mutation for of_area in survived.values() for mutation in of_area]:
-        lines += ["", "Not caught:", "", "```", *map(str, gone), "```"]
+    areas = {area: [catcher for tried, catcher in results.items() if tried.startswith(area + "#")] for area in AREAS}
+    for area, catchers in (*((f"`{area}`", catchers) for area, catchers in areas.items() if catchers), ("all", list(results.values()))):
+        lines.append(f"| {area} | {len(catchers)} | {len(catchers) - catchers.count(None)} |")
+    if gone := [tried for tried, catcher in results.items() if catcher is None]:
+        lines += ["", "Not caught:", "", "```", *gone, "```"]
     return "\n".join(lines)
 
 
@@ -256,14 +260,15 @@ def main() -> int:
                     print(mutation)
         return 0
 
-    tried = dict.fromkeys((area for area, _ in wanted), 0)
-    survived: dict[str, list[Mutation]] = {area: [] for area in tried}
+    kept = KEPT.with_stem(f"{KEPT.stem}-{arguments.seed}")
+    results: dict[str, str | None] = json.loads(kept.read_text()) if kept.exists() else {}
+    survivors = 0
     try:
         # All areas in turns, so that a run that is ended early has been everywhere.
         for _ in range(arguments.each):
             for (area, number), source in left.items():
                 for mutation in source:
-                    if number and mutation.number != int(number):
+                    if mutation.number != int(number) if number else str(mutation) in results:
                         continue
                     begin = time.monotonic()
                     try:
@@ -271,20 +276,20 @@ def main() -> int:
                     except ValueError as of_target:
                         print(f"   does not compile ({of_target}): {mutation}", flush=True)
                         continue
-                    tried[area] += 1
-                    if catcher is None:
-                        survived[area].append(mutation)
+                    results[str(mutation)] = catcher
+                    kept.write_text(json.dumps(results, indent=0))
+                    survivors += catcher is None
                     print(f"   {time.monotonic() - begin:4.0f} s  {'SURVIVED' if catcher is None else 'caught by ' + catcher}: {mutation}", flush=True)
                     break
     except KeyboardInterrupt:
         print("ended early")
-    print(text := table(tried, survived))
+    print(text := table(results))
     if arguments.write:
         sys.path.insert(0, str(REPOSITORY))
         from tools.bench import report
 
-        report.put(REPOSITORY / "docs/mutations.md", "mutations", text, f"`tools/checks/mutate.py --each {arguments.each} --seed {arguments.seed} --write`")
-    return 1 if any(survived.values()) else 0
+        report.put(REPOSITORY / "docs/mutations.md", "mutations", text, f"`tools/checks/mutate.py --seed {arguments.seed} --write`")
+    return 1 if survivors else 0
 
 
 if __name__ == "__main__":
