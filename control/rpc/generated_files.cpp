@@ -10,7 +10,7 @@ namespace camrig {
 namespace {
 
 constexpr std::string_view table_begins = "<!-- camera fields, made by: camrig methods --write . -->\n";
-constexpr std::string_view table_ends = "<!-- end of camera fields -->";
+constexpr std::string_view table_ends = "<!-- camera fields end here -->";
 
 }  // namespace
 

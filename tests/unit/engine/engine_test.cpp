@@ -312,6 +312,23 @@ TEST_F(EngineTest, PauseHoldsWorldTimeAndStepsMoveIt) {
     EXPECT_FALSE(call(ResumeWorld{})->paused);
 }
 
+TEST_F(EngineTest, AReadWithoutAWishOfItsOwnShowsTheCamerasLastCommand) {
+    start(RunMode::realtime);
+    ASSERT_TRUE(create("a", "10"));
+    for (int i = 0; i < 4; ++i) {
+        SetCamera change{.name = "a", .patch = {}};
+        change.patch.zoom = 1.0 + i;
+        const auto changed = call(std::move(change));
+        ASSERT_TRUE(changed);
+        const auto picture = fetch("a");
+        ASSERT_TRUE(picture) << picture.error().message;
+        EXPECT_GE(picture->info.world_ns, changed->applied_ns);
+        const auto earlier = fetch("a", 1);
+        ASSERT_TRUE(earlier);
+        EXPECT_GE(earlier->info.world_ns, picture->info.world_ns);
+    }
+}
+
 TEST_F(EngineTest, ShutdownAnswersWhoStillWaits) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
