@@ -2,6 +2,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <tuple>
 
 #include <CLI/CLI.hpp>
 
@@ -56,6 +57,8 @@ void add_rows(std::vector<std::vector<std::string>>& rows, const std::vector<Fie
 }
 
 std::string long_text(const json& camera) {
+    // What is not there throws: a rig of another version is told from this one, and nothing is made up.
+    for (const auto& [name, value] : camera_to_json({}).items()) std::ignore = camera.at(name);
     std::vector<std::vector<std::string>> rows;
     add_rows(rows, descriptions_of(camera_fields()), camera, "");
     return table(rows, 2);
