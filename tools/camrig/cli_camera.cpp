@@ -8,6 +8,7 @@
 
 #include "control/client/camera_file.h"
 #include "core/world/camera_fields.h"
+#include "core/world/camera_json.h"
 #include "tools/camrig/cli_calibration.h"
 #include "tools/camrig/cli_camera_options.h"
 #include "tools/camrig/cli_commands.h"
@@ -58,7 +59,8 @@ void add_rows(std::vector<std::vector<std::string>>& rows, const std::vector<Fie
 
 std::string long_text(const json& camera) {
     // What is not there throws: a rig of another version is told from this one, and nothing is made up.
-    for (const auto& [name, value] : camera_to_json({}).items()) std::ignore = camera.at(name);
+    const json expected = camera_to_json({});
+    for (const auto& [name, value] : expected.items()) std::ignore = camera.at(name);
     std::vector<std::vector<std::string>> rows;
     add_rows(rows, descriptions_of(camera_fields()), camera, "");
     return table(rows, 2);
