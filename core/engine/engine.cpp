@@ -14,8 +14,8 @@ namespace {
 /// For so long commands are done before what is due has its turn; a single command may take longer.
 constexpr TimeNs command_turn_ns = 2 * ns_per_ms;
 /// Of the lane for dear pictures and requests, in steps of the kernel's niceness: where there are too few cores, a
-/// thread of the other lane gets about twice its time.
-constexpr int dear_niceness = 4;
+/// thread of the other lane gets about nine times its time (sched(7)).
+constexpr int dear_niceness = 10;
 
 /// Where the CPU draws, dear pictures and requests have a lane beside that of cameras that are quickly drawn. A GPU
 /// draws one picture after the other anyway: there all share one lane.
