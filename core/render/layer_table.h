@@ -68,6 +68,12 @@ public:
         }
         bytes_ += bytes;
     }
+    /// Frees what is kept of it, as if the camera were new.
+    void drop(Layer& layer) {
+        for (auto& [camera, entry] : entries_) {
+            if (&entry.layer == &layer) drop(entry);
+        }
+    }
     void count_kept() { ++kept_; }
     void count_reused() { ++reused_; }
 

@@ -5,7 +5,7 @@
 namespace camrig {
 
 std::span<const Named<Antialias>> names_of(std::type_identity<Antialias>) {
-    static constexpr Named<Antialias> names[] = {{Antialias::none, "none"},   {Antialias::msaa4, "msaa4"},
+    static constexpr Named<Antialias> names[] = {{Antialias::none, "none"},   {Antialias::coverage, "coverage"}, {Antialias::msaa4, "msaa4"},
                                                  {Antialias::ssaa2, "ssaa2"}, {Antialias::ssaa3, "ssaa3"},
                                                  {Antialias::ssaa4, "ssaa4"}, {Antialias::automatic, "auto"}};
     return names;
@@ -16,6 +16,7 @@ int supersampling_of(Antialias antialias) {
     switch (antialias) {
         case Antialias::automatic:
         case Antialias::none:
+        case Antialias::coverage:
         case Antialias::msaa4:
             return 1;
         case Antialias::ssaa2:
@@ -29,7 +30,7 @@ int supersampling_of(Antialias antialias) {
 }
 
 int multisampling_of(Antialias antialias) {
-    return antialias == Antialias::msaa4 ? 4 : 1;
+    return antialias == Antialias::msaa4 || antialias == Antialias::coverage ? 4 : 1;
 }
 
 std::span<const Named<LensMethod>> names_of(std::type_identity<LensMethod>) {

@@ -16,9 +16,10 @@ struct ClippedCorner {
 
 }  // namespace
 
-void ViewGeometry::begin_view(const SceneView& view, bool wide_lanes) {
+void ViewGeometry::begin_view(const SceneView& view, bool wide_lanes, bool has_outlines) {
     view_ = view;
     wide_lanes_ = wide_lanes;
+    has_outlines_ = has_outlines;
     light_ = ambient_in_view(view.scene->environment(), view.transform);
     const auto light_sets = static_cast<std::size_t>(view.scene->light_sets().size());
     lights_.resize(std::max(lights_.size(), light_sets));
@@ -75,7 +76,7 @@ const ViewDraw& ViewGeometry::add(const SeenSurface& seen, const SoftwarePrimiti
         draw.lights = lights_of(placed.light_set);
         if (view_.quality == Quality::fast) light_vertices(draw);
     }
-    add_triangles(draw);
+    add_triangles(draw, &primitive.neighbors[static_cast<std::size_t>(seen.level)]);
     draw.triangle_count = static_cast<std::uint32_t>(triangles_.size()) - draw.first_triangle;
     return draws_.emplace_back(draw);
 }
@@ -105,7 +106,7 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
     }
 }
 
-void ViewGeometry::add_triangles(const ViewDraw& draw) {
+void ViewGeometry::add_triangles(const ViewDraw& draw, const MeshNeighbors* neighbors) {
     vertices_.resize(vertices_.size() + draw.vertex_count);
     outside_.resize(draw.vertex_count);
     project(view_.transform, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,
@@ -113,16 +114,19 @@ void ViewGeometry::add_triangles(const ViewDraw& draw) {
     for (auto* const list : {&to_clip_, &made_by_clipping_}) {
         for (auto& corners : *list) corners.clear();
     }
-    const TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
+    TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
                             .first_vertex = draw.first_vertex,
                             .is_mirrored = draw.placed->is_mirrored,
-                            .is_double_sided = draw.primitive->material->double_sided};
+                      .is_double_sided = draw.primitive->material->double_sided,
+                      .keeps_thin = has_outlines_,
+                      .neighbors = has_outlines_ ? neighbors : nullptr};
     const auto add = [&](const TriangleCorners& corners) {
-        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_, triangles_,
-                 to_clip_);
+        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_,
+                 outline_scratch_, triangles_, to_clip_);
     };
     add(draw.mesh->triangles);
     for (std::size_t i = 0; i < to_clip_[0].size(); ++i) clip(draw, {to_clip_[0][i], to_clip_[1][i], to_clip_[2][i]});
+    rule.neighbors = nullptr;
     if (!made_by_clipping_[0].empty()) add(made_by_clipping_);
 }
 

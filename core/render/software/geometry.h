@@ -50,7 +50,8 @@ struct VertexLight {
 class ViewGeometry {
 public:
     /// wide_lanes: drawn with instructions for all lanes at once.
-    void begin_view(const SceneView& view, bool wide_lanes);
+    /// has_outlines: for pictures of exact areas; triangles between the middles of pixels are kept.
+    void begin_view(const SceneView& view, bool wide_lanes, bool has_outlines = false);
     /// Adds the triangles of a draw, whose vertices are made (PlacedSurfaces::deform), and returns it as it is kept;
     /// good until the next one is added.
     const ViewDraw& add(const SeenSurface& seen, const SoftwarePrimitive& primitive);
@@ -68,13 +69,13 @@ public:
 private:
     const SurfaceLights* lights_of(int light_set);
     void light_vertices(ViewDraw& draw);
-    void add_triangles(const ViewDraw& draw);
+    void add_triangles(const ViewDraw& draw, const MeshNeighbors* neighbors);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
     ScreenVertex on_screen(const glm::dvec3& p) const;
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
     SceneView view_;
-    bool wide_lanes_ = false;
+    bool wide_lanes_ = false, has_outlines_ = false;
     AmbientInView light_;
     std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
@@ -82,6 +83,7 @@ private:
     std::vector<ScreenVertex> vertices_;
     std::vector<std::int32_t> outside_;  ///< per vertex of the draw: which planes it is beyond
     std::vector<ScreenTriangle> triangles_;
+    OutlineScratch outline_scratch_;
     TriangleCorners to_clip_, made_by_clipping_;
     std::vector<VertexValues> clipped_;
     std::vector<VertexLight> vertex_lights_;

@@ -82,7 +82,7 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
 template <typename Isa>
 CAMRIG_LANES IntLanes draws_of(const ScreenTriangle* triangles, IntLanes number) {
     const IntLanes index = number > 0 ? number - 1 : IntLanes{};
-    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & 0x7FFFFFFF;
+    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & 0x0FFFFFFF;
 }
 
 template <typename Isa>
@@ -115,7 +115,7 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                     points = points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
                 }
                 left &= ~Isa::bits(mask);
-                const Rgba color = shade<Isa>(geometry, draw, points, x, y);
+                const Rgba color = shade<Isa>(geometry, draw, points, rays_through(geometry, x, y));
                 const IntLanes made = pixels_of({srgb(color.rgb.x), srgb(color.rgb.y), srgb(color.rgb.z)});
                 pixels = mask ? made : pixels;
             }
@@ -123,18 +123,6 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
             store(colors(y), x, drawn, pixels);
         }
     }
-}
-
-/// Linear light of the 256 codes.
-const std::array<float, 256>& linear_of_code() {
-    static const std::array<float, 256> table = [] {
-        std::array<float, 256> made{};
-        for (std::size_t i = 0; i < made.size(); ++i) {
-            made[i] = static_cast<float>(linear_of_srgb(static_cast<double>(i) / 255.0));
-        }
-        return made;
-    }();
-    return table;
 }
 
 template <typename Isa>
@@ -153,7 +141,7 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             mask &= depth > *reinterpret_cast<const Lanes*>(depths(y) + x);
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
-            const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), x, y);
+            const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), rays_through(geometry, x, y));
             const IntLanes pixels = load_lanes(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);
@@ -210,6 +198,17 @@ void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint
            const Canvas& canvas) {
     if (geometry.wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas);
     blend_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, linear_of_code());
+}
+
+const std::array<float, 256>& linear_of_code() {
+    static const std::array<float, 256> table = [] {
+        std::array<float, 256> made{};
+        for (std::size_t i = 0; i < made.size(); ++i) {
+            made[i] = static_cast<float>(linear_of_srgb(static_cast<double>(i) / 255.0));
+        }
+        return made;
+    }();
+    return table;
 }
 
 std::uint8_t srgb_code(float linear) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/render/software/canvas.h"
 #include "core/render/software/geometry.h"
 
@@ -26,6 +28,9 @@ void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint
 
 /// Whether this CPU has instructions for all lanes at once; without them the same bytes take longer.
 bool has_wide_lanes();
+
+/// Linear light of the 256 codes.
+const std::array<float, 256>& linear_of_code();
 
 /// The sRGB code of a linear value, as shading writes it.
 std::uint8_t srgb_code(float linear);

@@ -75,16 +75,38 @@ CAMRIG_LANES IntLanes most(IntLanes a, IntLanes b) {
     return a > b ? a : b;
 }
 
+constexpr std::uint32_t max_draws = (1u << 28) - 1;
+constexpr std::uint8_t facing_unknown = 0, facing_turned = 1, facing_straight = 2;
+
+/// An edge is inside of the outline if the triangle beyond it is there and faces the same way.
+void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch, std::span<ScreenTriangle> triangles) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const std::uint32_t own = scratch.sources[i];
+        const std::uint8_t facing = scratch.facing[own];
+        std::array<std::uint32_t, 3> is_outline{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::int32_t beyond = neighbors[own][c];
+            is_outline[c] = beyond < 0 || scratch.facing[static_cast<std::size_t>(beyond)] != facing;
+        }
+        // The second and third corner of a turned triangle are swapped.
+        if (facing == facing_turned) std::swap(is_outline[1], is_outline[2]);
+        triangles[i].outline = (is_outline[0] | is_outline[1] << 1 | is_outline[2] << 2) & 7u;
+    }
+}
+
 /// Half of all triangles show their backs and most of far people's lie between the pixels: no branch would guess which.
 template <typename Isa>
 CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVertex* vertices,
-                                const std::int32_t* outside, const TriangleRule& rule, std::vector<ScreenTriangle>& to,
-                                TriangleCorners& to_clip) {
+                                const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
+                                std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
     constexpr std::int32_t beside = outside_left | outside_right | outside_top | outside_bottom | outside_near;
     constexpr int bits = 8;
     const std::size_t count = corners[0].size(), first = to.size();
     to.resize(first + count);
     ScreenTriangle* next = to.data() + first;
+    scratch.facing.assign(rule.neighbors != nullptr ? count : 0, facing_unknown);
+    scratch.sources.resize(rule.neighbors != nullptr ? count : 0);
+    std::uint32_t* source = scratch.sources.data();
     for (std::size_t i = 0; i < count; i += lane_count) {
         std::array<IntLanes, 3> corner, x, y, beyond;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -115,7 +137,13 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
         const IntLanes is_turned = sign < 0.0f;
         const IntLanes is_front = rule.is_mirrored ? ~is_turned : is_turned;
         const IntLanes is_seen = rule.is_double_sided ? IntLanes{} - 1 : is_front;
-        const IntLanes is_kept = may_show & is_whole & is_seen & (sign != 0.0f) & (x0 < x1) & (y0 < y1);
+        const IntLanes has_middles = rule.keeps_thin ? IntLanes{} - 1 : (x0 < x1) & (y0 < y1);
+        const IntLanes is_kept = may_show & is_whole & is_seen & (sign != 0.0f) & has_middles;
+        if (rule.neighbors != nullptr) {
+            const IntLanes facing = is_whole & (sign != 0.0f) & (is_turned ? IntLanes{} + facing_turned : IntLanes{} + facing_straight);
+            for (std::size_t k = 0; k < std::min<std::size_t>(count - i, lane_count); ++k)
+                scratch.facing[i + k] = static_cast<std::uint8_t>(facing[static_cast<int>(k)]);
+        }
         const Doubles inverse_area = 1.0 / magnitude(area);
         const IntLanes second = is_turned ? corner[2] : corner[1], third = is_turned ? corner[1] : corner[2];
         for (unsigned left = Isa::bits(is_kept); left != 0; left &= left - 1) {
@@ -124,7 +152,9 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
             made.vertices = {rule.first_vertex + static_cast<std::uint32_t>(corner[0][k]),
                              rule.first_vertex + static_cast<std::uint32_t>(second[k]),
                              rule.first_vertex + static_cast<std::uint32_t>(third[k])};
-            made.draw = rule.draw & 0x7FFFFFFFu;
+            made.draw = rule.draw & max_draws;
+            made.outline = rule.keeps_thin ? 7 : 0;
+            if (rule.neighbors != nullptr) *source++ = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(k);
             made.is_front = is_front[k] != 0;
             made.inverse_area = k < 4 ? inverse_area.low[k] : inverse_area.high[k - 4];
             made.x0 = static_cast<std::int16_t>(x0[k]);
@@ -134,6 +164,7 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
         }
     }
     to.resize(static_cast<std::size_t>(next - to.data()));
+    if (rule.neighbors != nullptr) find_outline(*rule.neighbors, scratch, std::span(to).subspan(first));
 }
 
 CAMRIG_WIDE void project_wide(const ViewTransform& view, const glm::dmat4& optical_from_local,
@@ -142,9 +173,9 @@ CAMRIG_WIDE void project_wide(const ViewTransform& view, const glm::dmat4& optic
     project_body<Avx2Isa>(view, optical_from_local, positions, which, to, outside);
 }
 CAMRIG_WIDE void assemble_wide(const TriangleCorners& corners, const ScreenVertex* vertices,
-                               const std::int32_t* outside, const TriangleRule& rule, std::vector<ScreenTriangle>& to,
-                               TriangleCorners& to_clip) {
-    assemble_body<Avx2Isa>(corners, vertices, outside, rule, to, to_clip);
+                               const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
+                               std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+    assemble_body<Avx2Isa>(corners, vertices, outside, rule, scratch, to, to_clip);
 }
 
 }  // namespace
@@ -156,9 +187,10 @@ void project(const ViewTransform& view, const glm::dmat4& optical_from_local, co
 }
 
 void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
-              const TriangleRule& rule, bool wide, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
-    if (wide) return assemble_wide(corners, vertices, outside, rule, to, to_clip);
-    assemble_body<PlainIsa>(corners, vertices, outside, rule, to, to_clip);
+              const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
+              TriangleCorners& to_clip) {
+    if (wide) return assemble_wide(corners, vertices, outside, rule, scratch, to, to_clip);
+    assemble_body<PlainIsa>(corners, vertices, outside, rule, scratch, to, to_clip);
 }
 
 }  // namespace camrig

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/render/scene/prepared_model.h"
+#include "core/render/software/mesh_neighbors.h"
 #include "core/render/view_transform.h"
 
 /// From vertices in space to triangles on the screen, eight at a time.
@@ -25,7 +26,8 @@ struct ScreenVertex {
 /// Its corners run so that the area is positive where x points right and y down.
 struct ScreenTriangle {
     std::array<std::uint32_t, 3> vertices{};      ///< into ViewGeometry::vertices
-    std::uint32_t draw : 31 = 0;                  ///< into ViewGeometry::draws
+    std::uint32_t draw : 28 = 0;                  ///< into ViewGeometry::draws
+    std::uint32_t outline : 3 = 0;                ///< bit i: the edge opposite of vertex i may be one of the surface's outline
     std::uint32_t is_front : 1 = 1;               ///< whether its front is seen
     double inverse_area = 0.0;                    ///< 1 / twice its area, in subpixels
     std::int16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< the pixels whose middles may be inside: x0 <= x < x1
@@ -45,11 +47,20 @@ struct TriangleRule {
     std::uint32_t draw = 0;
     std::uint32_t first_vertex = 0;  ///< corners count from here in ViewGeometry::vertices
     bool is_mirrored = false, is_double_sided = false;
+    bool keeps_thin = false;  ///< also triangles between the middles of pixels, and the outline
+    const MeshNeighbors* neighbors = nullptr;  ///< of the triangles; null: every edge is of the outline
+};
+
+/// What assemble() works with when the outline is kept.
+struct OutlineScratch {
+    std::vector<std::uint8_t> facing;    ///< of each triangle of the mesh: 0 not known, else which way its corners turn
+    std::vector<std::uint32_t> sources;  ///< which of them those that were appended come from
 };
 
 /// Appends the triangles that may show a pixel; those that must be clipped first go to `to_clip`, and the rest nowhere.
 /// `vertices` and `outside`: from rule.first_vertex on.
 void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
-              const TriangleRule& rule, bool wide, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip);
+              const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
+              TriangleCorners& to_clip);
 
 }  // namespace camrig

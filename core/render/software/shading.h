@@ -39,19 +39,26 @@ CAMRIG_LANES Lanes3 splat(const glm::vec3& v) {
     return PointGroup::vector(v);
 }
 
+/// Where the rays through a group of pixels meet the plane one metre in front of the eye.
+struct Rays {
+    Lanes x, y;
+};
+
+CAMRIG_LANES Rays rays_through(const ViewGeometry& geometry, int x, int y) {
+    const Intrinsics& k = geometry.transform().intrinsics;
+    return {(lane_numbers() + static_cast<float>(x - k.cx)) * static_cast<float>(1.0 / k.fx),
+            lanes(static_cast<float>(y - k.cy) * static_cast<float>(1.0 / k.fy))};
+}
+
 CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
-                                  int x, int y, Lanes occlusion) {
+                                  const Rays& rays, Lanes occlusion) {
     if (draw.vertex_lights >= 0) {
         return points.light + points.ambient * (occlusion - 1.0f);
     }
     const glm::mat3& m = draw.optical_from_normal;
     Lanes3 n = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
     n = n * (1.0f / sqrt(max(dot(n, n), lanes(1e-30f))));
-    const Intrinsics& k = geometry.transform().intrinsics;
-    const auto inverse_fx = static_cast<float>(1.0 / k.fx), inverse_fy = static_cast<float>(1.0 / k.fy);
-    const Lanes ray_x = (lane_numbers() + static_cast<float>(x - k.cx)) * inverse_fx;
-    const float ray_y = static_cast<float>(y - k.cy) * inverse_fy;
-    const Lanes3 position{ray_x * points.z, ray_y * points.z, points.z};
+    const Lanes3 position{rays.x * points.z, rays.y * points.z, points.z};
     return hemisphere<PointGroup>(geometry.light(), n) * occlusion + lambert<PointGroup>(*draw.lights, n, position);
 }
 
@@ -68,9 +75,10 @@ CAMRIG_LANES IntLanes code(Lanes value) {
     return truncated(value * 255.0f + 0.5f);
 }
 
-/// Linear light of a group of pixels.
+/// Linear light of a group of points.
 template <typename Isa>
-CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points, int x, int y) {
+CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                        const Rays& rays) {
     const Material& material = *draw.primitive->material;
     const Rgba color = base_color<Isa>(draw, points);
     const float exposure = geometry.light().exposure;
@@ -85,7 +93,7 @@ CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, cons
         const auto texture = sampled<Isa, 3>(draw, emissive_slot, points);
         emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
     }
-    return {color.rgb * surface_light(geometry, draw, points, x, y, occlusion) + emissive, color.a};
+    return {color.rgb * surface_light(geometry, draw, points, rays, occlusion) + emissive, color.a};
 }
 
 CAMRIG_LANES IntLanes pixels_of(const Lanes3& srgb_color) {

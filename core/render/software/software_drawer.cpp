@@ -77,12 +77,16 @@ void SoftwareDrawer::find_primitives(const PlacedSurfaces& placed, std::vector<c
     }
 }
 
+bool SoftwareDrawer::has_areas(const View& view) {
+    return view.spec->antialias == Antialias::coverage || view.spec->antialias == Antialias::automatic;
+}
+
 bool SoftwareDrawer::is_plain(const View& view) {
     const CameraSpec& spec = *view.spec;
     return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
            is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
            spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
-           antialias_of(spec, view.quality) == Antialias::none;
+           (spec.antialias == Antialias::none || has_areas(view));
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
@@ -137,8 +141,8 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
             const CpuMeter meter(work.cost_ns);
             ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
             begin_view(work, scratch, 1, monotonic_ns);
-            draw_rows(work, scratch, work.whole);
-            end_band(work);
+            for (int pass = 0; pass < passes_of(work); ++pass) draw_rows(work, scratch, pass, 0, 1);
+            end_band(work, scratch);
         });
     } else {
         // Fewer views than threads: each in bands of its rows.
@@ -146,12 +150,17 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
             const CpuMeter meter(in_work_[i]->cost_ns);
             begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns);
         });
-        team_.run(views.size() * threads, [&](int, std::size_t i) {
-            ViewWork& work = *in_work_[i / threads];
-            const CpuMeter meter(work.cost_ns);
-            draw_rows(work, scratch_[i / threads], band_of(work, static_cast<int>(i % threads), team_.size()));
-            end_band(work);
-        });
+        int passes = 0;
+        for (const ViewWork* work : in_work_) passes = std::max(passes, passes_of(*work));
+        for (int pass = 0; pass < passes; ++pass) {
+            team_.run(views.size() * threads, [&](int, std::size_t i) {
+                ViewWork& work = *in_work_[i / threads];
+                if (pass >= passes_of(work)) return;
+                const CpuMeter meter(work.cost_ns);
+                draw_rows(work, scratch_[i / threads], pass, static_cast<int>(i % threads), team_.size());
+                if (pass + 1 == passes_of(work)) end_band(work, scratch_[i / threads]);
+            });
+        }
     }
     for (ViewWork* work : in_work_) {
         frames.push_back(std::move(work->frame));
@@ -169,6 +178,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     const ImageSize size = view.spec->size;
     work.whole = {0, 0, size.width, size.height};
     work.bands_left = bands;
+    work.has_areas = has_areas(view);
     work.is_in_frame = size.width % lane_count == 0;
     scratch.numbers.fit(size);
     scratch.depth.fit(size);
@@ -184,9 +194,10 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
         work.history->picture.next(view.sequence, 0, {});
     }
     add_triangles(work, scratch);
+    if (work.has_areas) scratch.areas.begin(size, bands);
     if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
-    if (work.layer == nullptr) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
+    if (work.layer == nullptr && !work.has_areas) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
 }
 
 void SoftwareDrawer::find_changes(ViewWork& work) {
@@ -213,7 +224,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         return scratch.geometry.add(seen, *primitives[seen.placed->index]);
     };
     const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
-    scratch.geometry.begin_view(work.scene, options_.wide_lanes);
+    scratch.geometry.begin_view(work.scene, options_.wide_lanes, work.has_areas);
     scratch.opaque.clear();
     scratch.blending.clear();
     work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, &scratch.blending);
@@ -233,7 +244,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
 
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
-    const std::int64_t bytes = (has_blended ? 3 : 2) * Plane<float>::bytes_for(size);
+    const std::int64_t bytes = ((has_blended ? 3 : 2) + work.has_areas) * Plane<float>::bytes_for(size);
     StaticLayer& layer = *work.layer;
     {
         const std::lock_guard lock(layers_mutex_);
@@ -248,10 +259,25 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     layer.color = Plane<std::uint32_t>(size);
     layer.depth = Plane<float>(size);
     if (has_blended) layer.finished = Plane<std::uint32_t>(size);
+    if (work.has_areas) layer.areas.steps = Plane<std::uint32_t>(size);
 }
 
-void SoftwareDrawer::end_band(ViewWork& work) {
+void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
+    scratch.areas.gather(work.layer->areas.pixels);
+    const std::int64_t bytes = work.layer->areas.pixels.bytes();
+    const std::lock_guard lock(layers_mutex_);
+    // In use it is never freed for another: a picture's edges are a part of its memory that is known only now.
+    const bool has_room = layers_.make_room(bytes);
+    if (has_room) {
+        layers_.charge(*work.layer, bytes);
+    } else {
+        layers_.drop(*work.layer);
+    }
+}
+
+void SoftwareDrawer::end_band(ViewWork& work, const ViewScratch& scratch) {
     if (--work.bands_left > 0) return;
+    if (work.has_areas && work.layer != nullptr && !work.is_in_parts) keep_areas(work, scratch);
     const View& view = *work.view;
     finish_color(view, *work.frame);
     FrameHistory& history = *work.history;

@@ -35,6 +35,8 @@ public:
     void begin_instant(const SnapshotRef& snapshot);
     /// Whether the colour picture of such a view can be drawn here, if the world has nothing but triangles.
     static bool is_plain(const View& view);
+    /// Whether its pixels show the areas of surfaces, if it is drawn here; else what is at their middles.
+    static bool has_areas(const View& view);
     const SnapshotRef& snapshot() const { return scene_.snapshot(); }
     /// Whether the colour picture of a view of the present instant can be drawn here.
     bool can_draw(const View& view) const { return is_plain(view) && scene_.has_only_triangles(); }
@@ -62,8 +64,10 @@ private:
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
     void make_layer(ViewWork& work, bool has_blended);
+    /// The layer's part whose size only the picture tells; without room for it the layer is given up.
+    void keep_areas(ViewWork& work, const ViewScratch& scratch);
     /// A band is drawn: with the last one the frame is finished, and noted for the frames that follow.
-    static void end_band(ViewWork& work);
+    void end_band(ViewWork& work, const ViewScratch& scratch);
 
     Options options_;
     ThreadTeam team_;

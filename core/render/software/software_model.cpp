@@ -32,6 +32,9 @@ SoftwareModel make_software_model(const Model& model, const PreparedModel& prepa
     for (const PreparedPrimitive& primitive : prepared.primitives) {
         SoftwarePrimitive& entry = made.primitives.emplace_back();
         entry.full = mesh_level(primitive.source->indices, 0.0f);
+        entry.neighbors.push_back(neighbors_of(entry.full.triangles, *primitive.source));
+        for (const MeshLevel& level : primitive.coarser)
+            entry.neighbors.push_back(neighbors_of(level.triangles, *primitive.source));
         const auto use = [&](TextureSlot slot, const TextureRef& ref, bool is_color) {
             entry.textures[slot] = use_of(made, model, *primitive.source, ref, is_color);
         };

@@ -7,6 +7,7 @@
 
 #include "core/render/scene/prepared_model.h"
 #include "core/render/shared_models.h"
+#include "core/render/software/mesh_neighbors.h"
 #include "core/render/software/texture.h"
 
 namespace camrig {
@@ -21,6 +22,7 @@ enum TextureSlot { base_color_slot, emissive_slot, occlusion_slot, texture_slot_
 
 struct SoftwarePrimitive {
     MeshLevel full;
+    std::vector<MeshNeighbors> neighbors;  ///< of the full mesh and of each coarser one
     std::array<SampledTexture, texture_slot_count> textures;
 };
 

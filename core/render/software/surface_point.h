@@ -131,13 +131,8 @@ public:
 
     /// As OneTriangle::shares; coordinates are below 2^24, so these doubles are whole numbers too.
     CAMRIG_LANES ScreenShares<Lanes> shares(int x, int y) const {
-        const Doubles scale = inverse_area_ * static_cast<double>(subpixels);
         const Edge second = edge_from(2, 0), third = edge_from(0, 1);
-        ScreenShares<Lanes> made;
-        made.second_dx = narrowed(-second.dy * scale);
-        made.third_dx = narrowed(-third.dy * scale);
-        made.second_dy = narrowed(second.dx * scale);
-        made.third_dy = narrowed(third.dx * scale);
+        ScreenShares<Lanes> made = shares_of(second, third);
         made.second = narrowed(second.at(x, y) * inverse_area_) + lane_numbers() * made.second_dx;
         made.third = narrowed(third.at(x, y) * inverse_area_) + lane_numbers() * made.third_dx;
         return made;
@@ -162,7 +157,7 @@ public:
         return made;
     }
 
-private:
+protected:
     struct Edge {
         Doubles dx, dy, from_x, from_y;
 
@@ -170,9 +165,21 @@ private:
             return dx * (static_cast<double>(y * subpixels) - from_y) -
                    dy * (static_cast<double>(x * subpixels) - from_x);
         }
+        CAMRIG_LANES Doubles at(const Doubles& x, const Doubles& y) const {
+            return dx * (y - from_y) - dy * (x - from_x);
+        }
     };
     CAMRIG_LANES Edge edge_from(std::size_t from, std::size_t to) const {
         return {widened(x_[to] - x_[from]), widened(y_[to] - y_[from]), widened(x_[from]), widened(y_[from])};
+    }
+    CAMRIG_LANES ScreenShares<Lanes> shares_of(const Edge& second, const Edge& third) const {
+        const Doubles scale = inverse_area_ * static_cast<double>(subpixels);
+        ScreenShares<Lanes> made;
+        made.second_dx = narrowed(-second.dy * scale);
+        made.third_dx = narrowed(-third.dy * scale);
+        made.second_dy = narrowed(second.dx * scale);
+        made.third_dy = narrowed(third.dx * scale);
+        return made;
     }
 
     const ViewGeometry& geometry_;
@@ -182,6 +189,26 @@ private:
     std::array<IntLanes, 3> vertex_, x_, y_;  ///< vertex: of the draw
     std::array<Lanes, 3> inverse_z_;
     bool has_clipped_;
+};
+
+/// Triangles of one draw at places of their own, in subpixels.
+template <typename Isa>
+class TriangleAtPlaces : public TriangleOfEach<Isa> {
+public:
+    CAMRIG_LANES TriangleAtPlaces(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers,
+                                  const Doubles& x, const Doubles& y)
+        : TriangleOfEach<Isa>(geometry, draw, numbers), x_at_(x), y_at_(y) {}
+
+    CAMRIG_LANES ScreenShares<Lanes> shares(int, int) const {
+        const auto second = this->edge_from(2, 0), third = this->edge_from(0, 1);
+        ScreenShares<Lanes> made = this->shares_of(second, third);
+        made.second = narrowed(second.at(x_at_, y_at_) * this->inverse_area_);
+        made.third = narrowed(third.at(x_at_, y_at_) * this->inverse_area_);
+        return made;
+    }
+
+private:
+    Doubles x_at_, y_at_;
 };
 
 /// Where the pixels of a group lie on their triangles, and how that changes to the right and down.

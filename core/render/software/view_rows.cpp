@@ -1,17 +1,11 @@
 #include "core/render/software/view_rows.h"
 
 #include <algorithm>
-#include <cstring>
+
+#include "core/render/software/area_rows.h"
 
 namespace camrig {
 namespace {
-
-template <typename T>
-void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
-    if (rect.width() <= 0) return;
-    const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
-    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
-}
 
 template <typename T>
 void fill(Rows<T> rows, const PixelRect& rect, T value) {
@@ -21,19 +15,6 @@ void fill(Rows<T> rows, const PixelRect& rect, T value) {
 std::uint32_t pixel_of(const glm::vec3& linear) {
     return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
            0xFFu << 24;
-}
-
-/// May be of less than no height.
-PixelRect common(const PixelRect& a, const PixelRect& b) {
-    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
-}
-
-PixelRect hull_of(std::span<const PixelRect> rects) {
-    PixelRect hull = rects.front();
-    for (const PixelRect& rect : rects)
-        hull = {std::min(hull.x0, rect.x0), std::min(hull.y0, rect.y0), std::max(hull.x1, rect.x1),
-                std::max(hull.y1, rect.y1)};
-    return hull;
 }
 
 void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, const ViewWork& work, const PixelRect& band) {
@@ -54,6 +35,20 @@ void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, c
     }
 }
 
+}  // namespace
+
+PixelRect common(const PixelRect& a, const PixelRect& b) {
+    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+}
+
+PixelRect hull_of(std::span<const PixelRect> rects) {
+    PixelRect hull = rects.front();
+    for (const PixelRect& rect : rects)
+        hull = {std::min(hull.x0, rect.x0), std::min(hull.y0, rect.y0), std::max(hull.x1, rect.x1),
+                std::max(hull.y1, rect.y1)};
+    return hull;
+}
+
 void put_back(ViewWork& work, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
     const Rows<std::uint32_t> color = layer.color.rows();
@@ -65,13 +60,14 @@ void put_back(ViewWork& work, const PixelRect& band) {
     }
 }
 
-void draw_ground(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
-    const Canvas& canvas = work.canvas;
+void draw_background(ViewWork& work, const PixelRect& band) {
     const Environment& environment = work.scene.scene->environment();
-    fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
-    fill(canvas.depth, band, 0.0f);
-    if (work.layer == nullptr) return;
-    draw_opaque(scratch, scratch.statics, work, band);
+    fill(work.canvas.color, band, pixel_of(environment.background * environment.exposure));
+    fill(work.canvas.depth, band, 0.0f);
+}
+
+void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
+    const Canvas& canvas = work.canvas;
     const StaticLayer& layer = *work.layer;
     copy(canvas.color, layer.color.rows(), band);
     copy(canvas.depth, layer.depth.rows(), band);
@@ -81,7 +77,11 @@ void draw_ground(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     copy(layer.color.rows(), canvas.color, band);
 }
 
-}  // namespace
+void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
+    draw_blended(scratch, scratch.blended, work, band);
+    if (work.is_in_frame) return;
+    for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
+}
 
 PixelRect band_of(const ViewWork& work, int band, int bands) {
     // The work lies where the rectangles are.
@@ -92,17 +92,25 @@ PixelRect band_of(const ViewWork& work, int band, int bands) {
     return {0, row(band), work.whole.x1, row(band + 1)};
 }
 
-void draw_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
+int passes_of(const ViewWork& work) {
+    return work.has_areas ? pass_count : 1;
+}
+
+void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int bands) {
+    const PixelRect band = band_of(work, number, bands);
+    if (work.has_areas) return draw_area_rows(work, scratch, pass, number, band);
+    if (pass > 0) return;
     if (work.is_in_parts) {
         put_back(work, band);
     } else {
-        draw_ground(work, scratch, band);
+        draw_background(work, band);
+        if (work.layer != nullptr) {
+            draw_opaque(scratch, scratch.statics, work, band);
+            keep_layer(work, scratch, band);
+        }
     }
     draw_opaque(scratch, scratch.movers, work, band);
-    draw_blended(scratch, scratch.blended, work, band);
-    if (!work.is_in_frame) {
-        for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
-    }
+    finish_rows(work, scratch, band);
 }
 
 }  // namespace camrig

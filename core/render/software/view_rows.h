@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstring>
+
 #include "core/render/software/view_work.h"
 
 /// The pixels of a view that is ready to be drawn (SoftwareDrawer::begin_view).
@@ -8,7 +10,28 @@ namespace camrig {
 /// One of so many bands of rows that cover the picture, each of which has about as much work.
 PixelRect band_of(const ViewWork& work, int band, int bands);
 
+/// A view is drawn in so many passes; each begins when the one before is through with all bands.
+inline constexpr int pass_count = 4;
+int passes_of(const ViewWork& work);
 /// Draws a band, and what of it a layer keeps. Different bands from different threads.
-void draw_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
+void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int band, int bands);
+
+/// Steps of draw_rows, each of a band: what is there before anything is drawn, of a picture in parts or in full.
+void put_back(ViewWork& work, const PixelRect& band);
+void draw_background(ViewWork& work, const PixelRect& band);
+/// The opaque statics are drawn: keeps them, and what is blended over them.
+void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
+/// All that is opaque is drawn: the rest.
+void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
+
+/// May be of less than no height.
+PixelRect common(const PixelRect& a, const PixelRect& b);
+PixelRect hull_of(std::span<const PixelRect> rects);
+template <typename T>
+void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
+    if (rect.width() <= 0) return;
+    const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
+    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
+}
 
 }  // namespace camrig

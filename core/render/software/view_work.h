@@ -8,6 +8,7 @@
 
 #include "core/render/renderer.h"
 #include "core/render/shown_picture.h"
+#include "core/render/software/area_work.h"
 #include "core/render/software/rasterizer.h"
 
 /// What is known of a view from instant to instant, and while it is drawn.
@@ -18,6 +19,7 @@ struct StaticLayer {
     Plane<std::uint32_t> color;
     Plane<float> depth;
     Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
+    StaticAreas areas;              ///< of pictures of exact areas
     std::uint64_t number = 0;       ///< no two that were ever kept have the same; 0: nothing is kept yet
 };
 
@@ -49,6 +51,7 @@ struct ViewWork {
     Canvas canvas;
     bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
+    bool has_areas = false;  ///< Antialias::coverage
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 };
@@ -65,6 +68,7 @@ struct ViewScratch {
     std::vector<SeenSurface> opaque, blending;       ///< static ones, as they are seen
     TriangleNumbers numbers;
     Plane<float> depth;
+    AreaScratch areas;
     Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes
 };
 

@@ -1,0 +1,481 @@
+#include "core/render/software/area_rows.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/render/software/coverage.h"
+#include "core/render/software/sample_places.h"
+#include "core/render/software/shading.h"
+#include "core/render/software/view_rows.h"
+
+namespace camrig {
+namespace {
+
+constexpr std::uint32_t no_triangle = ~0u;
+constexpr auto share_of_sample = 1.0f / sample_count;
+
+glm::vec3 linear_of(std::uint32_t pixel) {
+    const std::array<float, 256>& linear = linear_of_code();
+    return {linear[pixel & 0xFF], linear[pixel >> 8 & 0xFF], linear[pixel >> 16 & 0xFF]};
+}
+
+glm::vec3 background_of(const ViewWork& work) {
+    const Environment& environment = work.scene.scene->environment();
+    return glm::clamp(environment.background * environment.exposure, 0.0f, 1.0f);
+}
+
+/// The steps of a PixelPlane of a triangle, 16 bits each: as floats without their lower half.
+std::uint32_t packed_steps(const ViewGeometry& geometry, std::uint32_t triangle) {
+    const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[triangle]);
+    const DepthPlane depth = depth_plane(s);
+    constexpr float step = 1.0f / 128.0f;
+    const auto dy = static_cast<float>(
+        subpixels * (static_cast<double>(s.dx[1]) * depth.second + static_cast<double>(s.dx[2]) * depth.third));
+    return std::bit_cast<std::uint32_t>(depth.dx * step) >> 16 |
+           (std::bit_cast<std::uint32_t>(dy * step) & 0xFFFF0000u);
+}
+
+PixelPlane plane_of(float z, std::uint32_t steps) {
+    return {z, std::bit_cast<float>(steps << 16), std::bit_cast<float>(steps & 0xFFFF0000u)};
+}
+
+/// What shows at some places of a pixel.
+struct Shown {
+    SampleMask mask = 0;
+    PixelPlane plane;
+    std::uint32_t triangle = no_triangle;
+    glm::vec3 color{0.0f};   ///< of what has no triangle
+    bool is_middle = false;  ///< its colour is that of the pixel's middle
+    int surface = -1;        ///< those of one surface have the first one's number among all that shows
+};
+
+/// All of a pixel. No two have a place together.
+class ShownParts {
+public:
+    void clear() { count_ = 0; }
+    std::span<Shown> all() { return {parts_.data(), count_}; }
+
+    void append(const Shown& part) { parts_[count_++] = part; }
+
+    /// The nearest has a place; of those as near, the first that came.
+    template <typename Isa>
+    CAMRIG_LANES void add(const Fragment& fragment) {
+        SampleMask mask = fragment.mask;
+        bool has_gone = false;
+        for (Shown& other : all()) {
+            const SampleMask both = other.mask & mask;
+            if (both == 0) continue;
+            const SampleMask won = both & in_front<Isa>(fragment.plane, other.plane);
+            other.mask &= ~won;
+            mask &= ~(both & ~won);
+            has_gone |= other.mask == 0;
+        }
+        if (has_gone) {
+            const auto gone = std::ranges::remove(all(), SampleMask{0}, &Shown::mask);
+            count_ -= gone.size();
+        }
+        if (mask != 0) append({.mask = mask, .plane = fragment.plane, .triangle = fragment.triangle});
+    }
+
+private:
+    /// Each has a place at least, but one of no place that a pixel of statics may have.
+    std::array<Shown, sample_count + 2> parts_;
+    std::size_t count_ = 0;
+};
+
+/// Triangles of one draw with a common vertex are one surface, shaded once.
+void find_surfaces(const ViewGeometry& geometry, std::span<Shown> shown) {
+    const ScreenTriangle* const triangles = geometry.triangles().data();
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+        shown[i].surface = static_cast<int>(i);
+        if (shown[i].triangle == no_triangle) continue;
+        const ScreenTriangle& own = triangles[shown[i].triangle];
+        for (std::size_t k = 0; k < i; ++k) {
+            if (shown[k].triangle == no_triangle || triangles[shown[k].triangle].draw != own.draw) continue;
+            const auto& others = triangles[shown[k].triangle].vertices;
+            if (std::ranges::find_first_of(own.vertices, others) == own.vertices.end()) continue;
+            shown[i].surface = shown[k].surface;
+            break;
+        }
+    }
+}
+
+/// The whole pixel shows the surface that its middle shows.
+bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t number) {
+    if (number == 0) return shown.empty();
+    SampleMask covered = 0;
+    bool has_middle = false;
+    for (const Shown& part : shown) {
+        if (part.surface != shown.front().surface) return false;
+        covered |= part.mask;
+        has_middle |= part.triangle + 1 == number;
+    }
+    return covered == all_samples && has_middle;
+}
+
+/// Where a surface is shaded: at the mean of the places of the largest of its triangles.
+std::uint32_t add_place(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
+    const Shown* largest = nullptr;
+    for (const Shown& part : shown) {
+        if (part.surface == surface && (largest == nullptr || count_of(part.mask) > count_of(largest->mask)))
+            largest = &part;
+    }
+    const SampleMean mean = mean_of(largest->mask);
+    return to.add({largest->triangle, x * subpixels + mean.x, y * subpixels + mean.y});
+}
+
+struct RowsOfView {
+    ViewWork& work;
+    ViewScratch& scratch;
+    AreaBand& band;
+    const PixelRect& rect;
+};
+
+template <typename Isa>
+CAMRIG_LANES void resolve_statics_body(const RowsOfView& of) {
+    const ViewGeometry& geometry = of.scratch.geometry;
+    StaticPixels& statics = of.band.statics;
+    const Rows<std::uint32_t> numbers = of.scratch.numbers.rows();
+    ShownParts parts;
+    for (int y = of.rect.y0; y < of.rect.y1; ++y) {
+        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) __attribute__((always_inline)) {
+            parts.clear();
+            of.band.fragments.each_of(pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
+            const std::span<Shown> shown = parts.all();
+            find_surfaces(geometry, shown);
+            if (!is_as_its_middle(shown, numbers(y)[x])) {
+                if (shown.empty()) {
+                    statics.fragments.push_back({});
+                    of.band.place_of_fragment.push_back(no_triangle);
+                }
+                const auto first = of.band.place_of_fragment.size();
+                for (std::size_t i = 0; i < shown.size(); ++i) {
+                    const auto surface = static_cast<std::size_t>(shown[i].surface);
+                    statics.fragments.push_back({.mask = shown[i].mask, .plane = shown[i].plane});
+                    of.band.place_of_fragment.push_back(surface == i
+                                                            ? add_place(shown, shown[i].surface, x, y, of.band.places)
+                                                            : of.band.place_of_fragment[first + surface]);
+                }
+            }
+            statics.first.push_back(static_cast<std::uint32_t>(statics.fragments.size()));
+        });
+    }
+}
+CAMRIG_WIDE void resolve_statics_wide(const RowsOfView& of) {
+    resolve_statics_body<Avx2Isa>(of);
+}
+
+void shade_static_fragments(const RowsOfView& of) {
+    shade_places(of.scratch.geometry, of.band.places);
+    for (std::size_t i = 0; i < of.band.place_of_fragment.size(); ++i) {
+        const std::uint32_t place = of.band.place_of_fragment[i];
+        if (place != no_triangle) of.band.statics.fragments[i].color = of.band.places.colors[place];
+    }
+}
+
+/// Pixels to mix, of one band.
+class Mixer {
+public:
+    Mixer(const RowsOfView& of) : of_(of), background_(background_of(of.work)) {
+        of.band.pixels.clear();
+        of.band.parts.clear();
+    }
+
+    void begin(int x, int y) {
+        of_.band.pixels.push_back({x, y, static_cast<std::uint32_t>(of_.band.parts.size())});
+        left_ = sample_count;
+    }
+    void add(int samples, const glm::vec3& color) { add(samples, -1, color); }
+    void add_place(int samples, std::uint32_t place) { add(samples, static_cast<std::int32_t>(place), {}); }
+    /// Of the code that the picture has at the pixel once the static middles are shaded.
+    void add_middle(int samples, bool is_behind) {
+        of_.band.pixels.back().middle = static_cast<std::int32_t>(of_.band.parts.size());
+        of_.band.pixels.back().is_behind = is_behind;
+        add(samples, -1, {});
+    }
+    /// Nothing covers the rest.
+    void end() {
+        if (left_ > 0) add(left_, background_);
+    }
+    const glm::vec3& background() const { return background_; }
+
+    void take_middles(bool behind) {
+        for (const MixedPixel& pixel : of_.band.pixels) {
+            if (pixel.middle < 0 || pixel.is_behind != behind) continue;
+            of_.band.parts[static_cast<std::size_t>(pixel.middle)].color =
+                linear_of(of_.work.canvas.color(pixel.y)[pixel.x]);
+        }
+    }
+
+    void mix() {
+        const std::vector<MixedPixel>& pixels = of_.band.pixels;
+        const std::vector<PixelPart>& parts = of_.band.parts;
+        for (std::size_t first = 0; first < pixels.size(); first += lane_count) {
+            const std::size_t end = std::min(first + lane_count, pixels.size());
+            Lanes3 light{};
+            for (std::size_t i = first; i < end; ++i) {
+                const std::size_t till = i + 1 < pixels.size() ? pixels[i + 1].first : parts.size();
+                glm::vec3 sum(0.0f);
+                for (std::size_t k = pixels[i].first; k < till; ++k) {
+                    const PixelPart& part = parts[k];
+                    sum += part.share * (part.place < 0 ? part.color
+                                                        : of_.band.places.colors[static_cast<std::size_t>(part.place)]);
+                }
+                const auto lane = static_cast<int>(i - first);
+                light.x[lane] = sum.x;
+                light.y[lane] = sum.y;
+                light.z[lane] = sum.z;
+            }
+            const IntLanes codes = pixels_of({srgb(light.x), srgb(light.y), srgb(light.z)});
+            for (std::size_t i = first; i < end; ++i)
+                of_.work.canvas.color(pixels[i].y)[pixels[i].x] =
+                    static_cast<std::uint32_t>(codes[static_cast<int>(i - first)]);
+        }
+    }
+
+private:
+    void add(int samples, std::int32_t place, const glm::vec3& color) {
+        of_.band.parts.push_back({static_cast<float>(samples) * share_of_sample, place, color});
+        left_ -= samples;
+    }
+
+    const RowsOfView& of_;
+    glm::vec3 background_;
+    int left_ = 0;
+};
+
+void add_statics(std::span<const StaticFragment> fragments, Mixer& mixer) {
+    for (const StaticFragment& fragment : fragments)
+        if (fragment.mask != 0) mixer.add(count_of(fragment.mask), fragment.color);
+}
+
+/// The statics of a picture whose layer is kept.
+void draw_static_pixels(const RowsOfView& of) {
+    const StaticPixels& statics = of.band.statics;
+    const Rows<std::uint32_t> numbers = of.scratch.numbers.rows(), steps = of.work.layer->areas.steps.rows();
+    for (int y = of.rect.y0; y < of.rect.y1; ++y) {
+        std::uint32_t last = 0, made = 0;
+        for (int x = of.rect.x0; x < of.rect.x1; ++x) {
+            const std::uint32_t number = numbers(y)[x];
+            if (number != last) made = number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1);
+            last = number;
+            steps(y)[x] = made;
+        }
+    }
+    shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
+    Mixer mixer(of);
+    for (int y = of.rect.y0; y < of.rect.y1; ++y) {
+        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t) {
+            const auto fragments = statics.at(x, y);
+            if (fragments.empty()) return;
+            mixer.begin(x, y);
+            add_statics(fragments, mixer);
+            mixer.end();
+        });
+    }
+    mixer.mix();
+}
+
+/// Remembers what stands still where movers will be drawn over it.
+void keep_behind(const RowsOfView& of) {
+    for (const PixelRect& rect : of.work.movers.rects) {
+        const PixelRect part = common(rect, of.rect);
+        copy(of.scratch.numbers.rows(), of.scratch.areas.statics_behind.rows(), part);
+        copy(of.work.canvas.depth, of.scratch.areas.depth_behind.rows(), part);
+    }
+}
+
+void draw_statics(const RowsOfView& of) {
+    AreaBand& band = of.band;
+    const ViewGeometry& geometry = of.scratch.geometry;
+    const TriangleRange& range = of.scratch.statics;
+    band.statics.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
+    mark_crossings(geometry, of.rect, of.scratch.areas.outlines, of.scratch.numbers, 0, band.statics.marked);
+    band.statics.marked.number();
+    band.fragments.clear(band.statics.marked.count());
+    band.places.clear();
+    band.place_of_fragment.clear();
+    find_fragments(geometry, range.first, range.count, of.rect, band.statics.marked, band.fragments);
+    if (geometry.wide_lanes()) {
+        resolve_statics_wide(of);
+    } else {
+        resolve_statics_body<PlainIsa>(of);
+    }
+    shade_static_fragments(of);
+    if (of.work.layer == nullptr) return keep_behind(of);
+    draw_static_pixels(of);
+    keep_layer(of.work, of.scratch, of.rect);
+}
+
+void find_movers(const RowsOfView& of) {
+    const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
+    MarkedPixels& outlines = of.scratch.areas.outlines;
+    for (int y = of.rect.y0; y < of.rect.y1; ++y)
+        std::copy_n(statics.marked.row(y), statics.marked.words(), outlines.row(y));
+    const TriangleRange& range = of.scratch.movers;
+    if (range.count == 0 || of.work.rects.empty()) return;
+    const PixelRect hull = common(hull_of(of.work.rects), of.rect);
+    if (hull.height() <= 0) return;
+    find_visible(of.scratch.geometry, range.first, range.count, hull, of.work.canvas, of.scratch.numbers);
+    mark_outlines(of.scratch.geometry, range.first, range.count, hull, of.work.canvas.depth, outlines);
+}
+
+/// What stands still in a marked pixel, as one or more parts.
+void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragments, int x, int y, ShownParts& to) {
+    for (const StaticFragment& fragment : fragments)
+        if (fragment.mask != 0) to.append({.mask = fragment.mask, .plane = fragment.plane, .color = fragment.color});
+    if (!fragments.empty()) return;
+    Shown whole;
+    whole.mask = all_samples;
+    if (const StaticLayer* const layer = of.work.layer; layer != nullptr) {
+        whole.plane = plane_of(layer->depth.rows()(y)[x], layer->areas.steps.rows()(y)[x]);
+        whole.color = linear_of(layer->color.rows()(y)[x]);
+    } else {
+        const std::uint32_t number = of.scratch.areas.statics_behind.rows()(y)[x];
+        whole.plane = plane_of(of.scratch.areas.depth_behind.rows()(y)[x],
+                               number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1));
+        whole.is_middle = true;
+    }
+    to.append(whole);
+}
+
+template <typename Isa>
+CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
+    const ViewGeometry& geometry = of.scratch.geometry;
+    const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
+    const std::uint32_t last_static = of.scratch.statics.count;
+    const Rows<std::uint32_t> numbers = of.scratch.numbers.rows();
+    ShownParts parts;
+    for (int y = of.rect.y0; y < of.rect.y1; ++y) {
+        of.band.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) __attribute__((always_inline)) {
+            const std::uint32_t number = numbers(y)[x];
+            const bool is_mover = number > last_static;
+            const auto fragments = statics.at(x, y);
+            if (!is_mover && !of.band.fragments.has(pixel)) {
+                // Kept layers have it already.
+                if (of.work.layer != nullptr || fragments.empty()) return;
+                mixer.begin(x, y);
+                add_statics(fragments, mixer);
+                mixer.end();
+                return;
+            }
+            parts.clear();
+            show_statics(of, fragments, x, y, parts);
+            of.band.fragments.each_of(pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
+            const std::span<Shown> shown = parts.all();
+            find_surfaces(geometry, shown);
+            if (is_mover && is_as_its_middle(shown, number)) return;
+            mixer.begin(x, y);
+            std::array<int, sample_count + 2> samples{};
+            for (const Shown& part : shown) samples[static_cast<std::size_t>(part.surface)] += count_of(part.mask);
+            for (std::size_t i = 0; i < shown.size(); ++i) {
+                const Shown& part = shown[i];
+                if (part.surface != static_cast<int>(i)) continue;
+                if (part.triangle != no_triangle) {
+                    mixer.add_place(samples[i], add_place(shown, part.surface, x, y, of.band.places));
+                } else if (!part.is_middle) {
+                    mixer.add(samples[i], part.color);
+                } else {
+                    const std::uint32_t behind = of.scratch.areas.statics_behind.rows()(y)[x];
+                    if (is_mover) of.scratch.areas.shown_behind.rows()(y)[x] = behind;
+                    mixer.add_middle(samples[i], is_mover);
+                }
+            }
+            mixer.end();
+        });
+    }
+}
+CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of, Mixer& mixer) {
+    resolve_movers_body<Avx2Isa>(of, mixer);
+}
+
+void draw_movers(const RowsOfView& of) {
+    AreaBand& band = of.band;
+    const ViewGeometry& geometry = of.scratch.geometry;
+    const TriangleRange& range = of.scratch.movers;
+    band.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
+    for (const PixelRect& rect : of.work.rects)
+        mark_crossings(geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
+                       of.scratch.statics.count, band.marked);
+    band.marked.number();
+    band.fragments.clear(band.marked.count());
+    band.places.clear();
+    find_fragments(geometry, range.first, range.count, of.rect, band.marked, band.fragments);
+    Mixer mixer(of);
+    if (geometry.wide_lanes()) {
+        resolve_movers_wide(of, mixer);
+    } else {
+        resolve_movers_body<PlainIsa>(of, mixer);
+    }
+    shade_places(geometry, band.places);
+    if (of.work.layer == nullptr) {
+        // A background behind a mover is in the picture already: nothing is shaded over it yet.
+        for (const PixelRect& rect : of.work.movers.rects)
+            shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
+        mixer.take_middles(true);
+    }
+    for (const PixelRect& rect : of.work.rects)
+        shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
+    mixer.take_middles(false);
+    mixer.mix();
+    finish_rows(of.work, of.scratch, of.rect);
+}
+
+}  // namespace
+
+void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, const PixelRect& rect) {
+    const RowsOfView of{work, scratch, scratch.areas.bands[static_cast<std::size_t>(number)], rect};
+    if (work.is_in_parts && pass < 2) {
+        if (pass == 0) put_back(work, rect);
+        return;
+    }
+    switch (pass) {
+        case 0: {
+            draw_background(work, rect);
+            const TriangleRange& range = scratch.statics;
+            find_visible(scratch.geometry, range.first, range.count, rect, work.canvas, scratch.numbers);
+            return mark_outlines(scratch.geometry, range.first, range.count, rect, work.canvas.depth,
+                                 scratch.areas.outlines);
+        }
+        case 1:
+            return draw_statics(of);
+        case 2:
+            return find_movers(of);
+        default:
+            return draw_movers(of);
+    }
+}
+
+void StaticPixels::clear(int width, int y0, int y1) {
+    marked.clear(width, y0, y1);
+    fragments.clear();
+    first.assign(1, 0);
+}
+
+void AreaScratch::begin(ImageSize size, int count) {
+    outlines.clear(size.width, 0, size.height);
+    while (bands.size() < static_cast<std::size_t>(count)) bands.emplace_back();
+    band_count = count;
+    statics_behind.fit(size);
+    shown_behind.fit(size);
+    depth_behind.fit(size);
+}
+
+void AreaScratch::gather(StaticPixels& to) const {
+    const MarkedPixels& last = bands[static_cast<std::size_t>(band_count) - 1].statics.marked;
+    to.clear(last.words() * MarkedPixels::word_bits, 0, last.y1());
+    to.first.clear();
+    for (int i = 0; i < band_count; ++i) {
+        const StaticPixels& from = bands[static_cast<std::size_t>(i)].statics;
+        const auto offset = static_cast<std::uint32_t>(to.fragments.size());
+        to.marked.take(from.marked);
+        to.fragments.insert(to.fragments.end(), from.fragments.begin(), from.fragments.end());
+        for (std::size_t k = 0; k + 1 < from.first.size(); ++k) to.first.push_back(from.first[k] + offset);
+    }
+    to.marked.number();
+    to.first.push_back(static_cast<std::uint32_t>(to.fragments.size()));
+    to.fragments.shrink_to_fit();
+    to.first.shrink_to_fit();
+}
+
+}  // namespace camrig

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "core/render/software/pixel_fragments.h"
+#include "core/render/software/place_shading.h"
+#include "core/render/software/rasterizer.h"
+
+/// What a picture whose pixels show areas works with, beside what all pictures do (view_work.h).
+namespace camrig {
+
+/// The part of a pixel that shows a static surface.
+struct StaticFragment {
+    SampleMask mask = 0;
+    PixelPlane plane;
+    glm::vec3 color{0.0f};  ///< linear light, from 0 to 1
+};
+
+/// The marked pixels of static surfaces that show more than one of them. Any other shows one, as its middle does.
+struct StaticPixels {
+    MarkedPixels marked;
+    std::vector<std::uint32_t> first;  ///< into fragments, per marked pixel, and the end
+    std::vector<StaticFragment> fragments;
+
+    void clear(int width, int y0, int y1);
+    /// None: the pixel shows what its middle does.
+    std::span<const StaticFragment> at(int x, int y) const {
+        if (!marked.has(x, y)) return {};
+        const std::uint32_t index = marked.index_of(x, y);
+        return std::span(fragments).subspan(first[index], first[index + 1] - first[index]);
+    }
+    std::int64_t bytes() const {
+        return marked.bytes() + static_cast<std::int64_t>(first.size() * sizeof first[0] +
+                                                          fragments.size() * sizeof fragments[0]);
+    }
+};
+
+/// What a static layer keeps of them.
+struct StaticAreas {
+    StaticPixels pixels;
+    Plane<std::uint32_t> steps;  ///< of depth in every pixel (packed_steps)
+};
+
+/// A part of a pixel: a colour that is known, of a place that is shaded, or what stands still at its middle.
+struct PixelPart {
+    float share = 0.0f;
+    std::int32_t place = -1;  ///< into ShadedPlaces; -1: `color`
+    glm::vec3 color{0.0f};
+};
+struct MixedPixel {
+    std::int32_t x = 0, y = 0;
+    std::uint32_t first = 0;    ///< into the parts; the next one's first is the end
+    std::int32_t middle = -1;   ///< which part is the code of the picture once static middles are shaded; -1: none
+    bool is_behind = false;     ///< and that is hidden by something that moves
+};
+
+/// Of one band.
+struct AreaBand {
+    StaticPixels statics;
+    MarkedPixels marked;
+    PixelFragments fragments;
+    ShadedPlaces places;
+    std::vector<std::uint32_t> place_of_fragment;
+    std::vector<MixedPixel> pixels;
+    std::vector<PixelPart> parts;
+};
+
+/// Of one view.
+struct AreaScratch {
+    MarkedPixels outlines;
+    std::deque<AreaBand> bands;
+    int band_count = 0;
+    /// Of a view without a layer: what stands still where something moves, and which of that shows beside it.
+    TriangleNumbers statics_behind, shown_behind;
+    Plane<float> depth_behind;
+
+    void begin(ImageSize size, int count);
+    /// The bands of a picture as one.
+    void gather(StaticPixels& to) const;
+};
+
+}  // namespace camrig

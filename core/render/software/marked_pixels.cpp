@@ -1,0 +1,137 @@
+#include "core/render/software/marked_pixels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/render/software/lanes.h"
+
+namespace camrig {
+namespace {
+
+/// What lies behind what a pixel shows by more than this part of its distance is hidden.
+constexpr float hidden_below = 1.0f - 1.0f / 32.0f;
+
+void mark_edge(const ScreenVertex& a, const ScreenVertex& b, const PixelRect& rect, Rows<float> depths,
+               MarkedPixels& to) {
+    const ScreenVertex &top = a.y < b.y ? a : b, &bottom = a.y < b.y ? b : a;
+    constexpr int half = subpixels / 2;
+    const int y0 = std::max(rect.y0, (top.y + half) >> 8), y1 = std::min(rect.y1 - 1, (bottom.y + half) >> 8);
+    if (y0 > y1) return;
+    const double height = bottom.y - top.y, scale = height > 0.0 ? 1.0 / height : 0.0;
+    const double width = bottom.x - top.x, deeper = static_cast<double>(bottom.depth) - static_cast<double>(top.depth);
+    for (int y = y0; y <= y1; ++y) {
+        const double from = std::max(0.0, (y * subpixels - half - top.y) * scale);
+        const double till = height > 0.0 ? std::min(1.0, (y * subpixels + half - top.y) * scale) : 1.0;
+        const double xa = top.x + width * from, xb = top.x + width * till;
+        const double za = top.depth + deeper * from, zb = top.depth + deeper * till;
+        constexpr double slack = half + 0.5;  // of rounding
+        const int x0 = std::max<int>(rect.x0, static_cast<int>(std::floor((std::min(xa, xb) + slack - 1.0) / subpixels)));
+        const int x1 = std::min<int>(rect.x1 - 1, static_cast<int>(std::floor((std::max(xa, xb) + slack) / subpixels)));
+        const auto nearest = static_cast<float>(std::max(za, zb));
+        const float* const shown = depths(y);
+        std::uint64_t* const marks = to.row(y);
+        for (int x = x0; x <= x1; ++x) {
+            const bool is_seen = nearest >= shown[x] * hidden_below;
+            marks[x / MarkedPixels::word_bits] |= std::uint64_t{is_seen} << (x % MarkedPixels::word_bits);
+        }
+    }
+}
+
+/// The bits of pixels x0 <= x < x1 in a word of a row.
+std::uint64_t bits_between(int word, int x0, int x1) {
+    const int low = std::clamp(x0 - word * MarkedPixels::word_bits, 0, MarkedPixels::word_bits);
+    const int high = std::clamp(x1 - word * MarkedPixels::word_bits, 0, MarkedPixels::word_bits);
+    const auto below = [](int bit) { return bit == MarkedPixels::word_bits ? ~0ull : (1ull << bit) - 1; };
+    return below(high) & ~below(low);
+}
+
+template <typename Isa>
+CAMRIG_LANES void mark_crossings_body(const ViewGeometry& geometry, const PixelRect& rect,
+                                      const MarkedPixels& outlines, const TriangleNumbers& numbers,
+                                      std::uint32_t last_other, MarkedPixels& to) {
+    const Rows<std::uint32_t> rows = numbers.rows();
+    const ScreenTriangle* const triangles = geometry.triangles().data();
+    const auto surface = [&](std::uint32_t number) {
+        return number <= last_other ? -1 : static_cast<int>(triangles[number - 1].draw);
+    };
+    const auto mark = [&](int x, int y) {
+        to.row(y)[x / MarkedPixels::word_bits] |= std::uint64_t{1} << (x % MarkedPixels::word_bits);
+    };
+    // A pixel and the one to the right of it or below; both lie in rows that are known.
+    const auto look_at = [&](int x, int y, int dx, int dy) {
+        const std::uint32_t own = rows(y)[x], other = rows(y + dy)[x + dx];
+        if (surface(own) == surface(other) || outlines.has(x, y) || outlines.has(x + dx, y + dy)) return;
+        if (rect.x0 <= x && rect.y0 <= y) mark(x, y);
+        if (x + dx < rect.x1 && y + dy < rect.y1) mark(x + dx, y + dy);
+    };
+    for (int y = rect.y0; y < rect.y1; ++y) {
+        for (int word = rect.x0 / MarkedPixels::word_bits; word * MarkedPixels::word_bits < rect.x1; ++word)
+            to.row(y)[word] |= outlines.row(y)[word] & bits_between(word, rect.x0, rect.x1);
+    }
+    const PixelRect whole = geometry.whole();
+    const int x_end = std::min(rect.x1, whole.x1 - 1);
+    const auto look_along = [&](int y, int dx, int dy) __attribute__((always_inline)) {
+        const std::uint32_t *const own = rows(y), *const other = rows(y + dy) + dx;
+        const int from = dx > 0 ? std::max(rect.x0 - 1, 0) : rect.x0, till = dx > 0 ? x_end : rect.x1;
+        int x = from;
+        for (; x + lane_count <= till; x += lane_count) {
+            for (unsigned left = Isa::bits(load_lanes(own + x) != load_lanes(other + x)); left != 0; left &= left - 1)
+                look_at(x + std::countr_zero(left), y, dx, dy);
+        }
+        for (; x < till; ++x) {
+            if (own[x] != other[x]) look_at(x, y, dx, dy);
+        }
+    };
+    for (int y = rect.y0; y < rect.y1; ++y) look_along(y, 1, 0);
+    for (int y = std::max(rect.y0 - 1, 0); y < std::min(rect.y1, whole.y1 - 1); ++y) look_along(y, 0, 1);
+}
+
+CAMRIG_WIDE void mark_crossings_wide(const ViewGeometry& geometry, const PixelRect& rect,
+                                     const MarkedPixels& outlines, const TriangleNumbers& numbers,
+                                     std::uint32_t last_other, MarkedPixels& to) {
+    mark_crossings_body<Avx2Isa>(geometry, rect, outlines, numbers, last_other, to);
+}
+
+}  // namespace
+
+void MarkedPixels::clear(int width, int y0, int y1) {
+    y0_ = y0;
+    y1_ = y1;
+    words_ = (width + word_bits - 1) / word_bits;
+    count_ = 0;
+    bits_.assign(offset(y1), 0);
+    first_.resize(bits_.size());
+}
+
+void MarkedPixels::take(const MarkedPixels& rows) {
+    std::ranges::copy(rows.bits_, row(rows.y0_));
+}
+
+void MarkedPixels::number() {
+    count_ = 0;
+    for (std::size_t i = 0; i < bits_.size(); ++i) {
+        first_[i] = count_;
+        count_ += static_cast<std::uint32_t>(std::popcount(bits_[i]));
+    }
+}
+
+void mark_outlines(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
+                   const PixelRect& rect, Rows<float> depth, MarkedPixels& to) {
+    const ScreenVertex* const vertices = geometry.vertices().data();
+    for (const ScreenTriangle& triangle : geometry.triangles().subspan(first_triangle, count)) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            if ((triangle.outline >> i & 1) == 0) continue;
+            mark_edge(vertices[triangle.vertices[(i + 1) % 3]], vertices[triangle.vertices[(i + 2) % 3]], rect, depth,
+                      to);
+        }
+    }
+}
+
+void mark_crossings(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& outlines,
+                    const TriangleNumbers& numbers, std::uint32_t last_other, MarkedPixels& to) {
+    if (rect.width() <= 0 || rect.height() <= 0) return;
+    if (geometry.wide_lanes()) return mark_crossings_wide(geometry, rect, outlines, numbers, last_other, to);
+    mark_crossings_body<PlainIsa>(geometry, rect, outlines, numbers, last_other, to);
+}
+
+}  // namespace camrig

@@ -1,0 +1,211 @@
+#include "core/render/software/pixel_fragments.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "core/render/software/coverage.h"
+#include "core/render/software/sample_places.h"
+#include "core/render/software/shading.h"
+#include "core/render/software/surface_point.h"
+
+namespace camrig {
+namespace {
+
+/// The edges of a triangle at the places of pixels. At a place they are e + 2 k (offset_in_subpixels), where e is the
+/// value at the middle and k that of the place; not negative is inside. Coordinates are within the guard, so halves of
+/// both fit into 32 bits together: |k| <= 63 (2^23 + 2^23), and |e| / 2 is no larger where the edge crosses the pixel.
+class EdgesInPixels {
+public:
+    CAMRIG_LANES explicit EdgesInPixels(const Setup& setup) : setup_(setup), depth_(depth_plane(setup)) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const bool is_top_left = setup.dy[i] < 0 || (setup.dy[i] == 0 && setup.dx[i] > 0);
+            bias_[i] = is_top_left ? 0 : -1;
+            reach_[i] = std::int64_t{offset_in_subpixels * most_offset} *
+                        (std::abs(std::int64_t{setup.dx[i]}) + std::abs(std::int64_t{setup.dy[i]}));
+        }
+        constexpr double side = 128.0, step = subpixels / side;
+        const double down = static_cast<double>(setup.dx[1]) * depth_.second + static_cast<double>(setup.dx[2]) * depth_.third;
+        const double right =
+            static_cast<double>(setup.dy[1]) * depth_.second + static_cast<double>(setup.dy[2]) * depth_.third;
+        plane_dx_ = static_cast<float>(-right * step);
+        plane_dy_ = static_cast<float>(down * step);
+    }
+
+    /// Of edge i, with the rule of who owns it.
+    CAMRIG_LANES std::int64_t at(std::size_t i, int x, int y) const {
+        return edge(setup_, i, std::int64_t{x} * subpixels, std::int64_t{y} * subpixels) + bias_[i];
+    }
+    CAMRIG_LANES std::int64_t reach(std::size_t i) const { return reach_[i]; }
+
+    CAMRIG_LANES PixelPlane plane(const std::array<std::int64_t, 3>& values) const {
+        const double z = depth_.base + static_cast<double>(values[1] - bias_[1]) * depth_.second +
+                         static_cast<double>(values[2] - bias_[2]) * depth_.third;
+        return {static_cast<float>(z), plane_dx_, plane_dy_};
+    }
+
+    /// values: of the three edges; none is beyond its reach.
+    template <typename Isa>
+    CAMRIG_LANES SampleMask mask(const std::array<std::int64_t, 3>& values) {
+        std::array<IntLanes, sample_groups> outside{};
+        bool is_crossed = false;
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (values[i] >= reach_[i]) continue;
+            is_crossed = true;
+            if (!has_places_[i]) find_places(i);
+            const auto middle = static_cast<std::int32_t>(values[i] >> 1);
+            for (std::size_t group = 0; group < sample_groups; ++group)
+                outside[group] |= places_[i][group] + middle;
+        }
+        if (!is_crossed) return all_samples;
+        SampleMask made = 0;
+        for (std::size_t group = 0; group < sample_groups; ++group)
+            made |= SampleMask{Isa::bits(outside[group])} << (lane_count * group);
+        return ~made;
+    }
+
+private:
+    CAMRIG_LANES void find_places(std::size_t i) {
+        static_assert(offset_in_subpixels == 2);
+        has_places_[i] = true;
+        for (int group = 0; group < sample_groups; ++group)
+            places_[i][static_cast<std::size_t>(group)] =
+                sample_y(group) * setup_.dx[i] - sample_x(group) * setup_.dy[i];
+    }
+
+    const Setup& setup_;
+    DepthPlane depth_;
+    std::array<std::int64_t, 3> bias_{}, reach_{};
+    float plane_dx_ = 0.0f, plane_dy_ = 0.0f;
+    std::array<bool, 3> has_places_{};
+    std::array<std::array<IntLanes, sample_groups>, 3> places_;
+};
+
+/// The places at which a masked surface is there.
+template <typename Isa>
+CAMRIG_LANES SampleMask with_alpha(const ViewGeometry& geometry, const ViewDraw& draw, std::uint32_t number, int x,
+                                   int y, SampleMask mask) {
+    SampleMask made = 0;
+    for (int group = 0; group < sample_groups; ++group) {
+        const SampleMask bits = mask >> (lane_count * group) & 0xFF;
+        if (bits == 0) continue;
+        const Doubles px = widened(sample_x(group)) * double{offset_in_subpixels} + static_cast<double>(x * subpixels);
+        const Doubles py = widened(sample_y(group)) * double{offset_in_subpixels} + static_cast<double>(y * subpixels);
+        const TriangleAtPlaces<Isa> at(geometry, draw, IntLanes{} + static_cast<std::int32_t>(number), px, py);
+        const Lanes alpha = base_color<Isa>(draw, points_of(geometry, draw, at, x, y)).a;
+        made |= (bits & Isa::bits(alpha >= draw.primitive->material->alpha_cutoff)) << (lane_count * group);
+    }
+    return made;
+}
+
+/// Pixels of a row that a triangle may touch.
+struct Span {
+    int x0, x1;
+};
+
+CAMRIG_LANES Span span_of(const EdgesInPixels& edges, const Setup& s, const PixelRect& box, int y) {
+    Span span{box.x0, box.x1};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double least = -static_cast<double>(edges.reach(i)) - static_cast<double>(edges.at(i, box.x0, y));
+        const double step = -static_cast<double>(s.dy[i]) * subpixels;
+        if (step == 0.0) {
+            if (least > 0.0) return {0, 0};
+            continue;
+        }
+        // One pixel more, for rounding.
+        const double steps = std::clamp(least / step, -2.0, box.width() + 2.0);
+        if (step > 0.0) {
+            span.x0 = std::max(span.x0, box.x0 + static_cast<int>(steps) - 1);
+        } else {
+            span.x1 = std::min(span.x1, box.x0 + static_cast<int>(steps) + 2);
+        }
+    }
+    return span;
+}
+
+template <typename Isa>
+CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
+                                      const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to) {
+    constexpr int half = subpixels / 2, word_bits = MarkedPixels::word_bits, narrow = 8;
+    const ScreenVertex* const vertices = geometry.vertices().data();
+    for (std::uint32_t number = first; number < first + count; ++number) {
+        const ScreenTriangle& triangle = geometry.triangles()[number];
+        const ScreenVertex &a = vertices[triangle.vertices[0]], &b = vertices[triangle.vertices[1]],
+                           &c = vertices[triangle.vertices[2]];
+        const PixelRect box{std::max(rect.x0, (std::min({a.x, b.x, c.x}) + half) >> 8),
+                            std::max(rect.y0, (std::min({a.y, b.y, c.y}) + half) >> 8),
+                            std::min(rect.x1, ((std::max({a.x, b.x, c.x}) + half) >> 8) + 1),
+                            std::min(rect.y1, ((std::max({a.y, b.y, c.y}) + half) >> 8) + 1)};
+        if (box.width() <= 0) continue;
+        const float nearest = std::max({a.depth, b.depth, c.depth});
+        Setup setup;
+        std::optional<EdgesInPixels> edges;
+        const auto visit = [&](int x, int y) __attribute__((always_inline)) {
+            const std::uint32_t pixel = marked.index_of(x, y);
+            if (!to.may_show(pixel, nearest)) return;
+            if (!edges) {
+                setup = set_up(vertices, triangle);
+                edges.emplace(setup);
+            }
+            std::array<std::int64_t, 3> values{};
+            for (std::size_t i = 0; i < 3; ++i) {
+                values[i] = edges->at(i, x, y);
+                if (values[i] < -edges->reach(i)) return;
+            }
+            Fragment fragment{.plane = edges->plane(values), .triangle = number};
+            const float z = fragment.plane.z + fragment.plane.reach();
+            if (!(z > 0.0f) || !to.may_show(pixel, z)) return;
+            fragment.mask = edges->mask<Isa>(values);
+            const ViewDraw& draw = geometry.draws()[triangle.draw];
+            if (fragment.mask != 0 && draw.primitive->material->alpha_mode == AlphaMode::mask)
+                fragment.mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, fragment.mask);
+            if (fragment.mask != 0) to.add(pixel, fragment);
+        };
+        for (int y = box.y0; y < box.y1; ++y) {
+            const std::uint64_t* const marks = marked.row(y);
+            Span span{box.x0, box.x1};
+            if (box.width() > narrow) {
+                if (!edges) {
+                    setup = set_up(vertices, triangle);
+                    edges.emplace(setup);
+                }
+                span = span_of(*edges, setup, box, y);
+            }
+            for (int word = span.x0 / word_bits; word * word_bits < span.x1; ++word) {
+                std::uint64_t left = marks[word];
+                if (left == 0) continue;
+                const int from = span.x0 - word * word_bits, till = span.x1 - word * word_bits;
+                if (from > 0) left &= ~std::uint64_t{0} << from;
+                if (till < word_bits) left &= (std::uint64_t{1} << till) - 1;
+                for (; left != 0; left &= left - 1) visit(word * word_bits + std::countr_zero(left), y);
+            }
+        }
+    }
+}
+
+CAMRIG_WIDE void find_fragments_wide(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
+                                     const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to) {
+    find_fragments_body<Avx2Isa>(geometry, first, count, rect, marked, to);
+}
+
+}  // namespace
+
+void PixelFragments::add(std::uint32_t pixel, const Fragment& fragment) {
+    fragments_.push_back(fragment);
+    const auto number = static_cast<std::uint32_t>(fragments_.size());
+    List& list = lists_[pixel];
+    (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
+    list.last = number;
+    if (fragment.mask == all_samples)
+        list.hidden_below = std::max(list.hidden_below, fragment.plane.z - fragment.plane.reach());
+}
+
+void find_fragments(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
+                    const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to) {
+    if (rect.width() <= 0 || rect.height() <= 0 || marked.count() == 0) return;
+    if (geometry.wide_lanes()) return find_fragments_wide(geometry, first_triangle, count, rect, marked, to);
+    find_fragments_body<PlainIsa>(geometry, first_triangle, count, rect, marked, to);
+}
+
+}  // namespace camrig

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/render/software/geometry.h"
+#include "core/render/software/marked_pixels.h"
+#include "core/render/software/pixel_part.h"
+
+/// The parts of triangles that marked pixels show.
+namespace camrig {
+
+/// What of a pixel one triangle covers.
+struct Fragment {
+    SampleMask mask = 0;
+    PixelPlane plane;
+    std::uint32_t triangle = 0;  ///< into ViewGeometry::triangles
+    std::uint32_t next = 0;      ///< of the same pixel, from 1; 0: none
+};
+
+/// The fragments of each marked pixel, in the order of the triangles. What is certainly hidden by another one may be
+/// left out.
+class PixelFragments {
+public:
+    void clear(std::uint32_t pixels) {
+        lists_.assign(pixels, {});
+        fragments_.clear();
+    }
+    /// Calls visit(fragment) for those of a marked pixel.
+    template <typename Visit>
+    [[gnu::always_inline]] inline void each_of(std::uint32_t pixel, const Visit& visit) const {
+        for (std::uint32_t at = lists_[pixel].first; at != 0; at = fragments_[at - 1].next) visit(fragments_[at - 1]);
+    }
+    bool has(std::uint32_t pixel) const { return lists_[pixel].first != 0; }
+
+    /// Whether nothing hides so much depth in the whole pixel.
+    bool may_show(std::uint32_t pixel, float nearest) const { return nearest >= lists_[pixel].hidden_below; }
+    void add(std::uint32_t pixel, const Fragment& fragment);
+
+private:
+    struct List {
+        std::uint32_t first = 0, last = 0;
+        float hidden_below = 0.0f;
+    };
+    std::vector<List> lists_;
+    std::vector<Fragment> fragments_;
+};
+
+/// Adds what these triangles cover of the marked pixels of the rectangle. Edges that triangles share divide the places
+/// of a pixel with none left and none twice: they are weighed in whole numbers, as in coverage.h.
+void find_fragments(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
+                    const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to);
+
+}  // namespace camrig

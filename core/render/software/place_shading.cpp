@@ -1,0 +1,59 @@
+#include "core/render/software/place_shading.h"
+
+#include <algorithm>
+
+#include "core/render/software/shading.h"
+#include "core/render/software/surface_point.h"
+
+namespace camrig {
+namespace {
+
+template <typename Isa>
+CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, ShadedPlaces& of) {
+    const Intrinsics& k = geometry.transform().intrinsics;
+    const auto count = static_cast<std::uint32_t>(of.order.size());
+    for (std::uint32_t first = 0, end = 0; first < count; first = end) {
+        const std::uint32_t number = geometry.triangles()[of.places[of.order[first]].triangle].draw;
+        end = std::min(first + lane_count, of.first_of_draw[number + 1]);
+        const ViewDraw& draw = geometry.draws()[number];
+        IntLanes triangle{};
+        Doubles x{}, y{};
+        for (int lane = 0; lane < lane_count; ++lane) {
+            const auto at = std::min(first + static_cast<std::uint32_t>(lane), end - 1);
+            const ShadedPlace& place = of.places[of.order[at]];
+            triangle[lane] = static_cast<std::int32_t>(place.triangle) + 1;
+            (lane < 4 ? x.low : x.high)[lane % 4] = place.x;
+            (lane < 4 ? y.low : y.high)[lane % 4] = place.y;
+        }
+        const TriangleAtPlaces<Isa> at(geometry, draw, triangle, x, y);
+        constexpr double pixels = 1.0 / subpixels;
+        const Rays rays{narrowed((x * pixels + -k.cx) * (1.0 / k.fx)), narrowed((y * pixels + -k.cy) * (1.0 / k.fy))};
+        const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays);
+        const Lanes red = clamp01(color.rgb.x), green = clamp01(color.rgb.y), blue = clamp01(color.rgb.z);
+        for (std::uint32_t i = first; i < end; ++i) {
+            const auto lane = static_cast<int>(i - first);
+            of.colors[of.order[i]] = {red[lane], green[lane], blue[lane]};
+        }
+    }
+}
+
+CAMRIG_WIDE void shade_places_wide(const ViewGeometry& geometry, ShadedPlaces& of) {
+    shade_places_body<Avx2Isa>(geometry, of);
+}
+
+}  // namespace
+
+void shade_places(const ViewGeometry& geometry, ShadedPlaces& of) {
+    // Sorted by draw: how many each has, then where each one's begin.
+    of.first_of_draw.assign(geometry.draws().size() + 2, 0);
+    const auto draw_of = [&](const ShadedPlace& place) { return geometry.triangles()[place.triangle].draw; };
+    for (const ShadedPlace& place : of.places) ++of.first_of_draw[draw_of(place) + 2];
+    for (std::size_t i = 2; i < of.first_of_draw.size(); ++i) of.first_of_draw[i] += of.first_of_draw[i - 1];
+    of.order.resize(of.places.size());
+    for (std::uint32_t i = 0; i < of.places.size(); ++i) of.order[of.first_of_draw[draw_of(of.places[i]) + 1]++] = i;
+    of.colors.resize(of.places.size());
+    if (geometry.wide_lanes()) return shade_places_wide(geometry, of);
+    shade_places_body<PlainIsa>(geometry, of);
+}
+
+}  // namespace camrig

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/render/software/geometry.h"
+
+namespace camrig {
+
+/// A point of a triangle to be shaded, in subpixels of the screen.
+struct ShadedPlace {
+    std::uint32_t triangle = 0;
+    double x = 0.0, y = 0.0;
+};
+
+/// Points to shade, and their colours. Those of one draw are shaded together, eight at a time.
+struct ShadedPlaces {
+    std::vector<ShadedPlace> places;
+    std::vector<glm::vec3> colors;  ///< linear light, from 0 to 1
+    std::vector<std::uint32_t> order, first_of_draw;
+
+    void clear() { places.clear(); }
+    std::uint32_t add(const ShadedPlace& place) {
+        places.push_back(place);
+        return static_cast<std::uint32_t>(places.size()) - 1;
+    }
+};
+void shade_places(const ViewGeometry& geometry, ShadedPlaces& of);
+
+}  // namespace camrig
