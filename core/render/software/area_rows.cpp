@@ -45,7 +45,7 @@ struct Shown {
     PixelPlane plane;
     std::uint32_t triangle = no_triangle;
     glm::vec3 color{0.0f};   ///< of what has no triangle
-    bool is_middle = false;  ///< its colour is that of the pixel's middle
+    bool is_middle = false;  ///< and whose colour is that of the pixel's static middle
     int surface = -1;        ///< those of one surface have the first one's number among all that shows
 };
 
@@ -84,7 +84,7 @@ private:
 };
 
 /// Triangles of one draw with a common vertex are one surface, shaded once.
-void find_surfaces(const ViewGeometry& geometry, std::span<Shown> shown) {
+CAMRIG_LANES void find_surfaces(const ViewGeometry& geometry, std::span<Shown> shown) {
     const ScreenTriangle* const triangles = geometry.triangles().data();
     for (std::size_t i = 0; i < shown.size(); ++i) {
         shown[i].surface = static_cast<int>(i);
@@ -101,7 +101,7 @@ void find_surfaces(const ViewGeometry& geometry, std::span<Shown> shown) {
 }
 
 /// The whole pixel shows the surface that its middle shows.
-bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t number) {
+CAMRIG_LANES bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t number) {
     if (number == 0) return shown.empty();
     SampleMask covered = 0;
     bool has_middle = false;
@@ -113,8 +113,15 @@ bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t number) {
     return covered == all_samples && has_middle;
 }
 
-/// Where a surface is shaded: at the mean of the places of the largest of its triangles.
-std::uint32_t add_place(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
+/// Which surface is that of the middle; -1: none that shows.
+CAMRIG_LANES int surface_at_middle(std::span<const Shown> shown, std::uint32_t number) {
+    for (const Shown& part : shown)
+        if (part.triangle + 1 == number) return part.surface;
+    return -1;
+}
+
+/// Where another surface is shaded: at the mean of the places of the largest of its triangles.
+CAMRIG_LANES std::uint32_t add_place(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
     const Shown* largest = nullptr;
     for (const Shown& part : shown) {
         if (part.surface == surface && (largest == nullptr || count_of(part.mask) > count_of(largest->mask)))
@@ -148,13 +155,15 @@ CAMRIG_LANES void resolve_statics_body(const RowsOfView& of) {
                     statics.fragments.push_back({});
                     of.band.place_of_fragment.push_back(no_triangle);
                 }
+                const int middle = surface_at_middle(shown, numbers(y)[x]);
                 const auto first = of.band.place_of_fragment.size();
                 for (std::size_t i = 0; i < shown.size(); ++i) {
                     const auto surface = static_cast<std::size_t>(shown[i].surface);
                     statics.fragments.push_back({.mask = shown[i].mask, .plane = shown[i].plane});
-                    of.band.place_of_fragment.push_back(surface == i
-                                                            ? add_place(shown, shown[i].surface, x, y, of.band.places)
-                                                            : of.band.place_of_fragment[first + surface]);
+                    of.band.place_of_fragment.push_back(surface != i ? of.band.place_of_fragment[first + surface]
+                                                        : shown[i].surface == middle
+                                                            ? no_triangle
+                                                            : add_place(shown, shown[i].surface, x, y, of.band.places));
                 }
             }
             statics.first.push_back(static_cast<std::uint32_t>(statics.fragments.size()));
@@ -185,42 +194,34 @@ public:
         of_.band.pixels.push_back({x, y, static_cast<std::uint32_t>(of_.band.parts.size())});
         left_ = sample_count;
     }
-    void add(int samples, const glm::vec3& color) { add(samples, -1, color); }
-    void add_place(int samples, std::uint32_t place) { add(samples, static_cast<std::int32_t>(place), {}); }
-    /// Of the code that the picture has at the pixel once the static middles are shaded.
-    void add_middle(int samples, bool is_behind) {
-        of_.band.pixels.back().middle = static_cast<std::int32_t>(of_.band.parts.size());
-        of_.band.pixels.back().is_behind = is_behind;
-        add(samples, -1, {});
-    }
+    void add(int samples, const glm::vec3& color) { add(samples, PixelPart::is_known, color); }
+    /// A place, or PixelPart::is_middle or is_static_middle.
+    void add_place(int samples, std::int32_t place) { add(samples, place, {}); }
     /// Nothing covers the rest.
     void end() {
         if (left_ > 0) add(left_, background_);
     }
     const glm::vec3& background() const { return background_; }
 
-    void take_middles(bool behind) {
-        for (const MixedPixel& pixel : of_.band.pixels) {
-            if (pixel.middle < 0 || pixel.is_behind != behind) continue;
-            of_.band.parts[static_cast<std::size_t>(pixel.middle)].color =
-                linear_of(of_.work.canvas.color(pixel.y)[pixel.x]);
-        }
+    /// Parts of that kind have the colour that the picture has now.
+    void take_middles(std::int32_t kind) {
+        each_part([&](const MixedPixel& pixel, PixelPart& part) {
+            if (part.place != kind) return;
+            part.place = PixelPart::is_known;
+            part.color = linear_of(of_.work.canvas.color(pixel.y)[pixel.x]);
+        });
     }
 
     void mix() {
         const std::vector<MixedPixel>& pixels = of_.band.pixels;
-        const std::vector<PixelPart>& parts = of_.band.parts;
         for (std::size_t first = 0; first < pixels.size(); first += lane_count) {
             const std::size_t end = std::min(first + lane_count, pixels.size());
             Lanes3 light{};
             for (std::size_t i = first; i < end; ++i) {
-                const std::size_t till = i + 1 < pixels.size() ? pixels[i + 1].first : parts.size();
                 glm::vec3 sum(0.0f);
-                for (std::size_t k = pixels[i].first; k < till; ++k) {
-                    const PixelPart& part = parts[k];
+                for (const PixelPart& part : parts_of(i))
                     sum += part.share * (part.place < 0 ? part.color
                                                         : of_.band.places.colors[static_cast<std::size_t>(part.place)]);
-                }
                 const auto lane = static_cast<int>(i - first);
                 light.x[lane] = sum.x;
                 light.y[lane] = sum.y;
@@ -234,6 +235,17 @@ public:
     }
 
 private:
+    std::span<PixelPart> parts_of(std::size_t pixel) {
+        const std::vector<MixedPixel>& pixels = of_.band.pixels;
+        const std::size_t first = pixels[pixel].first;
+        const std::size_t end = pixel + 1 < pixels.size() ? pixels[pixel + 1].first : of_.band.parts.size();
+        return std::span(of_.band.parts).subspan(first, end - first);
+    }
+    template <typename Visit>
+    void each_part(const Visit& visit) {
+        for (std::size_t i = 0; i < of_.band.pixels.size(); ++i)
+            for (PixelPart& part : parts_of(i)) visit(of_.band.pixels[i], part);
+    }
     void add(int samples, std::int32_t place, const glm::vec3& color) {
         of_.band.parts.push_back({static_cast<float>(samples) * share_of_sample, place, color});
         left_ -= samples;
@@ -244,14 +256,23 @@ private:
     int left_ = 0;
 };
 
+/// Statics that nothing hides.
 void add_statics(std::span<const StaticFragment> fragments, Mixer& mixer) {
-    for (const StaticFragment& fragment : fragments)
-        if (fragment.mask != 0) mixer.add(count_of(fragment.mask), fragment.color);
+    for (const StaticFragment& fragment : fragments) {
+        const int samples = count_of(fragment.mask);
+        if (samples == 0) continue;
+        if (fragment.is_at_middle()) {
+            mixer.add_place(samples, PixelPart::is_middle);
+        } else {
+            mixer.add(samples, fragment.color);
+        }
+    }
+    mixer.end();
 }
 
 /// The statics of a picture whose layer is kept.
 void draw_static_pixels(const RowsOfView& of) {
-    const StaticPixels& statics = of.band.statics;
+    StaticPixels& statics = of.band.statics;
     const Rows<std::uint32_t> numbers = of.scratch.numbers.rows(), steps = of.work.layer->areas.steps.rows();
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         std::uint32_t last = 0, made = 0;
@@ -265,12 +286,19 @@ void draw_static_pixels(const RowsOfView& of) {
     shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
     Mixer mixer(of);
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
+        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
+            for (std::uint32_t i = statics.first[pixel]; i < statics.first[pixel + 1]; ++i) {
+                StaticFragment& fragment = statics.fragments[i];
+                if (fragment.is_at_middle()) fragment.color = linear_of(of.work.canvas.color(y)[x]);
+            }
+        });
+    }
+    for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         statics.marked.each_of_row(y, [&](int x, int, std::uint32_t) {
             const auto fragments = statics.at(x, y);
             if (fragments.empty()) return;
             mixer.begin(x, y);
             add_statics(fragments, mixer);
-            mixer.end();
         });
     }
     mixer.mix();
@@ -323,7 +351,11 @@ void find_movers(const RowsOfView& of) {
 /// What stands still in a marked pixel, as one or more parts.
 void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragments, int x, int y, ShownParts& to) {
     for (const StaticFragment& fragment : fragments)
-        if (fragment.mask != 0) to.append({.mask = fragment.mask, .plane = fragment.plane, .color = fragment.color});
+        if (fragment.mask != 0)
+            to.append({.mask = fragment.mask,
+                       .plane = fragment.plane,
+                       .color = fragment.color,
+                       .is_middle = fragment.is_at_middle()});
     if (!fragments.empty()) return;
     Shown whole;
     whole.mask = all_samples;
@@ -356,7 +388,6 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
                 if (of.work.layer != nullptr || fragments.empty()) return;
                 mixer.begin(x, y);
                 add_statics(fragments, mixer);
-                mixer.end();
                 return;
             }
             parts.clear();
@@ -368,17 +399,20 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
             mixer.begin(x, y);
             std::array<int, sample_count + 2> samples{};
             for (const Shown& part : shown) samples[static_cast<std::size_t>(part.surface)] += count_of(part.mask);
+            const int middle = is_mover ? surface_at_middle(shown, number) : -1;
             for (std::size_t i = 0; i < shown.size(); ++i) {
                 const Shown& part = shown[i];
                 if (part.surface != static_cast<int>(i)) continue;
-                if (part.triangle != no_triangle) {
-                    mixer.add_place(samples[i], add_place(shown, part.surface, x, y, of.band.places));
-                } else if (!part.is_middle) {
+                if (part.triangle == no_triangle && !part.is_middle) {
                     mixer.add(samples[i], part.color);
+                } else if (part.triangle != no_triangle && part.surface != middle) {
+                    mixer.add_place(samples[i],
+                                    static_cast<std::int32_t>(add_place(shown, part.surface, x, y, of.band.places)));
+                } else if (part.triangle != no_triangle || !is_mover) {
+                    mixer.add_place(samples[i], PixelPart::is_middle);
                 } else {
-                    const std::uint32_t behind = of.scratch.areas.statics_behind.rows()(y)[x];
-                    if (is_mover) of.scratch.areas.shown_behind.rows()(y)[x] = behind;
-                    mixer.add_middle(samples[i], is_mover);
+                    of.scratch.areas.shown_behind.rows()(y)[x] = of.scratch.areas.statics_behind.rows()(y)[x];
+                    mixer.add_place(samples[i], PixelPart::is_static_middle);
                 }
             }
             mixer.end();
@@ -412,11 +446,11 @@ void draw_movers(const RowsOfView& of) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
         for (const PixelRect& rect : of.work.movers.rects)
             shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
-        mixer.take_middles(true);
+        mixer.take_middles(PixelPart::is_static_middle);
     }
     for (const PixelRect& rect : of.work.rects)
         shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
-    mixer.take_middles(false);
+    mixer.take_middles(PixelPart::is_middle);
     mixer.mix();
     finish_rows(of.work, of.scratch, of.rect);
 }

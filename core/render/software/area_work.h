@@ -10,11 +10,15 @@
 /// What a picture whose pixels show areas works with, beside what all pictures do (view_work.h).
 namespace camrig {
 
-/// The part of a pixel that shows a static surface.
+/// The part of a pixel that shows a static surface. The surface at the middle is shaded there, as everywhere; until it
+/// is, that is all that is known of its colour.
 struct StaticFragment {
     SampleMask mask = 0;
     PixelPlane plane;
-    glm::vec3 color{0.0f};  ///< linear light, from 0 to 1
+    glm::vec3 color = at_middle;  ///< linear light, from 0 to 1
+
+    static constexpr glm::vec3 at_middle{-1.0f};
+    bool is_at_middle() const { return color.x < 0.0f; }
 };
 
 /// The marked pixels of static surfaces that show more than one of them. Any other shows one, as its middle does.
@@ -42,17 +46,19 @@ struct StaticAreas {
     Plane<std::uint32_t> steps;  ///< of depth in every pixel (packed_steps)
 };
 
-/// A part of a pixel: a colour that is known, of a place that is shaded, or what stands still at its middle.
+/// A part of a pixel: a colour that is known, or that of a place, or of the pixel's middle.
 struct PixelPart {
+    /// Instead of a number among ShadedPlaces. Middles are what the picture has once all that is opaque is shaded, or
+    /// what stands still once that is.
+    static constexpr std::int32_t is_known = -1, is_middle = -2, is_static_middle = -3;
+
     float share = 0.0f;
-    std::int32_t place = -1;  ///< into ShadedPlaces; -1: `color`
+    std::int32_t place = is_known;
     glm::vec3 color{0.0f};
 };
 struct MixedPixel {
     std::int32_t x = 0, y = 0;
-    std::uint32_t first = 0;    ///< into the parts; the next one's first is the end
-    std::int32_t middle = -1;   ///< which part is the code of the picture once static middles are shaded; -1: none
-    bool is_behind = false;     ///< and that is hidden by something that moves
+    std::uint32_t first = 0;  ///< into the parts; the next one's first is the end
 };
 
 /// Of one band.

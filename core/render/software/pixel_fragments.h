@@ -31,10 +31,10 @@ public:
     [[gnu::always_inline]] inline void each_of(std::uint32_t pixel, const Visit& visit) const {
         for (std::uint32_t at = lists_[pixel].first; at != 0; at = fragments_[at - 1].next) visit(fragments_[at - 1]);
     }
-    bool has(std::uint32_t pixel) const { return lists_[pixel].first != 0; }
+    [[gnu::always_inline]] inline bool has(std::uint32_t pixel) const { return lists_[pixel].first != 0; }
 
     /// Whether nothing hides so much depth in the whole pixel.
-    bool may_show(std::uint32_t pixel, float nearest) const { return nearest >= lists_[pixel].hidden_below; }
+    [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const { return nearest >= lists_[pixel].hidden_below; }
     void add(std::uint32_t pixel, const Fragment& fragment);
 
 private:
