@@ -5,9 +5,10 @@
 namespace camrig {
 
 std::span<const Named<Antialias>> names_of(std::type_identity<Antialias>) {
-    static constexpr Named<Antialias> names[] = {{Antialias::none, "none"},   {Antialias::coverage, "coverage"}, {Antialias::msaa4, "msaa4"},
-                                                 {Antialias::ssaa2, "ssaa2"}, {Antialias::ssaa3, "ssaa3"},
-                                                 {Antialias::ssaa4, "ssaa4"}, {Antialias::automatic, "auto"}};
+    static constexpr Named<Antialias> names[] = {{Antialias::none, "none"},     {Antialias::coverage, "coverage"},
+                                                 {Antialias::msaa4, "msaa4"},   {Antialias::ssaa2, "ssaa2"},
+                                                 {Antialias::ssaa3, "ssaa3"},   {Antialias::ssaa4, "ssaa4"},
+                                                 {Antialias::automatic, "auto"}};
     return names;
 }
 

@@ -85,22 +85,31 @@ CoverageError coverage_error(TestCamera camera) {
     return error;
 }
 
-// The best that so many samples in this arrangement can do, computed apart: 1x 0.248, 4 rotated 0.094, 4x4 0.031.
+/// On a device of OpenGL, coverage is msaa4.
+bool draws_areas() {
+    return cpu_renderer().description().starts_with("camrig's rasteriser");
+}
+
+// The best that so many samples in this arrangement can do, computed apart: 1x 0.248, 4 rotated 0.094, 4x4 0.031, the
+// 64 of coverage 0.0125 and at most 0.049; what codes of 8 bits round is 0.004 at most.
 TEST(Antialias, CoverageOfEdgePixelsIsAsGoodAsTheSamplesAllow) {
-    const std::pair<Antialias, double> bounds[] = {{Antialias::none, 0.252},
-                                                   {Antialias::msaa4, 0.097},
-                                                   {Antialias::ssaa2, 0.097 * 1.25},
-                                                   {Antialias::ssaa3, 0.065},
-                                                   {Antialias::ssaa4, 0.033}};
+    const std::pair<Antialias, double> bounds[] = {
+        {Antialias::none, 0.252},  {Antialias::coverage, draws_areas() ? 0.015 : 0.097},
+        {Antialias::msaa4, 0.097}, {Antialias::ssaa2, 0.097 * 1.25},
+        {Antialias::ssaa3, 0.065}, {Antialias::ssaa4, 0.033}};
     for (const auto& [antialias, bound] : bounds) {
         const CoverageError error = coverage_error({.antialias = antialias});
         std::printf("%s: rms %.4f, max %.3f\n", std::string(to_string(antialias)).c_str(), error.rms, error.worst);
         EXPECT_LT(error.rms, bound) << to_string(antialias);
+        if (antialias == Antialias::coverage && draws_areas()) {
+            EXPECT_LT(error.worst, 0.06);
+        }
     }
 }
 
 TEST(Antialias, FlatColoursStayWhatTheyAre) {
-    for (const Antialias antialias : {Antialias::msaa4, Antialias::ssaa2, Antialias::ssaa3, Antialias::ssaa4}) {
+    for (const Antialias antialias :
+         {Antialias::coverage, Antialias::msaa4, Antialias::ssaa2, Antialias::ssaa3, Antialias::ssaa4}) {
         for (const float level : {0.003f, 0.05f, 0.37f, 0.8f}) {
             TestWorld world;
             world.environment.background = glm::vec3(level);
@@ -114,7 +123,7 @@ TEST(Antialias, DepthAndIdsAreThoseOfThePixelsCentre) {
     world.objects = {instance_of(model_of(box(glm::vec3(0.5f)), colored({1, 1, 1})), {3, 0.2, 0.1}, 7)};
     for (const FrameKind kind : {FrameKind::depth, FrameKind::instance, FrameKind::normal}) {
         const FrameRef plain = draw_kind(world, {}, kind);
-        for (const Antialias antialias : {Antialias::msaa4, Antialias::ssaa2, Antialias::ssaa3}) {
+        for (const Antialias antialias : {Antialias::coverage, Antialias::msaa4, Antialias::ssaa2, Antialias::ssaa3}) {
             View view = TestCamera{.antialias = antialias}.view();
             view.kinds[static_cast<int>(kind)] = true;
             const auto frames = draw_views(world.snapshot(), {&view, 1});

@@ -47,6 +47,18 @@ bool are_equal(const FrameRef& a, const FrameRef& b) {
     return std::ranges::equal(a->bytes(), b->bytes());
 }
 
+View numbered(View view, std::uint32_t camera) {
+    view.camera = CameraId{camera};
+    return view;
+}
+
+View with(View view, Antialias antialias) {
+    auto spec = std::make_shared<CameraSpec>(*view.spec);
+    spec->antialias = antialias;
+    view.spec = spec;
+    return view;
+}
+
 double random(std::uint64_t stream, std::uint64_t i) {
     return random_unit(4, stream, i);
 }
@@ -100,6 +112,20 @@ std::vector<glm::vec3> fan(int count, glm::dvec2 middle_px) {
 
 /// Covers every pixel from `first_row` on, once: opaque it leaves no background, half clear it is blended once.
 void expect_watertight(const std::vector<glm::vec3>& corners, ImageSize size, int first_row, const std::string& what) {
+    // Each triangle a surface of its own: all edges are outlines, and every pixel is one of areas.
+    Primitive apart = triangles(corners);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        apart.colors.emplace_back(1.0f, 1.0f, 1.0f, static_cast<float>(i / 3 % 4096) / 4096.0f);
+    Material white = colored(glm::vec3(1.0f), true);
+    white.double_sided = true;
+    TestWorld areas;
+    areas.objects = {instance_of(model_of(apart, white))};
+    const Picture covered = drawn(areas, {.size = size, .focal_px = focal_px, .antialias = Antialias::coverage});
+    int open = 0;
+    for (int y = first_row; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) open += covered.red(x, y) != 255;
+    }
+    EXPECT_EQ(open, 0) << what << ", by areas: pixels of " << size.width * (size.height - first_row);
     for (const bool is_blended : {false, true}) {
         Material material = colored(glm::vec3(1.0f), true);
         material.double_sided = true;
@@ -145,6 +171,74 @@ TEST(Watertight, WhatIsClippedToo) {
     std::vector<glm::vec3> slivers;
     for (const glm::vec3& at : fan(500, {3.0, 2.0})) slivers.emplace_back(at.z * 100.0f, at.y * 100.0f, -0.9f);
     expect_watertight(slivers, {128, 96}, 60, "slivers of a floor");
+}
+
+/// How far along the direction a triangle is hit; 0: not.
+double distance_along(glm::dvec3 direction, const glm::vec3* corners) {
+    const glm::dvec3 a(corners[0]), ab = glm::dvec3(corners[1]) - a, ac = glm::dvec3(corners[2]) - a;
+    const glm::dvec3 p = glm::cross(direction, ac);
+    const double inverse = 1.0 / glm::dot(ab, p), u = -glm::dot(a, p) * inverse;
+    const glm::dvec3 q = glm::cross(-a, ab);
+    const double v = glm::dot(direction, q) * inverse, along = glm::dot(ac, q) * inverse;
+    return u >= 0.0 && v >= 0.0 && u + v <= 1.0 ? along : 0.0;
+}
+
+TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
+    // Some cross the eye's plane, are slivers, cut each other or are seen from their edges.
+    constexpr ImageSize size{40, 30};
+    constexpr double focal = 30.0, near_m = 0.05;
+    constexpr int side = 16;
+    double squares = 0.0, worst = 0.0;
+    int count = 0;
+    for (std::uint64_t round = 0; round < 12; ++round) {
+        std::vector<glm::vec3> corners;
+        std::uint64_t drawn_numbers = 0;
+        const auto at = [&](double low, double high) {
+            return low + (high - low) * random(40 + round, drawn_numbers++);
+        };
+        for (int i = 0; i < 14; ++i) {
+            const glm::vec3 first(at(-1.0, 9.0), at(-4.0, 4.0), at(-3.0, 3.0));
+            const double reach = i % 3 == 0 ? 0.1 : 3.0;
+            for (int k = 0; k < 3; ++k)
+                corners.push_back(first + glm::vec3(at(-3.0, 3.0), at(-reach, reach), at(-3.0, 3.0)));
+        }
+        Primitive mesh = triangles(corners);
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            mesh.colors.emplace_back(static_cast<float>(i / 3 + 1) / 16.0f, 0.0f, 0.0f, 1.0f);
+        Material material = colored(glm::vec3(1.0f), true);
+        material.double_sided = true;
+        const double origin = round % 2 == 0 ? 0.0 : 1e6;
+        TestWorld world;
+        world.objects = {instance_of(model_of(mesh, material), glm::dvec3(origin))};
+        const Picture picture = drawn(
+            world, {.eye = glm::dvec3(origin), .size = size, .focal_px = focal, .antialias = Antialias::coverage});
+        for (int y = 0; y < size.height; ++y) {
+            for (int x = 0; x < size.width; ++x) {
+                double seen = 0.0;
+                for (int ray = 0; ray < side * side; ++ray) {
+                    const double u = x + (ray % side + 0.5) / side - 0.5, v = y + (ray / side + 0.5) / side - 0.5;
+                    const glm::dvec3 direction(1.0, -(u - 0.5 * (size.width - 1)) / focal,
+                                               -(v - 0.5 * (size.height - 1)) / focal);
+                    double nearest = std::numeric_limits<double>::infinity();
+                    std::size_t shown = 0;
+                    for (std::size_t i = 0; i < corners.size(); i += 3) {
+                        const double along = distance_along(direction, corners.data() + i);
+                        if (along < near_m || along >= nearest) continue;
+                        nearest = along;
+                        shown = i / 3 + 1;
+                    }
+                    seen += static_cast<double>(shown) / 16.0 / (side * side);
+                }
+                const double error = std::abs(linear_of(picture.red(x, y)) - seen);
+                squares += error * error;
+                worst = std::max(worst, error);
+                ++count;
+            }
+        }
+    }
+    std::printf("rms %.4f, max %.3f\n", std::sqrt(squares / count), worst);
+    EXPECT_LT(std::sqrt(squares / count), 0.01);
+    EXPECT_LT(worst, 0.1);
 }
 
 TEST(HardGeometry, WhatHasNoAreaOrIsNoNumberIsNotDrawnAndHarmsNothing) {
@@ -235,6 +329,7 @@ TEST(SameBytes, AnyNumberOfThreads) {
         views.push_back(film.view(name, {320 + 7 * static_cast<int>(views.size()), 181},
                                   static_cast<std::uint32_t>(views.size() + 1)));
     views[1].quality = Quality::fast;
+    for (const std::size_t i : {1u, 2u}) views[i] = with(views[i], Antialias::coverage);
     for (int n = 0; n < 4; ++n) {
         const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
         const std::vector<View> asked(views.begin(), views.begin() + 3 - n % 3);
@@ -332,8 +427,11 @@ TEST(SameBytes, WithAndWithoutWideLanes) {
         View aside = TestCamera{.size = {321, 243}, .focal_px = 220.0, .quality = quality}.view(1);
         View lobby = film.view("lobby", {320, 180}, 2);
         lobby.quality = quality;
+        const View areas_aside = numbered(with(aside, Antialias::coverage), 3);
+        const View areas_lobby = numbered(with(lobby, Antialias::coverage), 4);
         for (int n = 0; n < 3; ++n) {
-            for (const auto& [snapshot, view] : {std::pair(surfaces, aside), std::pair(people, lobby)}) {
+            for (const auto& [snapshot, view] : {std::pair(surfaces, aside), std::pair(people, lobby),
+                                                 std::pair(surfaces, areas_aside), std::pair(people, areas_lobby)}) {
                 EXPECT_TRUE(are_equal(drawn(*wide, snapshot, {view}).at(0), drawn(*narrow, snapshot, {view}).at(0)))
                     << to_string(quality) << ", camera " << *view.name << ", picture " << n;
             }
@@ -387,6 +485,23 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
     EXPECT_GT(counters.layers_stale, 0u);
     EXPECT_GT(counters.layers_evicted, 0u);
     EXPECT_EQ(full->counters().layers_reused, 0u);
+}
+
+TEST(SameBytes, OfAreasWithAndWithoutStaticLayers) {
+    const auto kept = drawer(with_layers()), full = drawer(), cramped = drawer(with_layers(4 * 4 * 168 * 100 + 5000));
+    Film film("hall");
+    const SnapshotRef first = gallery().snapshot();
+    const View aside = TestCamera{.size = {161, 100}, .focal_px = 110.0, .antialias = Antialias::coverage}.view(1);
+    const View lobby = with(film.view("lobby", {320, 240}, 2), Antialias::coverage);
+    for (int n = 0; n < 12; ++n) {
+        const SnapshotRef people = film.at(3 * ns_per_s + n * 130 * ns_per_ms);
+        for (const auto& [snapshot, view] : {std::pair(moment(first, n), aside), std::pair(people, lobby)}) {
+            const FrameRef whole = drawn(*full, snapshot, {view}).at(0);
+            EXPECT_TRUE(are_equal(drawn(*kept, snapshot, {view}).at(0), whole)) << "view " << n;
+            EXPECT_TRUE(are_equal(drawn(*cramped, snapshot, {view}).at(0), whole)) << "view " << n << ", little room";
+        }
+    }
+    EXPECT_GT(kept->counters().layers_reused, 15u);
 }
 
 TEST(SameBytes, WhateverTheMemoryOfAFrameHeld) {

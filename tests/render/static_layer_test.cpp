@@ -88,7 +88,7 @@ TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
     const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
     const Lens barrel = make_lens(LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
     for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
-        for (const Antialias antialias : {Antialias::none, Antialias::msaa4, Antialias::ssaa2}) {
+        for (const Antialias antialias : {Antialias::none, Antialias::coverage, Antialias::msaa4, Antialias::ssaa2}) {
             for (const Lens& lens : {Lens{}, barrel, fisheye}) {
                 const TestCamera camera{.size = {97, 61},
                                         .focal_px = lens == fisheye ? 25.0 : 60.0,
@@ -137,7 +137,7 @@ TEST_F(StaticLayer, ViewsOfOneInstantShowWhatEachShowsAlone) {
     std::vector<View> views;
     std::uint32_t number = 11;
     for (const Quality quality : {Quality::simple, Quality::beautiful}) {
-        for (const Antialias antialias : {Antialias::none, Antialias::msaa4, Antialias::ssaa2}) {
+        for (const Antialias antialias : {Antialias::none, Antialias::coverage, Antialias::msaa4, Antialias::ssaa2}) {
             for (const Lens& lens : {Lens{}, fisheye}) {
                 const TestCamera camera{.size = {160, 100},
                                         .focal_px = lens == fisheye ? 40.0 : 75.0,

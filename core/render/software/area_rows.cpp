@@ -55,7 +55,17 @@ public:
     void clear() { count_ = 0; }
     std::span<Shown> all() { return {parts_.data(), count_}; }
 
-    void append(const Shown& part) { parts_[count_++] = part; }
+    /// In place, field by field: a copy of what was only just written waits for it.
+    CAMRIG_LANES Shown& append(SampleMask mask, const PixelPlane& plane) {
+        Shown& part = parts_[count_++];
+        part.mask = mask;
+        part.plane.z = plane.z;
+        part.plane.dx = plane.dx;
+        part.plane.dy = plane.dy;
+        part.triangle = no_triangle;
+        part.is_middle = false;
+        return part;
+    }
 
     /// The nearest has a place; of those as near, the first that came.
     template <typename Isa>
@@ -74,7 +84,9 @@ public:
             const auto gone = std::ranges::remove(all(), SampleMask{0}, &Shown::mask);
             count_ -= gone.size();
         }
-        if (mask != 0) append({.mask = mask, .plane = fragment.plane, .triangle = fragment.triangle});
+        if (mask == 0) return;
+        Shown& part = append(mask, fragment.plane);
+        part.triangle = fragment.triangle;
     }
 
 private:
@@ -147,7 +159,8 @@ CAMRIG_LANES void resolve_statics_body(const RowsOfView& of) {
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) __attribute__((always_inline)) {
             parts.clear();
-            of.band.fragments.each_of(pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
+            of.band.fragments.each_of(
+                pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
             const std::span<Shown> shown = parts.all();
             find_surfaces(geometry, shown);
             if (!is_as_its_middle(shown, numbers(y)[x])) {
@@ -159,7 +172,9 @@ CAMRIG_LANES void resolve_statics_body(const RowsOfView& of) {
                 const auto first = of.band.place_of_fragment.size();
                 for (std::size_t i = 0; i < shown.size(); ++i) {
                     const auto surface = static_cast<std::size_t>(shown[i].surface);
-                    statics.fragments.push_back({.mask = shown[i].mask, .plane = shown[i].plane});
+                    StaticFragment& made = statics.fragments.emplace_back();
+                    made.mask = shown[i].mask;
+                    made.plane = shown[i].plane;
                     of.band.place_of_fragment.push_back(surface != i ? of.band.place_of_fragment[first + surface]
                                                         : shown[i].surface == middle
                                                             ? no_triangle
@@ -220,8 +235,8 @@ public:
             for (std::size_t i = first; i < end; ++i) {
                 glm::vec3 sum(0.0f);
                 for (const PixelPart& part : parts_of(i))
-                    sum += part.share * (part.place < 0 ? part.color
-                                                        : of_.band.places.colors[static_cast<std::size_t>(part.place)]);
+                    sum += part.share *
+                           (part.place < 0 ? part.color : of_.band.places.colors[static_cast<std::size_t>(part.place)]);
                 const auto lane = static_cast<int>(i - first);
                 light.x[lane] = sum.x;
                 light.y[lane] = sum.y;
@@ -350,15 +365,15 @@ void find_movers(const RowsOfView& of) {
 
 /// What stands still in a marked pixel, as one or more parts.
 void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragments, int x, int y, ShownParts& to) {
-    for (const StaticFragment& fragment : fragments)
-        if (fragment.mask != 0)
-            to.append({.mask = fragment.mask,
-                       .plane = fragment.plane,
-                       .color = fragment.color,
-                       .is_middle = fragment.is_at_middle()});
+    for (const StaticFragment& fragment : fragments) {
+        if (fragment.mask != 0) {
+            Shown& part = to.append(fragment.mask, fragment.plane);
+            part.color = fragment.color;
+            part.is_middle = fragment.is_at_middle();
+        }
+    }
     if (!fragments.empty()) return;
-    Shown whole;
-    whole.mask = all_samples;
+    Shown& whole = to.append(all_samples, {});
     if (const StaticLayer* const layer = of.work.layer; layer != nullptr) {
         whole.plane = plane_of(layer->depth.rows()(y)[x], layer->areas.steps.rows()(y)[x]);
         whole.color = linear_of(layer->color.rows()(y)[x]);
@@ -368,7 +383,6 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
                                number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1));
         whole.is_middle = true;
     }
-    to.append(whole);
 }
 
 template <typename Isa>
@@ -392,7 +406,8 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
             }
             parts.clear();
             show_statics(of, fragments, x, y, parts);
-            of.band.fragments.each_of(pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
+            of.band.fragments.each_of(
+                pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
             const std::span<Shown> shown = parts.all();
             find_surfaces(geometry, shown);
             if (is_mover && is_as_its_middle(shown, number)) return;

@@ -35,8 +35,8 @@ struct StaticPixels {
         return std::span(fragments).subspan(first[index], first[index + 1] - first[index]);
     }
     std::int64_t bytes() const {
-        return marked.bytes() + static_cast<std::int64_t>(first.size() * sizeof first[0] +
-                                                          fragments.size() * sizeof fragments[0]);
+        return marked.bytes() +
+               static_cast<std::int64_t>(first.size() * sizeof first[0] + fragments.size() * sizeof fragments[0]);
     }
 };
 

@@ -115,14 +115,14 @@ void ViewGeometry::add_triangles(const ViewDraw& draw, const MeshNeighbors* neig
         for (auto& corners : *list) corners.clear();
     }
     TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
-                            .first_vertex = draw.first_vertex,
-                            .is_mirrored = draw.placed->is_mirrored,
+                      .first_vertex = draw.first_vertex,
+                      .is_mirrored = draw.placed->is_mirrored,
                       .is_double_sided = draw.primitive->material->double_sided,
                       .keeps_thin = has_outlines_,
                       .neighbors = has_outlines_ ? neighbors : nullptr};
     const auto add = [&](const TriangleCorners& corners) {
-        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_,
-                 outline_scratch_, triangles_, to_clip_);
+        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_, outline_scratch_,
+                 triangles_, to_clip_);
     };
     add(draw.mesh->triangles);
     for (std::size_t i = 0; i < to_clip_[0].size(); ++i) clip(draw, {to_clip_[0][i], to_clip_[1][i], to_clip_[2][i]});

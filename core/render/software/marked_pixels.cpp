@@ -25,7 +25,8 @@ void mark_edge(const ScreenVertex& a, const ScreenVertex& b, const PixelRect& re
         const double xa = top.x + width * from, xb = top.x + width * till;
         const double za = top.depth + deeper * from, zb = top.depth + deeper * till;
         constexpr double slack = half + 0.5;  // of rounding
-        const int x0 = std::max<int>(rect.x0, static_cast<int>(std::floor((std::min(xa, xb) + slack - 1.0) / subpixels)));
+        const int x0 =
+            std::max<int>(rect.x0, static_cast<int>(std::floor((std::min(xa, xb) + slack - 1.0) / subpixels)));
         const int x1 = std::min<int>(rect.x1 - 1, static_cast<int>(std::floor((std::max(xa, xb) + slack) / subpixels)));
         const auto nearest = static_cast<float>(std::max(za, zb));
         const float* const shown = depths(y);
@@ -46,9 +47,8 @@ std::uint64_t bits_between(int word, int x0, int x1) {
 }
 
 template <typename Isa>
-CAMRIG_LANES void mark_crossings_body(const ViewGeometry& geometry, const PixelRect& rect,
-                                      const MarkedPixels& outlines, const TriangleNumbers& numbers,
-                                      std::uint32_t last_other, MarkedPixels& to) {
+CAMRIG_LANES void mark_crossings_body(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& outlines,
+                                      const TriangleNumbers& numbers, std::uint32_t last_other, MarkedPixels& to) {
     const Rows<std::uint32_t> rows = numbers.rows();
     const ScreenTriangle* const triangles = geometry.triangles().data();
     const auto surface = [&](std::uint32_t number) {
@@ -86,9 +86,8 @@ CAMRIG_LANES void mark_crossings_body(const ViewGeometry& geometry, const PixelR
     for (int y = std::max(rect.y0 - 1, 0); y < std::min(rect.y1, whole.y1 - 1); ++y) look_along(y, 0, 1);
 }
 
-CAMRIG_WIDE void mark_crossings_wide(const ViewGeometry& geometry, const PixelRect& rect,
-                                     const MarkedPixels& outlines, const TriangleNumbers& numbers,
-                                     std::uint32_t last_other, MarkedPixels& to) {
+CAMRIG_WIDE void mark_crossings_wide(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& outlines,
+                                     const TriangleNumbers& numbers, std::uint32_t last_other, MarkedPixels& to) {
     mark_crossings_body<Avx2Isa>(geometry, rect, outlines, numbers, last_other, to);
 }
 

@@ -29,7 +29,9 @@ public:
     std::uint32_t count() const { return count_; }
     std::uint64_t* row(int y) { return bits_.data() + offset(y); }
     [[gnu::always_inline]] inline const std::uint64_t* row(int y) const { return bits_.data() + offset(y); }
-    [[gnu::always_inline]] inline bool has(int x, int y) const { return (row(y)[x / word_bits] >> (x % word_bits) & 1) != 0; }
+    [[gnu::always_inline]] inline bool has(int x, int y) const {
+        return (row(y)[x / word_bits] >> (x % word_bits) & 1) != 0;
+    }
     [[gnu::always_inline]] inline std::uint32_t index_of(int x, int y) const {
         const std::size_t word = offset(y) + static_cast<std::size_t>(x / word_bits);
         const std::uint64_t before = (std::uint64_t{1} << (x % word_bits)) - 1;
@@ -47,7 +49,9 @@ public:
     std::int64_t bytes() const { return static_cast<std::int64_t>(bits_.size()) * 12; }
 
 private:
-    [[gnu::always_inline]] inline std::size_t offset(int y) const { return static_cast<std::size_t>(y - y0_) * static_cast<std::size_t>(words_); }
+    [[gnu::always_inline]] inline std::size_t offset(int y) const {
+        return static_cast<std::size_t>(y - y0_) * static_cast<std::size_t>(words_);
+    }
 
     int y0_ = 0, y1_ = 0, words_ = 0;
     std::uint32_t count_ = 0;

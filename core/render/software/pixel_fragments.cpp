@@ -26,7 +26,8 @@ public:
                         (std::abs(std::int64_t{setup.dx[i]}) + std::abs(std::int64_t{setup.dy[i]}));
         }
         constexpr double side = 128.0, step = subpixels / side;
-        const double down = static_cast<double>(setup.dx[1]) * depth_.second + static_cast<double>(setup.dx[2]) * depth_.third;
+        const double down =
+            static_cast<double>(setup.dx[1]) * depth_.second + static_cast<double>(setup.dx[2]) * depth_.third;
         const double right =
             static_cast<double>(setup.dy[1]) * depth_.second + static_cast<double>(setup.dy[2]) * depth_.third;
         plane_dx_ = static_cast<float>(-right * step);
@@ -55,8 +56,7 @@ public:
             is_crossed = true;
             if (!has_places_[i]) find_places(i);
             const auto middle = static_cast<std::int32_t>(values[i] >> 1);
-            for (std::size_t group = 0; group < sample_groups; ++group)
-                outside[group] |= places_[i][group] + middle;
+            for (std::size_t group = 0; group < sample_groups; ++group) outside[group] |= places_[i][group] + middle;
         }
         if (!is_crossed) return all_samples;
         SampleMask made = 0;
@@ -153,14 +153,17 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                 values[i] = edges->at(i, x, y);
                 if (values[i] < -edges->reach(i)) return;
             }
-            Fragment fragment{.plane = edges->plane(values), .triangle = number};
-            const float z = fragment.plane.z + fragment.plane.reach();
+            const PixelPlane plane = edges->plane(values);
+            const float z = plane.z + plane.reach();
             if (!(z > 0.0f) || !to.may_show(pixel, z)) return;
-            fragment.mask = edges->mask<Isa>(values);
+            SampleMask mask = edges->mask<Isa>(values);
+            if (mask == 0) return;
             const ViewDraw& draw = geometry.draws()[triangle.draw];
-            if (fragment.mask != 0 && draw.primitive->material->alpha_mode == AlphaMode::mask)
-                fragment.mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, fragment.mask);
-            if (fragment.mask != 0) to.add(pixel, fragment);
+            if (draw.primitive->material->alpha_mode == AlphaMode::mask) {
+                mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
+                if (mask == 0) return;
+            }
+            to.add(pixel, mask, plane, number);
         };
         for (int y = box.y0; y < box.y1; ++y) {
             const std::uint64_t* const marks = marked.row(y);
@@ -190,16 +193,6 @@ CAMRIG_WIDE void find_fragments_wide(const ViewGeometry& geometry, std::uint32_t
 }
 
 }  // namespace
-
-void PixelFragments::add(std::uint32_t pixel, const Fragment& fragment) {
-    fragments_.push_back(fragment);
-    const auto number = static_cast<std::uint32_t>(fragments_.size());
-    List& list = lists_[pixel];
-    (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
-    list.last = number;
-    if (fragment.mask == all_samples)
-        list.hidden_below = std::max(list.hidden_below, fragment.plane.z - fragment.plane.reach());
-}
 
 void find_fragments(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                     const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -34,8 +35,23 @@ public:
     [[gnu::always_inline]] inline bool has(std::uint32_t pixel) const { return lists_[pixel].first != 0; }
 
     /// Whether nothing hides so much depth in the whole pixel.
-    [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const { return nearest >= lists_[pixel].hidden_below; }
-    void add(std::uint32_t pixel, const Fragment& fragment);
+    [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const {
+        return nearest >= lists_[pixel].hidden_below;
+    }
+    [[gnu::always_inline]] inline void add(std::uint32_t pixel, SampleMask mask, const PixelPlane& plane,
+                                           std::uint32_t triangle) {
+        Fragment& made = fragments_.emplace_back();
+        made.mask = mask;
+        made.plane.z = plane.z;
+        made.plane.dx = plane.dx;
+        made.plane.dy = plane.dy;
+        made.triangle = triangle;
+        const auto number = static_cast<std::uint32_t>(fragments_.size());
+        List& list = lists_[pixel];
+        (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
+        list.last = number;
+        if (mask == all_samples) list.hidden_below = std::max(list.hidden_below, plane.z - plane.reach());
+    }
 
 private:
     struct List {

@@ -141,7 +141,8 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             mask &= depth > *reinterpret_cast<const Lanes*>(depths(y) + x);
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
-            const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), rays_through(geometry, x, y));
+            const Rgba color =
+                shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), rays_through(geometry, x, y));
             const IntLanes pixels = load_lanes(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);

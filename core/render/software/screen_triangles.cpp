@@ -140,7 +140,8 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
         const IntLanes has_middles = rule.keeps_thin ? IntLanes{} - 1 : (x0 < x1) & (y0 < y1);
         const IntLanes is_kept = may_show & is_whole & is_seen & (sign != 0.0f) & has_middles;
         if (rule.neighbors != nullptr) {
-            const IntLanes facing = is_whole & (sign != 0.0f) & (is_turned ? IntLanes{} + facing_turned : IntLanes{} + facing_straight);
+            const IntLanes facing =
+                is_whole & (sign != 0.0f) & (is_turned ? IntLanes{} + facing_turned : IntLanes{} + facing_straight);
             for (std::size_t k = 0; k < std::min<std::size_t>(count - i, lane_count); ++k)
                 scratch.facing[i + k] = static_cast<std::uint8_t>(facing[static_cast<int>(k)]);
         }

@@ -25,11 +25,11 @@ struct ScreenVertex {
 
 /// Its corners run so that the area is positive where x points right and y down.
 struct ScreenTriangle {
-    std::array<std::uint32_t, 3> vertices{};      ///< into ViewGeometry::vertices
-    std::uint32_t draw : 28 = 0;                  ///< into ViewGeometry::draws
-    std::uint32_t outline : 3 = 0;                ///< bit i: the edge opposite of vertex i may be one of the surface's outline
-    std::uint32_t is_front : 1 = 1;               ///< whether its front is seen
-    double inverse_area = 0.0;                    ///< 1 / twice its area, in subpixels
+    std::array<std::uint32_t, 3> vertices{};  ///< into ViewGeometry::vertices
+    std::uint32_t draw : 28 = 0;              ///< into ViewGeometry::draws
+    std::uint32_t outline : 3 = 0;   ///< bit i: the edge opposite of vertex i may be one of the surface's outline
+    std::uint32_t is_front : 1 = 1;  ///< whether its front is seen
+    double inverse_area = 0.0;       ///< 1 / twice its area, in subpixels
     std::int16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< the pixels whose middles may be inside: x0 <= x < x1
 };
 
@@ -47,7 +47,7 @@ struct TriangleRule {
     std::uint32_t draw = 0;
     std::uint32_t first_vertex = 0;  ///< corners count from here in ViewGeometry::vertices
     bool is_mirrored = false, is_double_sided = false;
-    bool keeps_thin = false;  ///< also triangles between the middles of pixels, and the outline
+    bool keeps_thin = false;                   ///< also triangles between the middles of pixels, and the outline
     const MeshNeighbors* neighbors = nullptr;  ///< of the triangles; null: every edge is of the outline
 };
 

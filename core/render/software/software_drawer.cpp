@@ -78,7 +78,7 @@ void SoftwareDrawer::find_primitives(const PlacedSurfaces& placed, std::vector<c
 }
 
 bool SoftwareDrawer::has_areas(const View& view) {
-    return view.spec->antialias == Antialias::coverage || view.spec->antialias == Antialias::automatic;
+    return antialias_of(*view.spec, view.quality) == Antialias::coverage;
 }
 
 bool SoftwareDrawer::is_plain(const View& view) {
@@ -86,7 +86,7 @@ bool SoftwareDrawer::is_plain(const View& view) {
     return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
            is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
            spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
-           (spec.antialias == Antialias::none || has_areas(view));
+           (antialias_of(spec, view.quality) == Antialias::none || has_areas(view));
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {

@@ -175,7 +175,7 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"lens": {"model": "pinhole", "method": "fast"}})", "lens.method: 'fast' is none of auto, warp, cube"},
         {R"({"lens": {"model": "pinhole", "filter": "box"}})", "lens.filter: 'box' is none of auto, bilinear, bicubic"},
         {R"({"lens": {"model": "pinhole", "oversample": 5}})", "lens.oversample: must be 1 to 4"},
-        {R"({"antialias": "msaa2"})", "antialias: 'msaa2' is none of none, msaa4, ssaa2, ssaa3, ssaa4, auto"},
+        {R"({"antialias": "msaa2"})", "antialias: 'msaa2' is none of none, coverage, msaa4, ssaa2, ssaa3, ssaa4, auto"},
         {R"({"outputs": [{"kind": "hdmi"}]})", "outputs[0].kind: 'hdmi'"},
         {R"({"outputs": [{"kind": "v4l2"}]})", "outputs[0].number: is missing"},
         {R"({"outputs": [{"kind": "v4l2", "number": 1, "format": "RGBX"}]})", "outputs[0].format"},
