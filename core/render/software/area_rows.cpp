@@ -328,13 +328,17 @@ void keep_behind(const RowsOfView& of) {
     }
 }
 
+void mark_statics(const RowsOfView& of) {
+    AreaBand& band = of.band;
+    band.statics.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
+    mark_crossings(of.scratch.geometry, of.rect, of.scratch.areas.outlines, of.scratch.numbers, 0, band.statics.marked);
+    band.statics.marked.number();
+}
+
 void draw_statics(const RowsOfView& of) {
     AreaBand& band = of.band;
     const ViewGeometry& geometry = of.scratch.geometry;
     const TriangleRange& range = of.scratch.statics;
-    band.statics.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
-    mark_crossings(geometry, of.rect, of.scratch.areas.outlines, of.scratch.numbers, 0, band.statics.marked);
-    band.statics.marked.number();
     band.fragments.clear(band.statics.marked.count());
     band.places.clear();
     band.place_of_fragment.clear();
@@ -438,15 +442,19 @@ CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of, Mixer& mixer) {
     resolve_movers_body<Avx2Isa>(of, mixer);
 }
 
+void mark_movers(const RowsOfView& of) {
+    AreaBand& band = of.band;
+    band.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
+    for (const PixelRect& rect : of.work.rects)
+        mark_crossings(of.scratch.geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
+                       of.scratch.statics.count, band.marked);
+    band.marked.number();
+}
+
 void draw_movers(const RowsOfView& of) {
     AreaBand& band = of.band;
     const ViewGeometry& geometry = of.scratch.geometry;
     const TriangleRange& range = of.scratch.movers;
-    band.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
-    for (const PixelRect& rect : of.work.rects)
-        mark_crossings(geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
-                       of.scratch.statics.count, band.marked);
-    band.marked.number();
     band.fragments.clear(band.marked.count());
     band.places.clear();
     find_fragments(geometry, range.first, range.count, of.rect, band.marked, band.fragments);
@@ -487,9 +495,12 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
                                  scratch.areas.outlines);
         }
         case 1:
-            return draw_statics(of);
+            return mark_statics(of);
         case 2:
+            if (!work.is_in_parts) draw_statics(of);
             return find_movers(of);
+        case 3:
+            return mark_movers(of);
         default:
             return draw_movers(of);
     }

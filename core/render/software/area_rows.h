@@ -12,9 +12,10 @@ namespace camrig {
 ///
 /// Statics are resolved among themselves first, then what moves over them: a static layer keeps the first half.
 ///   pass 0  statics at the middles; their outlines
-///   pass 1  statics: marked pixels, resolved and shaded; a layer is kept
-///   pass 2  movers at the middles; their outlines
-///   pass 3  movers over statics in the marked pixels of both; shaded and blended
+///   pass 1  where statics cross: looks at the rows beside the band
+///   pass 2  statics resolved and shaded in marked pixels, a layer is kept; movers at the middles, their outlines
+///   pass 3  where movers cross anything, as pass 1
+///   pass 4  movers over statics in the marked pixels of both; all shaded and blended
 void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, const PixelRect& band);
 
 }  // namespace camrig
