@@ -27,7 +27,11 @@ TimeNs Instants::wake_time_ns() const {
         return rig_.schedule.empty() ? idle_ns
                                      : std::min(idle_ns, rig_.clock.monotonic_at(rig_.schedule.next_due_ns()));
     }
-    return steps_.empty() ? max_time_ns : steps_.front().deadline_ns;
+    if (steps_.empty()) return max_time_ns;
+    const StepJob& job = steps_.front();
+    // What is on its way and what is drawn are heard of; only a delivery has an end of its own.
+    if (job.latch && !job.latch->is_open()) return job.deadline_ns;
+    return job.next && !rig_.drawing->is_idle() ? max_time_ns : 0;
 }
 
 void Instants::turn(TimeNs monotonic_ns) {
@@ -191,10 +195,10 @@ void Instants::advance_step(TimeNs monotonic_ns) {
 }
 
 void Instants::give_up_step(TimeNs monotonic_ns) {
+    rig_.drawing->finish();  // what is drawn still comes to the step
     StepJob job = std::move(steps_.front());
     std::string laggards;
     for (const auto& who : job.latch->holders()) laggards += (laggards.empty() ? "" : "; ") + who;
-    rig_.drawing->finish();
     rig_.clock.hold(rig_.world_now_ns(monotonic_ns));
     rig_.step_instant_ns.reset();
     job.done(error(ErrorKind::unavailable,
