@@ -24,23 +24,8 @@ json to_json(const CameraState& state) {
     return value;
 }
 
-json to_json(const WorldState& state) {
-    return {{"scene", state.scene},
-            {"scene_file", state.scene_file},
-            {"mode", state.mode == RunMode::realtime ? "realtime" : "lockstep"},
-            {"overload", state.overload == OverloadPolicy::drop ? "drop" : "slow"},
-            {"quality", std::string(to_string(state.quality))},
-            {"paused", state.paused},
-            {"world_ns", state.world_ns},
-            {"step_ns", state.step_ns},
-            {"seed", state.seed},
-            {"state_ns", state.state.world_ns},
-            {"state_hash", hex_text(state.state.value)},
-            {"objects", state.objects},
-            {"actors", state.actors},
-            {"cameras", state.cameras},
-            {"places", state.places},
-            {"applied_ns", state.applied_ns}};
+json applied_json(const Applied& done) {
+    return {{"applied_ns", done.applied_ns}};
 }
 
 json to_json(const RigReport& report) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/named.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/stream/statistics.h"
@@ -20,7 +21,15 @@
 namespace camrig {
 
 enum class RunMode : std::uint8_t { realtime, lockstep };
+inline std::span<const Named<RunMode>> names_of(std::type_identity<RunMode>) {
+    static constexpr Named<RunMode> names[] = {{RunMode::realtime, "realtime"}, {RunMode::lockstep, "lockstep"}};
+    return names;
+}
 enum class OverloadPolicy : std::uint8_t { drop, slow };
+inline std::span<const Named<OverloadPolicy>> names_of(std::type_identity<OverloadPolicy>) {
+    static constexpr Named<OverloadPolicy> names[] = {{OverloadPolicy::drop, "drop"}, {OverloadPolicy::slow, "slow"}};
+    return names;
+}
 
 struct CameraState {
     CameraId id{};
@@ -149,7 +158,7 @@ struct RemoveEvent {
 struct WaitEvents {
     using Reply = EventLog;
     std::uint64_t since = 0;
-    TimeNs timeout_ns = 0;
+    TimeNs timeout_ns = 10 * ns_per_s;
 };
 struct GetStats {
     using Reply = RigReport;

@@ -92,7 +92,7 @@ struct CameraAction {
     Pose pose;
 };
 struct UserAction {
-    std::string data;  ///< JSON text
+    std::string data = "null";  ///< JSON text
 };
 using Action = std::variant<BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction,
                             PutDownAction, LightAction, EnvironmentAction, CameraAction, UserAction>;
