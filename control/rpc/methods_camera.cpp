@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "control/rpc/methods.h"
 #include "core/base/json_reader.h"
 #include "core/base/names.h"
@@ -11,10 +13,23 @@ using nlohmann::json;
 
 const Field name_field{"name", "string", "name of the camera, `[a-z0-9_]{1,24}`", true};
 
-/// Of camera.create; camera.set takes all but the place. What is not given stays as it is there.
+constexpr double max_motion_s = 86'400;
+const Field seconds_field{.name = "seconds",
+                          .type = "number",
+                          .doc =
+                              "world time in which pose and field of view (zoom, focal length) get there; all else is "
+                              "at once, and so are optics that change more than the focal length",
+                          .unit = "s",
+                          .fallback = "0",
+                          .range = {0, max_motion_s}};
+
+/// Of camera.create; camera.set takes all but the place, and `seconds`. What is not given stays as it is there.
 std::vector<Field> params_of(bool creates) {
     std::vector<Field> fields = descriptions_of(camera_fields());
-    if (!creates) std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
+    if (!creates) {
+        std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
+        fields.push_back(seconds_field);
+    }
     for (Field& field : fields)
         if (field.by == Field::By::rig) field.doc = "as camera.get answers; does nothing";
     return fields;
@@ -45,7 +60,7 @@ void create(RpcContext& context, const json& params, RpcReply done) {
     reader.optional("place", command.place);
     command.patch = read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post(context, std::move(command), std::move(done), [](const CameraState& state) { return to_json(state); });
+    post(context, std::move(command), std::move(done), [](const CameraReply& camera) { return to_json(camera); });
 }
 
 void set(RpcContext& context, const json& params, RpcReply done) {
@@ -53,21 +68,23 @@ void set(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     reader.required("name", command.name);
     command.patch = read_camera_patch(reader);
+    if (const auto seconds = read_value<double>(reader, seconds_field))
+        command.duration_ns = std::llround(*seconds * static_cast<double>(ns_per_s));
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post(context, std::move(command), std::move(done), [](const CameraState& state) { return to_json(state); });
+    post(context, std::move(command), std::move(done), [](const CameraReply& camera) { return to_json(camera); });
 }
 
 }  // namespace
 
 std::vector<Method> camera_methods(RpcContext& context) {
     using enum ErrorKind;
-    const auto to_json_of_state = [](const CameraState& state) { return to_json(state); };
+    const auto to_json_of_report = [](const CameraReply& camera) { return to_json(camera); };
     return {
         {.name = "camera.create",
          .summary =
              "Makes a camera; its first picture shows the moment it was made. Takes what camera.get answers: fields "
              "of view and angles beside intrinsics and orientation must agree with them, and what else it says "
-             "(id, sequence, readers, applied_ns) does nothing.",
+             "(id, sequence, readers, applied_ns, arrives_ns) does nothing.",
          .params = params_of(true),
          .result = state_fields(),
          .errors = {invalid_argument, already_exists, not_found, unsupported, resource_exhausted},
@@ -75,7 +92,10 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .example = R"({"name": "lobby", "size": [640, 480], "fps": 25, "vfov_deg": 60, )"
                     R"("pose": {"position": [2, 3, 2.8], "look_at": [12, 9, 1]}, "code_strip": true})"},
         {.name = "camera.set",
-         .summary = "Changes a camera; what is not given stays. A new size ends its streams; clients open them again.",
+         .summary =
+             "Changes a camera; what is not given stays. A new size ends its streams; clients open them again. With "
+             "`seconds` it moves there at even speeds, pan the shorter way round, the focal length by equal "
+             "factors; a later command for the same takes its place.",
          .params = params_of(false),
          .result = state_fields(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
@@ -96,15 +116,15 @@ std::vector<Method> camera_methods(RpcContext& context) {
              },
          .example = R"({"name": "lobby"})"},
         {.name = "camera.get",
-         .summary = "Everything about one camera.",
+         .summary = "Everything about one camera, as it is now: of one that moves, pose and optics of this moment.",
          .params = {name_field},
          .result = state_fields(),
          .errors = {invalid_argument, not_found},
          .handler =
-             [&context, to_json_of_state](const json& params, RpcReply done) {
+             [&context, to_json_of_report](const json& params, RpcReply done) {
                  auto name = read_name(params);
                  if (!name) return done(std::unexpected(name.error()));
-                 post(context, GetCamera{*name}, std::move(done), to_json_of_state);
+                 post(context, GetCamera{*name}, std::move(done), to_json_of_report);
              },
          .example = R"({"name": "lobby"})",
          .only_looks = true},
@@ -115,9 +135,9 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .errors = {},
          .handler =
              [&context](const json&, RpcReply done) {
-                 post(context, ListCameras{}, std::move(done), [](const std::vector<CameraState>& states) {
+                 post(context, ListCameras{}, std::move(done), [](const std::vector<CameraReply>& reports) {
                      json cameras = json::array();
-                     for (const auto& state : states) cameras.push_back(to_json(state));
+                     for (const auto& report : reports) cameras.push_back(to_json(report));
                      return json{{"cameras", std::move(cameras)}};
                  });
              },

@@ -215,6 +215,8 @@ class CameraState(TypedDict):
     """how many watch it now"""
     applied_ns: int
     """ns; world time from which this state shows"""
+    arrives_ns: int
+    """ns; world time from which it is where its last command sent it"""
 
 
 # Each option, its JSON type, and the object of the protocol that it is in.

@@ -180,9 +180,12 @@ Action read_camera_move(JsonReader& reader) {
             action.pose = *pose;
         else
             reader.fail(pose.error());
-    } else {
-        reader.fail("pose", "is missing");
     }
+    double vfov_deg = 60.0;
+    optional_in_range(reader, "vfov_deg", vfov_deg, 0.01, 179.9);
+    if (reader.has("vfov_deg")) action.vfov_rad = glm::radians(vfov_deg);
+    if (reader.ok() && !action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
+    action.duration_ns = optional_seconds(reader, "seconds").value_or(0);
     return action;
 }
 
