@@ -116,7 +116,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
              },
          .example = R"({"name": "lobby"})"},
         {.name = "camera.get",
-         .summary = "Everything about one camera, as it is now: of one that moves, pose and optics of this moment.",
+         .summary =
+             "Everything about one camera. Of one that moves, pose, field of view and intrinsics are those of now.",
          .params = {name_field},
          .result = state_fields(),
          .errors = {invalid_argument, not_found},

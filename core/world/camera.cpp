@@ -27,10 +27,10 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
         next.pose_.go_to(after.pose, begin_ns, duration_ns);
     }
     const Intrinsics &from = before.intrinsics, &to = after.intrinsics;
-    if (after.size != before.size || after.lens != before.lens)
-        next.intrinsics_ = Timeline(to);
-    else if (patch.optics || patch.zoom)
+    if ((patch.optics || patch.zoom) && after.size == before.size)
         next.intrinsics_.go_to(to, begin_ns, from.cx == to.cx && from.cy == to.cy ? duration_ns : 0);
+    else if (from != to)
+        next.intrinsics_ = Timeline(to);
     return next;
 }
 

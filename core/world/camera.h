@@ -26,7 +26,7 @@ public:
     TimeNs arrives_ns() const { return std::max(pose_.arrives_ns(), intrinsics_.arrives_ns()); }
 
     /// As patch_camera_spec() changes it at begin_ns. Pose and focal length come there over duration_ns, all else
-    /// changes at once; so do intrinsics of another size, lens or principal point. A motion of what the patch does not
+    /// changes at once; so do intrinsics of another size or principal point. A motion of what the patch does not
     /// name goes on.
     Result<Camera> changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const;
     /// Of another world, whose time begins at 0: it has arrived, and what it was mounted on last stays where it was.

@@ -181,9 +181,11 @@ Action read_camera_move(JsonReader& reader) {
         else
             reader.fail(pose.error());
     }
-    double vfov_deg = 60.0;
-    optional_in_range(reader, "vfov_deg", vfov_deg, 0.01, 179.9);
-    if (reader.has("vfov_deg")) action.vfov_rad = glm::radians(vfov_deg);
+    std::optional<double> vfov_deg;
+    reader.optional("vfov_deg", vfov_deg);
+    if (vfov_deg && !(*vfov_deg > 0.01 && *vfov_deg < 179.9))
+        reader.fail("vfov_deg", "must be over 0.01 and below 179.9");
+    if (vfov_deg) action.vfov_rad = glm::radians(*vfov_deg);
     if (reader.ok() && !action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
     action.duration_ns = optional_seconds(reader, "seconds").value_or(0);
     return action;
