@@ -20,7 +20,7 @@ std::vector<Method> event_methods(RpcContext& context);
 std::vector<Method> truth_methods(RpcContext& context);
 std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
 
-nlohmann::json to_json(const CameraState& state);
+nlohmann::json to_json(const CameraReply& report);
 nlohmann::json to_json(const RigReport& report);
 nlohmann::json applied_json(const Applied& done);
 std::string hex_text(std::uint64_t bits);

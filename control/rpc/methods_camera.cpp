@@ -8,10 +8,25 @@ namespace {
 
 using nlohmann::json;
 
-/// Of camera.create; camera.set takes all but the place. What is not given stays as it is there.
+/// How long what camera.set changes takes.
+const FieldOf<SetCamera>& seconds_field() {
+    static const auto field = seconds_at<&SetCamera::duration_ns>(
+        {.name = "seconds",
+         .doc =
+             "world time in which pose and field of view (zoom, focal length) get there; all else is at once, and so "
+             "are optics that change more than the focal length",
+         .fallback = "0",
+         .range = {0, 86'400}});
+    return field;
+}
+
+/// Of camera.create; camera.set takes all but the place, and `seconds`. What is not given stays as it is there.
 std::vector<Field> params_of(bool creates) {
     std::vector<Field> fields = descriptions_of(camera_fields());
-    if (!creates) std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
+    if (!creates) {
+        std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
+        fields.push_back(seconds_field().field);
+    }
     for (Field& field : fields)
         if (field.by == Field::By::rig) field.doc = "as camera.get answers; does nothing";
     return fields;
@@ -37,18 +52,21 @@ Result<CreateCamera> read_create(JsonReader& reader) {
 }
 
 Result<SetCamera> read_set(JsonReader& reader) {
+    Changes<SetCamera> timed;
+    seconds_field().read(reader, timed);
     SetCamera command;
+    timed.apply_to(command);
     reader.required("name", command.name);
     command.patch = read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
     return command;
 }
 
-json state_json(const CameraState& state) {
+json state_json(const CameraReply& state) {
     return to_json(state);
 }
 
-json states_json(const std::vector<CameraState>& states) {
+json states_json(const std::vector<CameraReply>& states) {
     json cameras = json::array();
     for (const auto& state : states) cameras.push_back(to_json(state));
     return {{"cameras", std::move(cameras)}};
@@ -73,7 +91,10 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .example = R"({"name": "lobby", "size": [640, 480], "fps": 25, "vfov_deg": 60, )"
                     R"("pose": {"position": [2, 3, 2.8], "look_at": [12, 9, 1]}, "code_strip": true})"},
         {.name = "camera.set",
-         .summary = "Changes a camera; what is not given stays. A new size ends its streams; clients open them again.",
+         .summary =
+             "Changes a camera; what is not given stays. A new size ends its streams; clients open them again. With "
+             "`seconds` it moves there at even speeds, pan the shorter way round, the focal length by equal "
+             "factors; a later command for the same takes its place.",
          .params = params_of(false),
          .result = state_fields(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
@@ -88,7 +109,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .handler = handler_of(context, deleted, applied_json),
          .example = R"({"name": "lobby"})"},
         {.name = "camera.get",
-         .summary = "Everything about one camera.",
+         .summary =
+             "Everything about one camera. Of one that moves, pose, field of view and intrinsics are those of now.",
          .params = descriptions_of(asked),
          .result = state_fields(),
          .errors = {invalid_argument, not_found},

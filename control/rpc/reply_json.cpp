@@ -14,13 +14,14 @@ std::string hex_text(std::uint64_t bits) {
     return text;
 }
 
-json to_json(const CameraState& state) {
-    json value = camera_to_json(state.spec);
-    value["world_pose"] = pose_to_json(state.world_pose);
-    value["id"] = static_cast<std::uint32_t>(state.id);
-    value["sequence"] = state.sequence;
-    value["readers"] = state.readers;
-    value["applied_ns"] = state.applied_ns;
+json to_json(const CameraReply& report) {
+    json value = camera_to_json(report.camera.spec_at(report.now.world_ns));
+    value["world_pose"] = pose_to_json(report.now.pose);
+    value["id"] = static_cast<std::uint32_t>(report.id);
+    value["sequence"] = report.sequence;
+    value["readers"] = report.readers;
+    value["applied_ns"] = report.applied_ns;
+    value["arrives_ns"] = report.camera.arrives_ns();
     return value;
 }
 

@@ -79,7 +79,7 @@ void Instants::account_skipped(TimeNs instant_ns) {
         } else {
             entry.idle += frames;
         }
-        const Rate& rate = entry.spec->rate;
+        const Rate& rate = entry.spec().rate;
         const std::int64_t first = rate.first_frame_at_or_after(skipped.first_ns);
         for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
             instants.insert(rate.time_of_frame(first + i));
@@ -101,10 +101,7 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
 
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
-        std::vector<FrameRef> colors = std::move(entry.latest.colors);
-        colors.clear();
-        entry.latest = {entry.spec,   entry.spec_revision,           next.sequence,    world_ns, monotonic_ns,
-                        due.snapshot, pose_at(entry, *due.snapshot), std::move(colors)};
+        rig_.cameras.show(entry, next.sequence, due.snapshot, monotonic_ns);
         PixelFormats formats = rig_.bus.wanted(entry.id, world_ns);
         if (formats.empty()) {
             ++entry.idle;

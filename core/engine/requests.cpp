@@ -99,7 +99,7 @@ void Requests::wait(Waiter waiter) {
     if (waiter.min_ns == 0) waiter.min_ns = entry.applied_ns;
     const TimeNs now_ns = monotonic_now_ns();
     // Of a slow camera the next frame may take longer than that.
-    waiter.deadline_ns = now_ns + std::max(frame_timeout_ns, 2 * entry.spec->rate.time_of_frame(1));
+    waiter.deadline_ns = now_ns + std::max(frame_timeout_ns, 2 * entry.spec().rate.time_of_frame(1));
     if (answer(waiter, now_ns)) return;
     if (waiting_.size() >= max_waiting)
         return waiter.fail({ErrorKind::resource_exhausted,
@@ -117,7 +117,7 @@ bool Requests::is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) co
 void Requests::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const {
     for (const Waiter& waiter : waiting_) {
         if (waiter.wants_color() && waiter.min_ns <= world_ns && waiter.camera == entry.id)
-            formats.add(source_format(waiter.picture.format, entry.spec->size));
+            formats.add(source_format(waiter.picture.format, entry.spec().size));
     }
 }
 
@@ -172,7 +172,7 @@ bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     } else {
         waiter.fail({ErrorKind::unavailable,
                      "camera " + waiter.name + " has no frame at or after min_ns " + std::to_string(waiter.min_ns) +
-                         " yet; its latest shows world time " + std::to_string(entry->latest.world_ns) +
+                         " yet; its latest shows world time " + std::to_string(entry->latest.state.world_ns) +
                          (rig_.clock.running() ? " ns" : " ns and the world stands still: step or resume it")});
     }
     return true;

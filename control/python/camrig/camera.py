@@ -38,10 +38,10 @@ class Camera:
         return self._rig.call("camera.get", name=self.name)
 
     @takes_camera_options
-    def set(self, **options: Unpack[CameraOptions]) -> CameraState:
+    def set(self, *, seconds: float | None = None, **options: Unpack[CameraOptions]) -> CameraState:
         """Changes any option of Rig.create_camera but name and place. The reply's ``applied_ns`` is the world time from
-        which it shows."""
-        return self._rig.call("camera.set", name=self.name, **camera_params(**options))
+        which it shows. With ``seconds``, pose and field of view get there in so long a world time, at ``arrives_ns``."""
+        return self._rig.call("camera.set", name=self.name, **_optional(seconds=seconds), **camera_params(**options))
 
     def delete(self) -> dict[str, Any]:
         return self._rig.call("camera.delete", name=self.name)

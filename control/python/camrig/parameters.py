@@ -215,6 +215,8 @@ class CameraState(TypedDict):
     """how many watch it now"""
     applied_ns: int
     """ns; world time from which this state shows"""
+    arrives_ns: int
+    """ns; world time from which it is where its last command sent it"""
 
 
 Attachment = TypedDict("Attachment", {"actor": str, "node": str, "position": Vector, "yaw_deg": float, "orientation": Vector}, total=False)

@@ -89,7 +89,9 @@ struct EnvironmentAction {
 };
 struct CameraAction {
     std::string camera;
-    Pose pose;
+    std::optional<Pose> pose;
+    std::optional<double> vfov_rad;
+    TimeNs duration_ns = 0;
 };
 struct UserAction {
     std::string data = "null";  ///< JSON text

@@ -209,11 +209,21 @@ std::vector<Kind<Action>> make_actions() {
              field_at<&EnvironmentAction::exposure>(
                  {.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}})}),
         kind_of<Action, CameraAction>(
-            {.name = "camera", .doc = "puts a camera somewhere else"},
+            {.name = "camera",
+             .doc = "puts a camera somewhere else, gives it another field of view, or both",
+             .rule = R"({"anyOf": [{"required": ["pose"]}, {"required": ["vfov_deg"]}]})"},
             {field_at<&CameraAction::camera>({.name = "camera", .doc = "its name", .required = true}),
              nested_at<&CameraAction::pose>(
-                 {.name = "pose", .doc = "as of a camera", .required = true, .schema = R"({"$ref": "#/$defs/pose"})"},
-                 read_pose)}),
+                 {.name = "pose", .doc = "as of a camera", .schema = R"({"$ref": "#/$defs/pose"})"}, read_pose),
+             degrees_at<&CameraAction::vfov_rad>(
+                 {.name = "vfov_deg",
+                  .doc = "vertical field of view",
+                  .range = {.low = 0.01, .high = 179.9, .is_low_out = true, .is_high_out = true}}),
+             seconds_at<&CameraAction::duration_ns>(
+                 {.name = "seconds", .doc = "world time in which it gets there", .fallback = "0"})},
+            [](const CameraAction& action, JsonReader& reader) {
+                if (!action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
+            }),
         kind_of<Action, UserAction>(
             {.name = "user", .doc = "tells clients something ([event.wait](control-protocol.md))"}, {user_data()})};
     CHECK(kinds.size() == std::variant_size_v<Action>);
