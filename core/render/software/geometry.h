@@ -14,6 +14,7 @@ namespace camrig {
 
 /// What a vertex carries through a clipped edge.
 struct VertexValues {
+    glm::dvec3 position{0.0};  ///< in the optical frame
     glm::vec3 normal{0.0f};
     glm::vec4 color{1.0f};
     std::array<glm::vec2, texture_slot_count> coordinates{};

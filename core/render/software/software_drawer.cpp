@@ -6,6 +6,7 @@
 
 #include "core/base/clock.h"
 #include "core/frame/tone.h"
+#include "core/render/software/channels.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
@@ -42,6 +43,21 @@ private:
     TimeNs start_ns_;
 };
 
+bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
+    if (layer.number == 0 || (work.frame != nullptr && !layer.color)) return false;
+    return std::ranges::all_of(channel_kinds, [&](FrameKind kind) {
+        const auto k = static_cast<std::size_t>(kind);
+        return work.channels[k].frame == nullptr || layer.channels[k];
+    });
+}
+
+void keep_only(std::span<const ObjectId> objects, std::vector<SeenSurface>& surfaces) {
+    if (objects.empty()) return;
+    std::erase_if(surfaces, [&](const SeenSurface& seen) {
+        return std::ranges::find(objects, seen.placed->object->id) == objects.end();
+    });
+}
+
 }  // namespace
 
 SoftwareDrawer::SoftwareDrawer(const Options& options)
@@ -77,21 +93,29 @@ void SoftwareDrawer::find_primitives(const PlacedSurfaces& placed, std::vector<c
     }
 }
 
-bool SoftwareDrawer::is_plain(const View& view) {
+bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
     const CameraSpec& spec = *view.spec;
-    return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
-           is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
-           spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
-           antialias_of(spec, view.quality) == Antialias::none;
+    if (!is_within_reach(spec.intrinsics.cx, spec.size.width) ||
+        !is_within_reach(spec.intrinsics.cy, spec.size.height) || spec.lens.model != LensModel::pinhole ||
+        spec.lens_sampling.method != LensMethod::automatic)
+        return false;
+    // All else is looked at in the middle of each pixel, whatever colour is made of.
+    return kind != FrameKind::color ||
+           (view.quality != Quality::beautiful && antialias_of(spec, view.quality) == Antialias::none);
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     const CameraSpec& spec = *view.spec;
     work.view = &view;
+    const bool is_shaded = wants(view, FrameKind::color) && can_draw(view);
     work.scene =
         make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                        spec.far_m, view.quality, options_.max_detail_error_px);
-    work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
+                        spec.far_m, is_shaded ? view.quality : Quality::simple, options_.max_detail_error_px);
+    work.layer = nullptr;
+    // Chosen objects are another picture than the one that is kept.
+    if (view.only_objects.empty())
+        work.layer =
+            layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
@@ -154,13 +178,27 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         });
     }
     for (ViewWork* work : in_work_) {
-        frames.push_back(std::move(work->frame));
+        if (work->frame != nullptr) frames.push_back(std::move(work->frame));
+        for (ChannelFrame& channel : work->channels)
+            if (channel.frame != nullptr) frames.push_back(std::move(channel.frame));
         cost_ns_.push_back(work->cost_ns);
         ++views_;
         views_in_parts_ += work->is_in_parts;
         draws_ += work->draws;
         draws_coarse_ += work->draws_coarse;
         if (work->is_in_parts) layers_.count_reused();
+    }
+}
+
+void SoftwareDrawer::acquire_frames(ViewWork& work, TimeNs monotonic_ns) {
+    const View& view = *work.view;
+    for (int k = 0; k < frame_kind_count; ++k) {
+        const auto kind = static_cast<FrameKind>(k);
+        auto& frame = kind == FrameKind::color ? work.frame : work.channels[static_cast<std::size_t>(k)].frame;
+        frame.reset();
+        if (wants(view, kind) && can_draw(view, kind))
+            frame =
+                acquire_frame(*options_.pool, view, kind, format_of(kind), scene_.snapshot()->world_ns, monotonic_ns);
     }
 }
 
@@ -172,18 +210,21 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     work.is_in_frame = size.width % lane_count == 0;
     scratch.numbers.fit(size);
     scratch.depth.fit(size);
-    if (!work.is_in_frame) scratch.color.fit(size);
-    work.frame = acquire_frame(*options_.pool, view, FrameKind::color, PixelFormat::rgba8, scene_.snapshot()->world_ns,
-                               monotonic_ns);
-    work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
-    work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
+    acquire_frames(work, monotonic_ns);
+    work.canvas = {{}, scratch.depth.rows()};
+    if (work.frame != nullptr) {
+        if (!work.is_in_frame) scratch.color.fit(size);
+        work.canvas.color = work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows();
+    }
+    work.is_in_parts = work.layer != nullptr && has_all_that_is_asked_for(*work.layer, work);
     if (work.is_in_parts) {
         find_changes(work);
     } else {
         work.rects.assign(1, work.whole);
-        work.history->picture.next(view.sequence, 0, {});
+        if (work.frame != nullptr) work.history->picture.next(view.sequence, 0, {});
     }
     add_triangles(work, scratch);
+    name_draws(scratch);
     if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
     if (work.layer == nullptr) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
@@ -194,15 +235,22 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
     const FrameHistory& history = *work.history;
     work.rects.swap(work.movers.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
+    const auto stale = [&](const Frame& frame) {
+        const std::uint64_t held = frame.held_before();
+        const auto& frames = history.kinds[static_cast<std::size_t>(frame.info().kind)].frames;
+        const auto found = std::ranges::find_if(frames, [&](const ShownFrame& shown) {
+            return held != 0 && shown.mark == held && shown.layer == layer.number;
+        });
+        return found == frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
+    };
+    for (ChannelFrame& channel : work.channels)
+        if (channel.frame != nullptr) channel.stale = stale(*channel.frame);
+    if (work.frame == nullptr) return;
+    work.stale = stale(*work.frame);
     ChangedRows rows;
     for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
     const auto change = work.history->picture.next(work.view->sequence, layer.number, rows);
     if (change.same_as >= 0) work.frame->mark_changes(change.same_as, change.rows);
-    const std::uint64_t held = work.frame->held_before();
-    const auto found = std::ranges::find_if(history.frames, [&](const ShownFrame& shown) {
-        return held != 0 && shown.mark == held && shown.layer == layer.number;
-    });
-    work.stale = found == history.frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
 }
 
 void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
@@ -216,7 +264,10 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.geometry.begin_view(work.scene, options_.wide_lanes);
     scratch.opaque.clear();
     scratch.blending.clear();
-    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, &scratch.blending);
+    const bool is_shaded = work.frame != nullptr;
+    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
+    keep_only(work.view->only_objects, scratch.opaque);
+    keep_only(work.view->only_objects, work.movers.opaque);
     if (work.is_in_parts)
         std::erase_if(scratch.blending, [&](const SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
     for (const SeenSurface& seen : scratch.opaque) add(seen);
@@ -226,15 +277,25 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.blended_statics.clear();
     for (const SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
     scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
-    for (const SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
+    if (is_shaded) {
+        for (const SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
+    }
     sort_far_to_near(scratch.blended_statics);
     sort_far_to_near(scratch.blended);
 }
 
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
-    const std::int64_t bytes = (has_blended ? 3 : 2) * Plane<float>::bytes_for(size);
     StaticLayer& layer = *work.layer;
+    const bool is_shaded = work.frame != nullptr && !layer.color, is_new = layer.number == 0;
+    const bool is_blended = is_shaded && has_blended;
+    const auto is_missing = [&](FrameKind kind) {
+        const auto k = static_cast<std::size_t>(kind);
+        return work.channels[k].frame != nullptr && !layer.channels[k];
+    };
+    std::int64_t bytes = (is_new + is_shaded + is_blended) * Plane<float>::bytes_for(size);
+    for (const FrameKind kind : channel_kinds)
+        if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {
         const std::lock_guard lock(layers_mutex_);
         if (!layers_.make_room(bytes)) {
@@ -242,29 +303,39 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
             return;
         }
         layers_.charge(layer, bytes);
-        layers_.count_kept();
-        layer.number = ++layer_number_;
+        if (is_new) {
+            layers_.count_kept();
+            layer.number = ++layer_number_;
+        }
     }
-    layer.color = Plane<std::uint32_t>(size);
-    layer.depth = Plane<float>(size);
-    if (has_blended) layer.finished = Plane<std::uint32_t>(size);
+    if (is_new) layer.depth = Plane<float>(size);
+    if (is_shaded) layer.color = Plane<std::uint32_t>(size);
+    if (is_blended) layer.finished = Plane<std::uint32_t>(size);
+    for (const FrameKind kind : channel_kinds)
+        if (is_missing(kind))
+            layer.channels[static_cast<std::size_t>(kind)] = Plane<std::uint32_t>(words_of(kind, size));
 }
 
 void SoftwareDrawer::end_band(ViewWork& work) {
     if (--work.bands_left > 0) return;
-    const View& view = *work.view;
-    finish_color(view, *work.frame);
-    FrameHistory& history = *work.history;
-    history.last = (history.last + 1) % history.frames.size();
-    ShownFrame& shown = history.frames[history.last];
-    shown.mark = 0;
-    shown.layer = work.is_in_parts ? work.layer->number : 0;
-    shown.rects.clear();
-    if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
+    const auto note = [&](Frame& frame, bool is_as_drawn) {
+        FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
+        history.last = (history.last + 1) % history.frames.size();
+        ShownFrame& shown = history.frames[history.last];
+        shown.mark = 0;
+        shown.layer = work.is_in_parts ? work.layer->number : 0;
+        shown.rects.clear();
+        if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
+        if (!work.is_in_parts || !is_as_drawn) return;
+        shown.mark = next_mark();
+        frame.mark_content(shown.mark);
+    };
+    for (const ChannelFrame& channel : work.channels)
+        if (channel.frame != nullptr) note(*channel.frame, true);
+    if (work.frame == nullptr) return;
+    finish_color(*work.view, *work.frame);
     // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    if (!work.is_in_parts || !changes_nothing(view.spec->controls)) return;
-    shown.mark = next_mark();
-    work.frame->mark_content(shown.mark);
+    note(*work.frame, changes_nothing(work.view->spec->controls));
 }
 
 void SoftwareDrawer::forget(CameraId camera) {

@@ -14,12 +14,14 @@
 
 namespace camrig {
 
-/// Colour pictures by camrig's own rasteriser: no GL, several views at once. Qualities fast and simple, triangles, no
-/// lens but the pinhole, one sample a pixel: what most cameras of a rig are. Whoever asks draws other views elsewhere.
+/// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
+/// go. Triangles, no lens but the pinhole; colour in qualities fast and simple, with one sample a pixel: what most
+/// cameras of a rig are. Whoever asks draws others elsewhere.
 ///
 /// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
-/// picture with what is blended over them. Each instant only the rectangles that movers touch are put back and drawn.
-/// The bytes are those of a full draw, because a pixel follows from its triangle alone (rasterizer.h).
+/// picture with what is blended over them; ids, classes and normals once they were asked for. Each instant only the
+/// rectangles that movers touch are put back and drawn. The bytes are those of a full draw, because a pixel follows
+/// from its triangle alone (rasterizer.h).
 class SoftwareDrawer {
 public:
     struct Options {
@@ -33,12 +35,14 @@ public:
     explicit SoftwareDrawer(const Options& options);
 
     void begin_instant(const SnapshotRef& snapshot);
-    /// Whether the colour picture of such a view can be drawn here, if the world has nothing but triangles.
-    static bool is_plain(const View& view);
+    /// Whether such a picture of the view can be drawn here, if the world has nothing but triangles.
+    static bool is_plain(const View& view, FrameKind kind = FrameKind::color);
     const SnapshotRef& snapshot() const { return scene_.snapshot(); }
-    /// Whether the colour picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view) const { return is_plain(view) && scene_.has_only_triangles(); }
-    /// Appends the colour frames of the views, in their order.
+    /// Whether such a picture of a view of the present instant can be drawn here.
+    bool can_draw(const View& view, FrameKind kind = FrameKind::color) const {
+        return is_plain(view, kind) && scene_.has_only_triangles();
+    }
+    /// Appends the frames of the views that are wanted and can be drawn here, in the order of views and kinds.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
     /// CPU time that each view of the last draw() took by itself.
     std::span<const TimeNs> cost_ns() const { return cost_ns_; }
@@ -56,13 +60,14 @@ private:
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
     void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
-    /// The view has a layer: where its picture differs from the last one, and where from what the frame's memory holds,
-    /// which may be an earlier picture of the camera.
+    void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
+    /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
+    /// holds, which may be earlier pictures of the camera.
     static void find_changes(ViewWork& work);
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
     void make_layer(ViewWork& work, bool has_blended);
-    /// A band is drawn: with the last one the frame is finished, and noted for the frames that follow.
+    /// A band is drawn: with the last one the frames are finished, and noted for those that follow.
     static void end_band(ViewWork& work);
 
     Options options_;
