@@ -40,6 +40,23 @@ struct DepthOfPixels {
     float nearest = 0.0f, farthest = 0.0f;  ///< of the corners: pixels of its edge may lie a little beside it
 };
 
+/// Of a point or a line, which has no plane in space but one on the screen.
+DepthOfPixels depth_of_stroke(const ViewGeometry& geometry, const ScreenTriangle& triangle) {
+    const Setup s = set_up(geometry.vertices().data(), triangle);
+    const auto inverse_z = [&](std::size_t i) { return static_cast<double>(s.at[i]->inverse_z); };
+    DepthOfPixels made{.ahead = inverse_z(0), .offset = 1.0};
+    for (const std::size_t i : {std::size_t{1}, std::size_t{2}}) {
+        const double share = (inverse_z(i) - inverse_z(0)) * s.inverse_area;
+        made.right -= share * subpixels * s.dy[i];
+        made.down += share * subpixels * s.dx[i];
+        made.ahead += share * static_cast<double>(edge(s, i, 0, 0));
+    }
+    const auto [least, most] = std::minmax({s.at[0]->inverse_z, s.at[1]->inverse_z, s.at[2]->inverse_z});
+    made.nearest = 1.0f / most;
+    made.farthest = 1.0f / least;
+    return made;
+}
+
 DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& triangle) {
     const ViewDraw& draw = geometry.draws()[triangle.draw];
     std::array<glm::dvec3, 3> at;
@@ -50,6 +67,7 @@ DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& trian
                     : glm::dvec3(draw.optical_from_local * glm::dvec4(draw.positions[corner.vertex], 1.0));
     }
     const glm::dvec3 normal = glm::cross(at[1] - at[0], at[2] - at[0]);
+    if (normal == glm::dvec3(0.0)) return depth_of_stroke(geometry, triangle);
     const Intrinsics& k = geometry.transform().intrinsics;
     DepthOfPixels made{.right = normal.x / k.fx, .down = normal.y / k.fy, .offset = glm::dot(normal, at[0])};
     made.ahead = normal.z - made.right * k.cx - made.down * k.cy;

@@ -70,6 +70,14 @@ Result<Renderer::Finished> CpuRenderer::draw_rest(const SnapshotRef& snapshot, T
     return other_->draw(snapshot, monotonic_ns, rest_);
 }
 
+std::optional<std::vector<Silhouette>> CpuRenderer::silhouettes(const SnapshotRef& snapshot, const View& view,
+                                                                std::span<const ObjectId> objects) {
+    thread_.check();
+    if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
+    if (!drawer_.can_draw(view, FrameKind::instance)) return std::nullopt;
+    return drawer_.silhouettes(view, objects);
+}
+
 void CpuRenderer::forget(CameraId camera) {
     thread_.check();
     drawer_.forget(camera);

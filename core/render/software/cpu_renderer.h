@@ -18,6 +18,8 @@ public:
         : drawer_(options), make_other_(std::move(make_other)) {}
 
     Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
+    std::optional<std::vector<Silhouette>> silhouettes(const SnapshotRef& snapshot, const View& view,
+                                                       std::span<const ObjectId> objects) override;
     bool is_plain(const View& view) const override;
     bool is_on_cpu() const override { return true; }
     void forget(CameraId camera) override;

@@ -106,6 +106,7 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
 }
 
 void ViewGeometry::add_triangles(const ViewDraw& draw) {
+    if (draw.primitive->source->topology != Topology::triangles) return add_strokes(draw);
     vertices_.resize(vertices_.size() + draw.vertex_count);
     outside_.resize(draw.vertex_count);
     project(view_.transform, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,

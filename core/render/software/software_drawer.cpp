@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "core/base/clock.h"
 #include "core/frame/tone.h"
@@ -71,6 +72,8 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
 
 void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
     layers_.next_instant();
+    ++instant_;
+    for (auto& [camera, asked] : asked_) asked.frames = {};
     const std::uint64_t statics_before = scene_.statics_number();
     scene_.place(snapshot);
     find_primitives(scene_.movers(), mover_primitives_);
@@ -104,18 +107,50 @@ bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
            (view.quality != Quality::beautiful && antialias_of(spec, view.quality) == Antialias::none);
 }
 
-void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
+SceneView SoftwareDrawer::scene_view_of(const View& view, Quality quality) const {
     const CameraSpec& spec = *view.spec;
+    return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
+                           spec.far_m, quality, options_.max_detail_error_px);
+}
+
+StaticLayer* SoftwareDrawer::layer_of(const View& view) {
+    return layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
+}
+
+KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
+    KindSet wanted;
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+        wanted[k] = view.kinds[k] && can_draw(view, static_cast<FrameKind>(k));
+    work.asked = nullptr;
+    if (!view.only_objects.empty()) return wanted;
+    AskedPictures& asked = asked_[view.camera];
+    if (asked.instant != instant_) asked.before = std::exchange(asked.now, {});
+    if (asked.instant != instant_ || asked.spec_revision != view.spec_revision || asked.pose != view.pose ||
+        asked.quality != view.quality || asked.sequence != view.sequence) {
+        asked.instant = instant_;
+        asked.spec_revision = view.spec_revision;
+        asked.pose = view.pose;
+        asked.quality = view.quality;
+        asked.sequence = view.sequence;
+        asked.frames = {};
+    }
+    asked.now |= wanted;
+    KindSet missing = wanted;
+    for (std::size_t k = 0; k < missing.size(); ++k) missing[k] = missing[k] && asked.frames[k] == nullptr;
+    if ((asked.now | asked.before).count() > 1) work.asked = &asked;
+    if (missing.none() || work.asked == nullptr) return missing;
+    for (std::size_t k = 0; k < missing.size(); ++k)
+        missing[k] =
+            missing[k] || (asked.before[k] && asked.frames[k] == nullptr && can_draw(view, static_cast<FrameKind>(k)));
+    return missing;
+}
+
+void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
-    const bool is_shaded = wants(view, FrameKind::color) && can_draw(view);
-    work.scene =
-        make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                        spec.far_m, is_shaded ? view.quality : Quality::simple, options_.max_detail_error_px);
-    work.layer = nullptr;
+    const bool is_shaded = work.kinds[static_cast<std::size_t>(FrameKind::color)];
+    work.scene = scene_view_of(view, is_shaded ? view.quality : Quality::simple);
     // Chosen objects are another picture than the one that is kept.
-    if (view.only_objects.empty())
-        work.layer =
-            layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
+    work.layer = view.only_objects.empty() ? layer_of(view) : nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
@@ -150,13 +185,15 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     for (std::size_t i = 0; i < views.size(); ++i) {
         works_[i].cost_ns = 0;
         const CpuMeter meter(works_[i].cost_ns);
+        works_[i].kinds = kinds_to_draw(*views[i], works_[i]);
+        if (works_[i].kinds.none()) continue;
         prepare(*views[i], works_[i]);
         in_work_.push_back(&works_[i]);
     }
     deform_seen(in_work_);
     const auto threads = static_cast<std::size_t>(team_.size());
-    if (views.size() >= threads) {
-        team_.run(views.size(), [&](int worker, std::size_t i) {
+    if (in_work_.size() >= threads) {
+        team_.run(in_work_.size(), [&](int worker, std::size_t i) {
             ViewWork& work = *in_work_[i];
             const CpuMeter meter(work.cost_ns);
             ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
@@ -166,27 +203,39 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         });
     } else {
         // Fewer views than threads: each in bands of its rows.
-        team_.run(views.size(), [&](int, std::size_t i) {
+        team_.run(in_work_.size(), [&](int, std::size_t i) {
             const CpuMeter meter(in_work_[i]->cost_ns);
             begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns);
         });
-        team_.run(views.size() * threads, [&](int, std::size_t i) {
+        team_.run(in_work_.size() * threads, [&](int, std::size_t i) {
             ViewWork& work = *in_work_[i / threads];
             const CpuMeter meter(work.cost_ns);
             draw_rows(work, scratch_[i / threads], band_of(work, static_cast<int>(i % threads), team_.size()));
             end_band(work);
         });
     }
-    for (ViewWork* work : in_work_) {
-        if (work->frame != nullptr) frames.push_back(std::move(work->frame));
-        for (ChannelFrame& channel : work->channels)
-            if (channel.frame != nullptr) frames.push_back(std::move(channel.frame));
-        cost_ns_.push_back(work->cost_ns);
+    for (const ViewWork* work : in_work_) {
         ++views_;
         views_in_parts_ += work->is_in_parts;
         draws_ += work->draws;
         draws_coarse_ += work->draws_coarse;
         if (work->is_in_parts) layers_.count_reused();
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        give_frames(works_[i], *views[i], frames);
+        cost_ns_.push_back(works_[i].cost_ns);
+    }
+}
+
+void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<FrameRef>& frames) {
+    for (std::size_t k = 0; k < work.kinds.size(); ++k) {
+        FrameRef frame;
+        if (work.kinds[k]) frame = std::move(k == 0 ? work.frame : work.channels[k].frame);
+        if (work.asked != nullptr) {
+            if (frame != nullptr) work.asked->frames[k] = frame;
+            frame = work.asked->frames[k];
+        }
+        if (view.kinds[k] && frame != nullptr) frames.push_back(std::move(frame));
     }
 }
 
@@ -196,7 +245,7 @@ void SoftwareDrawer::acquire_frames(ViewWork& work, TimeNs monotonic_ns) {
         const auto kind = static_cast<FrameKind>(k);
         auto& frame = kind == FrameKind::color ? work.frame : work.channels[static_cast<std::size_t>(k)].frame;
         frame.reset();
-        if (wants(view, kind) && can_draw(view, kind))
+        if (work.kinds[static_cast<std::size_t>(k)])
             frame =
                 acquire_frame(*options_.pool, view, kind, format_of(kind), scene_.snapshot()->world_ns, monotonic_ns);
     }
@@ -340,6 +389,7 @@ void SoftwareDrawer::end_band(ViewWork& work) {
 
 void SoftwareDrawer::forget(CameraId camera) {
     histories_.erase(camera);
+    asked_.erase(camera);
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <atomic>
+#include <bitset>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -20,7 +22,8 @@ struct StaticLayer {
     Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
     /// By kind, as their frames are; empty: nobody asked for it yet.
     std::array<Plane<std::uint32_t>, frame_kind_count> channels;
-    std::uint64_t number = 0;  ///< no two that were ever kept have the same; 0: nothing is kept yet
+    std::map<ObjectId, Silhouette> silhouettes;  ///< of static objects whose were asked for
+    std::uint64_t number = 0;                    ///< no two that were ever kept have the same; 0: nothing is kept yet
 };
 
 /// What a frame showed: a layer, and other things in some rectangles.
@@ -40,6 +43,21 @@ struct FrameHistory {
     ShownPicture picture;  ///< of colour
 };
 
+/// Some FrameKinds, by number.
+using KindSet = std::bitset<frame_kind_count>;
+
+/// What was asked for of a camera in one instant, call after call. Who took several kinds of the last picture will take
+/// them of this one: they are drawn with the first of them, and kept until the next instant.
+struct AskedPictures {
+    std::uint64_t instant = 0;
+    std::uint64_t spec_revision = 0;  ///< this, pose, quality and sequence: of what `frames` show
+    Pose pose;
+    Quality quality = Quality::simple;
+    std::int64_t sequence = -1;
+    KindSet before, now;
+    std::array<FrameRef, frame_kind_count> frames;
+};
+
 /// A picture of a view that is no colour (channels.h).
 struct ChannelFrame {
     std::shared_ptr<Frame> frame;      ///< null: not wanted
@@ -48,6 +66,8 @@ struct ChannelFrame {
 
 struct ViewWork {
     const View* view = nullptr;
+    KindSet kinds;                   ///< that are drawn
+    AskedPictures* asked = nullptr;  ///< null: what is drawn is not kept
     SceneView scene;
     StaticLayer* layer = nullptr;
     FrameHistory* history = nullptr;
