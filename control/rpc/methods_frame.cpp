@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <optional>
 
 #include "control/rpc/method_fields.h"
@@ -16,15 +18,36 @@ struct FrameQuestion {
     FrameKind kind = FrameKind::color;
     Codec format = Codec::jpeg;
     int quality = default_jpeg_quality;
+    std::string pixels = "rgba8";
+    std::string encoding = "base64";
     TimeNs min_ns = 0;
+
+    bool as_bytes() const { return encoding == "bytes"; }
 };
+
+/// What raw pictures of colour are given in.
+constexpr std::array raw_color_layouts{PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::rgb24, PixelFormat::gray8};
+
+std::vector<std::string> names_of_layouts() {
+    std::vector<std::string> names;
+    for (const PixelFormat layout : raw_color_layouts) names.emplace_back(to_string(layout));
+    return names;
+}
 
 const std::vector<FieldOf<FrameQuestion>>& question_fields() {
     using Question = FrameQuestion;
     static const std::vector<FieldOf<Question>> table{
-        camera_name_at<&Question::camera>("camera"), field_at<&Question::kind>({.name = "kind"}),
+        camera_name_at<&Question::camera>("camera"),
+        field_at<&Question::kind>({.name = "kind"}),
         field_at<&Question::format>({.name = "format"}),
         field_at<&Question::quality>({.name = "quality", .doc = "of jpeg", .range = {1, 100}}),
+        field_at<&Question::pixels>({.name = "pixels", .doc = "of raw colour", .choices = names_of_layouts()}),
+        field_at<&Question::encoding>(
+            {.name = "encoding",
+             .doc =
+                 "bytes, for programs that are in a hurry, follow the line of the answer, as many as its `bytes` says, "
+                 "with nothing after them; on the control socket and TCP only, and not in a batch",
+             .choices = {"base64", "bytes"}}),
         min_ns_at<&Question::min_ns>()};
     return table;
 }
@@ -47,7 +70,8 @@ public:
         : answers_(std::move(answers)), all_(std::move(all)) {}
 
     Result<void> admit(const FetchRequest& request, ImageSize size) {
-        const std::size_t bytes = bytes_of(format_of(request.kind), size);
+        const std::size_t bytes =
+            bytes_of(request.format.codec == Codec::raw ? request.format.pixels : format_of(request.kind), size);
         if (request.format.codec != Codec::raw) return take(*all_, bytes, picture_);
         if (auto good = check_frame_bytes(request.camera, bytes); !good) return good;
         return take(*answers_, base64_size(bytes), text_);
@@ -82,9 +106,13 @@ Result<RpcResult> frame_result(const MediaUnit& unit, const FrameQuestion& quest
                 {"size", {info.size.width, info.size.height}},
                 {"kind", json_of(question.kind)},
                 {"format", json_of(question.format)},
-                {"encoding", "base64"}};
+                {"encoding", question.encoding},
+                {"bytes", bytes.size()}};
     if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
-    RpcResult result(std::move(fields), base64_encode(bytes));
+    RpcResult result(std::move(fields), question.as_bytes()
+                                            ? std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())
+                                            : base64_encode(bytes));
+    result.is_bytes = question.as_bytes();
     result.claim = std::move(*claim);
     return result;
 }
@@ -94,15 +122,24 @@ void get(RpcContext& context, const json& params, RpcReply done) {
     auto question =
         read_all<FrameQuestion>(question_fields(), reader, [](const FrameQuestion& asked, JsonReader& keys) {
             if (keys.has("quality") && asked.format != Codec::jpeg) keys.fail("quality", "only jpeg has one");
+            if (keys.has("pixels") && (asked.kind != FrameKind::color || asked.format != Codec::raw))
+                keys.fail("pixels", "only raw pictures of colour have a choice");
         });
     if (!question) return done(std::unexpected(question.error()));
+    if (question->as_bytes() && !done.takes_bytes())
+        return done(
+            error(ErrorKind::invalid_argument,
+                  "encoding: bytes come on the control socket and TCP, in answers by themselves; not by HTTP or "
+                  "in a batch"));
     FetchRequest request;
     request.camera = question->camera;
     request.kind = question->kind;
     request.min_ns = question->min_ns;
     const bool is_raw = question->format == Codec::raw, is_jpeg = question->format == Codec::jpeg;
-    request.format = {
-        question->format, is_raw ? format_of(request.kind) : PixelFormat::rgba8, is_jpeg ? question->quality : 0, {}};
+    PixelFormat layout = is_raw ? format_of(request.kind) : PixelFormat::rgba8;
+    if (is_raw && request.kind == FrameKind::color)
+        layout = *std::ranges::find(raw_color_layouts, question->pixels, [](PixelFormat of) { return to_string(of); });
+    request.format = {question->format, layout, is_jpeg ? question->quality : 0, {}};
     const auto claims = std::make_shared<FrameClaims>(done.budget(), context.budget);
     request.admit = [claims, asked = request](ImageSize size) { return claims->admit(asked, size); };
     // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
@@ -130,9 +167,11 @@ std::vector<Method> frame_methods(RpcContext& context) {
                         {"size", "[width, height]", "size of the picture", false, "px"},
                         {"kind", "string", "as asked"},
                         {"format", "string", "as asked"},
-                        {"pixels", "string", "raw only: `rgba8`, `depth32f`, `id32` or `normal32f`, little-endian"},
-                        {"encoding", "string", "`base64`"},
-                        {"data", "string", "the bytes"}},
+                        {"pixels", "string",
+                         "raw only: that of colour as asked, `depth32f`, `id32` or `normal32f`, little-endian"},
+                        {"encoding", "string", "as asked"},
+                        {"bytes", "integer", "how many they are; with encoding `bytes` they follow the line"},
+                        {"data", "string", "with encoding `base64`: the bytes"}},
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
              .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
              .example = R"({"camera": "lobby", "format": "png"})",

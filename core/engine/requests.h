@@ -1,8 +1,11 @@
 #pragma once
 
 #include <list>
+#include <map>
+#include <memory>
 
 #include "core/engine/rig_state.h"
+#include "core/truth/make_truth.h"
 
 namespace camrig {
 
@@ -63,6 +66,7 @@ private:
     TimeNs next_turn_ns(TimeNs monotonic_ns) const;
 
     RigState& rig_;
+    std::map<CameraId, std::shared_ptr<StandingObjects>> standing_;  ///< of truths; what is in them is the lane's
     Waiters waiting_, drawing_;
     bool is_ready_ = false;           ///< somebody who waits needs but his turn
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average

@@ -106,6 +106,7 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
 }
 
 void ViewGeometry::add_triangles(const ViewDraw& draw) {
+    if (draw.primitive->source->topology != Topology::triangles) return add_strokes(draw);
     vertices_.resize(vertices_.size() + draw.vertex_count);
     outside_.resize(draw.vertex_count);
     project(view_.transform, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,
@@ -186,6 +187,7 @@ void ViewGeometry::clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>
         if (!(position.z >= t.near_m)) position *= t.near_m / position.z;
         vertices_.push_back(on_screen(position));
         VertexValues& made = clipped_.emplace_back();
+        made.position = position;
         made.color = glm::vec4(0.0f);
         for (std::size_t k = 0; k < 3; ++k) {
             const auto share = static_cast<float>(polygon[i].shares[static_cast<glm::length_t>(k)]);

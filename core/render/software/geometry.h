@@ -14,6 +14,7 @@ namespace camrig {
 
 /// What a vertex carries through a clipped edge.
 struct VertexValues {
+    glm::dvec3 position{0.0};  ///< in the optical frame
     glm::vec3 normal{0.0f};
     glm::vec4 color{1.0f};
     std::array<glm::vec2, texture_slot_count> coordinates{};
@@ -71,6 +72,16 @@ private:
     void add_triangles(const ViewDraw& draw);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
     ScreenVertex on_screen(const glm::dvec3& p) const;
+    /// strokes.cpp: points and lines.
+    struct QuadCorner {
+        ScreenVertex at;
+        const VertexValues* values = nullptr;
+        std::int32_t dx = 0, dy = 0;
+    };
+    void add_strokes(const ViewDraw& draw);
+    void add_point(const ViewDraw& draw, const VertexValues& point);
+    void add_line(const ViewDraw& draw, const VertexValues& from, const VertexValues& to);
+    void add_quad(const ViewDraw& draw, const std::array<QuadCorner, 4>& corners);
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
     SceneView view_;

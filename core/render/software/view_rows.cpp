@@ -1,49 +1,26 @@
 #include "core/render/software/view_rows.h"
 
-#include <algorithm>
-#include <cstring>
+#include "core/render/software/channels.h"
+#include "core/render/software/rows.h"
 
 namespace camrig {
 namespace {
-
-template <typename T>
-void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
-    if (rect.width() <= 0) return;
-    const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
-    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
-}
-
-template <typename T>
-void fill(Rows<T> rows, const PixelRect& rect, T value) {
-    for (int y = rect.y0; y < rect.y1; ++y) std::fill_n(rows(y) + rect.x0, rect.width(), value);
-}
 
 std::uint32_t pixel_of(const glm::vec3& linear) {
     return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
            0xFFu << 24;
 }
 
-/// May be of less than no height.
-PixelRect common(const PixelRect& a, const PixelRect& b) {
-    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
-}
-
-PixelRect hull_of(std::span<const PixelRect> rects) {
-    PixelRect hull = rects.front();
-    for (const PixelRect& rect : rects)
-        hull = {std::min(hull.x0, rect.x0), std::min(hull.y0, rect.y0), std::max(hull.x1, rect.x1),
-                std::max(hull.y1, rect.y1)};
-    return hull;
-}
-
-void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, const ViewWork& work, const PixelRect& band) {
+void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band) {
     if (triangles.count == 0 || work.rects.empty()) return;
     const PixelRect hull = common(hull_of(work.rects), band);
     if (hull.height() <= 0) return;
     // What is in the range lies in the rectangles: once for all of them.
     find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
-    for (const PixelRect& rect : work.rects)
+    for (const PixelRect& rect : work.rects) {
+        describe_visible(scratch, common(rect, band), work);
         shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers);
+    }
 }
 
 void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
@@ -75,6 +52,7 @@ void draw_ground(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
     copy(canvas.color, layer.color.rows(), band);
     copy(canvas.depth, layer.depth.rows(), band);
+    keep_channels(work, band);
     if (!layer.finished) return;
     draw_blended(scratch, scratch.blended_statics, work, band);
     copy(canvas.color, layer.finished.rows(), band);
@@ -93,6 +71,8 @@ PixelRect band_of(const ViewWork& work, int band, int bands) {
 }
 
 void draw_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
+    if (work.frame == nullptr) return draw_channel_rows(work, scratch, band);
+    begin_channels(work, band);
     if (work.is_in_parts) {
         put_back(work, band);
     } else {
