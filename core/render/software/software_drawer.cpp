@@ -81,7 +81,8 @@ bool SoftwareDrawer::is_plain(const View& view) {
     const CameraSpec& spec = *view.spec;
     return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
            is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
-           spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
+           (spec.lens.model == LensModel::pinhole ? spec.lens_sampling.method == LensMethod::automatic
+                                                  : spec.lens_sampling == LensSampling{}) &&
            antialias_of(spec, view.quality) == Antialias::none;
 }
 
@@ -90,7 +91,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
     work.scene =
         make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                        spec.far_m, view.quality, options_.max_detail_error_px);
+                        spec.far_m, view.quality, options_.max_detail_error_px, *lenses_.of(view));
     work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
@@ -269,6 +270,7 @@ void SoftwareDrawer::end_band(ViewWork& work) {
 
 void SoftwareDrawer::forget(CameraId camera) {
     histories_.erase(camera);
+    lenses_.forget(camera);
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};

@@ -9,13 +9,14 @@
 #include "core/frame/frame_pool.h"
 #include "core/render/layer_table.h"
 #include "core/render/renderer.h"
+#include "core/render/software/lens_views.h"
 #include "core/render/software/thread_team.h"
 #include "core/render/software/view_work.h"
 
 namespace camrig {
 
-/// Colour pictures by camrig's own rasteriser: no GL, several views at once. Qualities fast and simple, triangles, no
-/// lens but the pinhole, one sample a pixel: what most cameras of a rig are. Whoever asks draws other views elsewhere.
+/// Colour pictures by camrig's own rasteriser: no GL, several views at once. Qualities fast and simple, triangles, any
+/// lens, one sample a pixel: what most cameras of a rig are. Whoever asks draws other views elsewhere.
 ///
 /// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
 /// picture with what is blended over them. Each instant only the rectangles that movers touch are put back and drawn.
@@ -37,7 +38,9 @@ public:
     static bool is_plain(const View& view);
     const SnapshotRef& snapshot() const { return scene_.snapshot(); }
     /// Whether the colour picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view) const { return is_plain(view) && scene_.has_only_triangles(); }
+    bool can_draw(const View& view) {
+        return is_plain(view) && scene_.has_only_triangles() && lenses_.of(view).has_value();
+    }
     /// Appends the colour frames of the views, in their order.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
     /// CPU time that each view of the last draw() took by itself.
@@ -74,6 +77,7 @@ private:
     LayerTable<StaticLayer> layers_;
     std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
+    LensViews lenses_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
     std::vector<TimeNs> cost_ns_;

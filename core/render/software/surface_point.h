@@ -14,6 +14,7 @@ namespace camrig {
 /// not set.
 struct SurfacePoints {
     Lanes z;
+    Lanes3 position;             ///< local; through a lens only
     Lanes3 normal;               ///< local, towards the seen side
     std::array<Lanes, 4> color;  ///< of the vertices
     /// Coordinates, and the square of the longer of their steps to the next pixel and row, in texels of the full size.
@@ -251,6 +252,8 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
     } else if (draw.primitive->is_lit) {
         const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
         points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
+        if (geometry.lens() != nullptr)
+            points.position = vector({&draw.positions->x, 3, offsetof(VertexValues, position)});
     }
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
         if (draw.textures[slot] == nullptr) continue;
