@@ -18,6 +18,8 @@ constexpr double wide_angle = pi / 3.0;
 constexpr double end_margin = 1.02, end_margin_px = 2.0;
 /// Where a plane lens ends at the latest: 0.06 deg from the image plane.
 constexpr double max_plane_end = 1000.0;
+/// A fisheye shows what lies right behind on all sides: edges that pass there are bent without end.
+constexpr double max_angular_end = 2.8;
 /// What goes on beyond the end takes at most so many pixels; beyond a fold so much of the focal length per unit.
 constexpr double max_beyond_px = 2048.0;
 constexpr double fold_rise = 1e-3;
@@ -58,6 +60,8 @@ Result<std::shared_ptr<const LensView>> LensView::create(ImageSize size, const I
     if (!model) return std::unexpected(model.error());
     const auto view = std::shared_ptr<LensView>(new LensView(*model));
     view->find_seen();
+    if (view->is_wide_ && view->end_ > max_angular_end)
+        return error(ErrorKind::unsupported, "lens: sees what lies right behind; it is drawn from a cube's faces only");
     view->find_straight();
     if (!model->every_pixel_valid()) view->find_blind();
     return view;
@@ -69,9 +73,9 @@ void LensView::find_seen() {
     const double focal = std::max(model_.intrinsics().fx, model_.intrinsics().fy);
     const double field = model_.max_field_angle();
     const double margin = end_margin_px / focal;
-    end_ = is_angular ? std::min(pi, field * end_margin + margin)
-                      : std::min(max_plane_end, (field < 0.5 * pi ? std::tan(field) : max_plane_end) * end_margin +
-                                                    margin);
+    end_ = is_angular
+               ? std::min(pi, field * end_margin + margin)
+               : std::min(max_plane_end, (field < 0.5 * pi ? std::tan(field) : max_plane_end) * end_margin + margin);
     const bool ends_at_fold = end_ >= lens.valid_radius();
     if (ends_at_fold) end_ = lens.valid_radius() * (1.0 - 1e-9);
     is_wide_ = is_angular && end_ > wide_angle;
@@ -116,27 +120,34 @@ void LensView::find_seen() {
 
 void LensView::find_straight() {
     constexpr int radii = 32, turns = 8, ways = 4;
-    constexpr double step = 0.01, certain = 0.7;
+    constexpr double step = 0.01, certain = 0.7, max_skew = 0.25, least_share = 0.06, most_share = 0.15;
     const LensMap& lens = model_.lens();
     double most = is_wide_ ? 1.0 / (8.0 * max_depth_share) : 0.0;  // per squared length, in what is allowed
+    double skew = 0.0;
     for (int i = 0; i < radii * turns * ways; ++i) {
-        const double radius = end_ * (1.0 - step) * (i / (turns * ways) + 1) / radii;
+        const double radius = end_ * (1.0 - 0.5 * step) * (i / (turns * ways) + 1) / radii;
         const double turn = 2.0 * pi * (i / ways % turns) / turns, way = pi * (i % ways) / ways + turn;
-        const double length = step * end_;
+        const double length = step * std::min(end_, 1.0 + radius);
         const glm::dvec2 middle = radius * glm::dvec2(std::cos(turn), std::sin(turn));
         const glm::dvec2 half = 0.5 * length * glm::dvec2(std::cos(way), std::sin(way));
         const auto on_ray = [&](const glm::dvec2& ideal) {
             const glm::dvec3 ray = lens.direction_from_ideal(ideal);
             return is_wide_ ? ray : ray / ray.z;
         };
-        const glm::dvec2 a = pixel_of_ideal(middle - half), b = pixel_of_ideal(middle + half);
-        const glm::dvec2 off =
-            pixel_of_ideal(ideal_of(on_ray(middle - half) + on_ray(middle + half))) - 0.5 * (a + b);
-        const glm::dvec2 along = glm::normalize(b - a);
-        const double sag = std::abs(along.x * off.y - along.y * off.x), slide = std::abs(glm::dot(along, off));
-        most = std::max(most, std::max(sag / max_sag_px, slide / max_slide_px) / (length * length));
+        const glm::dvec3 from = on_ray(middle - half), to = on_ray(middle + half);
+        const auto at = [&](double share) { return pixel_of_ideal(ideal_of(from + (to - from) * share)); };
+        const glm::dvec2 a = at(0.0), b = at(1.0), m = at(0.5);
+        const glm::dvec2 along = glm::normalize(b - a), off = m - 0.5 * (a + b);
+        const auto across = [&](const glm::dvec2& v) { return std::abs(along.x * v.y - along.y * v.x); };
+        const double bend = std::max(across(off) / max_sag_px, std::abs(glm::dot(along, off)) / max_slide_px);
+        most = std::max(most, bend / (length * length));
+        // How far from the parabola through these three.
+        const double off_parabola = across(at(0.25) - (0.375 * a + 0.75 * m - 0.125 * b));
+        const double relative = length / std::min(end_, 1.0 + radius);
+        skew = std::max(skew, off_parabola / (max_skew * max_sag_px * relative * relative * relative));
     }
-    straight_length_ = std::sqrt(certain / std::max(most, 1e-12));
+    simple_share_ = std::clamp(1.0 / std::cbrt(std::max(skew, 1e-12)), least_share, most_share);
+    straight_length_ = std::min(std::sqrt(certain / std::max(most, 1e-12)), simple_share_ * std::min(end_, 1.0));
 }
 
 void LensView::find_blind() {
@@ -261,7 +272,8 @@ std::optional<PixelRect> LensView::pixels_of(const glm::dmat4& optical_from_loca
     const auto inside = [](double value, int size) { return static_cast<int>(std::clamp(value, 0.0, double(size))); };
     const double slack = slack_px + bend;
     const PixelRect rect{inside(std::floor(low.x - slack), width), inside(std::floor(low.y - slack), height),
-                         inside(std::ceil(high.x + slack) + 1.0, width), inside(std::ceil(high.y + slack) + 1.0, height)};
+                         inside(std::ceil(high.x + slack) + 1.0, width),
+                         inside(std::ceil(high.y + slack) + 1.0, height)};
     if (rect.width() <= 0 || rect.height() <= 0) return std::nullopt;
     return rect;
 }

@@ -25,7 +25,7 @@ namespace camrig {
 /// thread.
 class LensView {
 public:
-    /// Refuses what CameraModel refuses.
+    /// Refuses what CameraModel refuses, and fisheyes that see further than 2.8 rad from the axis.
     static Result<std::shared_ptr<const LensView>> create(ImageSize size, const Intrinsics& intrinsics,
                                                           const Lens& lens);
 
@@ -49,6 +49,9 @@ public:
     static constexpr double max_sag_px = 0.02, max_slide_px = 0.1, max_depth_share = 1.0 / 4096.0;
     /// Nothing that is seen and is at most so long on the ideal plane is bent more.
     double straight_length() const { return straight_length_; }
+    /// An edge whose ends are at least r from the axis of the ideal plane, and that is at most this share of 1 + r and
+    /// of the end long, is bent to one side only: its middle tells how much.
+    double simple_share() const { return simple_share_; }
 
     /// Pixels x0 <= x < x1 of row y whose ray() is none; by rows.
     struct BlindRun {
@@ -74,7 +77,7 @@ private:
 
     CameraModel model_;
     bool is_wide_ = false;
-    double end_ = 0.0, rise_ = 0.0, guard_ = 0.0, straight_length_ = 0.0;
+    double end_ = 0.0, rise_ = 0.0, guard_ = 0.0, straight_length_ = 0.0, simple_share_ = 0.0;
     glm::dvec2 slope_low_{0.0}, slope_high_{0.0};
     std::vector<BlindRun> blind_;
 };

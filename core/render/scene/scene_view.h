@@ -24,7 +24,7 @@ struct SeenSurface {
     /// Of the middle of its bounds along the optical axis (from the eye of a wide lens), for the order of what is
     /// blended.
     double distance_m = 0.0;
-    std::size_t order = 0;    ///< among those at one distance
+    std::size_t order = 0;  ///< among those at one distance
 };
 
 /// One picture of a scene.
@@ -34,7 +34,7 @@ struct SceneView {
     Frustum frustum;  ///< not of a wide lens
     double far_m = 0.0;
     Quality quality = Quality::simple;
-    double max_detail_error_px = 0.0;  ///< 0: every mesh in full
+    double max_detail_error_px = 0.0;           ///< 0: every mesh in full
     std::shared_ptr<const LensView> lens = {};  ///< null: none is looked through
 
     /// The draw of a surface, if any of it may be seen.

@@ -16,10 +16,10 @@ namespace camrig {
 /// What a vertex carries through a clipped edge.
 struct VertexValues {
     glm::vec3 normal{0.0f};
+    glm::vec3 position{0.0f};  ///< local
     glm::vec4 color{1.0f};
     std::array<glm::vec2, texture_slot_count> coordinates{};
     glm::vec3 light{0.0f}, light_behind{0.0f}, ambient{0.0f};
-    glm::vec3 position{0.0f};  ///< local
 };
 
 /// The lights of a draw, in the optical frame of the view.

@@ -33,9 +33,15 @@ CAMRIG_LANES ThroughLens<V> through_lens(const LensNumbers& lens, V x, V y, V z)
     V turn = one;
     if (lens.is_angular) {
         // atan on [0, 1]: at most 2.4e-9 off (Lawson's iteration on Chebyshev polynomials of the square).
-        constexpr std::array<float, 10> arc{1.0f,           -0.3333328366279602f,  0.1999826580286026f,
-                                            -0.142619326710701f,  0.10942026227712631f,  -0.08377301692962646f,
-                                            0.057551853358745575f, -0.030804336071014404f, 0.01072679553180933f,
+        constexpr std::array<float, 10> arc{1.0f,
+                                            -0.3333328366279602f,
+                                            0.1999826580286026f,
+                                            -0.142619326710701f,
+                                            0.10942026227712631f,
+                                            -0.08377301692962646f,
+                                            0.057551853358745575f,
+                                            -0.030804336071014404f,
+                                            0.01072679553180933f,
                                             -0.001753894961439073f};
         constexpr float half_pi = std::numbers::pi_v<float> / 2.0f, pi = std::numbers::pi_v<float>;
         const V across = root(x * x + y * y + 1e-30f), along = z < zero ? -z : z;

@@ -2,16 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/render/software/lens_formula.h"
 
 namespace camrig {
 namespace {
 
-/// An edge that is longer on the ideal plane, or a third of what is seen, may be bent to both sides of its middle.
-constexpr float max_length = 0.25f, max_length_of_end = 0.3f;
 /// Halves of an edge are a quarter as bent, about; below this much of what may be, nobody looks again.
-constexpr float certain = 0.8f;
+constexpr float certain = 0.7f;
+/// Edges with a joint are divided until they are no longer than this, in squares of what is straight anyway.
+constexpr float joint_length2 = 4.0f;
 /// How far at most the inside of a triangle is from its nearest corner, in its longest edges, and some more.
 constexpr float reach = 0.6f;
 constexpr double beside_px = 1.0;
@@ -22,8 +23,7 @@ void LensPieces::begin_view(const LensView& lens, const ViewTransform& view) {
     lens_ = &lens;
     numbers_ = LensNumbers(lens, view);
     size_ = view.size;
-    const float longest = std::min(max_length, max_length_of_end * numbers_.end);
-    longest2_ = longest * longest;
+    simple_share_ = static_cast<float>(lens.simple_share());
     made_ = 0;
 }
 
@@ -109,10 +109,12 @@ LensPieces::Edge LensPieces::look_at(std::uint32_t from, std::uint32_t to, float
         most = std::max(most, std::abs(1.0 - edge.middle.w * sum / (2.0 * a.w * b.w)) / LensView::max_depth_share);
     edge.shift_px = static_cast<float>(std::sqrt(off2));
     edge.bend = static_cast<float>(most);
-    // On a plane a lens changes the less, the further out.
-    const float inner = std::min(a.radius, b.radius);
-    edge.is_long = edge.length2 > longest2_ * (numbers_.is_angular ? 1.0f : 1.0f + inner * inner);
-    edge.is_bent = edge.is_long || !(edge.bend <= 1.0f);
+    const float simple = simple_share_ * std::min(numbers_.end, 1.0f + std::min(a.radius, b.radius));
+    edge.is_long = edge.length2 > simple * simple;
+    // Where the lens ends its curve has a joint.
+    edge.has_joint = (a.radius > numbers_.end) != (b.radius > numbers_.end);
+    edge.is_bent = edge.is_long || !(edge.bend <= 1.0f) ||
+                   (edge.has_joint && edge.length2 > joint_length2 * numbers_.straight_length2);
     return edge;
 }
 
@@ -153,7 +155,8 @@ void LensPieces::divide(const Piece& piece, int depth) {
     std::array<std::uint32_t, 3> middle{};
     std::array<float, 3> half{};  // the bend of each edge's halves, and of what runs beside it inside the piece
     for (std::size_t i = 0; i < 3; ++i) {
-        half[i] = edges[i].is_bent && !edges[i].is_long ? 0.25f * edges[i].bend : not_known;
+        const bool is_known = edges[i].is_bent && !edges[i].is_long && !edges[i].has_joint;
+        half[i] = is_known ? 0.25f * edges[i].bend : not_known;
         if (!edges[i].is_bent) continue;
         middle[i] = static_cast<std::uint32_t>(points_.size());
         points_.push_back(edges[i].middle);
@@ -184,6 +187,18 @@ void LensPieces::divide(const Piece& piece, int depth) {
     }
 }
 
+bool LensPieces::is_beyond_end(const Piece& piece) const {
+    float inner2 = std::numeric_limits<float>::infinity(), longest2 = 0.0f;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Point &a = points_[piece.at[i]], &b = points_[piece.at[(i + 1) % 3]];
+        inner2 = std::min(inner2, a.radius * a.radius);
+        longest2 = std::max(longest2, glm::dot(b.ideal - a.ideal, b.ideal - a.ideal));
+    }
+    // No edge comes nearer to the axis than its middle would, and a triangle around the axis has longer ones.
+    const float end2 = numbers_.end * numbers_.end;
+    return longest2 < end2 && inner2 - 0.25f * longest2 > end2;
+}
+
 void LensPieces::add(const Piece& piece) {
     const auto keep = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         pieces_.push_back({a, b, c});
@@ -191,6 +206,7 @@ void LensPieces::add(const Piece& piece) {
     };
     const auto [a, b, c] = piece.at;
     const double near_m = numbers_.near_m;
+    if (is_beyond_end(piece)) return;
     const auto is_near = [&](std::uint32_t i) { return points_[i].w < near_m; };
     if (!numbers_.is_wide || (!is_near(a) && !is_near(b) && !is_near(c))) {
         keep(a, b, c);

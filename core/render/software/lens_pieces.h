@@ -22,9 +22,9 @@ public:
     static constexpr std::uint32_t max_pieces = 1u << 20;
 
     struct Point {
-        glm::dvec3 p;      ///< in the optical frame
+        glm::dvec3 p;       ///< in the optical frame
         glm::dvec3 shares;  ///< of the corners of the triangle
-        double w;          ///< what is interpolated along, in metres: z, or the distance from the eye
+        double w;           ///< what is interpolated along, in metres: z, or the distance from the eye
         glm::dvec2 px;
         glm::vec2 ideal;
         float radius;  ///< of ideal
@@ -49,25 +49,27 @@ private:
     };
     struct Edge {
         float bend = 0.0f;
-        float length2 = 0.0f;  ///< on the ideal plane
+        float length2 = 0.0f;   ///< on the ideal plane
         float shift_px = 0.0f;  ///< how far its middle lies from the middle of its ends
         bool is_long = false;   ///< too long to tell its bend from its middle
-        bool is_bent = false;
+        bool has_joint = false, is_bent = false;
         Point middle;
     };
     Point point_at(const glm::dvec3& p, const glm::dvec3& shares) const;
     Edge look_at(std::uint32_t from, std::uint32_t to, float bend) const;
     void divide(const Piece& piece, int depth);
     bool is_outside(const Piece& piece, const std::array<Edge, 3>& edges) const;
+    bool is_beyond_end(const Piece& piece) const;
     /// Keeps of a polygon, points_ of these numbers, what has no negative height.
     template <typename Height>
     void cut(std::vector<std::uint32_t>& polygon, const Height& height);
+    /// Unless nothing of it is seen.
     void add(const Piece& piece);
 
     const LensView* lens_ = nullptr;
     LensNumbers numbers_;
     ImageSize size_;
-    float longest2_ = 0.0f;
+    float simple_share_ = 0.0f;
     std::uint32_t made_ = 0;  ///< pieces of this view
     std::vector<Point> points_;
     std::vector<std::array<std::uint32_t, 3>> pieces_;

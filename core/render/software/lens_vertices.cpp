@@ -8,9 +8,9 @@ namespace camrig {
 namespace {
 
 template <typename Isa>
-CAMRIG_LANES void project_body(const LensNumbers& lens, ImageSize size, const glm::dmat4& m,
-                               const glm::vec3* positions, std::span<const std::uint32_t> which, ScreenVertex* to,
-                               glm::vec2* ideal, std::int32_t* outside) {
+CAMRIG_LANES void project_body(const LensNumbers& lens, ImageSize size, const glm::dmat4& m, const glm::vec3* positions,
+                               std::span<const std::uint32_t> which, ScreenVertex* to, glm::vec2* ideal,
+                               std::int32_t* outside) {
     constexpr double farthest = 1e30;
     const float* const from = &positions->x;
     const double right = size.width - 0.5, bottom = size.height - 0.5;
@@ -40,10 +40,9 @@ CAMRIG_LANES void project_body(const LensNumbers& lens, ImageSize size, const gl
         const Doubles factor = widened(seen_at.factor);
         const Doubles px = (u * factor + widened(seen_at.aside_x)) * lens.k.fx + lens.k.cx;
         const Doubles py = (v * factor + widened(seen_at.aside_y)) * lens.k.fy + lens.k.cy;
-        const IntLanes beyond =
-            ((px < Doubles{} + -0.5) & outside_left) | ((Doubles{} + right < px) & outside_right) |
-            ((py < Doubles{} + -0.5) & outside_top) | ((Doubles{} + bottom < py) & outside_bottom) |
-            ((seen_at.radius > seen) & outside_lens);
+        const IntLanes beyond = ((px < Doubles{} + -0.5) & outside_left) | ((Doubles{} + right < px) & outside_right) |
+                                ((py < Doubles{} + -0.5) & outside_top) | ((Doubles{} + bottom < py) & outside_bottom) |
+                                ((seen_at.radius > seen) & outside_lens);
         const IntLanes bits = is_placed ? beyond : (is_near & outside_near) | (~in_guard & outside_guard);
         const IntLanes sx = rounded(px * static_cast<double>(subpixels));
         const IntLanes sy = rounded(py * static_cast<double>(subpixels));

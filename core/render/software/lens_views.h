@@ -10,7 +10,7 @@ namespace camrig {
 /// The lens of each camera, made anew when its optics change.
 class LensViews {
 public:
-    /// Null for a pinhole. Refuses what CameraModel refuses.
+    /// Null for a pinhole. Refuses what LensView refuses.
     Result<std::shared_ptr<const LensView>> of(const View& view) {
         const CameraSpec& spec = *view.spec;
         if (spec.lens.model == LensModel::pinhole) {

@@ -47,21 +47,20 @@ CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& 
     const glm::mat3& m = draw.optical_from_normal;
     Lanes3 n = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
     n = n * (1.0f / sqrt(max(dot(n, n), lanes(1e-30f))));
-    const auto light_at = [&](const Lanes3& position) __attribute__((always_inline)) {
-        return hemisphere<PointGroup>(geometry.light(), n) * occlusion +
-               lambert<PointGroup>(*draw.lights, n, position);
-    };
-    if (geometry.lens() != nullptr) {
+    Lanes3 position{};
+    if (geometry.lens() == nullptr) {
+        const Intrinsics& k = geometry.transform().intrinsics;
+        const auto inverse_fx = static_cast<float>(1.0 / k.fx), inverse_fy = static_cast<float>(1.0 / k.fy);
+        const Lanes ray_x = (lane_numbers() + static_cast<float>(x - k.cx)) * inverse_fx;
+        const float ray_y = static_cast<float>(y - k.cy) * inverse_fy;
+        position = {ray_x * points.z, ray_y * points.z, points.z};
+    } else if (!draw.lights->local.empty()) {
         const glm::dmat4& t = draw.optical_from_local;
         const auto column = [&](int c) __attribute__((always_inline)) { return splat(glm::vec3(t[c])); };
         const Lanes3& p = points.position;
-        return light_at(column(0) * p.x + column(1) * p.y + column(2) * p.z + column(3));
+        position = column(0) * p.x + column(1) * p.y + column(2) * p.z + column(3);
     }
-    const Intrinsics& k = geometry.transform().intrinsics;
-    const auto inverse_fx = static_cast<float>(1.0 / k.fx), inverse_fy = static_cast<float>(1.0 / k.fy);
-    const Lanes ray_x = (lane_numbers() + static_cast<float>(x - k.cx)) * inverse_fx;
-    const float ray_y = static_cast<float>(y - k.cy) * inverse_fy;
-    return light_at({ray_x * points.z, ray_y * points.z, points.z});
+    return hemisphere<PointGroup>(geometry.light(), n) * occlusion + lambert<PointGroup>(*draw.lights, n, position);
 }
 
 /// x^(1/2.4) fitted by two square roots, as srgb.glsl: at most 0.03 of a code of 255 from IEC 61966-2-1.
