@@ -122,10 +122,13 @@ void LensView::find_straight() {
     constexpr int radii = 32, turns = 8, ways = 4;
     constexpr double step = 0.01, certain = 0.7, max_skew = 0.25, least_share = 0.06, most_share = 0.15;
     const LensMap& lens = model_.lens();
+    const bool is_angular = lens.formula().is_angular;
     double most = is_wide_ ? 1.0 / (8.0 * max_depth_share) : 0.0;  // per squared length, in what is allowed
     double skew = 0.0;
     for (int i = 0; i < radii * turns * ways; ++i) {
-        const double radius = end_ * (1.0 - 0.5 * step) * (i / (turns * ways) + 1) / radii;
+        const double part = (1.0 - 0.5 * step) * (i / (turns * ways) + 1) / radii;
+        // Evenly by angle: the end of a plane may be far out, where little bends any more.
+        const double radius = is_angular ? end_ * part : std::tan(std::atan(end_) * part);
         const double turn = 2.0 * pi * (i / ways % turns) / turns, way = pi * (i % ways) / ways + turn;
         const double length = step * std::min(end_, 1.0 + radius);
         const glm::dvec2 middle = radius * glm::dvec2(std::cos(turn), std::sin(turn));
