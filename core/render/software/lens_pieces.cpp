@@ -156,7 +156,9 @@ void LensPieces::divide(const Piece& piece, int depth) {
     std::array<float, 3> half{};  // the bend of each edge's halves, and of what runs beside it inside the piece
     for (std::size_t i = 0; i < 3; ++i) {
         const bool is_known = edges[i].is_bent && !edges[i].is_long && !edges[i].has_joint;
-        half[i] = is_known ? 0.25f * edges[i].bend : not_known;
+        // Beside a fold what slides along an edge may lie across its halves.
+        const float most = std::max(edges[i].bend, edges[i].shift_px / static_cast<float>(LensView::max_sag_px));
+        half[i] = is_known ? 0.25f * most : not_known;
         if (!edges[i].is_bent) continue;
         middle[i] = static_cast<std::uint32_t>(points_.size());
         points_.push_back(edges[i].middle);
