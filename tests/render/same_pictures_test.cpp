@@ -178,7 +178,10 @@ TEST(SamePictures, OfOurRasteriser) {
                                   {.camera = 1, .size = {117, 88}, .quality = Quality::fast},
                                   {.camera = 2, .size = {320, 240}},
                                   {.camera = 2, .size = {64, 48}, .has_extras = true},
-                                  {.camera = 1, .size = {90, 68}, .kinds = all_kinds}};
+                                  {.camera = 1, .size = {90, 68}, .kinds = all_kinds},
+                                  {.camera = 0, .lens = plumb_bob},
+                                  {.camera = 1, .size = {117, 88}, .quality = Quality::fast, .lens = rational},
+                                  {.camera = 2, .size = {160, 120}, .lens = equidistant}};
     Hashes hashes;
     for (const std::string& scene : scenes) draw_scene(renderer, scene, shots, hashes);
     // The same on every machine, whatever its vectors.

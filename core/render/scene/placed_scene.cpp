@@ -26,6 +26,7 @@ void PlacedSurfaces::clear() {
     surfaces_.clear();
     blended_.clear();
     deformations_used_ = poses_used_ = 0;
+    has_only_triangles_ = true;
 }
 
 PosedModel& PlacedSurfaces::next_pose() {
@@ -43,6 +44,7 @@ void PlacedSurfaces::add(const Instance& instance, PreparedModels& models, Light
     const ModelRef& source = instance.info->model;
     if (source == nullptr) return;
     const PreparedModel& model = models.of(source, prepare_model);
+    has_only_triangles_ &= model.has_only_triangles;
     PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
     const glm::dmat4 world = world_from_model(instance);

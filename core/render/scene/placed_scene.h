@@ -68,6 +68,7 @@ public:
     const DeformedVertices& deform(const PlacedSurface& surface, LevelSet levels = 1);
     const DeformedVertices& deformed(const PlacedSurface& surface) const;
     std::size_t deformation_count() const { return deformations_used_; }
+    bool has_only_triangles() const { return has_only_triangles_; }
     /// How many of the deformations are made.
     std::uint64_t made() const;
 
@@ -80,6 +81,7 @@ private:
     std::deque<DeformedVertices> deformations_;
     std::deque<PosedModel> poses_;
     std::size_t deformations_used_ = 0, poses_used_ = 0;
+    bool has_only_triangles_ = true;
 };
 
 /// A snapshot whose objects are placed and posed, once for all views. What stands still stays placed until the
@@ -104,6 +106,7 @@ public:
     PlacedSurfaces& movers() { return movers_; }
     const PlacedSurfaces& movers() const { return movers_; }
     const PlacedSurfaces& group_of(bool is_static) const { return is_static ? statics_ : movers_; }
+    bool has_only_triangles() const { return statics_.has_only_triangles() && movers_.has_only_triangles(); }
 
     std::uint64_t statics_number() const { return statics_number_; }  ///< counts the static sets
     std::uint64_t objects_number() const { return objects_number_; }  ///< counts those with other objects

@@ -45,6 +45,7 @@ struct PreparedSurface {
 struct PreparedModel {
     std::vector<PreparedPrimitive> primitives;  ///< mesh after mesh
     std::vector<PreparedSurface> surfaces;      ///< as they are drawn
+    bool has_only_triangles = true;
 };
 PreparedModel prepare_model(const ModelRef& model);
 

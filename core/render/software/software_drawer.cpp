@@ -99,18 +99,23 @@ void SoftwareDrawer::find_primitives(const PlacedSurfaces& placed, std::vector<c
 bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
     const CameraSpec& spec = *view.spec;
     if (!is_within_reach(spec.intrinsics.cx, spec.size.width) ||
-        !is_within_reach(spec.intrinsics.cy, spec.size.height) || spec.lens.model != LensModel::pinhole ||
-        spec.lens_sampling.method != LensMethod::automatic)
+        !is_within_reach(spec.intrinsics.cy, spec.size.height) ||
+        (spec.lens.model == LensModel::pinhole ? spec.lens_sampling.method != LensMethod::automatic
+                                               : spec.lens_sampling != LensSampling{}))
         return false;
-    // All else is looked at in the middle of each pixel, whatever colour is made of.
-    return kind != FrameKind::color ||
-           (view.quality != Quality::beautiful && antialias_of(spec, view.quality) == Antialias::none);
+    if (kind != FrameKind::color) return spec.lens.model == LensModel::pinhole;
+    return view.quality != Quality::beautiful && antialias_of(spec, view.quality) == Antialias::none;
 }
 
-SceneView SoftwareDrawer::scene_view_of(const View& view, Quality quality) const {
+bool SoftwareDrawer::can_draw(const View& view, FrameKind kind) {
+    if (!is_plain(view, kind)) return false;
+    return view.spec->lens.model == LensModel::pinhole || (scene_.has_only_triangles() && lenses_.of(view).has_value());
+}
+
+SceneView SoftwareDrawer::scene_view_of(const View& view, Quality quality) {
     const CameraSpec& spec = *view.spec;
     return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                           spec.far_m, quality, options_.max_detail_error_px);
+                           spec.far_m, quality, options_.max_detail_error_px, *lenses_.of(view));
 }
 
 StaticLayer* SoftwareDrawer::layer_of(const View& view) {
@@ -390,6 +395,7 @@ void SoftwareDrawer::end_band(ViewWork& work) {
 void SoftwareDrawer::forget(CameraId camera) {
     histories_.erase(camera);
     asked_.erase(camera);
+    lenses_.forget(camera);
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};

@@ -9,14 +9,15 @@
 #include "core/frame/frame_pool.h"
 #include "core/render/layer_table.h"
 #include "core/render/renderer.h"
+#include "core/render/software/lens_views.h"
 #include "core/render/software/thread_team.h"
 #include "core/render/software/view_work.h"
 
 namespace camrig {
 
 /// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
-/// go. No lens but the pinhole; colour in qualities fast and simple, with one sample a pixel: what most
-/// cameras of a rig are. Whoever asks draws others elsewhere.
+/// go. Colour in qualities fast and simple, through any lens, with one sample a pixel; the other kinds of pinhole
+/// views: what most cameras of a rig are. Whoever asks draws others elsewhere.
 ///
 /// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
 /// picture with what is blended over them; ids, classes and normals once they were asked for. Each instant only the
@@ -39,7 +40,7 @@ public:
     static bool is_plain(const View& view, FrameKind kind = FrameKind::color);
     const SnapshotRef& snapshot() const { return scene_.snapshot(); }
     /// Whether such a picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view, FrameKind kind = FrameKind::color) const { return is_plain(view, kind); }
+    bool can_draw(const View& view, FrameKind kind = FrameKind::color);
     /// Appends the frames of the views that are wanted and can be drawn here, in the order of views and kinds.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
     /// Which pixels each of these objects would show in the instance picture of the view if nothing else were there.
@@ -62,7 +63,7 @@ private:
     void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
     /// Notes what is asked for, and says what is to be drawn for it.
     KindSet kinds_to_draw(const View& view, ViewWork& work);
-    SceneView scene_view_of(const View& view, Quality quality) const;
+    SceneView scene_view_of(const View& view, Quality quality);
     StaticLayer* layer_of(const View& view);
     void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
     /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
@@ -87,6 +88,7 @@ private:
     std::map<CameraId, FrameHistory> histories_;
     std::uint64_t instant_ = 0;
     std::map<CameraId, AskedPictures> asked_;
+    LensViews lenses_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
     std::vector<TimeNs> cost_ns_;

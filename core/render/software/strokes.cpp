@@ -58,8 +58,8 @@ void ViewGeometry::add_strokes(const ViewDraw& draw) {
     const TriangleRule rule{
         .draw = static_cast<std::uint32_t>(draws_.size()), .first_vertex = draw.first_vertex, .is_double_sided = true};
     outside_.assign(vertices_.size() - draw.first_vertex, 0);
-    assemble(made_by_clipping_, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_, triangles_,
-             to_clip_);
+    assemble(made_by_clipping_, vertices_.data() + draw.first_vertex, outside_.data(), rule, {}, wide_lanes_,
+             triangles_, to_clip_);
 }
 
 void ViewGeometry::add_point(const ViewDraw& draw, const VertexValues& point) {

@@ -42,11 +42,22 @@ void put_back(ViewWork& work, const PixelRect& band) {
     }
 }
 
+/// What sees nothing is black whatever the background, and nothing comes before it.
+void cover_blind(const LensView& lens, const Canvas& canvas, const PixelRect& band) {
+    constexpr std::uint32_t black = 0xFFu << 24;
+    const auto first = std::ranges::lower_bound(lens.blind(), band.y0, {}, &LensView::BlindRun::y);
+    for (auto run = first; run != lens.blind().end() && run->y < band.y1; ++run) {
+        std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
+        std::fill_n(canvas.depth(run->y) + run->x0, run->x1 - run->x0, blind_depth);
+    }
+}
+
 void draw_ground(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     const Canvas& canvas = work.canvas;
     const Environment& environment = work.scene.scene->environment();
     fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
     fill(canvas.depth, band, 0.0f);
+    if (work.scene.lens != nullptr) cover_blind(*work.scene.lens, canvas, band);
     if (work.layer == nullptr) return;
     draw_opaque(scratch, scratch.statics, work, band);
     const StaticLayer& layer = *work.layer;
