@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/frame/srgb.h"
 #include "core/render/software/coverage.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
