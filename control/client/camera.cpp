@@ -39,9 +39,10 @@ CameraState Camera::get() const {
     return camera_state_of(connections_->call("camera.get", {{"name", name_}}));
 }
 
-CameraState Camera::set(const CameraOptions& options) const {
+CameraState Camera::set(const CameraOptions& options, double seconds) const {
     json params = params_of(options);
     params["name"] = name_;
+    if (seconds != 0.0) params["seconds"] = seconds;
     return camera_state_of(connections_->call("camera.set", params));
 }
 

@@ -1,13 +1,16 @@
+#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "control/rpc/generated_files.h"
+#include "core/world/read/actor_json.h"
 
 // control/python/camrig/parameters.py: what editors and type checkers know of the rig's parameters.
 namespace camrig {
 namespace {
 
-constexpr std::string_view python_head = R"py("""The parameters of cameras, for editors and type checkers.
+constexpr std::string_view python_head =
+    R"py("""The parameters of cameras, actors and events, for editors and type checkers.
 
 Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
 """
@@ -16,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Literal, TypedDict, Union
+from typing import Any, Literal, TypedDict, Union
 
 import numpy as np
 
@@ -35,6 +38,9 @@ std::string python_type(const Field& field, bool is_given) {
                                   Type{"string", "str", "str"},
                                   Type{"[width, height]", "Sequence[int]", "list[int]"},
                                   Type{"[x, y, z]", "Vector", "list[float]"},
+                                  Type{"[r, g, b]", "Vector", "list[float]"},
+                                  Type{"[string, string]", "Sequence[str]", "list[str]"},
+                                  Type{"any", "Any", "Any"},
                                   Type{"[x, y, z, w]", "Vector", "list[float]"},
                                   Type{"number or \"num/den\"", "Rate", "Union[int, str]"},
                                   Type{"array of numbers", "Vector", "list[float]"}};
@@ -43,6 +49,10 @@ std::string python_type(const Field& field, bool is_given) {
     if (!field.choices.empty()) {
         for (const std::string& choice : field.choices) text += (text.empty() ? "\"" : ", \"") + choice + "\"";
         text = "Literal[" + text + "]";
+    } else if (field.shape.empty() && wanted == "object") {
+        text = "Mapping[str, Any]";
+    } else if (field.shape.empty() && wanted == "array of objects") {
+        text = "Sequence[Mapping[str, Any]]";
     } else if (wanted == "object") {
         text = field.shape;
         // Shorter ways to say it: camrig.spec.
@@ -74,6 +84,54 @@ void put_class(std::string& out, const std::string& name, const std::string& doc
     for (const Field& field : fields) put_member(out, field, is_given);
 }
 
+/// "go_to" as "GoTo".
+std::string camel(const std::string& name) {
+    std::string text;
+    bool is_start = true;
+    for (const char c : name) {
+        if (c != '_') text += is_start && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+        is_start = c == '_';
+    }
+    return text;
+}
+
+/// A dictionary whose keys may be words of Python, as `class`.
+void put_dictionary(std::string& out, const std::string& name, const std::vector<Field>& fields,
+                    const std::string& first = {}) {
+    out += name + " = TypedDict(\"" + name + "\", {" + first;
+    for (std::size_t i = 0; i < fields.size(); ++i)
+        out += (i > 0 || !first.empty() ? ", \"" : "\"") + fields[i].name + "\": " + python_type(fields[i], true);
+    out += "}, total=False)\n";
+}
+
+/// Each kind is a dictionary, and any of them is the name of all.
+void put_kinds(std::string& out, const KindsDescription& described) {
+    std::string all;
+    for (const KindDescription& kind : described.kinds) {
+        const std::string name = camel(kind.name) + camel(described.name);
+        put_dictionary(out, name, kind.fields,
+                       described.key.empty() ? "" : "\"" + described.key + "\": Literal[\"" + kind.name + "\"]");
+        all += (all.empty() ? "" : ", ") + name;
+    }
+    out += camel(described.name) + " = Union[" + all + "]\n";
+}
+
+/// Of actors: what Rig.spawn_actor and Rig.set_actor take beside a name.
+void put_actors(std::string& out) {
+    const auto without = [](std::vector<Field> fields, std::initializer_list<std::string_view> names) {
+        std::erase_if(fields, [&](const Field& field) { return std::ranges::find(names, field.name) != names.end(); });
+        return fields;
+    };
+    auto spawned = without(descriptions_of(fields_of(std::type_identity<ActorSpec>{})), {"name", "model"});
+    for (Field& field : spawned)
+        if (field.name == "class") field.name = "object_class";
+    put_class(out, "ActorOptions", "What Rig.spawn_actor takes.", spawned, true, false);
+    put_class(out, "ActorChanges", "What Rig.set_actor takes; what is left out stays as it is.",
+              without(descriptions_of(fields_of(std::type_identity<ActorPatch>{})), {"name"}), true, false);
+    put_class(out, "Steering", "What Rig.steer takes of each actor.",
+              without(descriptions_of(fields_of(std::type_identity<SteerSpec>{})), {"name"}), true, false);
+}
+
 /// The options as keywords have them: the parts of the pose stand by themselves.
 std::vector<Field> options_of(const std::vector<Field>& fields) {
     std::vector<Field> options;
@@ -103,6 +161,11 @@ std::string python_parameters() {
     std::vector<Field> state = fields;
     std::erase_if(state, [](const Field& field) { return field.by == Field::By::client; });
     put_class(out, "CameraState", "What Camera.get answers.", state, false, true);
+
+    out += "\n\n";
+    put_dictionary(out, "Attachment", descriptions_of(fields_of(std::type_identity<Attachment>{})));
+    for (const KindsDescription& described : kinds_of_scenes()) put_kinds(out, described);
+    put_actors(out);
 
     out +=
         "\n\n# Each option, its JSON type, and the object of the protocol that it is in.\nCAMERA_OPTIONS: dict[str, "

@@ -3,7 +3,7 @@
 #include "control/rpc/generated_files.h"
 #include "core/base/json_reader.h"
 
-// The parts of scenes/schema.json that describe a camera; the rest of the file is written by hand.
+// The parts of scenes/schema.json that describe cameras, actors, behaviours and events; the rest is written by hand.
 namespace camrig {
 namespace {
 
@@ -57,6 +57,17 @@ void put_range(ordered_json& schema, const Field& field, const char* low, const 
 
 ordered_json schema_of(const Field& field);
 
+/// Default and words.
+void describe(ordered_json& schema, const Field& field) {
+    const auto fallback = ordered_json::parse(field.fallback, nullptr, false);
+    const bool is_value = !fallback.is_discarded() || !field.choices.empty() || !field.word.empty();
+    if (!field.fallback.empty() && !field.required && field.fallback != "null" && is_value)
+        schema["default"] = fallback.is_discarded() ? ordered_json(field.fallback) : fallback;
+    std::string words = field.doc.starts_with("see ") ? "" : field.doc;
+    if (!words.empty() && !field.unit.empty()) words += ", " + field.unit;
+    if (!words.empty()) schema["description"] = std::move(words);
+}
+
 ordered_json object_schema(const Field& field) {
     ordered_json properties = ordered_json::object(), required = ordered_json::array();
     for (const Field& part : field.parts) {
@@ -80,8 +91,12 @@ ordered_json or_null(const Field& field, ordered_json schema) {
 }
 
 ordered_json schema_of(const Field& field) {
-    if (!field.schema.empty()) return ordered_json::parse(field.schema);
     ordered_json schema;
+    if (!field.schema.empty()) {
+        schema = ordered_json::parse(field.schema);
+        if (schema.contains("$ref")) describe(schema, field);
+        return schema;
+    }
     if (!field.choices.empty()) {
         schema["enum"] = field.choices;
     } else if (field.type.starts_with("object")) {
@@ -92,12 +107,29 @@ ordered_json schema_of(const Field& field) {
                   field.type.starts_with("string") ? "maxLength" : "maximum");
     }
     schema = or_null(field, std::move(schema));
-    const auto fallback = ordered_json::parse(field.fallback, nullptr, false);
-    if (!field.fallback.empty() && !field.required && field.fallback != "null")
-        schema["default"] = fallback.is_discarded() ? ordered_json(field.fallback) : fallback;
-    if (!field.doc.empty() && !field.doc.starts_with("see "))
-        schema["description"] = field.doc + (field.unit.empty() ? "" : ", " + field.unit);
+    describe(schema, field);
     return schema;
+}
+
+/// Beside the properties that name the kind, one alternative each.
+ordered_json alternatives(const KindsDescription& described) {
+    ordered_json all = ordered_json::array();
+    for (const KindDescription& kind : described.kinds) {
+        ordered_json one = object_schema({.parts = kind.fields});
+        if (!described.key.empty()) {
+            ordered_json properties{{described.key, {{"const", kind.name}}}};
+            properties.update(one["properties"]);
+            one["properties"] = std::move(properties);
+            ordered_json required = ordered_json::array({described.key});
+            if (one.contains("required"))
+                required.insert(required.end(), one["required"].begin(), one["required"].end());
+            one["required"] = std::move(required);
+        }
+        if (described.name == "behaviour") one["properties"]["until"] = {{"$ref", "#/$defs/until"}};
+        if (!kind.rule.empty()) one.update(ordered_json::parse(kind.rule));
+        all.push_back(std::move(one));
+    }
+    return all;
 }
 
 }  // namespace
@@ -118,6 +150,13 @@ Result<std::string> scene_schema(const std::string& present) {
             if (parts.contains("lens_" + part.name)) parts["lens_" + part.name] = schema_of(part);
     }
     parts["camera"]["properties"] = std::move(properties);
+    for (const auto& [name, fields] : objects_of_scenes()) {
+        const ordered_json made = object_schema({.parts = fields});
+        parts[name]["properties"] = made["properties"];
+        parts[name]["required"] = made["required"];
+    }
+    for (const KindsDescription& described : kinds_of_scenes())
+        parts[described.name]["oneOf"] = alternatives(described);
     std::string text;
     print(text, schema, 0, 1);
     return text + "\n";

@@ -5,14 +5,58 @@
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/rpc_server.h"
 #include "core/world/camera_fields.h"
+#include "core/world/read/actor_json.h"
+#include "core/world/read/behaviour_json.h"
+#include "core/world/read/event_json.h"
 
 namespace camrig {
 namespace {
 
-constexpr std::string_view table_begins = "<!-- camera fields, made by: camrig methods --write . -->\n";
-constexpr std::string_view table_ends = "<!-- camera fields end here -->";
+/// What stands between the marks of this name in a page.
+Result<void> replace_part(std::string& page, const std::string& name, const std::string& text) {
+    const std::string begin = "<!-- " + name + ", made by: camrig methods --write . -->\n";
+    const std::string end = "<!-- " + name + " end here -->";
+    const auto begins = page.find(begin), ends = page.find(end);
+    if (begins == std::string::npos || ends == std::string::npos || ends < begins)
+        return error(ErrorKind::invalid_argument, "has not the marks around its table of " + name);
+    page.replace(begins + begin.size(), ends - begins - begin.size(), "\n" + text);
+    return {};
+}
+
+/// What each kind does, then the keys of all; kinds that have the same key share a row.
+std::string kinds_tables(const KindsDescription& described) {
+    const std::string head = described.key.empty() ? described.name : "`" + described.key + "`";
+    std::string out = "| " + head + " | |\n|---|---|\n";
+    for (const KindDescription& kind : described.kinds) out += "| `" + kind.name + "` | " + kind.doc + " |\n";
+    std::vector<std::pair<std::string, Field>> rows;
+    for (const KindDescription& kind : described.kinds) {
+        for (const Field& field : kind.fields) {
+            const auto same = std::ranges::find_if(
+                rows, [text = to_json(field)](const auto& row) { return to_json(row.second) == text; });
+            if (same == rows.end())
+                rows.emplace_back("`" + kind.name + "`", field);
+            else
+                same->first += ", `" + kind.name + "`";
+        }
+    }
+    out += "\n| of | key | type | default | |\n|---|---|---|---|---|\n";
+    for (const auto& [kinds, field] : rows) out += "| " + kinds + " " + param_row(field);
+    return out + "\n";
+}
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::vector<Field>>> objects_of_scenes() {
+    return {{"actor", descriptions_of(fields_of(std::type_identity<ActorSpec>{}))},
+            {"attachment", descriptions_of(fields_of(std::type_identity<Attachment>{}))},
+            {"event", descriptions_of(fields_of(std::type_identity<EventSpec>{}))}};
+}
+
+std::vector<KindsDescription> kinds_of_scenes() {
+    return {{"behaviour", "type", descriptions_of(behaviour_kinds())},
+            {"trigger", "", descriptions_of(trigger_kinds())},
+            {"action", "action", descriptions_of(action_kinds())}};
+}
 
 std::vector<Field> camera_descriptions() {
     return descriptions_of(camera_fields());
@@ -29,14 +73,21 @@ std::vector<Field> shapes_in(const std::vector<Field>& fields) {
 }
 
 Result<std::string> scene_format_tables(const std::string& present) {
-    const auto begins = present.find(table_begins), ends = present.find(table_ends);
-    if (begins == std::string::npos || ends == std::string::npos || ends < begins)
-        return error(ErrorKind::invalid_argument, "has not the marks around its table of camera fields");
-    std::string table;
-    auto fields = camera_descriptions();
-    std::erase_if(fields, [](const Field& field) { return field.by == Field::By::rig; });
-    params_table(table, fields);
-    return present.substr(0, begins + table_begins.size()) + "\n" + table + present.substr(ends);
+    std::string page = present;
+    auto objects = objects_of_scenes();
+    auto camera = camera_descriptions();
+    std::erase_if(camera, [](const Field& field) { return field.by == Field::By::rig; });
+    objects.emplace_back("camera", std::move(camera));
+    for (const auto& [name, fields] : objects) {
+        std::string table;
+        params_table(table, fields);
+        if (auto done = replace_part(page, name + " fields", table); !done) return std::unexpected(done.error());
+    }
+    for (const KindsDescription& described : kinds_of_scenes()) {
+        auto done = replace_part(page, described.name + "s", kinds_tables(described));
+        if (!done) return std::unexpected(done.error());
+    }
+    return page;
 }
 
 std::vector<GeneratedFile> generated_files() {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/field.h"
+#include "core/base/kind.h"
 #include "core/base/result.h"
 
 /// Files of the repository that are made from the tables of methods and parameters: `camrig methods --write .` makes
@@ -25,8 +25,17 @@ Result<std::string> scene_format_tables(const std::string& present);
 std::string python_parameters();
 std::string client_parameters();
 
-/// What the generators of clients know of a camera.
+/// What the generators know of a camera.
 std::vector<Field> camera_descriptions();
+/// What else scene files and methods have with a table of fields, by its name in scenes/schema.json.
+std::vector<std::pair<std::string, std::vector<Field>>> objects_of_scenes();
+/// And what comes in kinds.
+struct KindsDescription {
+    std::string name;  ///< of one of them: "behaviour"
+    std::string key;   ///< whose value names the kind; empty: the key of that name is there
+    std::vector<KindDescription> kinds;
+};
+std::vector<KindsDescription> kinds_of_scenes();
 /// The types of objects in `fields`, innermost first, each once.
 std::vector<Field> shapes_in(const std::vector<Field>& fields);
 

@@ -111,7 +111,9 @@ std::string RpcAnswer::joined() const {
 RpcAnswer rpc_result(const json& id, RpcResult result) {
     RpcAnswer answer;
     std::string head = R"({"jsonrpc":"2.0","id":)" + dump(id) + R"(,"result":)" + dump(result.fields);
-    if (!result.data.empty()) {
+    if (result.is_bytes) {
+        answer.after_line = std::move(result.data);
+    } else if (!result.data.empty()) {
         CHECK(result.fields.is_object() && !result.fields.empty());
         head.pop_back();
         answer.append(std::move(head) + ",\"data\":\"");

@@ -53,6 +53,7 @@ RpcMessage parse_rpc(std::string_view text);
 /// together with the rest. Holds what is claimed of the budgets of answers until it is gone.
 struct RpcAnswer {
     std::vector<std::string> pieces;  ///< one after the other; none: there is nothing to answer
+    std::string after_line = {};      ///< bytes behind its end (RpcResult::is_bytes)
     std::vector<ByteBudget::Claim> claims;
 
     void append(std::string text);

@@ -27,6 +27,9 @@ struct RpcResult {
 
     nlohmann::json fields;
     std::string data;
+    /// `data` is no JSON text: it follows the answer's line, and `fields` says how many bytes they are. Only where
+    /// RpcReply::takes_bytes().
+    bool is_bytes = false;
     /// What was claimed for `data` of the reply's budget. Nothing: the whole answer is claimed when it has become text.
     std::optional<ByteBudget::Claim> claim = {};
 };
@@ -36,17 +39,21 @@ class RpcReply {
 public:
     template <typename Function>
         requires(!std::same_as<std::remove_cvref_t<Function>, RpcReply> && std::invocable<Function&, Result<RpcResult>>)
-    RpcReply(Function function, std::shared_ptr<ByteBudget> budget = {})  // NOLINT: a function is a reply
-        : function_(std::move(function)), budget_(std::move(budget)) {}
+    RpcReply(Function function, std::shared_ptr<ByteBudget> budget = {},  // NOLINT: a function is a reply
+             bool takes_bytes = false)
+        : function_(std::move(function)), budget_(std::move(budget)), takes_bytes_(takes_bytes) {}
 
     void operator()(Result<RpcResult> result) const { function_(std::move(result)); }
     /// What the bytes of the answer count against, together with all other answers of its batch. Null where nobody
     /// counts.
     const std::shared_ptr<ByteBudget>& budget() const { return budget_; }
+    /// Whether bytes may follow the answer: it is no part of a batch, and goes where lines are read.
+    bool takes_bytes() const { return takes_bytes_; }
 
 private:
     std::function<void(Result<RpcResult>)> function_;
     std::shared_ptr<ByteBudget> budget_;
+    bool takes_bytes_ = false;
 };
 
 inline Error out_of_memory() {

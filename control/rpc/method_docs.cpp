@@ -1,9 +1,9 @@
 #include <string>
 
+#include "control/rpc/generated_files.h"
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/methods.h"
-#include "core/world/camera_fields.h"
 
 // docs/control-protocol.md is made here, from the method table; a unit test compares the two.
 namespace camrig {
@@ -38,13 +38,14 @@ std::string type_of(const Field& field) {
 
 }  // namespace
 
+std::string param_row(const Field& field) {
+    const std::string fallback = field.required ? "required" : escaped(field.fallback);
+    return "| `" + field.name + "` | " + type_of(field) + " | " + fallback + " | " + escaped(field.doc_text()) + " |\n";
+}
+
 void params_table(std::string& out, const std::vector<Field>& fields) {
     out += "| parameter | type | default | |\n|---|---|---|---|\n";
-    for (const Field& field : fields) {
-        const std::string fallback = field.required ? "required" : escaped(field.fallback);
-        out += "| `" + field.name + "` | " + type_of(field) + " | " + fallback + " | " + escaped(field.doc_text()) +
-               " |\n";
-    }
+    for (const Field& field : fields) out += param_row(field);
     out += "\n";
 }
 
@@ -125,10 +126,14 @@ json to_json(const Method& method) {
 }  // namespace
 
 json protocol_description() {
-    json methods = json::array(), objects = json::object();
+    json methods = json::array(), objects = json::object(), kinds = json::object();
     for (const Method& method : documented_methods()) methods.push_back(to_json(method));
-    objects["camera"] = to_json(descriptions_of(camera_fields()));
-    return {{"methods", std::move(methods)}, {"objects", std::move(objects)}};
+    objects["camera"] = to_json(camera_descriptions());
+    for (const auto& [name, fields] : objects_of_scenes()) objects[name] = to_json(fields);
+    for (const KindsDescription& described : kinds_of_scenes())
+        for (const KindDescription& kind : described.kinds)
+            kinds[described.name].push_back({{"name", kind.name}, {"doc", kind.doc}, {"fields", to_json(kind.fields)}});
+    return {{"methods", std::move(methods)}, {"objects", std::move(objects)}, {"kinds", std::move(kinds)}};
 }
 
 const std::vector<Method>& documented_methods() {

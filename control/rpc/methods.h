@@ -7,6 +7,7 @@
 #include "control/rpc/method.h"
 #include "control/rpc/rpc_server.h"
 #include "control/rpc/work_thread.h"
+#include "core/base/field_of.h"
 
 /// The families of methods. A new method is one entry in one of these files.
 namespace camrig {
@@ -19,9 +20,9 @@ std::vector<Method> event_methods(RpcContext& context);
 std::vector<Method> truth_methods(RpcContext& context);
 std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
 
-nlohmann::json to_json(const CameraState& state);
-nlohmann::json to_json(const WorldState& state);
+nlohmann::json to_json(const CameraReply& report);
 nlohmann::json to_json(const RigReport& report);
+nlohmann::json applied_json(const Applied& done);
 std::string hex_text(std::uint64_t bits);
 
 /// Posts a command and turns its reply into JSON, on the thread for replies: the engine's has no time for text.
@@ -35,6 +36,38 @@ void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply
             };
             if (!replies->post(job)) job();
         }});
+}
+
+/// The handler of a method that is one command: `read` makes it from the parameters (a Result), `to_json_of_reply` text
+/// of its reply.
+template <typename Read, typename ToJson>
+auto handler_of(RpcContext& context, Read read, ToJson to_json_of_reply) {
+    return [&context, read, to_json_of_reply](const nlohmann::json& params, RpcReply done) {
+        JsonReader reader(params, "");
+        auto command = read(reader);
+        if (!command) return done(std::unexpected(command.error()));
+        post(context, std::move(*command), std::move(done), to_json_of_reply);
+    };
+}
+
+/// The same where the parameters are the fields of the command, as this table says.
+template <typename C, typename ToJson>
+auto handler_of(RpcContext& context, const std::vector<FieldOf<C>>& table, ToJson to_json_of_reply) {
+    return handler_of(context, [table](JsonReader& reader) { return read_all(table, reader); }, to_json_of_reply);
+}
+
+/// The same for a command without parameters.
+template <typename C, typename ToJson>
+auto handler_of(RpcContext& context, ToJson to_json_of_reply) {
+    return handler_of(context, std::vector<FieldOf<C>>{}, to_json_of_reply);
+}
+
+/// A list of what has a table.
+template <typename T>
+nlohmann::json list_json(const std::vector<T>& values) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const T& value : values) list.push_back(json_of(value));
+    return list;
 }
 
 }  // namespace camrig

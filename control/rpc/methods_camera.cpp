@@ -1,6 +1,5 @@
+#include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
-#include "core/base/json_reader.h"
-#include "core/base/names.h"
 #include "core/world/camera_fields.h"
 #include "core/world/camera_json.h"
 
@@ -9,12 +8,25 @@ namespace {
 
 using nlohmann::json;
 
-const Field name_field{"name", "string", "name of the camera, `[a-z0-9_]{1,24}`", true};
+/// How long what camera.set changes takes.
+const FieldOf<SetCamera>& seconds_field() {
+    static const auto field = seconds_at<&SetCamera::duration_ns>(
+        {.name = "seconds",
+         .doc =
+             "world time in which pose and field of view (zoom, focal length) get there; all else is at once, and so "
+             "are optics that change more than the focal length",
+         .fallback = "0",
+         .range = {0, 86'400}});
+    return field;
+}
 
-/// Of camera.create; camera.set takes all but the place. What is not given stays as it is there.
+/// Of camera.create; camera.set takes all but the place, and `seconds`. What is not given stays as it is there.
 std::vector<Field> params_of(bool creates) {
     std::vector<Field> fields = descriptions_of(camera_fields());
-    if (!creates) std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
+    if (!creates) {
+        std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
+        fields.push_back(seconds_field().field);
+    }
     for (Field& field : fields)
         if (field.by == Field::By::rig) field.doc = "as camera.get answers; does nothing";
     return fields;
@@ -26,42 +38,46 @@ std::vector<Field> state_fields() {
     return fields;
 }
 
-Result<std::string> read_name(const json& params) {
-    JsonReader reader(params, "");
-    std::string name;
-    reader.required("name", name);
-    if (reader.ok())
-        if (auto good = check_name("name", name); !good) reader.fail(good.error());
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return name;
-}
-
-void create(RpcContext& context, const json& params, RpcReply done) {
+/// A new name must be one; of others it is told that there is no such camera.
+Result<CreateCamera> read_create(JsonReader& reader) {
+    static const auto name = camera_name_at<&CreateCamera::name>("name");
+    Changes<CreateCamera> named;
+    name.read(reader, named);
     CreateCamera command;
-    JsonReader reader(params, "");
-    reader.required("name", command.name);
-    if (reader.ok())
-        if (auto good = check_name("name", command.name); !good) reader.fail(good.error());
+    named.apply_to(command);
     reader.optional("place", command.place);
     command.patch = read_camera_patch(reader);
-    if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post(context, std::move(command), std::move(done), [](const CameraState& state) { return to_json(state); });
+    if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
+    return command;
 }
 
-void set(RpcContext& context, const json& params, RpcReply done) {
+Result<SetCamera> read_set(JsonReader& reader) {
+    Changes<SetCamera> timed;
+    seconds_field().read(reader, timed);
     SetCamera command;
-    JsonReader reader(params, "");
+    timed.apply_to(command);
     reader.required("name", command.name);
     command.patch = read_camera_patch(reader);
-    if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post(context, std::move(command), std::move(done), [](const CameraState& state) { return to_json(state); });
+    if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
+    return command;
+}
+
+json state_json(const CameraReply& state) {
+    return to_json(state);
+}
+
+json states_json(const std::vector<CameraReply>& states) {
+    json cameras = json::array();
+    for (const auto& state : states) cameras.push_back(to_json(state));
+    return {{"cameras", std::move(cameras)}};
 }
 
 }  // namespace
 
 std::vector<Method> camera_methods(RpcContext& context) {
     using enum ErrorKind;
-    const auto to_json_of_state = [](const CameraState& state) { return to_json(state); };
+    const std::vector<FieldOf<DeleteCamera>> deleted{camera_name_at<&DeleteCamera::name>("name")};
+    const std::vector<FieldOf<GetCamera>> asked{camera_name_at<&GetCamera::name>("name")};
     return {
         {.name = "camera.create",
          .summary =
@@ -71,41 +87,34 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .params = params_of(true),
          .result = state_fields(),
          .errors = {invalid_argument, already_exists, not_found, unsupported, resource_exhausted},
-         .handler = [&context](const json& params, RpcReply done) { create(context, params, std::move(done)); },
+         .handler = handler_of(context, read_create, state_json),
          .example = R"({"name": "lobby", "size": [640, 480], "fps": 25, "vfov_deg": 60, )"
                     R"("pose": {"position": [2, 3, 2.8], "look_at": [12, 9, 1]}, "code_strip": true})"},
         {.name = "camera.set",
-         .summary = "Changes a camera; what is not given stays. A new size ends its streams; clients open them again.",
+         .summary =
+             "Changes a camera; what is not given stays. A new size ends its streams; clients open them again. With "
+             "`seconds` it moves there at even speeds, pan the shorter way round, the focal length by equal "
+             "factors; a later command for the same takes its place.",
          .params = params_of(false),
          .result = state_fields(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
-         .handler = [&context](const json& params, RpcReply done) { set(context, params, std::move(done)); },
+         .handler = handler_of(context, read_set, state_json),
          .example =
              R"({"name": "lobby", "fps": "30000/1001", "pose": {"position": [2, 3, 2.8], "pan_deg": 40, "tilt_deg": -10}})"},
         {.name = "camera.delete",
          .summary = "Deletes a camera; its streams end.",
-         .params = {name_field},
+         .params = descriptions_of(deleted),
          .result = {{"applied_ns", "integer", "world time from which it is gone", false, "ns"}},
          .errors = {invalid_argument, not_found},
-         .handler =
-             [&context](const json& params, RpcReply done) {
-                 auto name = read_name(params);
-                 if (!name) return done(std::unexpected(name.error()));
-                 post(context, DeleteCamera{*name}, std::move(done),
-                      [](const Applied& applied) { return json{{"applied_ns", applied.applied_ns}}; });
-             },
+         .handler = handler_of(context, deleted, applied_json),
          .example = R"({"name": "lobby"})"},
         {.name = "camera.get",
-         .summary = "Everything about one camera.",
-         .params = {name_field},
+         .summary =
+             "Everything about one camera. Of one that moves, pose, field of view and intrinsics are those of now.",
+         .params = descriptions_of(asked),
          .result = state_fields(),
          .errors = {invalid_argument, not_found},
-         .handler =
-             [&context, to_json_of_state](const json& params, RpcReply done) {
-                 auto name = read_name(params);
-                 if (!name) return done(std::unexpected(name.error()));
-                 post(context, GetCamera{*name}, std::move(done), to_json_of_state);
-             },
+         .handler = handler_of(context, asked, state_json),
          .example = R"({"name": "lobby"})",
          .only_looks = true},
         {.name = "camera.list",
@@ -113,14 +122,7 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .params = {},
          .result = {{"cameras", "array of objects", "each as camera.get gives it"}},
          .errors = {},
-         .handler =
-             [&context](const json&, RpcReply done) {
-                 post(context, ListCameras{}, std::move(done), [](const std::vector<CameraState>& states) {
-                     json cameras = json::array();
-                     for (const auto& state : states) cameras.push_back(to_json(state));
-                     return json{{"cameras", std::move(cameras)}};
-                 });
-             },
+         .handler = handler_of<ListCameras>(context, states_json),
          .only_looks = true},
     };
 }

@@ -1,9 +1,10 @@
+#include <algorithm>
+#include <array>
 #include <optional>
 
+#include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
 #include "core/base/base64.h"
-#include "core/base/json_reader.h"
-#include "core/base/names.h"
 #include "core/frame/kind_format.h"
 
 namespace camrig {
@@ -11,13 +12,44 @@ namespace {
 
 using nlohmann::json;
 
-std::optional<FrameKind> parse_kind(std::string_view name) {
-    if (name == "color") return FrameKind::color;
-    if (name == "depth") return FrameKind::depth;
-    if (name == "instance") return FrameKind::instance;
-    if (name == "semantic") return FrameKind::semantic;
-    if (name == "normal") return FrameKind::normal;
-    return std::nullopt;
+/// What is asked for.
+struct FrameQuestion {
+    std::string camera;
+    FrameKind kind = FrameKind::color;
+    Codec format = Codec::jpeg;
+    int quality = default_jpeg_quality;
+    std::string pixels = "rgba8";
+    std::string encoding = "base64";
+    TimeNs min_ns = 0;
+
+    bool as_bytes() const { return encoding == "bytes"; }
+};
+
+/// What raw pictures of colour are given in.
+constexpr std::array raw_color_layouts{PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::rgb24, PixelFormat::gray8};
+
+std::vector<std::string> names_of_layouts() {
+    std::vector<std::string> names;
+    for (const PixelFormat layout : raw_color_layouts) names.emplace_back(to_string(layout));
+    return names;
+}
+
+const std::vector<FieldOf<FrameQuestion>>& question_fields() {
+    using Question = FrameQuestion;
+    static const std::vector<FieldOf<Question>> table{
+        camera_name_at<&Question::camera>("camera"),
+        field_at<&Question::kind>({.name = "kind"}),
+        field_at<&Question::format>({.name = "format"}),
+        field_at<&Question::quality>({.name = "quality", .doc = "of jpeg", .range = {1, 100}}),
+        field_at<&Question::pixels>({.name = "pixels", .doc = "of raw colour", .choices = names_of_layouts()}),
+        field_at<&Question::encoding>(
+            {.name = "encoding",
+             .doc =
+                 "bytes, for programs that are in a hurry, follow the line of the answer, as many as its `bytes` says, "
+                 "with nothing after them; on the control socket and TCP only, and not in a batch",
+             .choices = {"base64", "bytes"}}),
+        min_ns_at<&Question::min_ns>()};
+    return table;
 }
 
 Result<void> check_frame_bytes(const std::string& camera, std::size_t bytes) {
@@ -38,7 +70,8 @@ public:
         : answers_(std::move(answers)), all_(std::move(all)) {}
 
     Result<void> admit(const FetchRequest& request, ImageSize size) {
-        const std::size_t bytes = bytes_of(format_of(request.kind), size);
+        const std::size_t bytes =
+            bytes_of(request.format.codec == Codec::raw ? request.format.pixels : format_of(request.kind), size);
         if (request.format.codec != Codec::raw) return take(*all_, bytes, picture_);
         if (auto good = check_frame_bytes(request.camera, bytes); !good) return good;
         return take(*answers_, base64_size(bytes), text_);
@@ -60,61 +93,62 @@ private:
     std::optional<ByteBudget::Claim> picture_, text_;
 };
 
-Result<RpcResult> frame_result(const MediaUnit& unit, const std::string& camera, const std::string& kind,
-                               const std::string& format, FrameClaims& claims) {
+Result<RpcResult> frame_result(const MediaUnit& unit, const FrameQuestion& question, FrameClaims& claims) {
     const FrameInfo& info = unit.info;
     const std::span<const std::byte> bytes = unit.bytes ? std::span(*unit.bytes) : unit.frame->bytes();
-    if (auto good = check_frame_bytes(camera, bytes.size()); !good) return std::unexpected(good.error());
+    if (auto good = check_frame_bytes(question.camera, bytes.size()); !good) return std::unexpected(good.error());
     auto claim = claims.text(bytes.size());
     if (!claim) return std::unexpected(claim.error());
-    json fields{{"camera", camera},
+    json fields{{"camera", question.camera},
                 {"sequence", info.sequence},
                 {"time_ns", info.world_ns},
                 {"monotonic_ns", info.monotonic_ns},
                 {"size", {info.size.width, info.size.height}},
-                {"kind", kind},
-                {"format", format},
-                {"encoding", "base64"}};
+                {"kind", json_of(question.kind)},
+                {"format", json_of(question.format)},
+                {"encoding", question.encoding},
+                {"bytes", bytes.size()}};
     if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
-    RpcResult result(std::move(fields), base64_encode(bytes));
+    RpcResult result(std::move(fields), question.as_bytes()
+                                            ? std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())
+                                            : base64_encode(bytes));
+    result.is_bytes = question.as_bytes();
     result.claim = std::move(*claim);
     return result;
 }
 
 void get(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
+    auto question =
+        read_all<FrameQuestion>(question_fields(), reader, [](const FrameQuestion& asked, JsonReader& keys) {
+            if (keys.has("quality") && asked.format != Codec::jpeg) keys.fail("quality", "only jpeg has one");
+            if (keys.has("pixels") && (asked.kind != FrameKind::color || asked.format != Codec::raw))
+                keys.fail("pixels", "only raw pictures of colour have a choice");
+        });
+    if (!question) return done(std::unexpected(question.error()));
+    if (question->as_bytes() && !done.takes_bytes())
+        return done(
+            error(ErrorKind::invalid_argument,
+                  "encoding: bytes come on the control socket and TCP, in answers by themselves; not by HTTP or "
+                  "in a batch"));
     FetchRequest request;
-    std::string kind = "color";
-    std::string format = "jpeg";
-    std::optional<int> quality;
-    reader.required("camera", request.camera);
-    reader.optional("kind", kind);
-    reader.optional("format", format);
-    reader.optional("quality", quality);
-    reader.optional("min_ns", request.min_ns);
-    if (reader.ok())
-        if (auto good = check_name("camera", request.camera); !good) reader.fail(good.error());
-    const auto parsed_kind = parse_kind(kind);
-    if (!parsed_kind) reader.fail("kind", "must be color, depth, instance, semantic or normal");
-    if (format != "jpeg" && format != "png" && format != "raw") reader.fail("format", "must be jpeg, png or raw");
-    if (quality && (*quality < 1 || *quality > 100)) reader.fail("quality", "must be 1 to 100");
-    if (quality && format != "jpeg") reader.fail("quality", "only jpeg has one");
-    if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    request.kind = *parsed_kind;
-    if (format == "jpeg")
-        request.format = {Codec::jpeg, PixelFormat::rgba8, quality.value_or(default_jpeg_quality), {}};
-    if (format == "png") request.format = {Codec::png, PixelFormat::rgba8, 0, {}};
-    if (format == "raw") request.format = {Codec::raw, format_of(request.kind), 0, {}};
+    request.camera = question->camera;
+    request.kind = question->kind;
+    request.min_ns = question->min_ns;
+    const bool is_raw = question->format == Codec::raw, is_jpeg = question->format == Codec::jpeg;
+    PixelFormat layout = is_raw ? format_of(request.kind) : PixelFormat::rgba8;
+    if (is_raw && request.kind == FrameKind::color)
+        layout = *std::ranges::find(raw_color_layouts, question->pixels, [](PixelFormat of) { return to_string(of); });
+    request.format = {question->format, layout, is_jpeg ? question->quality : 0, {}};
     const auto claims = std::make_shared<FrameClaims>(done.budget(), context.budget);
     request.admit = [claims, asked = request](ImageSize size) { return claims->admit(asked, size); };
-    std::string camera = request.camera;
     // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
     // there.
-    context.frames.fetch(std::move(request), [camera = std::move(camera), kind, format, claims,
-                                              done = std::move(done)](Result<MediaUnit> unit) {
-        if (!unit) return done(std::unexpected(unit.error()));
-        done(unless_out_of_memory([&] { return frame_result(*unit, camera, kind, format, *claims); }));
-    });
+    context.frames.fetch(std::move(request),
+                         [question = std::move(*question), claims, done = std::move(done)](Result<MediaUnit> unit) {
+                             if (!unit) return done(std::unexpected(unit.error()));
+                             done(unless_out_of_memory([&] { return frame_result(*unit, question, *claims); }));
+                         });
 }
 
 }  // namespace
@@ -125,15 +159,7 @@ std::vector<Method> frame_methods(RpcContext& context) {
              .summary =
                  "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
                  "without padding, in the layout that `pixels` names.",
-             .params = {{"camera", "string", "name of the camera", true},
-                        {"kind", "string", "`color`, `depth`, `instance`, `semantic` or `normal`", false, "", "color"},
-                        {"format", "string", "`jpeg`, `png` or `raw`", false, "", "jpeg"},
-                        {"quality", "integer", "of jpeg, 1 to 100", false, "", std::to_string(default_jpeg_quality)},
-                        {"min_ns", "integer",
-                         "world time the frame must show or be later than; waits up to 10 s for it. 0: from which the "
-                         "camera's last "
-                         "command shows",
-                         false, "ns", "0"}},
+             .params = descriptions_of(question_fields()),
              .result = {{"camera", "string", "its name"},
                         {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
                         {"time_ns", "integer", "world time it shows", false, "ns"},
@@ -141,9 +167,11 @@ std::vector<Method> frame_methods(RpcContext& context) {
                         {"size", "[width, height]", "size of the picture", false, "px"},
                         {"kind", "string", "as asked"},
                         {"format", "string", "as asked"},
-                        {"pixels", "string", "raw only: `rgba8`, `depth32f`, `id32` or `normal32f`, little-endian"},
-                        {"encoding", "string", "`base64`"},
-                        {"data", "string", "the bytes"}},
+                        {"pixels", "string",
+                         "raw only: that of colour as asked, `depth32f`, `id32` or `normal32f`, little-endian"},
+                        {"encoding", "string", "as asked"},
+                        {"bytes", "integer", "how many they are; with encoding `bytes` they follow the line"},
+                        {"data", "string", "with encoding `base64`: the bytes"}},
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
              .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
              .example = R"({"camera": "lobby", "format": "png"})",

@@ -77,10 +77,7 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                "what the renderer keeps and saves: static layers, pictures drawn in parts, skinned meshes made "
                "and left out, draw calls"}},
          .errors = {},
-         .handler =
-             [&context](const json&, RpcReply done) {
-                 post(context, GetStats{}, std::move(done), [](const RigReport& report) { return to_json(report); });
-             },
+         .handler = handler_of<GetStats>(context, [](const RigReport& report) { return to_json(report); }),
          .only_looks = true},
         {.name = "server.info",
          .summary = "What this rig is and where it listens.",
@@ -112,10 +109,12 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
          .result =
              {{"methods", "array of objects", "each name, summary, params, result and errors"},
               {"objects", "object",
-               "`camera`: its parameters, each name, type, doc, and where there are any: required, unit, default, "
+               "`camera`, `actor`, `attachment`, `event`: their parameters, each name, type, doc, and where there are "
+               "any: required, unit, default, "
                "minimum, exclusive_minimum, maximum, exclusive_maximum, choices, null (what null means), label, "
                "by (`client` or `rig`: who alone says it), fields (of an object) and whole (an object that is given "
-               "takes the place of all of the one before)"}},
+               "takes the place of all of the one before)"},
+              {"kinds", "object", "`behaviour`, `trigger`, `action`: each kind's name, doc and fields"}},
          .errors = {},
          .handler = [](const json&, RpcReply done) { done(protocol_description()); },
          .only_looks = true},

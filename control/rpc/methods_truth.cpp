@@ -1,36 +1,18 @@
+#include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
-#include "core/base/json_reader.h"
-#include "core/base/names.h"
 #include "core/truth/truth_json.h"
 
 namespace camrig {
-namespace {
-
-void get_truth(RpcContext& context, const nlohmann::json& params, RpcReply done) {
-    JsonReader reader(params, "");
-    GetTruth command;
-    reader.required("camera", command.camera);
-    reader.optional("min_ns", command.min_ns);
-    if (reader.ok())
-        if (auto good = check_name("camera", command.camera); !good) reader.fail(good.error());
-    if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post(context, std::move(command), std::move(done), [](const TruthRef& truth) { return truth_to_json(*truth); });
-}
-
-}  // namespace
 
 std::vector<Method> truth_methods(RpcContext& context) {
     using enum ErrorKind;
+    const std::vector<FieldOf<GetTruth>> params{camera_name_at<&GetTruth::camera>("camera"),
+                                                min_ns_at<&GetTruth::min_ns>()};
     return {{.name = "truth.get",
              .summary = "The truth of the camera's latest due frame: every object that it sees or would see if nothing "
                         "stood in front, through its lens, at the frame's instant. docs/truth.md explains the members "
                         "of `objects`.",
-             .params = {{"camera", "string", "name of the camera", true},
-                        {"min_ns", "integer",
-                         "world time the frame must show or be later than; waits up to 10 s for it. 0: from which the "
-                         "camera's last "
-                         "command shows",
-                         false, "ns", "0"}},
+             .params = descriptions_of(params),
              .result = {{"camera", "string", "its name"},
                         {"sequence", "integer", "number of the frame, as in frame.get"},
                         {"time_ns", "integer", "world time it shows", false, "ns"},
@@ -45,8 +27,7 @@ std::vector<Method> truth_methods(RpcContext& context) {
                          "visible_fraction, occluded_by, position, orientation, center, dimensions, velocity; people "
                          "also keypoints and keypoints_world"}},
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
-             .handler = [&context](const nlohmann::json& params,
-                                   RpcReply done) { get_truth(context, params, std::move(done)); },
+             .handler = handler_of(context, params, [](const TruthRef& truth) { return truth_to_json(*truth); }),
              .example = R"({"camera": "lobby"})",
              .only_looks = true}};
 }

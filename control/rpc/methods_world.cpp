@@ -1,8 +1,6 @@
-#include <cmath>
-
 #include "control/rpc/check_json.h"
+#include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
-#include "core/base/json_reader.h"
 
 namespace camrig {
 namespace {
@@ -15,58 +13,62 @@ constexpr const char* scene_doc =
     "name of a shipped scene (hall, street, crowd, clock, calibration, minimal), or path of a scene file or a bare "
     ".gltf/.glb, from the rig's working directory";
 
-std::vector<Field> world_fields() {
-    return {{"scene", "string", "name of the scene"},
-            {"scene_file", "string", "the file it came from"},
-            {"mode", "string", "`realtime` or `lockstep`"},
-            {"overload", "string", "`drop` or `slow`"},
-            {"quality", "string", "the rig's own: `fast`, `simple` or `beautiful`"},
-            {"paused", "boolean", "world time stands still (realtime)"},
-            {"world_ns", "integer", "world time", false, "ns"},
-            {"step_ns", "integer", "the world's own step", false, "ns"},
-            {"seed", "integer", "seed of all chance in the world"},
-            {"state_ns", "integer", "world time of the last step", false, "ns"},
-            {"state_hash", "string", "of the actors and lights at state_ns: equal states have equal hashes"},
-            {"objects", "integer", "objects of the scene"},
-            {"actors", "integer", "actors that are there now"},
-            {"cameras", "integer", "cameras of the rig"},
-            {"places", "array of strings", "named camera places of the scene"},
-            {"applied_ns", "integer", "world time from which this state holds", false, "ns"}};
+const std::vector<FieldOf<WorldState>>& world_fields() {
+    using State = WorldState;
+    static const std::vector<FieldOf<State>> table{
+        told_at<&State::scene>({.name = "scene", .doc = "name of the scene"}),
+        told_at<&State::scene_file>({.name = "scene_file", .doc = "the file it came from"}),
+        told_at<&State::mode>({.name = "mode"}),
+        told_at<&State::overload>({.name = "overload"}),
+        told_at<&State::quality>({.name = "quality", .doc = "the rig's own"}),
+        told_at<&State::paused>({.name = "paused", .doc = "world time stands still (realtime)"}),
+        told_at<&State::world_ns>({.name = "world_ns", .doc = "world time", .unit = "ns"}),
+        told_at<&State::step_ns>({.name = "step_ns", .doc = "the world's own step", .unit = "ns"}),
+        told_at<&State::seed>({.name = "seed", .doc = "seed of all chance in the world"}),
+        {.field = {.name = "state_ns", .type = "integer", .doc = "world time of the last step", .unit = "ns"},
+         .write = [](const State& state) { return json(state.state.world_ns); }},
+        {.field = {.name = "state_hash",
+                   .type = "string",
+                   .doc = "of the actors and lights at state_ns: equal states have equal hashes"},
+         .write = [](const State& state) { return json(hex_text(state.state.value)); }},
+        told_at<&State::objects>({.name = "objects", .doc = "objects of the scene"}),
+        told_at<&State::actors>({.name = "actors", .doc = "actors that are there now"}),
+        told_at<&State::cameras>({.name = "cameras", .doc = "cameras of the rig"}),
+        told_at<&State::places>(
+            {.name = "places", .type = "array of strings", .doc = "named camera places of the scene"}),
+        told_at<&State::applied_ns>(
+            {.name = "applied_ns", .doc = "world time from which this state holds", .unit = "ns"})};
+    return table;
 }
 
 json world_json(const WorldState& state) {
-    return to_json(state);
+    return write_fields(world_fields(), state);
 }
 
-template <typename C>
-auto simple(RpcContext& context) {
-    return [&context](const json&, RpcReply done) { post(context, C{}, std::move(done), world_json); };
-}
-
-void step(RpcContext& context, const json& params, RpcReply done) {
-    JsonReader reader(params, "");
-    std::optional<double> seconds;
-    std::optional<std::int64_t> nanoseconds;
-    double timeout_s = 10.0;
-    reader.optional("seconds", seconds);
-    reader.optional("nanoseconds", nanoseconds);
-    reader.optional("timeout_s", timeout_s);
-    if (reader.ok() && seconds.has_value() == nanoseconds.has_value())
-        reader.fail({ErrorKind::invalid_argument, "world.step: give either seconds or nanoseconds"});
-    StepWorld command;
-    if (seconds) {
-        if (!(*seconds >= 0.0 && *seconds <= max_step_s)) reader.fail("seconds", "must be from 0 to 86400");
+const std::vector<FieldOf<StepWorld>>& step_fields() {
+    static const std::vector<FieldOf<StepWorld>> table{
         // The nearest nanosecond: 0.2 s is 200000000 ns, as it reads.
-        if (reader.ok()) command.duration_ns = std::llround(*seconds * 1e9);
-    } else if (nanoseconds) {
-        command.duration_ns = *nanoseconds;
-        if (*nanoseconds < 0 || *nanoseconds > static_cast<TimeNs>(max_step_s) * ns_per_s)
-            reader.fail("nanoseconds", "must be from 0 to 86400000000000: 0 to 86400 seconds");
-    }
-    if (!(timeout_s > 0.0 && timeout_s <= max_timeout_s)) reader.fail("timeout_s", "must be above 0 and at most 3600");
-    if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    command.timeout_ns = std::llround(timeout_s * 1e9);
-    post(context, command, std::move(done), world_json);
+        seconds_at<&StepWorld::duration_ns>(
+            {.name = "seconds", .doc = "how far, taken to the nearest nanosecond", .range = {0.0, max_step_s}}),
+        entry_by<&StepWorld::duration_ns>(
+            {.name = "nanoseconds",
+             .type = "integer",
+             .doc = "how far, exactly",
+             .unit = "ns",
+             .range = {0.0, max_step_s * 1e9}},
+            [](JsonReader& reader, std::string_view key, TimeNs& out) { reader.required(key, out); }),
+        seconds_at<&StepWorld::timeout_ns>({.name = "timeout_s",
+                                            .doc = "longest wait for the readers of one instant",
+                                            .fallback = "10",
+                                            .range = {.low = 0.0, .high = max_timeout_s, .is_low_out = true}})};
+    return table;
+}
+
+Result<StepWorld> read_step(JsonReader& reader) {
+    return read_all<StepWorld>(step_fields(), reader, [](const StepWorld&, JsonReader& keys) {
+        if (keys.has("seconds") == keys.has("nanoseconds"))
+            keys.fail({ErrorKind::invalid_argument, "world.step: give either seconds or nanoseconds"});
+    });
 }
 
 std::string read_scene_name(JsonReader& reader) {
@@ -122,7 +124,7 @@ std::vector<Method> world_methods(RpcContext& context) {
              "to the old scene. Errors name the file and the JSON path; nothing changes then.",
          .params = {{"scene", "string", scene_doc, true},
                     {"ground", "boolean", "a bare .gltf/.glb stands on a ground under a sky", false, "", "true"}},
-         .result = world_fields(),
+         .result = descriptions_of(world_fields()),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted, unavailable},
          .handler = [&context](const json& params, RpcReply done) { load(context, params, std::move(done)); },
          .example = R"({"scene": "scenes/minimal.json"})",
@@ -142,34 +144,31 @@ std::vector<Method> world_methods(RpcContext& context) {
         {.name = "world.status",
          .summary = "What the world is doing.",
          .params = {},
-         .result = world_fields(),
+         .result = descriptions_of(world_fields()),
          .errors = {},
-         .handler = simple<GetWorld>(context),
+         .handler = handler_of<GetWorld>(context, world_json),
          .only_looks = true},
         {.name = "world.pause",
          .summary = "Holds world time (realtime only).",
          .params = {},
-         .result = world_fields(),
+         .result = descriptions_of(world_fields()),
          .errors = {unsupported},
-         .handler = simple<PauseWorld>(context)},
+         .handler = handler_of<PauseWorld>(context, world_json)},
         {.name = "world.resume",
          .summary = "Lets world time run again (realtime only).",
          .params = {},
-         .result = world_fields(),
+         .result = descriptions_of(world_fields()),
          .errors = {unsupported, unavailable},
-         .handler = simple<ResumeWorld>(context)},
+         .handler = handler_of<ResumeWorld>(context, world_json)},
         {.name = "world.step",
          .summary =
              "Moves the world (lockstep, or paused realtime) and answers when every connected reader was sent every "
              "due frame. A reader that holds it up longer than timeout_s is named in the error. Give either "
              "seconds or nanoseconds.",
-         .params = {{"seconds", "number", "how far, 0 to 86400; taken to the nearest nanosecond", false, "s"},
-                    {"nanoseconds", "integer", "how far, exactly", false, "ns"},
-                    {"timeout_s", "number", "longest wait for the readers of one instant, up to 3600", false, "s",
-                     "10"}},
-         .result = world_fields(),
+         .params = descriptions_of(step_fields()),
+         .result = descriptions_of(world_fields()),
          .errors = {invalid_argument, unavailable, resource_exhausted},
-         .handler = [&context](const json& params, RpcReply done) { step(context, params, std::move(done)); },
+         .handler = handler_of(context, read_step, world_json),
          .example = R"({"seconds": 0.2, "timeout_s": 5})"},
     };
 }

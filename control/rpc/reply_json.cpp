@@ -14,33 +14,19 @@ std::string hex_text(std::uint64_t bits) {
     return text;
 }
 
-json to_json(const CameraState& state) {
-    json value = camera_to_json(state.spec);
-    value["world_pose"] = pose_to_json(state.world_pose);
-    value["id"] = static_cast<std::uint32_t>(state.id);
-    value["sequence"] = state.sequence;
-    value["readers"] = state.readers;
-    value["applied_ns"] = state.applied_ns;
+json to_json(const CameraReply& report) {
+    json value = camera_to_json(report.camera.spec_at(report.now.world_ns));
+    value["world_pose"] = pose_to_json(report.now.pose);
+    value["id"] = static_cast<std::uint32_t>(report.id);
+    value["sequence"] = report.sequence;
+    value["readers"] = report.readers;
+    value["applied_ns"] = report.applied_ns;
+    value["arrives_ns"] = report.camera.arrives_ns();
     return value;
 }
 
-json to_json(const WorldState& state) {
-    return {{"scene", state.scene},
-            {"scene_file", state.scene_file},
-            {"mode", state.mode == RunMode::realtime ? "realtime" : "lockstep"},
-            {"overload", state.overload == OverloadPolicy::drop ? "drop" : "slow"},
-            {"quality", std::string(to_string(state.quality))},
-            {"paused", state.paused},
-            {"world_ns", state.world_ns},
-            {"step_ns", state.step_ns},
-            {"seed", state.seed},
-            {"state_ns", state.state.world_ns},
-            {"state_hash", hex_text(state.state.value)},
-            {"objects", state.objects},
-            {"actors", state.actors},
-            {"cameras", state.cameras},
-            {"places", state.places},
-            {"applied_ns", state.applied_ns}};
+json applied_json(const Applied& done) {
+    return {{"applied_ns", done.applied_ns}};
 }
 
 json to_json(const RigReport& report) {

@@ -160,25 +160,28 @@ RpcReply RpcServer::without_foreign_files(const json& params, RpcReply done) con
     const std::string scene = params.value("scene", json()).is_string() ? params["scene"].get<std::string>() : "";
     const auto file = real_place(scene), folder = real_place(context_.scenes);
     if (!folder.empty() && std::ranges::mismatch(folder, file).in1 == folder.end()) return done;
-    return [scene, folder, done = std::move(done)](Result<RpcResult> result) {
+    const auto budget = done.budget();
+    const auto tell = [scene, folder, done = std::move(done)](Result<RpcResult> result) {
         if (result) return done(std::move(result));
         spdlog::warn("control: refused to a client of the network: {}", result.error().message);
         done(error(ErrorKind::invalid_argument,
                    "'" + scene.substr(0, 200) + "' cannot be loaded; of files outside of '" + folder.string() +
                        "' the reason is told only in the rig's log and on its control socket"));
     };
+    return {tell, budget};
 }
 
-void RpcServer::call(const json& params, std::size_t index, Authority authority,
-                     const std::shared_ptr<ByteBudget>& budget, RpcReply done) {
+void RpcServer::call(const json& params, std::size_t index, Authority authority, RpcReply done) {
     const Method& method = methods_[index];
     if (authority == Authority::look && !method.only_looks)
         return done(error(ErrorKind::unauthorized, method.name + ": " + context_.how_to_command));
     calls_[index].fetch_add(1);
     if (authority != Authority::own && method.reads_files) done = without_foreign_files(params, std::move(done));
     if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
+    const auto budget = done.budget();
+    const bool takes_bytes = done.takes_bytes();
     const auto answer = std::make_shared<Answer>(std::move(done));
-    RpcReply reply([answer](Result<RpcResult> result) { answer->give(std::move(result)); }, budget);
+    RpcReply reply([answer](Result<RpcResult> result) { answer->give(std::move(result)); }, budget, takes_bytes);
     try {
         method.handler(params, std::move(reply));
     } catch (const std::bad_alloc&) {
@@ -187,7 +190,7 @@ void RpcServer::call(const json& params, std::size_t index, Authority authority,
 }
 
 void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority,
-                       const std::shared_ptr<ByteBudget>& peer_budget) {
+                       const std::shared_ptr<ByteBudget>& peer_budget, bool takes_bytes) {
     const RpcMessage message = parse_rpc(text);
     const auto budget =
         ByteBudget::create(context_.limits.reply_bytes,
@@ -212,10 +215,11 @@ void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
             batch->answer(i, request.id ? error_answer(unknown) : RpcAnswer());
             continue;
         }
-        call(request.params, found->second, authority, budget,
-             [batch, budget, i, id = request.id](Result<RpcResult> result) {
-                 batch->answer(i, id ? answer_of(*id, std::move(result), budget) : RpcAnswer());
-             });
+        const auto done_one = [batch, budget, i, id = request.id](Result<RpcResult> result) {
+            batch->answer(i, id ? answer_of(*id, std::move(result), budget) : RpcAnswer());
+        };
+        call(request.params, found->second, authority,
+             RpcReply(done_one, budget, takes_bytes && !message.is_batch && request.id));
     }
 }
 

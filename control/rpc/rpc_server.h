@@ -60,8 +60,10 @@ public:
     /// Answers are bounded before memory is taken for them: each by ControlLimits::reply_bytes, a batch as a whole by
     /// the same, and all by `peer_budget`, a share of budget() (null: by that alone). What does not fit becomes an
     /// error.
+    ///
+    /// takes_bytes: the bytes of a picture may follow the line of an answer.
     void handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority = Authority::own,
-                const std::shared_ptr<ByteBudget>& peer_budget = {});
+                const std::shared_ptr<ByteBudget>& peer_budget = {}, bool takes_bytes = false);
     const std::shared_ptr<ByteBudget>& budget() const { return context_.budget; }
 
     /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and
@@ -73,8 +75,7 @@ public:
     std::map<std::string, std::uint64_t> calls() const;
 
 private:
-    void call(const nlohmann::json& params, std::size_t method, Authority authority,
-              const std::shared_ptr<ByteBudget>& budget, RpcReply done);
+    void call(const nlohmann::json& params, std::size_t method, Authority authority, RpcReply done);
     /// `done`, but what an error tells of files elsewhere goes to the log instead.
     RpcReply without_foreign_files(const nlohmann::json& params, RpcReply done) const;
 

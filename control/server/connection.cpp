@@ -114,7 +114,7 @@ bool Connection::take(std::string_view line) {
             if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
         });
     };
-    shared_.rpc.handle(line, done, authority_, budget_);
+    shared_.rpc.handle(line, done, authority_, budget_, true);
     return true;
 }
 
@@ -161,6 +161,7 @@ void Connection::refuse(int code, ErrorKind kind, std::string message, ControlLi
 void Connection::answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply) {
     if (is_closed_) return;
     if (!reply.pieces.empty()) reply.append("\n");
+    if (!reply.after_line.empty()) reply.pieces.push_back(std::move(reply.after_line));
     slot->reply = std::move(reply);
     slot->is_ready = true;
     ready_.cancel();

@@ -79,6 +79,20 @@ void read_fields(const std::vector<FieldOf<T, Patch>>& table, JsonReader& reader
         if (each.read) each.read(reader, patch);
 }
 
+/// A whole T: what is not given has its default. `check` is asked when all keys were read without error, for what they
+/// demand of each other. Finishes the reader.
+template <typename T>
+Result<T> read_all(const std::vector<FieldOf<T>>& table, JsonReader& reader,
+                   void (*check)(const T&, JsonReader&) = nullptr) {
+    Changes<T> changes;
+    read_fields(table, reader, changes);
+    T value;
+    changes.apply_to(value);
+    if (check && reader.ok()) check(value, reader);
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    return value;
+}
+
 /// The first value out of its range, with its path below T ("controls.gain_db: must be 0 to 24"): for values that did
 /// not come through JSON.
 template <typename T, typename Patch>
@@ -232,6 +246,15 @@ template <auto member, typename Patch = Changes<typename MemberPointer<decltype(
 auto field_at(Field field) {
     using Pointer = MemberPointer<decltype(member)>;
     return entry_at<member, typename Pointer::Struct, typename Pointer::Value, Patch>(std::move(field));
+}
+
+/// The entry of a member that is told and never taken.
+template <auto member>
+auto told_at(Field field) {
+    using Pointer = MemberPointer<decltype(member)>;
+    using T = typename Pointer::Struct;
+    return FieldOf<T>{.field = typed<typename Pointer::Value>(std::move(field)),
+                      .write = [](const T& from) { return json_of(from.*member); }};
 }
 
 }  // namespace camrig

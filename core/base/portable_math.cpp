@@ -106,6 +106,12 @@ constexpr Sum log_2{0x1.62e42fefa38p-1, 0x1.ef35793c7673p-45};  ///< its product
 constexpr std::array log_terms = {2.0 / 3.0,  2.0 / 5.0,  2.0 / 7.0,  2.0 / 9.0,  2.0 / 11.0,
                                   2.0 / 13.0, 2.0 / 15.0, 2.0 / 17.0, 2.0 / 19.0, 2.0 / 21.0};
 
+/// exp(r) = 1 + r + r^2 * e(r); on [-ln(2)/2, ln(2)/2] what is left out is below 1e-18.
+constexpr std::array exp_terms = {1.0 / 2.0,          1.0 / 6.0,        1.0 / 24.0,        1.0 / 120.0,
+                                  1.0 / 720.0,        1.0 / 5040.0,     1.0 / 40320.0,     1.0 / 362880.0,
+                                  1.0 / 3628800.0,    1.0 / 39916800.0, 1.0 / 479001600.0, 1.0 / 6227020800.0,
+                                  1.0 / 87178291200.0};
+
 }  // namespace
 
 double sin(double x) {
@@ -173,6 +179,16 @@ double log(double x) {
     const double small = s * (half_square + z * polynomial(log_terms, z));
     const auto e = static_cast<double>(exponent);
     return e * log_2.high - ((half_square - (small + e * log_2.low)) - f);
+}
+
+double exp(double x) {
+    if (std::isnan(x)) return x;
+    if (x > 710.0) return std::numeric_limits<double>::infinity();
+    if (x < -746.0) return 0.0;
+    const double exponent = std::nearbyint(x / log_2.high);
+    const Sum r = exact_sum(x - exponent * log_2.high, -exponent * log_2.low);
+    const double small = r.low + r.high * r.high * polynomial(exp_terms, r.high);
+    return std::ldexp(1.0 + (r.high + small), static_cast<int>(exponent));
 }
 
 }  // namespace camrig::portable

@@ -7,8 +7,8 @@
 /// them would take another course on another machine. These are made of additions, multiplications, divisions and exact
 /// functions of doubles only (IEEE 754 prescribes each bit; the build forbids contraction, -ffp-contract=off).
 ///
-/// Errors, held by PortableMath against long double: sin, cos and log below 1 unit in the last place, atan and atan2
-/// below 1.5, tan below 3. Any thread.
+/// Errors, held by PortableMath against long double: sin, cos, log and exp below 1 unit in the last place, atan and
+/// atan2 below 1.5, tan below 3. Any thread.
 namespace camrig::portable {
 
 /// Arguments are reduced exactly up to 2^20 * pi/2; beyond, the error is as if `x` were off by 1e-16 of itself. Not
@@ -21,5 +21,7 @@ double atan2(double y, double x);
 double atan(double x);
 /// 0: minus infinity. Below: NaN.
 double log(double x);
+/// 0 and infinity where doubles end.
+double exp(double x);
 
 }  // namespace camrig::portable

@@ -74,6 +74,14 @@ Result<void> check_intrinsics(ImageSize size, const Intrinsics& k) {
     return {};
 }
 
+Intrinsics between(const Intrinsics& from, const Intrinsics& to, double share) {
+    const auto scaled = [share](double begin, double end) {
+        return begin * portable::exp(portable::log(end / begin) * share);
+    };
+    const auto moved = [share](double begin, double end) { return begin + (end - begin) * share; };
+    return {scaled(from.fx, to.fx), scaled(from.fy, to.fy), moved(from.cx, to.cx), moved(from.cy, to.cy)};
+}
+
 double vfov_rad(ImageSize size, const Intrinsics& k) {
     return full_angle(size.height, k.fy, k.cy);
 }

@@ -27,6 +27,10 @@ Result<Intrinsics> intrinsics_from_hfov(ImageSize size, double hfov_rad);
 /// has at least the lower bound in the other direction too, up to a side ratio of 1000.
 Result<void> check_intrinsics(ImageSize size, const Intrinsics& intrinsics);
 
+/// On the way from one to another, as a zoom lens runs: focal lengths by a constant factor in equal times, the
+/// principal point in a straight line. share: 0 to 1.
+Intrinsics between(const Intrinsics& from, const Intrinsics& to, double share);
+
 /// Full fields of view of the pinhole part, edge to edge, radians.
 double vfov_rad(ImageSize size, const Intrinsics& intrinsics);
 double hfov_rad(ImageSize size, const Intrinsics& intrinsics);

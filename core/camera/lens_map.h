@@ -45,6 +45,14 @@ public:
     LensMap() = default;
 
     const Lens& lens() const { return lens_; }
+    /// The numbers of the formulas above, for those who evaluate them in their own arithmetic.
+    struct Formula {
+        bool is_angular = false;  ///< the ideal plane holds angles
+        std::array<double, 5> numerator{1.0, 0.0, 0.0, 0.0, 0.0};
+        std::array<double, 4> denominator{1.0, 0.0, 0.0, 0.0};
+        double p1 = 0.0, p2 = 0.0;
+    };
+    Formula formula() const { return {angular_, n_, d_, p1_, p2_}; }
     /// True when distorted and ideal plane are the same for every direction with Z > 0.
     bool is_identity() const { return identity_; }
 

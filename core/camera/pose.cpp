@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "core/base/portable_math.h"
@@ -95,6 +96,17 @@ PanTiltRoll angles_of(const glm::dquat& orientation) {
     const double s = portable::sin(angles.pan), c = portable::cos(angles.pan);
     angles.roll = portable::atan2(s * z.x - c * z.y, c * y.y - s * y.x);
     return angles;
+}
+
+Pose between(const Pose& from, const Pose& to, double share) {
+    Pose pose{from.position + (to.position - from.position) * share, from.orientation};
+    if (from.orientation == to.orientation) return pose;
+    const PanTiltRoll a = angles_of(from.orientation), b = angles_of(to.orientation);
+    const auto turned = [share](double begin, double end) {
+        return begin + std::remainder(end - begin, 2.0 * std::numbers::pi) * share;
+    };
+    pose.orientation = from_angles({turned(a.pan, b.pan), turned(a.tilt, b.tilt), turned(a.roll, b.roll)});
+    return pose;
 }
 
 glm::dmat3 link_from_optical() {

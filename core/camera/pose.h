@@ -34,6 +34,10 @@ Result<Pose> pose_from_quaternion(glm::dvec3 position, glm::dquat orientation);
 /// chosen with roll = 0. The orientation made of the answer is the given one within 1e-15 (2e-9 at the poles).
 PanTiltRoll angles_of(const glm::dquat& orientation);
 
+/// On the way from one pose to another, as a head moves: the position in a straight line, pan (the shorter way round),
+/// tilt and roll each at its own rate, so that the horizon stays level between two level poses. share: 0 to 1.
+Pose between(const Pose& from, const Pose& to, double share);
+
 /// Positions further out than this are refused (1e10 m): beyond it doubles cannot hold a micrometre.
 inline constexpr double max_coordinate_m = 1e10;
 

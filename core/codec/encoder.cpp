@@ -2,16 +2,9 @@
 
 namespace camrig {
 
-std::string_view to_string(Codec codec) {
-    switch (codec) {
-        case Codec::raw:
-            return "raw";
-        case Codec::jpeg:
-            return "jpeg";
-        case Codec::png:
-            return "png";
-    }
-    return "unknown";
+std::span<const Named<Codec>> names_of(std::type_identity<Codec>) {
+    static constexpr Named<Codec> names[] = {{Codec::jpeg, "jpeg"}, {Codec::png, "png"}, {Codec::raw, "raw"}};
+    return names;
 }
 
 std::string_view to_string(ChromaSampling sampling) {

@@ -12,7 +12,7 @@
 namespace camrig {
 
 enum class Codec : std::uint8_t { raw, jpeg, png };
-std::string_view to_string(Codec codec);
+std::span<const Named<Codec>> names_of(std::type_identity<Codec>);
 
 /// Encoded bytes, shared by all who send them.
 using BytesRef = std::shared_ptr<const std::vector<std::byte>>;

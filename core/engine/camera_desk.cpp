@@ -9,12 +9,12 @@ namespace camrig {
 namespace {
 
 CameraStream stream_of(const CameraEntry& entry) {
-    return {entry.id, *entry.name, entry.spec->size, entry.spec->rate, entry.spec->outputs};
+    return {entry.id, *entry.name, entry.spec().size, entry.spec().rate, entry.spec().outputs};
 }
 
 }  // namespace
 
-Result<CameraState> CameraDesk::run(CreateCamera& command) {
+Result<CameraReply> CameraDesk::run(CreateCamera& command) {
     CameraSpec base;
     base.name = command.name;
     CameraPatch patch = command.patch;
@@ -35,9 +35,7 @@ Result<CameraState> CameraDesk::run(CreateCamera& command) {
     if (auto good = check_new_outputs(*spec, {}); !good) return std::unexpected(good.error());
     auto entry = add_camera(std::move(*spec));
     if (!entry) return std::unexpected(entry.error());
-    CameraState state = state_of(**entry);
-    state.applied_ns = (*entry)->latest.world_ns;
-    return state;
+    return report_of(**entry);
 }
 
 Result<CameraEntry*> CameraDesk::add_camera(CameraSpec spec) {
@@ -51,7 +49,7 @@ void CameraDesk::start_camera(CameraEntry& entry) {
     // Its first picture shows the moment it was made, with the number just before that of its next grid point: at world
     // time 0 that is frame 0 itself.
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
-    const Rate& rate = entry.spec->rate;
+    const Rate& rate = entry.spec().rate;
     const std::int64_t next = rate.first_frame_at_or_after(now_ns + 1);
     rig_.schedule.set(entry.id, rate, now_ns, next);
     renew_latest(entry, next - 1);
@@ -73,7 +71,7 @@ Result<void> CameraDesk::check_outputs(const CameraSpec& spec) {
         if (!output.number) continue;
         for (const auto& [id, entry] : rig_.cameras.all()) {
             if (*entry.name == spec.name) continue;
-            for (const OutputSpec& taken : entry.spec->outputs) {
+            for (const OutputSpec& taken : entry.spec().outputs) {
                 if (taken.kind != output.kind || taken.number != output.number) continue;
                 return error(ErrorKind::already_exists, "outputs: " + output.kind + " number " +
                                                             std::to_string(*output.number) + " belongs to camera " +
@@ -100,53 +98,51 @@ void CameraDesk::renew_latest(CameraEntry& entry, std::int64_t sequence) {
     const TimeNs now_ns = rig_.world_now_ns(monotonic_ns);
     if (rig_.clock.running()) monotonic_ns = rig_.clock.monotonic_at(now_ns);
     rig_.world->advance_to(now_ns);
-    SnapshotRef snapshot = rig_.world->snapshot(now_ns);
-    const Pose pose = pose_at(entry, *snapshot);
-    entry.latest = {entry.spec, entry.spec_revision, sequence, now_ns, monotonic_ns, std::move(snapshot), pose, {}};
+    rig_.cameras.show(entry, sequence, rig_.world->snapshot(now_ns), monotonic_ns);
 }
 
 void CameraDesk::show_latest(CameraEntry& entry) {
     const LatestDue& latest = entry.latest;
     DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(entry, latest)}};
-    if (const PixelFormats wanted = rig_.bus.wanted(entry.id, latest.world_ns); !wanted.empty())
+    if (const PixelFormats wanted = rig_.bus.wanted(entry.id, latest.state.world_ns); !wanted.empty())
         due.views.front().color_formats = rig_.made_of(due.views.front(), wanted);
     rig_.drawing->add(due);
 }
 
-Result<CameraState> CameraDesk::run(SetCamera& command) {
+Result<CameraReply> CameraDesk::run(SetCamera& command) {
     auto found = rig_.cameras.find(command.name);
     if (!found) return std::unexpected(found.error());
-    const std::shared_ptr<const CameraSpec> old = (*found)->spec;
+    CameraEntry& entry = **found;
     if (auto good = check_mount(command.patch); !good) return std::unexpected(good.error());
-    auto spec = patch_camera_spec(*old, command.patch);
-    if (!spec) return std::unexpected(spec.error());
-    if (auto good = check_outputs(*spec); !good) return std::unexpected(good.error());
-    if (auto good = check_new_outputs(*spec, old->outputs); !good) return std::unexpected(good.error());
-    auto replaced = rig_.cameras.replace(command.name, std::move(*spec));
-    if (!replaced) return std::unexpected(replaced.error());
-    CameraEntry& entry = **replaced;
-
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
-    if (entry.spec->rate != old->rate)
-        rig_.schedule.set(entry.id, entry.spec->rate, now_ns, rig_.schedule.next_sequence(entry.id));
+    world_.world_of_now();  // what events did to the camera until now comes before
+    const std::shared_ptr<const CameraSpec> old = entry.camera.spec();
+    auto changed = entry.camera.changed(command.patch, now_ns, command.duration_ns);
+    if (!changed) return std::unexpected(changed.error());
+    if (auto good = check_outputs(*changed->spec()); !good) return std::unexpected(good.error());
+    if (auto good = check_new_outputs(*changed->spec(), old->outputs); !good) return std::unexpected(good.error());
+    if (auto good = rig_.cameras.replace(entry, std::move(*changed)); !good) return std::unexpected(good.error());
+
+    if (entry.spec().rate != old->rate)
+        rig_.schedule.set(entry.id, entry.spec().rate, now_ns, rig_.schedule.next_sequence(entry.id));
     TimeNs applied_ns = rig_.schedule.next_due_ns(entry.id);
     // Nothing falls due while the world stands still, yet the change must show. In real time it is a frame more. In
     // lockstep readers are sent what is due and nothing else: who asks gets the frame that is there, drawn anew.
     const bool stands_still = !rig_.clock.running() && rig_.options.mode == RunMode::realtime;
     if (!rig_.clock.running()) {
         const std::int64_t next = rig_.schedule.next_sequence(entry.id);
-        if (stands_still) rig_.schedule.set(entry.id, entry.spec->rate, now_ns, next + 1);
+        if (stands_still) rig_.schedule.set(entry.id, entry.spec().rate, now_ns, next + 1);
         renew_latest(entry, stands_still ? next : entry.latest.sequence);
-        applied_ns = entry.latest.world_ns;
+        applied_ns = entry.latest.state.world_ns;
     }
-    if (entry.spec->size != old->size || entry.spec->rate != old->rate || entry.spec->outputs != old->outputs)
+    if (entry.spec().size != old->size || entry.spec().rate != old->rate || entry.spec().outputs != old->outputs)
         rig_.bus.change_camera(stream_of(entry));
     rig_.bus.adjust_camera(stream_of(entry));
-    if (stands_still && !rig_.bus.wanted(entry.id, entry.latest.world_ns).empty()) show_latest(entry);
+    if (stands_still && !rig_.bus.wanted(entry.id, entry.latest.state.world_ns).empty()) show_latest(entry);
     entry.applied_ns = applied_ns;
-    CameraState state = state_of(entry);
-    state.applied_ns = applied_ns;
-    return state;
+    CameraReply report = report_of(entry);
+    report.applied_ns = applied_ns;
+    return report;
 }
 
 Result<Applied> CameraDesk::run(DeleteCamera& command) {
@@ -159,27 +155,27 @@ Result<Applied> CameraDesk::run(DeleteCamera& command) {
     return applied;
 }
 
-Result<CameraState> CameraDesk::run(GetCamera& command) {
+Result<CameraReply> CameraDesk::run(GetCamera& command) {
     auto found = rig_.cameras.find(command.name);
     if (!found) return std::unexpected(found.error());
-    return state_of(**found);
+    return report_of(**found);
 }
 
-Result<std::vector<CameraState>> CameraDesk::run(ListCameras&) {
-    std::vector<CameraState> states;
-    for (const auto& [id, entry] : rig_.cameras.all()) states.push_back(state_of(entry));
-    return states;
+Result<std::vector<CameraReply>> CameraDesk::run(ListCameras&) {
+    std::vector<CameraReply> reports;
+    for (const auto& [id, entry] : rig_.cameras.all()) reports.push_back(report_of(entry));
+    return reports;
 }
 
-CameraState CameraDesk::state_of(const CameraEntry& entry) const {
-    CameraState state;
-    state.id = entry.id;
-    state.spec = *entry.spec;
-    state.world_pose = entry.spec->mount ? entry.latest.pose : entry.spec->pose;
-    state.sequence = entry.latest.sequence;
-    state.readers = rig_.bus.reader_count(entry.id);
-    state.applied_ns = entry.latest.world_ns;
-    return state;
+CameraReply CameraDesk::report_of(const CameraEntry& entry) const {
+    // Alone, a camera needs only the time; where its actor is now, the world would have to be asked.
+    const Snapshot alone{.world_ns = rig_.world_now_ns(monotonic_now_ns()), .statics = {}, .movers = {}};
+    return {.id = entry.id,
+            .camera = entry.camera,
+            .now = entry.camera.at(entry.spec().mount ? *entry.latest.snapshot : alone),
+            .sequence = entry.latest.sequence,
+            .readers = rig_.bus.reader_count(entry.id),
+            .applied_ns = entry.latest.state.world_ns};
 }
 
 Result<void> CameraDesk::add_cameras_of(const Scene& scene) {
@@ -208,11 +204,12 @@ void CameraDesk::begin_world() {
     std::vector<CameraEntry*> stayed;
     for (auto& [id, entry] : rig_.cameras.all()) {
         if (std::ranges::find(added_, id) != added_.end()) continue;
-        rig_.schedule.set(id, entry.spec->rate, 0, rig_.schedule.next_sequence(id) + 1);
+        rig_.schedule.set(id, entry.spec().rate, 0, rig_.schedule.next_sequence(id) + 1);
         entry.applied_ns = 0;
         stayed.push_back(&entry);
     }
     for (CameraEntry* entry : stayed) {
+        entry->camera = entry->camera.in_another_world(*entry->latest.snapshot);
         renew_latest(*entry, rig_.schedule.next_sequence(entry->id) - 1);
         if (!rig_.bus.wanted(entry->id, 0).empty()) show_latest(*entry);
     }

@@ -10,11 +10,11 @@ class CameraDesk {
 public:
     CameraDesk(RigState& rig, WorldDesk& world) : rig_(rig), world_(world) {}
 
-    Result<CameraState> run(CreateCamera& command);
-    Result<CameraState> run(SetCamera& command);
+    Result<CameraReply> run(CreateCamera& command);
+    Result<CameraReply> run(SetCamera& command);
     Result<Applied> run(DeleteCamera& command);
-    Result<CameraState> run(GetCamera& command);
-    Result<std::vector<CameraState>> run(ListCameras& command);
+    Result<CameraReply> run(GetCamera& command);
+    Result<std::vector<CameraReply>> run(ListCameras& command);
 
     /// Adds the cameras of a scene that are not there: all of them or none. They take part from begin_world() on.
     Result<void> add_cameras_of(const Scene& scene);
@@ -37,7 +37,7 @@ private:
     void renew_latest(CameraEntry& entry, std::int64_t sequence);
     /// The camera's newest picture is drawn, for who reads it.
     void show_latest(CameraEntry& entry);
-    CameraState state_of(const CameraEntry& entry) const;
+    CameraReply report_of(const CameraEntry& entry) const;
 
     RigState& rig_;
     WorldDesk& world_;

@@ -35,7 +35,7 @@ CameraEntry& CameraTable::at(CameraId id) {
 
 Result<void> CameraTable::check_pixels(std::int64_t added) const {
     std::int64_t total = added;
-    for (const auto& [id, entry] : by_id_) total += entry.spec->size.pixels();
+    for (const auto& [id, entry] : by_id_) total += entry.spec().size.pixels();
     if (total <= max_total_pixels) return {};
     return error(ErrorKind::resource_exhausted, "all cameras together would have " + std::to_string(total >> 20) +
                                                     " Mpixel; at most " + std::to_string(max_total_pixels >> 20) +
@@ -60,20 +60,33 @@ Result<CameraEntry*> CameraTable::add(CameraSpec spec) {
     entry.id = id;
     entry.number = static_cast<std::uint8_t>(std::ranges::find(taken, false) - taken.begin());
     entry.name = std::make_shared<const std::string>(spec.name);
-    entry.spec = std::make_shared<const CameraSpec>(std::move(spec));
+    entry.camera = Camera(std::move(spec));
     entry.spec_revision = ++last_revision_;
     return &entry;
 }
 
-Result<CameraEntry*> CameraTable::replace(const std::string& name, CameraSpec spec) {
-    auto found = find(name);
-    if (!found) return found;
-    CameraEntry& entry = **found;
-    if (auto fits = check_pixels(spec.size.pixels() - entry.spec->size.pixels()); !fits)
-        return std::unexpected(fits.error());
-    entry.spec = std::make_shared<const CameraSpec>(std::move(spec));
+Result<void> CameraTable::replace(CameraEntry& entry, Camera camera) {
+    if (auto fits = check_pixels(camera.spec()->size.pixels() - entry.spec().size.pixels()); !fits) return fits;
+    entry.camera = std::move(camera);
     entry.spec_revision = ++last_revision_;
-    return &entry;
+    return {};
+}
+
+void CameraTable::show(CameraEntry& entry, std::int64_t sequence, SnapshotRef snapshot, TimeNs monotonic_ns) {
+    LatestDue& latest = entry.latest;
+    latest.state = entry.camera.at(*snapshot);
+    latest.spec = entry.camera.spec();
+    latest.spec_revision = entry.spec_revision;
+    if (latest.state.intrinsics != latest.spec->intrinsics) {
+        auto zooming = std::make_shared<CameraSpec>(*latest.spec);
+        zooming->intrinsics = latest.state.intrinsics;
+        latest.spec = std::move(zooming);
+        latest.spec_revision = ++last_revision_;
+    }
+    latest.sequence = sequence;
+    latest.monotonic_ns = monotonic_ns;
+    latest.snapshot = std::move(snapshot);
+    latest.colors.clear();
 }
 
 Result<CameraEntry> CameraTable::remove(const std::string& name) {

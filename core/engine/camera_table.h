@@ -12,21 +12,19 @@
 #include "core/engine/command.h"
 #include "core/frame/frame.h"
 #include "core/stream/statistics.h"
-#include "core/world/camera_spec.h"
-#include "core/world/snapshot.h"
+#include "core/world/camera.h"
 
 namespace camrig {
 
 /// The latest picture a camera should have made: drawn already, or drawable at any time from the snapshot of its
 /// instant.
 struct LatestDue {
-    std::shared_ptr<const CameraSpec> spec;  ///< as it was at that instant
+    std::shared_ptr<const CameraSpec> spec;  ///< as it was at that instant, with the intrinsics of it
     std::uint64_t spec_revision = 0;
     std::int64_t sequence = -1;
-    TimeNs world_ns = 0;
+    CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;
     SnapshotRef snapshot;
-    Pose pose;                     ///< world_from_link at that instant
     std::vector<FrameRef> colors;  ///< as drawn, a pixel format each; none until then
 };
 
@@ -35,10 +33,11 @@ struct CameraEntry {
     CameraId id{};
     std::uint8_t number = 0;  ///< what the code strip carries; free again when the camera is deleted
     std::shared_ptr<const std::string> name;
-    std::shared_ptr<const CameraSpec> spec;
+    Camera camera;
     std::uint64_t spec_revision = 0;
-    Pose mount_frame;  ///< of a mounted camera: world_from_mount when its actor was there last
     LatestDue latest;
+
+    const CameraSpec& spec() const { return *camera.spec(); }
     TimeNs applied_ns = 0;  ///< world time from which its last command shows
     std::uint64_t due = 0, rendered = 0, idle = 0;
     std::array<std::uint64_t, drop_reason_count> dropped{};  ///< by DropReason
@@ -54,8 +53,10 @@ public:
 
     /// Adds a camera; already_exists, invalid name and resource_exhausted are errors and change nothing.
     Result<CameraEntry*> add(CameraSpec spec);
-    /// Replaces a camera's spec (same name).
-    Result<CameraEntry*> replace(const std::string& name, CameraSpec spec);
+    /// Makes it another camera of the same name.
+    Result<void> replace(CameraEntry& entry, Camera camera);
+    /// Its newest picture is the one of this instant.
+    void show(CameraEntry& entry, std::int64_t sequence, SnapshotRef snapshot, TimeNs monotonic_ns);
     Result<CameraEntry*> find(const std::string& name);
     /// Null if it is gone.
     CameraEntry* find_id(CameraId id);

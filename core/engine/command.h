@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/named.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/stream/statistics.h"
 #include "core/truth/truth.h"
-#include "core/world/camera_spec.h"
+#include "core/world/camera.h"
 #include "core/world/scene.h"
 #include "core/world/world.h"
 
@@ -20,12 +21,20 @@
 namespace camrig {
 
 enum class RunMode : std::uint8_t { realtime, lockstep };
+inline std::span<const Named<RunMode>> names_of(std::type_identity<RunMode>) {
+    static constexpr Named<RunMode> names[] = {{RunMode::realtime, "realtime"}, {RunMode::lockstep, "lockstep"}};
+    return names;
+}
 enum class OverloadPolicy : std::uint8_t { drop, slow };
+inline std::span<const Named<OverloadPolicy>> names_of(std::type_identity<OverloadPolicy>) {
+    static constexpr Named<OverloadPolicy> names[] = {{OverloadPolicy::drop, "drop"}, {OverloadPolicy::slow, "slow"}};
+    return names;
+}
 
-struct CameraState {
+struct CameraReply {
     CameraId id{};
-    CameraSpec spec;
-    Pose world_pose;             ///< where it is: of a mounted camera, at its latest due instant
+    Camera camera;
+    CameraState now;             ///< of a mounted camera, at its latest due instant
     std::int64_t sequence = -1;  ///< of the latest due frame; -1: none yet
     std::size_t readers = 0;
     TimeNs applied_ns = 0;  ///< world time from which this state shows
@@ -54,26 +63,27 @@ struct Applied {
 };
 
 struct CreateCamera {
-    using Reply = CameraState;
+    using Reply = CameraReply;
     std::string name;
     std::optional<std::string> place;  ///< pose and field of view of a place of the scene, under the patch
     CameraPatch patch;
 };
 struct SetCamera {
-    using Reply = CameraState;
+    using Reply = CameraReply;
     std::string name;
     CameraPatch patch;
+    TimeNs duration_ns = 0;  ///< in which pose and field of view come there
 };
 struct DeleteCamera {
     using Reply = Applied;
     std::string name;
 };
 struct GetCamera {
-    using Reply = CameraState;
+    using Reply = CameraReply;
     std::string name;
 };
 struct ListCameras {
-    using Reply = std::vector<CameraState>;
+    using Reply = std::vector<CameraReply>;
 };
 /// The scene is loaded by the caller, off the engine's thread. Cameras stay; those of the scene are added unless their
 /// names are taken.
@@ -149,7 +159,7 @@ struct RemoveEvent {
 struct WaitEvents {
     using Reply = EventLog;
     std::uint64_t since = 0;
-    TimeNs timeout_ns = 0;
+    TimeNs timeout_ns = 10 * ns_per_s;
 };
 struct GetStats {
     using Reply = RigReport;

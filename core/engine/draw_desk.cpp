@@ -266,12 +266,6 @@ void DrawDesk::finish() {
     }
 }
 
-void DrawDesk::discard() {
-    std::vector<DueViews> dropped;
-    for (Lane& lane : lanes_) lane.queue.clear(dropped);
-    drop(dropped);
-}
-
 void DrawDesk::forget(CameraId camera) {
     for (Lane& lane : lanes_) {
         views_at_work_ -= lane.queue.remove(camera);

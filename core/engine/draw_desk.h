@@ -60,8 +60,6 @@ public:
     bool is_idle() const { return views_at_work_ == 0; }
     /// Waits until is_idle().
     void finish();
-    /// Nothing that is not begun will be drawn; it counts as dropped.
-    void discard();
     /// A camera is gone.
     void forget(CameraId camera);
     /// There is another world: no lane keeps what it had of the old one.

@@ -97,14 +97,6 @@ std::size_t DrawQueue::remove(CameraId camera) {
     return removed;
 }
 
-void DrawQueue::clear(std::vector<DueViews>& dropped) {
-    for (Class& one : classes_) {
-        std::ranges::move(one.due, std::back_inserter(dropped));
-        one.due.clear();
-        one.is_begun = false;
-    }
-}
-
 bool DrawQueue::empty() const {
     return std::ranges::all_of(classes_, [](const Class& one) { return one.due.empty(); });
 }

@@ -52,8 +52,6 @@ public:
 
     /// A camera is gone; so many views of it were due.
     std::size_t remove(CameraId camera);
-    /// Nothing is due any more; what was goes to `dropped`.
-    void clear(std::vector<DueViews>& dropped);
     /// Nothing of cameras' instants is left; requests may be.
     bool empty() const;
 

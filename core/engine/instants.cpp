@@ -27,7 +27,11 @@ TimeNs Instants::wake_time_ns() const {
         return rig_.schedule.empty() ? idle_ns
                                      : std::min(idle_ns, rig_.clock.monotonic_at(rig_.schedule.next_due_ns()));
     }
-    return steps_.empty() ? max_time_ns : steps_.front().deadline_ns;
+    if (steps_.empty()) return max_time_ns;
+    const StepJob& job = steps_.front();
+    // What is on its way and what is drawn are heard of; only a delivery has an end of its own.
+    if (job.latch && !job.latch->is_open()) return job.deadline_ns;
+    return job.next && !rig_.drawing->is_idle() ? max_time_ns : 0;
 }
 
 void Instants::turn(TimeNs monotonic_ns) {
@@ -75,7 +79,7 @@ void Instants::account_skipped(TimeNs instant_ns) {
         } else {
             entry.idle += frames;
         }
-        const Rate& rate = entry.spec->rate;
+        const Rate& rate = entry.spec().rate;
         const std::int64_t first = rate.first_frame_at_or_after(skipped.first_ns);
         for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
             instants.insert(rate.time_of_frame(first + i));
@@ -97,10 +101,7 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
 
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
-        std::vector<FrameRef> colors = std::move(entry.latest.colors);
-        colors.clear();
-        entry.latest = {entry.spec,   entry.spec_revision,           next.sequence,    world_ns, monotonic_ns,
-                        due.snapshot, pose_at(entry, *due.snapshot), std::move(colors)};
+        rig_.cameras.show(entry, next.sequence, due.snapshot, monotonic_ns);
         PixelFormats formats = rig_.bus.wanted(entry.id, world_ns);
         if (formats.empty()) {
             ++entry.idle;
@@ -191,10 +192,10 @@ void Instants::advance_step(TimeNs monotonic_ns) {
 }
 
 void Instants::give_up_step(TimeNs monotonic_ns) {
+    rig_.drawing->finish();  // what is drawn still comes to the step
     StepJob job = std::move(steps_.front());
     std::string laggards;
     for (const auto& who : job.latch->holders()) laggards += (laggards.empty() ? "" : "; ") + who;
-    rig_.drawing->finish();
     rig_.clock.hold(rig_.world_now_ns(monotonic_ns));
     rig_.step_instant_ns.reset();
     job.done(error(ErrorKind::unavailable,

@@ -27,7 +27,7 @@ View only(View view, FrameKind kind) {
     return view;
 }
 
-Result<TruthRef> truth_of(Renderer& renderer, const DueViews& due, StageTimer& draw_time) {
+Result<TruthRef> truth_of(Renderer& renderer, const DueViews& due, StandingObjects& standing, StageTimer& draw_time) {
     const View& view = due.views.front();
     const auto draw = [&](View one) -> Result<std::vector<FrameRef>> {
         DrawnViews drawn = draw_views(renderer, {due.snapshot, due.monotonic_ns, {std::move(one)}, false}, draw_time);
@@ -43,18 +43,24 @@ Result<TruthRef> truth_of(Renderer& renderer, const DueViews& due, StageTimer& d
     for (const FrameRef& frame : *frames)
         (frame->info().kind == FrameKind::depth ? pictures.depth : pictures.instance) = frame;
     if (!pictures.depth || !pictures.instance) return std::unexpected(not_drawn(*view.name));
+    const auto draw_alone = [&](std::span<const ObjectId> objects) -> Result<FrameRef> {
+        alone.only_objects.assign(objects.begin(), objects.end());
+        auto one = draw(alone);
+        if (!one) return std::unexpected(one.error());
+        if (one->empty()) return std::unexpected(not_drawn(*view.name));
+        return one->front();
+    };
+    const auto find_silhouettes = [&](std::span<const ObjectId> objects,
+                                      std::span<const PixelBox> reaches) -> Result<std::vector<Silhouette>> {
+        if (auto found = renderer.silhouettes(due.snapshot, view, objects)) return std::move(*found);
+        return silhouettes_from(draw_alone)(objects, reaches);
+    };
     auto truth = make_truth({.name = view.name,
                              .spec = view.spec,
                              .pose = view.pose,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
-                            *due.snapshot, pictures, [&](std::span<const ObjectId> objects) -> Result<FrameRef> {
-                                alone.only_objects.assign(objects.begin(), objects.end());
-                                auto one = draw(alone);
-                                if (!one) return std::unexpected(one.error());
-                                if (one->empty()) return std::unexpected(not_drawn(*view.name));
-                                return one->front();
-                            });
+                            *due.snapshot, pictures, find_silhouettes, &standing);
     if (!truth) return at("camera " + *view.name, truth.error());
     return std::make_shared<const TruthOfFrame>(std::move(*truth));
 }
@@ -99,7 +105,7 @@ void Requests::wait(Waiter waiter) {
     if (waiter.min_ns == 0) waiter.min_ns = entry.applied_ns;
     const TimeNs now_ns = monotonic_now_ns();
     // Of a slow camera the next frame may take longer than that.
-    waiter.deadline_ns = now_ns + std::max(frame_timeout_ns, 2 * entry.spec->rate.time_of_frame(1));
+    waiter.deadline_ns = now_ns + std::max(frame_timeout_ns, 2 * entry.spec().rate.time_of_frame(1));
     if (answer(waiter, now_ns)) return;
     if (waiting_.size() >= max_waiting)
         return waiter.fail({ErrorKind::resource_exhausted,
@@ -117,7 +123,7 @@ bool Requests::is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) co
 void Requests::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const {
     for (const Waiter& waiter : waiting_) {
         if (waiter.wants_color() && waiter.min_ns <= world_ns && waiter.camera == entry.id)
-            formats.add(source_format(waiter.picture.format, entry.spec->size));
+            formats.add(source_format(waiter.picture.format, entry.spec().size));
     }
 }
 
@@ -172,7 +178,7 @@ bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     } else {
         waiter.fail({ErrorKind::unavailable,
                      "camera " + waiter.name + " has no frame at or after min_ns " + std::to_string(waiter.min_ns) +
-                         " yet; its latest shows world time " + std::to_string(entry->latest.world_ns) +
+                         " yet; its latest shows world time " + std::to_string(entry->latest.state.world_ns) +
                          (rig_.clock.running() ? " ns" : " ns and the world stands still: step or resume it")});
     }
     return true;
@@ -264,11 +270,14 @@ DrawTask Requests::draw_truth(Waiters::iterator waiter, DueViews due) {
         TimeNs spent_ns = 0;
     };
     const auto answer = std::make_shared<Answer>();
+    std::erase_if(standing_, [&](const auto& of) { return rig_.cameras.find_id(of.first) == nullptr; });
+    auto& standing = standing_[waiter->camera];
+    if (standing == nullptr) standing = std::make_shared<StandingObjects>();
     return {.draw =
-                [answer, due = std::move(due), draw_time = rig_.drawing->timer(),
+                [answer, standing, due = std::move(due), draw_time = rig_.drawing->timer(),
                  truth_time = truth_time_](Renderer& renderer) {
                     const TimeNs start_ns = monotonic_now_ns();
-                    answer->truth = truth_of(renderer, due, *draw_time);
+                    answer->truth = truth_of(renderer, due, *standing, *draw_time);
                     answer->spent_ns = monotonic_now_ns() - start_ns;
                     truth_time->record(answer->spent_ns);
                 },

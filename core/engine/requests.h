@@ -1,8 +1,11 @@
 #pragma once
 
 #include <list>
+#include <map>
+#include <memory>
 
 #include "core/engine/rig_state.h"
+#include "core/truth/make_truth.h"
 
 namespace camrig {
 
@@ -49,7 +52,7 @@ private:
     /// Whether it was answered.
     bool answer(const Waiter& waiter, TimeNs monotonic_ns) const;
     bool is_there(const Waiter& waiter, const CameraEntry& entry) const {
-        return entry.latest.world_ns >= waiter.min_ns;
+        return entry.latest.state.world_ns >= waiter.min_ns;
     }
     bool is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const;
     /// A picture that was drawn already and does for this format; nullptr: none.
@@ -63,6 +66,7 @@ private:
     TimeNs next_turn_ns(TimeNs monotonic_ns) const;
 
     RigState& rig_;
+    std::map<CameraId, std::shared_ptr<StandingObjects>> standing_;  ///< of truths; what is in them is the lane's
     Waiters waiting_, drawing_;
     bool is_ready_ = false;           ///< somebody who waits needs but his turn
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average

@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
-#include "core/world/mount.h"
 
 namespace camrig {
 namespace {
@@ -30,7 +29,7 @@ View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const 
     view.name = entry.name;
     view.spec = latest.spec;
     view.spec_revision = latest.spec_revision;
-    view.pose = latest.pose;
+    view.pose = latest.state.pose;
     view.quality = latest.spec->quality.value_or(options.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;
@@ -56,15 +55,6 @@ void RigState::note_failure(const std::string& camera, const Error& why) {
     if (now_ns - last_failure_log_ns < ns_per_s) return;
     last_failure_log_ns = now_ns;
     spdlog::error("camera {}: could not be drawn: {}", camera, why.message);
-}
-
-Pose pose_at(CameraEntry& entry, const Snapshot& snapshot) {
-    const CameraSpec& spec = *entry.spec;
-    if (!spec.mount) return spec.pose;
-    const auto carrier = std::ranges::find_if(
-        snapshot.movers, [&](const Instance& mover) { return mover.info->name == spec.mount->actor; });
-    if (carrier != snapshot.movers.end()) entry.mount_frame = mount_frame(*carrier, spec.mount->node);
-    return in_world(entry.mount_frame, spec.pose);
 }
 
 }  // namespace camrig

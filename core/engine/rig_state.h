@@ -49,7 +49,4 @@ struct RigState {
 /// With no camera due, the world still keeps up this often, so that it never has to catch up much at once.
 inline constexpr TimeNs idle_tick_ns = 100 * ns_per_ms;
 
-/// Where the camera is in this snapshot. Without its actor a mounted camera stays where it was.
-Pose pose_at(CameraEntry& entry, const Snapshot& snapshot);
-
 }  // namespace camrig

@@ -46,6 +46,7 @@ World& WorldDesk::world_of_now() {
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
     rig_.world->advance_to(now_ns);
     collect();
+    move_cameras(now_ns);
     return *rig_.world;
 }
 
@@ -141,21 +142,31 @@ void WorldDesk::collect() {
         if (event_log_.size() > max_event_log) event_log_.pop_front();
     }
     for (CameraMove& move : rig_.world->take_camera_moves()) camera_moves_.push_back(std::move(move));
+    for (const Departure& departure : rig_.world->take_departures()) {
+        for (auto& [id, entry] : rig_.cameras.all()) {
+            const std::optional<Mount>& mount = entry.spec().mount;
+            if (mount && mount->actor == departure.instance.info->name)
+                entry.camera.leave(departure.instance, departure.world_ns);
+        }
+    }
 }
 
 void WorldDesk::move_cameras(TimeNs world_ns) {
     std::size_t done = 0;
     for (; done < camera_moves_.size() && camera_moves_[done].world_ns <= world_ns; ++done) {
-        const CameraMove& move = camera_moves_[done];
-        auto entry = rig_.cameras.find(move.camera);
+        const auto& [begin_ns, action] = camera_moves_[done];
+        const auto entry = rig_.cameras.find(action.camera);
         if (!entry) {
-            spdlog::warn("an event moves camera {}, which is not there", move.camera);
+            spdlog::warn("an event moves camera {}, which is not there", action.camera);
             continue;
         }
-        CameraSpec spec = *(*entry)->spec;
-        spec.pose = move.pose;
-        if (auto replaced = rig_.cameras.replace(move.camera, std::move(spec)); !replaced)
-            spdlog::warn("an event moves camera {}: {}", move.camera, replaced.error().message);
+        CameraPatch patch;
+        patch.pose = action.pose;
+        if (action.vfov_rad) patch.optics = VerticalFov{*action.vfov_rad};
+        auto camera = (*entry)->camera.changed(patch, begin_ns, action.duration_ns);
+        const auto moved =
+            camera ? rig_.cameras.replace(**entry, std::move(*camera)) : Result<void>(std::unexpected(camera.error()));
+        if (!moved) spdlog::warn("an event moves camera {}: {}", action.camera, moved.error().message);
     }
     camera_moves_.erase(camera_moves_.begin(), camera_moves_.begin() + static_cast<std::ptrdiff_t>(done));
 }

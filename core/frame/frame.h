@@ -9,6 +9,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/image_size.h"
+#include "core/base/named.h"
 #include "core/base/time.h"
 #include "core/frame/changed_rows.h"
 #include "core/frame/pixel_format.h"
@@ -24,6 +25,7 @@ enum class FrameKind : std::uint8_t {
     normal,    ///< normal32f: 3 floats, optical frame, 0 where nothing is
 };
 inline constexpr int frame_kind_count = 5;
+std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>);
 
 /// What a frame shows and when. All cameras due at one instant carry the same world_ns and monotonic_ns.
 struct FrameInfo {

@@ -4,6 +4,15 @@
 
 namespace camrig {
 
+std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>) {
+    static constexpr Named<FrameKind> names[] = {{FrameKind::color, "color"},
+                                                 {FrameKind::depth, "depth"},
+                                                 {FrameKind::instance, "instance"},
+                                                 {FrameKind::semantic, "semantic"},
+                                                 {FrameKind::normal, "normal"}};
+    return names;
+}
+
 PixelFormat format_of(FrameKind kind) {
     switch (kind) {
         case FrameKind::color:

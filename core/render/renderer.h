@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/frame/frame.h"
+#include "core/frame/silhouette.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
@@ -75,6 +77,13 @@ public:
 
     virtual ~Renderer() = default;
     virtual Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
+    /// Which pixels each of these objects would show in the view's instance picture if nothing else were there, in
+    /// their order. Nothing: this renderer can only draw them (View::only_objects).
+    virtual std::optional<std::vector<Silhouette>> silhouettes(const SnapshotRef& snapshot, const View& view,
+                                                               std::span<const ObjectId> objects) {
+        (void)snapshot, (void)view, (void)objects;
+        return std::nullopt;
+    }
     /// Whether it gives colour pictures of this view in that format. rgba8 always; others are converted from it. Any
     /// thread.
     virtual bool makes(PixelFormat format, const View& view) const {

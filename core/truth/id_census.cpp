@@ -41,19 +41,43 @@ std::unordered_map<std::uint32_t, IdCount> count_ids(std::span<const std::uint32
     return counts;
 }
 
-std::uint32_t main_occluder(std::span<const std::uint32_t> scene, std::span<const std::uint32_t> alone,
-                            std::uint32_t id, const PixelBox& box, ImageSize size) {
-    CHECK(std::ssize(scene) == size.pixels() && scene.size() == alone.size());
-    std::map<std::uint32_t, std::int64_t> covered;
+Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box, ImageSize size) {
+    CHECK(std::ssize(ids) == size.pixels());
+    Silhouette runs;
     for (int y = box.y; y < box.y + box.height; ++y) {
-        const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width);
-        for (int x = box.x; x < box.x + box.width; ++x) {
-            const std::size_t i = row + static_cast<std::size_t>(x);
-            if (alone[i] == id && scene[i] != id && scene[i] != 0) ++covered[scene[i]];
+        const std::uint32_t* const row = ids.data() + std::ptrdiff_t{y} * size.width;
+        const int end = box.x + box.width;
+        for (int x = box.x; x < end;) {
+            const int x0 = static_cast<int>(std::find(row + x, row + end, id) - row);
+            x = x0;
+            while (x < end && row[x] == id) ++x;
+            if (x > x0) runs.push_back({y, x0, x});
         }
     }
-    const auto most = std::ranges::max_element(covered, {}, [](const auto& entry) { return entry.second; });
-    return most == covered.end() ? 0 : most->first;
+    return runs;
+}
+
+std::uint32_t main_occluder(std::span<const std::uint32_t> ids, const Silhouette& silhouette, std::uint32_t id,
+                            ImageSize size) {
+    CHECK(std::ssize(ids) == size.pixels());
+    std::unordered_map<std::uint32_t, std::int64_t> covered;
+    for (const PixelRun& run : silhouette) {
+        const std::uint32_t* const row = ids.data() + std::ptrdiff_t{run.y} * size.width;
+        for (int x = run.x0; x < run.x1;) {
+            const std::uint32_t shown = row[x];
+            const int begin = x;
+            while (x < run.x1 && row[x] == shown) ++x;
+            if (shown != id && shown != 0) covered[shown] += x - begin;
+        }
+    }
+    std::uint32_t most = 0;
+    std::int64_t pixels = 0;
+    for (const auto& [other, count] : covered) {
+        if (count < pixels || (count == pixels && other > most)) continue;
+        most = other;
+        pixels = count;
+    }
+    return most;
 }
 
 }  // namespace camrig

@@ -23,11 +23,23 @@ std::span<const float> depths_of(const Frame& frame) {
     return {reinterpret_cast<const float*>(frame.bytes().data()), frame.bytes().size() / sizeof(float)};
 }
 
-/// An object on its way into the truth.
-struct Candidate {
-    ObjectTruth truth;
-    PixelBox reach;  ///< the pixels that may show it
+}  // namespace
+
+struct StandingObjects::Found {
+    /// An object on its way into the truth.
+    struct Candidate {
+        ObjectTruth truth;
+        PixelBox reach;  ///< the pixels that may show it
+    };
+
+    std::weak_ptr<const StaticSet> statics;
+    std::shared_ptr<const CameraSpec> spec;
+    Pose pose;
+    std::vector<std::optional<Candidate>> candidates;  ///< of the statics' objects; none: beside the picture
 };
+
+StandingObjects::StandingObjects() : found_(std::make_unique<Found>()) {}
+StandingObjects::~StandingObjects() = default;
 
 class TruthMaker {
 public:
@@ -40,17 +52,21 @@ public:
           optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
           counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
 
-    Result<void> measure(const Instance& instance);
-    Result<std::vector<ObjectTruth>> finish(const DrawAlone& draw_alone);
+    /// All of the snapshot's objects.
+    Result<void> measure(const Snapshot& snapshot, StandingObjects* standing);
+    Result<std::vector<ObjectTruth>> finish(const FindSilhouettes& find_silhouettes);
 
 private:
+    using Candidate = StandingObjects::Found::Candidate;
+
+    Result<void> measure(const Instance& instance);
     /// Relative to the eye in double before anything else: exact however far out the world is.
     glm::dvec3 optical(const glm::dvec3& world) const { return optical_from_world_ * (world - view_.pose.position); }
     std::optional<PixelBox> reach_of(const ProjectedBox& box) const;
     double truncation_of(const ProjectedBox& box) const;
     std::vector<Keypoint> keypoints_of(const Instance& instance);
     KeypointVisibility visibility_of(const Keypoint& point, double depth_m, double tolerance_m, ObjectId id) const;
-    void account(Candidate& candidate, const Frame& alone, const IdCount& count) const;
+    void account(ObjectTruth& truth, const Silhouette& alone) const;
 
     const TruthView& view_;
     const CameraModel& camera_;
@@ -63,6 +79,37 @@ private:
     std::vector<glm::dvec3> points_;
     std::vector<Candidate> candidates_;
 };
+
+Result<void> TruthMaker::measure(const Snapshot& snapshot, StandingObjects* standing) {
+    const auto& objects = snapshot.statics->objects;
+    if (standing != nullptr) {
+        StandingObjects::Found& found = *standing->found_;
+        const bool is_known =
+            found.statics.lock() == snapshot.statics && found.spec == view_.spec && found.pose == view_.pose;
+        if (!is_known) found = {.statics = snapshot.statics, .spec = view_.spec, .pose = view_.pose, .candidates = {}};
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            // Whether key points are seen depends on what moves.
+            if (is_known && (!found.candidates[i] || found.candidates[i]->truth.keypoints.empty())) {
+                if (found.candidates[i]) candidates_.push_back(*found.candidates[i]);
+                continue;
+            }
+            const std::size_t before = candidates_.size();
+            if (auto measured = measure(objects[i]); !measured) {
+                found = {};
+                return measured;
+            }
+            if (is_known) continue;
+            found.candidates.emplace_back();
+            if (candidates_.size() > before) found.candidates.back() = candidates_.back();
+        }
+    } else {
+        for (const Instance& instance : objects)
+            if (auto measured = measure(instance); !measured) return measured;
+    }
+    for (const Instance& instance : snapshot.movers)
+        if (auto measured = measure(instance); !measured) return measured;
+    return {};
+}
 
 Result<void> TruthMaker::measure(const Instance& instance) {
     object_.pose(instance);
@@ -164,46 +211,36 @@ KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth
     return depths_of(*pictures_.depth)[i] >= hides_m ? KeypointVisibility::visible : KeypointVisibility::occluded;
 }
 
-void TruthMaker::account(Candidate& candidate, const Frame& alone, const IdCount& count) const {
-    ObjectTruth& truth = candidate.truth;
+void TruthMaker::account(ObjectTruth& truth, const Silhouette& alone) const {
     const auto id = static_cast<std::uint32_t>(truth.id);
-    truth.pixels_alone = count.pixels;
+    for (const PixelRun& run : alone) truth.pixels_alone += run.x1 - run.x0;
     if (const auto seen = counts_.find(id); seen != counts_.end()) {
         truth.pixels = seen->second.pixels;
         truth.box = seen->second.box;
     }
     if (truth.pixels == truth.pixels_alone) return;
-    const auto occluder = main_occluder(ids_of(*pictures_.instance), ids_of(alone), id, count.box, view_.spec->size);
+    const auto occluder = main_occluder(ids_of(*pictures_.instance), alone, id, view_.spec->size);
     if (occluder != 0) truth.occluded_by = ObjectId{occluder};
 }
 
-Result<std::vector<ObjectTruth>> TruthMaker::finish(const DrawAlone& draw_alone) {
-    std::vector<PixelBox> reaches;
-    for (const Candidate& candidate : candidates_) reaches.push_back(candidate.reach);
-    const std::vector<std::size_t> group_of = group_apart(reaches);
-    const std::size_t groups = group_of.empty() ? 0 : *std::ranges::max_element(group_of) + 1;
+Result<std::vector<ObjectTruth>> TruthMaker::finish(const FindSilhouettes& find_silhouettes) {
     std::vector<ObjectId> ids;
-    for (std::size_t group = 0; group < groups; ++group) {
-        ids.clear();
-        for (std::size_t i = 0; i < candidates_.size(); ++i)
-            if (group_of[i] == group) ids.push_back(candidates_[i].truth.id);
-        auto alone = draw_alone(ids);
-        if (!alone) return std::unexpected(alone.error());
-        const auto counts = count_ids(ids_of(**alone), view_.spec->size);
-        for (std::size_t i = 0; i < candidates_.size(); ++i) {
-            if (group_of[i] != group) continue;
-            const auto found = counts.find(static_cast<std::uint32_t>(candidates_[i].truth.id));
-            if (found != counts.end()) account(candidates_[i], **alone, found->second);
-        }
+    std::vector<PixelBox> reaches;
+    for (const Candidate& candidate : candidates_) {
+        ids.push_back(candidate.truth.id);
+        reaches.push_back(candidate.reach);
     }
+    const auto silhouettes = find_silhouettes(ids, reaches);
+    if (!silhouettes) return std::unexpected(silhouettes.error());
+    CHECK(silhouettes->size() == candidates_.size());
     std::vector<ObjectTruth> objects;
-    for (Candidate& candidate : candidates_)
-        if (candidate.truth.pixels_alone > 0) objects.push_back(std::move(candidate.truth));
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+        account(candidates_[i].truth, (*silhouettes)[i]);
+        if (candidates_[i].truth.pixels_alone > 0) objects.push_back(std::move(candidates_[i].truth));
+    }
     std::ranges::sort(objects, {}, &ObjectTruth::id);
     return objects;
 }
-
-}  // namespace
 
 std::vector<std::size_t> group_apart(std::span<const PixelBox> boxes) {
     std::vector<std::size_t> order(boxes.size());
@@ -226,8 +263,31 @@ std::vector<std::size_t> group_apart(std::span<const PixelBox> boxes) {
     return group_of;
 }
 
+FindSilhouettes silhouettes_from(DrawAlone draw_alone) {
+    return [draw_alone = std::move(draw_alone)](std::span<const ObjectId> objects,
+                                                std::span<const PixelBox> reaches) -> Result<std::vector<Silhouette>> {
+        const std::vector<std::size_t> group_of = group_apart(reaches);
+        const std::size_t groups = group_of.empty() ? 0 : *std::ranges::max_element(group_of) + 1;
+        std::vector<Silhouette> silhouettes(objects.size());
+        std::vector<ObjectId> together;
+        for (std::size_t group = 0; group < groups; ++group) {
+            together.clear();
+            for (std::size_t i = 0; i < objects.size(); ++i)
+                if (group_of[i] == group) together.push_back(objects[i]);
+            auto alone = draw_alone(together);
+            if (!alone) return std::unexpected(alone.error());
+            for (std::size_t i = 0; i < objects.size(); ++i) {
+                if (group_of[i] != group) continue;
+                silhouettes[i] = silhouette_of(ids_of(**alone), static_cast<std::uint32_t>(objects[i]), reaches[i],
+                                               (*alone)->info().size);
+            }
+        }
+        return silhouettes;
+    };
+}
+
 Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot, const TruthPictures& pictures,
-                                const DrawAlone& draw_alone) {
+                                const FindSilhouettes& find_silhouettes, StandingObjects* standing) {
     const CameraSpec& spec = *view.spec;
     const auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens);
     if (!camera) return std::unexpected(camera.error());
@@ -243,12 +303,11 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot,
 
     TruthMaker maker(view, *camera, pictures);
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
-        for (const Instance& instance : *instances) {
+        for (const Instance& instance : *instances)
             truth.classes[instance.info->class_number] = instance.info->object_class;
-            if (auto measured = maker.measure(instance); !measured) return std::unexpected(measured.error());
-        }
     }
-    auto objects = maker.finish(draw_alone);
+    if (auto measured = maker.measure(snapshot, standing); !measured) return std::unexpected(measured.error());
+    auto objects = maker.finish(find_silhouettes);
     if (!objects) return std::unexpected(objects.error());
     truth.objects = std::move(*objects);
     return truth;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 
 #include "core/base/result.h"
 #include "core/frame/frame.h"
+#include "core/frame/silhouette.h"
 #include "core/truth/truth.h"
 #include "core/world/snapshot.h"
 
@@ -25,14 +27,35 @@ struct TruthPictures {
     FrameRef depth;
 };
 
+/// Tells for each of these objects which pixels it would show if nothing else were in the world: the same camera, the
+/// same instant. `reaches`: none of them shows beyond its box.
+using FindSilhouettes = std::function<Result<std::vector<Silhouette>>(std::span<const ObjectId> objects,
+                                                                      std::span<const PixelBox> reaches)>;
+
 /// Draws the instance picture of these objects alone: the same camera, the same instant, nothing else in the world.
 using DrawAlone = std::function<Result<FrameRef>(std::span<const ObjectId>)>;
 
-/// The truth of one frame. Pixels, visible boxes and occlusion come from the pictures; full boxes, 3D boxes and
-/// keypoints from the posed surfaces through the camera's exact model. `draw_alone` is called once for each group of
-/// objects whose full boxes are apart from each other. Fails only if that does, or the camera has no model.
+/// From pictures: one for each group of objects whose boxes are apart from each other.
+FindSilhouettes silhouettes_from(DrawAlone draw_alone);
+
+/// What was found of the objects that stand still, for the next truth of the same camera: as long as it stands too,
+/// they need not be measured again. Of one camera.
+class StandingObjects {
+public:
+    StandingObjects();
+    ~StandingObjects();
+
+private:
+    friend class TruthMaker;
+    struct Found;
+    std::unique_ptr<Found> found_;
+};
+
+/// The truth of one frame. Pixels, visible boxes and occlusion come from the pictures and the silhouettes, which are
+/// asked for once; full boxes, 3D boxes and keypoints from the posed surfaces through the camera's exact model. Fails
+/// only if the silhouettes do, or the camera has no model.
 Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot, const TruthPictures& pictures,
-                                const DrawAlone& draw_alone);
+                                const FindSilhouettes& find_silhouettes, StandingObjects* standing = nullptr);
 
 /// Puts boxes into groups so that those of one group do not touch; each is given as [left, right) x [top, bottom).
 /// Returns the group of each box. Large boxes come first into a group, so that the groups are few.

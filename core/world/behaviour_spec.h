@@ -60,7 +60,7 @@ struct LookAtBehaviour {
 struct FollowBehaviour {
     std::string actor;
     double distance_m = 1.5;
-    WalkManner walk;
+    WalkManner walk{.area = {}, .speed_m_s = 1.6, .clip = {}, .idle_clip = {}};
 };
 
 /// All actors of one group stand in a circle and face its middle.

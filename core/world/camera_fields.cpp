@@ -258,6 +258,10 @@ std::vector<Entry> make_camera_fields() {
         told({.name = "sequence", .type = "integer", .doc = "number of its latest due frame"}),
         told({.name = "readers", .type = "integer", .doc = "how many watch it now"}),
         told({.name = "applied_ns", .type = "integer", .doc = "world time from which this state shows", .unit = "ns"}),
+        told({.name = "arrives_ns",
+              .type = "integer",
+              .doc = "world time from which it is where its last command sent it",
+              .unit = "ns"}),
     };
 }
 

@@ -69,6 +69,12 @@ Result<Pose> turned(const Pose& pose, std::optional<double> pan_rad, std::option
 }
 
 Result<void> check_lens(const CameraSpec& spec) {
+    // A lens sees along its axis: where that is in the picture, its edges need no survey, which takes milliseconds.
+    const auto is_within = [](double centre, int pixels) { return centre >= -0.5 && centre < pixels - 0.5; };
+    if (is_within(spec.intrinsics.cx, spec.size.width) && is_within(spec.intrinsics.cy, spec.size.height)) {
+        const auto map = LensMap::create(spec.lens);
+        return map ? Result<void>() : std::unexpected(map.error());
+    }
     if (auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
         return std::unexpected(camera.error());
     return {};
@@ -115,7 +121,6 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     intrinsics->fy *= spec.zoom / spec.optics_zoom;
     if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
     spec.intrinsics = *intrinsics;
-    // Surveying a lens takes a millisecond, and a camera that only turns need not wait for it.
     const bool same_optics = spec.lens == base.lens && spec.lens_sampling == base.lens_sampling &&
                              spec.size == base.size && spec.intrinsics == base.intrinsics;
     if (same_optics) return spec;

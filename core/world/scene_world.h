@@ -43,6 +43,7 @@ public:
     Result<void> remove_event(const std::string& name) override;
     std::vector<EventRecord> take_records() override { return std::exchange(records_, {}); }
     std::vector<CameraMove> take_camera_moves() override { return std::exchange(camera_moves_, {}); }
+    std::vector<Departure> take_departures() override { return std::exchange(departures_, {}); }
 
     std::size_t object_count() const override { return scene_->objects.size(); }
     std::size_t actor_count() const override {
@@ -117,6 +118,7 @@ private:
     std::vector<EventRecord> records_;  ///< not taken yet
     std::uint64_t record_count_ = 0;
     std::vector<CameraMove> camera_moves_;
+    std::vector<Departure> departures_;
     struct Flicker {
         std::string light;
         float intensity = 0.0f;

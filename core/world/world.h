@@ -17,8 +17,13 @@ inline constexpr std::size_t max_world_events = 1000;
 /// A camera that an event moves; the world has no cameras itself.
 struct CameraMove {
     TimeNs world_ns = 0;  ///< from when on
-    std::string camera;
-    Pose pose;
+    CameraAction action;
+};
+
+/// Something that moves and has gone from the world, as it was then.
+struct Departure {
+    TimeNs world_ns = 0;  ///< from when on it is not there
+    Instance instance;
 };
 
 /// What tells two states of the actors and lights apart, at the world's last step.
@@ -65,6 +70,8 @@ public:
     /// The events that have fired since the last call; when there are very many, the newest of them.
     virtual std::vector<EventRecord> take_records() = 0;
     virtual std::vector<CameraMove> take_camera_moves() = 0;
+    /// What has gone since the last call, in this order; when there is very much of it, the newest.
+    virtual std::vector<Departure> take_departures() = 0;
 
     virtual std::size_t object_count() const = 0;
     virtual std::size_t actor_count() const = 0;

@@ -8,6 +8,11 @@
 
 // What commands and events do to actors. Everything is checked before anything changes.
 namespace camrig {
+namespace {
+
+constexpr std::ptrdiff_t max_departures = 4096;
+
+}  // namespace
 
 Mover* SceneWorld::find(const std::string& name) const {
     const auto found = by_name_.find(name);
@@ -93,6 +98,10 @@ void SceneWorld::remove(Mover& mover) {
     const std::uint32_t id = mover.id();
     for (const auto& other : movers_)
         if (other->held && other->held->carrier == id) put_down(*other, std::nullopt);
+    const Mover* carrier = mover.held ? find(mover.held->carrier_name) : nullptr;
+    if (departures_.size() >= max_departures)
+        departures_.erase(departures_.begin(), departures_.begin() + max_departures / 2);
+    departures_.push_back({now_ns_, carrier ? hanging(mover, *carrier) : instance_of(mover.record(scene_->step_ns))});
     mover.is_gone = true;
     by_name_.erase(mover.info->name);
 }

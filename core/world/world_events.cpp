@@ -118,7 +118,7 @@ struct ActionRun {
     Result<void> operator()(const CameraAction& action) const {
         if (world.camera_moves_.size() >= max_camera_moves)
             return error(ErrorKind::resource_exhausted, "camera: too many moves at a time");
-        world.camera_moves_.push_back({world.now_ns_, action.camera, action.pose});
+        world.camera_moves_.push_back({world.now_ns_, action});
         return {};
     }
     Result<void> operator()(const UserAction& action) const {

@@ -194,18 +194,18 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
     const AskingPage page{field(message, http::field::host), field(message, http::field::origin),
                           field(message, http::field::referer), field(message, http::field::sec_fetch_site)};
     request.embeds = is_listed_page(page, state_.options.embedders);
-    if (request.route.kind != RouteKind::file && request.route.kind != RouteKind::rpc && !request.embeds)
+    if (request.route.is_guarded && !request.embeds)
         if (auto good = check_page(page); !good) return error_reply(good.error(), 403);
-    const auto methods = allowed_methods(request.route.kind);
-    std::string allowed;
-    for (const std::string_view method : methods) allowed.append(allowed.empty() ? "" : ", ").append(method);
+    const std::string allowed = request.route.takes_post ? "POST, OPTIONS" : "GET, HEAD, OPTIONS";
     if (request.method == "OPTIONS") {
         Reply reply;
         reply.status = 204;
         reply.fields.emplace_back("Allow", allowed);
         return reply;
     }
-    if (std::ranges::find(methods, request.method) == methods.end()) {
+    const bool is_allowed =
+        request.route.takes_post ? request.method == "POST" : request.method == "GET" || request.method == "HEAD";
+    if (!is_allowed) {
         Reply reply = error_reply(405, ErrorKind::unsupported, request.target.path + " takes " + allowed);
         reply.fields.emplace_back("Allow", allowed);
         return reply;

@@ -20,10 +20,11 @@ Reply not_built_in(std::string_view what) {
 Reply file_reply(ServerState& state, const HttpRequest& request) {
     const auto& files = state.options.hooks.files;
     const auto file = files ? files(request.target.path) : std::nullopt;
-    if (!file)
-        return error_reply({ErrorKind::not_found,
-                            "no such path; there are /, /cameras, /live, /healthz, /metrics, POST /rpc and "
-                            "/cameras/NAME/stream.mjpg"});
+    if (!file) {
+        std::string all;
+        for (const HttpPath& one : rig_paths()) all.append(one.takes_post ? "POST " : "").append(one.path).append(", ");
+        return error_reply({ErrorKind::not_found, "no such path; there are " + all + "and /cameras/NAME/stream.mjpg"});
+    }
     Reply reply;
     reply.content_type = file->content_type;
     reply.data = std::as_bytes(std::span(*file->bytes));
@@ -45,18 +46,13 @@ nlohmann::json rate_json(const Rate& rate) {
 Reply cameras_reply(ServerState& state) {
     nlohmann::json list = nlohmann::json::array();
     for (const CameraStream& camera : state.options.bus->cameras()) {
-        const std::string base = "/cameras/" + camera.name + "/";
+        nlohmann::json urls;
+        for (const HttpPath& one : camera_paths())
+            urls[std::string(one.url)] = "/cameras/" + camera.name + "/" + std::string(one.path);
         list.push_back({{"name", camera.name},
                         {"size", {camera.size.width, camera.size.height}},
                         {"fps", rate_json(camera.rate)},
-                        {"urls",
-                         {{"stream", base + "stream.mjpg"},
-                          {"jpeg", base + "snapshot.jpg"},
-                          {"png", base + "snapshot.png"},
-                          {"depth_png", base + "depth.png"},
-                          {"depth_npy", base + "depth.npy"},
-                          {"instance", base + "instance.png"},
-                          {"truth", base + "truth"}}}});
+                        {"urls", std::move(urls)}});
     }
     return json_reply(nlohmann::json{{"cameras", std::move(list)}}.dump() + "\n");
 }
@@ -186,13 +182,6 @@ asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> be
 }
 
 }  // namespace
-
-std::span<const std::string_view> allowed_methods(RouteKind kind) {
-    static constexpr std::string_view of_rpc[] = {"POST", "OPTIONS"};
-    static constexpr std::string_view of_others[] = {"GET", "HEAD", "OPTIONS"};
-    if (kind == RouteKind::rpc) return of_rpc;
-    return of_others;
-}
 
 asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
     std::string what;

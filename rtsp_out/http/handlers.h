@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -27,9 +26,6 @@ struct HttpRequest {
     std::string body;
     bool may_command = false;  ///< POST /rpc: not only look
 };
-
-/// The methods of a path.
-std::span<const std::string_view> allowed_methods(RouteKind kind);
 
 /// Answers everything but streams. Server's thread; waits on `bell`; throws nothing.
 boost::asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request);

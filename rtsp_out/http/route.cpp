@@ -9,8 +9,11 @@
 namespace camrig {
 namespace {
 
-constexpr std::string_view camera_paths =
-    "stream.mjpg, snapshot.jpg, snapshot.png, depth.png, depth.npy, instance.png, truth";
+std::string names_of_camera() {
+    std::string all;
+    for (const HttpPath& one : camera_paths()) all.append(all.empty() ? "" : ", ").append(one.path);
+    return all;
+}
 
 Result<void> only_params(const Target& target, std::initializer_list<std::string_view> known) {
     for (const auto& [name, value] : target.query) {
@@ -70,43 +73,50 @@ Result<std::vector<std::string>> cameras_of(const Target& target) {
 
 Result<HttpRoute> camera_route(std::string_view camera, std::string_view leaf) {
     if (auto name = check_name("camera", camera); !name) return error(ErrorKind::not_found, name.error().message);
-    HttpRoute route{RouteKind::picture, std::string(camera), FrameKind::color, Codec::png};
-    if (leaf == "stream.mjpg") {
-        route.kind = RouteKind::stream;
-        route.codec = Codec::jpeg;
-    } else if (leaf == "snapshot.jpg") {
-        route.codec = Codec::jpeg;
-    } else if (leaf == "snapshot.png") {
-        route.codec = Codec::png;
-    } else if (leaf == "depth.png") {
-        route.frame = FrameKind::depth;
-    } else if (leaf == "instance.png") {
-        route.frame = FrameKind::instance;
-    } else if (leaf == "depth.npy") {
-        route = {RouteKind::depth_npy, std::string(camera), FrameKind::depth, Codec::raw};
-    } else if (leaf == "truth") {
-        route.kind = RouteKind::truth;
-    } else {
-        return error(ErrorKind::not_found, "/cameras/" + std::string(camera) + " has no '" +
-                                               std::string(leaf.substr(0, 40)) + "'; it has " +
-                                               std::string(camera_paths));
-    }
-    return route;
+    const auto found = std::ranges::find(camera_paths(), leaf, &HttpPath::path);
+    if (found != camera_paths().end()) return HttpRoute{*found, std::string(camera)};
+    return error(ErrorKind::not_found, "/cameras/" + std::string(camera) + " has no '" +
+                                           std::string(leaf.substr(0, 40)) + "'; it has " + names_of_camera());
 }
 
 }  // namespace
 
+std::span<const HttpPath> rig_paths() {
+    using enum RouteKind;
+    static constexpr HttpPath paths[] = {
+        {.path = "/", .kind = file},
+        {.path = "/cameras", .kind = cameras, .is_guarded = true},
+        {.path = "/live", .kind = live, .is_guarded = true},
+        {.path = "/healthz", .kind = healthz, .is_guarded = true},
+        {.path = "/metrics", .kind = metrics, .is_guarded = true},
+        {.path = "/rpc", .kind = rpc, .takes_post = true},
+    };
+    return paths;
+}
+
+std::span<const HttpPath> camera_paths() {
+    using enum RouteKind;
+    constexpr bool get = false, guarded = true;
+    static constexpr HttpPath paths[] = {
+        {"stream.mjpg", stream, get, guarded, FrameKind::color, Codec::jpeg, "stream"},
+        {"snapshot.jpg", picture, get, guarded, FrameKind::color, Codec::jpeg, "jpeg"},
+        {"snapshot.png", picture, get, guarded, FrameKind::color, Codec::png, "png"},
+        {"depth.png", picture, get, guarded, FrameKind::depth, Codec::png, "depth_png"},
+        {"depth.npy", depth_npy, get, guarded, FrameKind::depth, Codec::raw, "depth_npy"},
+        {"instance.png", picture, get, guarded, FrameKind::instance, Codec::png, "instance"},
+        {"truth", truth, get, guarded, FrameKind::color, Codec::png, "truth"},
+    };
+    return paths;
+}
+
 Result<HttpRoute> route_of(std::string_view path) {
+    const auto found = std::ranges::find(rig_paths(), path, &HttpPath::path);
+    if (found != rig_paths().end()) return HttpRoute{*found, {}};
     const auto parts = segments_of(path);
-    if (path == "/cameras") return HttpRoute{RouteKind::cameras, {}, {}, {}};
-    if (path == "/live") return HttpRoute{RouteKind::live, {}, {}, {}};
-    if (path == "/rpc") return HttpRoute{RouteKind::rpc, {}, {}, {}};
-    if (path == "/healthz") return HttpRoute{RouteKind::healthz, {}, {}, {}};
-    if (path == "/metrics") return HttpRoute{RouteKind::metrics, {}, {}, {}};
     if (parts.empty() || parts.front() != "cameras") return HttpRoute{};
     if (parts.size() == 3) return camera_route(parts[1], parts[2]);
     return error(ErrorKind::not_found,
-                 "no such path; a camera's pictures are /cameras/NAME/ and one of " + std::string(camera_paths));
+                 "no such path; a camera's pictures are /cameras/NAME/ and one of " + names_of_camera());
 }
 
 Result<StreamParams> stream_params(const Target& target) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,11 +16,21 @@ namespace camrig {
 /// What a path stands for. `file` is everything else: the web page and its parts.
 enum class RouteKind : std::uint8_t { file, cameras, stream, live, picture, depth_npy, truth, rpc, healthz, metrics };
 
-struct HttpRoute {
+/// A line of the table of what the server has.
+struct HttpPath {
+    std::string_view path = "/";  ///< of a camera, what follows /cameras/NAME/
     RouteKind kind = RouteKind::file;
-    std::string camera;  ///< stream, picture, depth_npy, truth
-    FrameKind frame = FrameKind::color;
-    Codec codec = Codec::raw;  ///< picture: jpeg or png
+    bool takes_post = false;             ///< only; else GET and HEAD
+    bool is_guarded = false;             ///< web pages of others may not ask for it (asking_page.h)
+    FrameKind frame = FrameKind::color;  ///< of a camera
+    Codec codec = Codec::raw;            ///< of a picture: jpeg or png
+    std::string_view url = {};           ///< of a camera: its name among the `urls` of /cameras
+};
+std::span<const HttpPath> rig_paths();
+std::span<const HttpPath> camera_paths();
+
+struct HttpRoute : HttpPath {
+    std::string camera;  ///< of camera_paths()
 };
 
 /// Pure. Not found: a path below /cameras/ that names nothing; the error lists what a camera has.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/render/gl/static_layers.h"
+#include "core/render/software/software_drawer.h"
 #include "tests/render/support/claims.h"
 #include "tests/render/support/test_rig.h"
 
@@ -102,7 +103,10 @@ TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
                                 std::string(to_string(quality)) + " " + std::string(to_string(antialias)) + " " +
                                     std::string(to_string(lens.model)) + ", picture " + std::to_string(n));
                 }
-                EXPECT_EQ(reused() - before, 4u) << "colour and truth, of the third and fourth picture";
+                // Of the third and fourth picture; where colour is drawn apart from the rest, both have a layer.
+                const bool is_together =
+                    SoftwareDrawer::is_plain(view) && SoftwareDrawer::is_plain(view, FrameKind::depth);
+                EXPECT_EQ(reused() - before, is_together ? 2u : 4u);
             }
         }
     }
@@ -193,10 +197,15 @@ TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
                     // Drawn again, as on demand.
                     if (n % 4 == 2) claims.check(draw_views(snapshot, {&view, 1}).at(0), what + " again");
                 }
-                // Where the scene is drawn in parts: not through lenses, nor with several samples a pixel drawn at
-                // once.
-                const bool is_known = lens == Lens{} && antialias != Antialias::msaa4;
-                EXPECT_EQ(claims.named, is_known ? 12 : 0) << "of 15, of which the first three make the layer";
+                // Where the scene is drawn in parts: by Mesa not through lenses, nor with several samples a pixel drawn
+                // at once.
+                const bool is_ours = cpu_renderer().is_on_cpu() && cpu_renderer().is_plain(view);
+                const bool is_known = is_ours || (lens == Lens{} && antialias != Antialias::msaa4);
+                // Our rasteriser gives the first of them twice, as it is, where it has drawn it beside the truth.
+                EXPECT_EQ(claims.named, !is_known                   ? 0
+                                        : is_ours && lens == Lens{} ? 11
+                                                                    : 12)
+                    << "of 15, of which the first three make the layer";
                 EXPECT_EQ(claims.unchanged_share() > 0.3, is_known);
             }
         }

@@ -85,6 +85,15 @@ def test_cameras_are_mounted_and_taken_off_live(scene):
         assert rig.call("camera.get", name="mine")["world_pose"]["position"] == [1, 2, 3]
 
 
+def test_whatever_its_rate_a_camera_stays_where_its_actor_went(scene):
+    with camrig.start(str(scene), mode="lockstep") as rig:
+        cameras = [rig.create_camera(f"fps{fps}", size=(64, 48), fps=fps, mount="mover", position=(0, 0, 2)) for fps in (30, 2)]
+        rig.call("event.add", name="go", when={"at_s": 0.83}, do=[{"action": "remove", "actor": "mover"}])
+        rig.step(seconds=2)
+        often, seldom = (camera.truth()["pose"] for camera in cameras)
+        assert often == seldom
+
+
 @pytest.mark.parametrize("mount, where", [({"actor": "nobody"}, "mount.actor"), ({"actor": "mover", "node": "wing"}, "mount.node"), ({"node": "x"}, "mount.actor"), ({"actor": "mover", "to": 1}, "mount.to")])
 def test_a_wrong_mount_is_an_error_that_changes_nothing(scene, mount, where):
     with camrig.start(str(scene), mode="lockstep") as rig:

@@ -123,24 +123,24 @@ Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t 
 
 void CameraControls::set(std::string_view camera, std::span<const DeviceControlValue> values,
                          std::function<void(Result<void>)> done) {
-    SetCamera command{std::string(camera), {}};
+    SetCamera command{.name = std::string(camera), .patch = {}};
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
         if (!control) return done(error(ErrorKind::not_found, "no such control"));
         control->write(value, command.patch);
     }
     commands_.post(Request<SetCamera>{
-        std::move(command), [self = weak_from_this(), done = std::move(done)](const Result<CameraState>& state) {
-            if (!state) return done(std::unexpected(state.error()));
-            if (const auto alive = self.lock()) alive->told(state->spec, true);
+        std::move(command), [self = weak_from_this(), done = std::move(done)](const Result<CameraReply>& report) {
+            if (!report) return done(std::unexpected(report.error()));
+            if (const auto alive = self.lock()) alive->told(*report->camera.spec(), true);
             done({});
         }});
 }
 
 void CameraControls::refresh(const std::string& camera) {
-    commands_.post(Request<GetCamera>{{camera}, [self = weak_from_this()](const Result<CameraState>& state) {
+    commands_.post(Request<GetCamera>{{camera}, [self = weak_from_this()](const Result<CameraReply>& report) {
                                           const auto alive = self.lock();
-                                          if (alive && state) alive->told(state->spec, false);
+                                          if (alive && report) alive->told(*report->camera.spec(), false);
                                       }});
 }
 

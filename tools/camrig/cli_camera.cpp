@@ -136,11 +136,13 @@ void add_create(CLI::App& camera, CliContext& context) {
 void add_set(CLI::App& camera, CliContext& context) {
     struct Options {
         std::string name;
+        std::optional<double> seconds;
         CameraOptions camera;
     };
     auto options = std::make_shared<Options>();
     CLI::App* set = camera.add_subcommand("set", "changes a camera; what is not given stays");
     set->add_option("NAME", options->name, "the camera")->required();
+    set->add_option("--seconds", options->seconds, "world time in which pose and field of view get there");
     options->camera.add_to(*set);
     set->callback([options, &context] {
         context.action = [options, &context] {
@@ -165,6 +167,7 @@ void add_set(CLI::App& camera, CliContext& context) {
             if (!params) return context.usage(params.error().message);
             if (auto put = put_calibration(options->camera, *params); !put) return context.fail(put.error());
             (*params)["name"] = options->name;
+            if (options->seconds) (*params)["seconds"] = *options->seconds;
             auto changed = client->call("camera.set", *params);
             return changed ? context.print(*changed, short_text(*changed)) : context.fail(changed.error());
         };

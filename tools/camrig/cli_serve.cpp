@@ -9,11 +9,24 @@
 #include "tools/camrig/cli_commands.h"
 
 namespace camrig {
+namespace {
+
+/// An option by the name of its value. CLI11 would print the enumeration with our to_string(), whose string_view it
+/// cannot take.
+template <HasNames E>
+void add_named_option(CLI::App& command, const std::string& option, std::function<void(E)> set,
+                      const std::string& help) {
+    std::vector<std::string> names;
+    for (const Named<E>& each : names_of(std::type_identity<E>{})) names.emplace_back(each.name);
+    command
+        .add_option_function<std::string>(
+            option, [set = std::move(set)](const std::string& name) { set(*parse_name<E>(name)); }, help)
+        ->check(CLI::IsMember(names));
+}
+
+}  // namespace
 
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks) {
-    static const std::map<std::string, RunMode> modes{{"realtime", RunMode::realtime}, {"lockstep", RunMode::lockstep}};
-    static const std::map<std::string, OverloadPolicy> policies{{"drop", OverloadPolicy::drop},
-                                                                {"slow", OverloadPolicy::slow}};
     static const std::map<std::string, Conversion> conversions{
         {"auto", Conversion::automatic}, {"host", Conversion::host}, {"device", Conversion::device}};
     const auto is_port = CLI::Range(0, 65535);
@@ -55,21 +68,20 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
                         "one user");
     serve->add_flag("--read-only", options->read_only, "HTTP and TCP only look: commands on the Unix socket alone")
         ->excludes(open_loopback);
-    serve->add_option("--mode", options->engine.mode, "realtime (default) or lockstep: moved by world.step only")
-        ->transform(CLI::CheckedTransformer(modes).description("realtime|lockstep"));
-    serve->add_option("--overload", options->engine.overload, "drop whole instants (default) or slow the world down")
-        ->transform(CLI::CheckedTransformer(policies).description("drop|slow"));
+    add_named_option<RunMode>(
+        *serve, "--mode", [options](RunMode mode) { options->engine.mode = mode; },
+        "realtime (default) or lockstep: moved by world.step only");
+    add_named_option<OverloadPolicy>(
+        *serve, "--overload", [options](OverloadPolicy policy) { options->engine.overload = policy; },
+        "drop whole instants (default) or slow the world down");
     serve->add_option("--seed", options->engine.seed, "of all chance in the world; default: the scene's")
         ->check([](const std::string& text) -> std::string {
             // CLI11 would take -1 as 2^64 - 1.
             return text.find_first_not_of("0123456789") == std::string::npos ? "" : "must be a number from 0 on";
         });
-    // By name: CLI11 would print the enumeration with our to_string(), whose string_view it cannot take.
-    serve
-        ->add_option_function<std::string>(
-            "--quality", [options](const std::string& name) { options->engine.quality = *parse_name<Quality>(name); },
-            "fast, simple (default) or beautiful")
-        ->check(CLI::IsMember({"fast", "simple", "beautiful"}));
+    add_named_option<Quality>(
+        *serve, "--quality", [options](Quality quality) { options->engine.quality = quality; },
+        "fast, simple (default) or beautiful");
     serve->add_option(
         "--device", options->engine.renderer.device,
         "EGL device N, cpu, or llvmpipe (all by Mesa's rasteriser); default: the first with hardware, else cpu");

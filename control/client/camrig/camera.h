@@ -21,8 +21,9 @@ public:
     const std::string& name() const { return name_; }
 
     CameraState get() const;
-    /// Changes what is given; returns all of it, with the world time from which it shows in applied_ns.
-    CameraState set(const CameraOptions& options) const;
+    /// Changes what is given; returns all of it, with the world time from which it shows in applied_ns. Pose and field
+    /// of view get there over so many seconds of world time, at arrives_ns.
+    CameraState set(const CameraOptions& options, double seconds = 0.0) const;
     /// Deletes the camera in the rig; its streams end. Returns the world time from which it is gone.
     std::int64_t remove() const;
 

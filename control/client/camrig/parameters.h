@@ -212,6 +212,7 @@ struct CameraState {
     std::int64_t sequence = 0;  ///< number of its latest due frame
     std::int64_t readers = 0;  ///< how many watch it now
     std::int64_t applied_ns = 0;  ///< ns; world time from which this state shows
+    std::int64_t arrives_ns = 0;  ///< ns; world time from which it is where its last command sent it
 
     /// Makes the same camera again, without its outputs: a device number can be had once.
     CameraOptions options() const;
@@ -242,6 +243,7 @@ struct CameraState {
         visit("sequence", self.sequence);
         visit("readers", self.readers);
         visit("applied_ns", self.applied_ns);
+        visit("arrives_ns", self.arrives_ns);
     }
 };
 

@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 import numpy as np
 
 from .errors import CamrigError
-from .frame import Frame, data_of, frame_of
+from .frame import Frame, data_of, frame_of, frame_params
 from .projection import Projection
 from .spec import camera_params, takes_camera_options
 
@@ -38,10 +38,10 @@ class Camera:
         return self._rig.call("camera.get", name=self.name)
 
     @takes_camera_options
-    def set(self, **options: Unpack[CameraOptions]) -> CameraState:
+    def set(self, *, seconds: float | None = None, **options: Unpack[CameraOptions]) -> CameraState:
         """Changes any option of Rig.create_camera but name and place. The reply's ``applied_ns`` is the world time from
-        which it shows."""
-        return self._rig.call("camera.set", name=self.name, **camera_params(**options))
+        which it shows. With ``seconds``, pose and field of view get there in so long a world time, at ``arrives_ns``."""
+        return self._rig.call("camera.set", name=self.name, **_optional(seconds=seconds), **camera_params(**options))
 
     def delete(self) -> dict[str, Any]:
         return self._rig.call("camera.delete", name=self.name)
@@ -115,8 +115,8 @@ class Camera:
         return f"{url}?{urlencode(query)}" if query else url
 
     def _frame_get(self, min_ns: int | None, kind: str, encoding: str, timeout: float | None) -> dict[str, Any]:
-        params = {"camera": self.name, "kind": kind, "format": encoding, **_optional(min_ns=min_ns)}
-        return self._rig.client.call("frame.get", params, timeout_s=timeout)
+        params = {**frame_params(self.name, kind, encoding), **_optional(min_ns=min_ns)}
+        return self._rig.client.call("frame.get", params, timeout_s=timeout, wants_bytes=True)
 
 
 def _optional(**params: Any) -> dict[str, Any]:

@@ -31,12 +31,17 @@ class Client:
         self._idle: list[Connection] = []
         self._closed = False
 
-    def call(self, method: str, params: Mapping[str, Any] | None = None, timeout_s: float | None = None) -> Any:
-        """The ``result`` of the method; raises CamrigError."""
+    def call(self, method: str, params: Mapping[str, Any] | None = None, timeout_s: float | None = None, wants_bytes: bool = False) -> Any:
+        """The ``result`` of the method; raises CamrigError.
+
+        ``wants_bytes``: asks for ``data`` as bytes behind the answer where the connection has that (a bytearray); else it is base64.
+        """
         timeout_s = self.timeout_s if timeout_s is None else timeout_s
         deadline = time.monotonic() + timeout_s
         connection = self._take(deadline)
         try:
+            if wants_bytes and connection.gives_bytes:
+                params = {**(params or {}), "encoding": "bytes"}
             result = self._exchange(connection, method, params, deadline)
         except CamrigError as problem:
             # The rig's own errors leave the connection in order; anything else does not.
@@ -82,7 +87,10 @@ class Client:
             raise _as_reply(error_of_reply(method, reply["error"]))
         if reply.get("id") != request_id:
             raise CamrigError("internal", f"{method}: the rig answered request {reply.get('id')!r} instead of {request_id}")
-        return reply["result"]
+        result = reply["result"]
+        if isinstance(result, dict) and result.get("encoding") == "bytes":
+            result["data"] = connection.read_bytes(int(result["bytes"]), deadline)
+        return result
 
     def _take(self, deadline: float) -> Connection:
         while True:

@@ -41,10 +41,11 @@ _LAYOUTS: dict[str, tuple[np.dtype[Any], int]] = {
 _FORMAT_OF_KIND = {"color": "rgba8", "depth": "depth32f", "instance": "id32", "semantic": "id32", "normal": "normal32f"}
 
 
-def data_of(reply: Mapping[str, Any]) -> bytes:
+def data_of(reply: Mapping[str, Any]) -> bytes | bytearray:
     """The bytes in the ``data`` of a frame.get reply."""
     try:
-        return base64.b64decode(reply["data"], validate=True)
+        data = reply["data"]
+        return data if isinstance(data, bytearray) else base64.b64decode(data, validate=True)
     except (KeyError, TypeError, binascii.Error) as problem:
         raise CamrigError("internal", f"frame.get: the answer has no sound base64 data: {problem!r}") from None
 
@@ -71,7 +72,13 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
         raise CamrigError("internal", f"frame.get: the answer is not as expected: {problem!r}") from None
 
 
-def _raw(data: bytes, pixel_format: str, width: int, height: int) -> np.ndarray:
+def frame_params(camera: str, kind: str, encoding: str) -> dict[str, Any]:
+    """Those of frame.get for a picture that frame_of() takes."""
+    params = {"camera": camera, "kind": kind, "format": encoding}
+    return {**params, "pixels": "bgr24"} if kind == "color" and encoding == "raw" else params
+
+
+def _raw(data: bytes | bytearray, pixel_format: str, width: int, height: int) -> np.ndarray:
     dtype, channels = _LAYOUTS[pixel_format]
     pixels = np.frombuffer(data, dtype=dtype)
     if pixels.size != width * height * channels:
@@ -79,10 +86,10 @@ def _raw(data: bytes, pixel_format: str, width: int, height: int) -> np.ndarray:
     pixels = pixels.reshape((height, width) if channels == 1 else (height, width, channels))
     if pixel_format in ("rgba8", "rgb24"):
         return np.ascontiguousarray(pixels[:, :, 2::-1])
-    return pixels.copy()  # frombuffer's view is read-only
+    return pixels if pixels.flags.writeable else pixels.copy()
 
 
-def decode_image(data: bytes) -> np.ndarray:
+def decode_image(data: bytes | bytearray) -> np.ndarray:
     """A JPEG or PNG as an array: HxWx3 BGR, or HxW. Needs OpenCV or Pillow."""
     try:
         import cv2

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, Sequence
 
 from .errors import CamrigError
-from .frame import frame_of
+from .frame import frame_of, frame_params
 from .frame_times import next_due_ns, rate_of
 
 if TYPE_CHECKING:
@@ -84,7 +84,8 @@ def _take(rig: Rig, name: str, kind: str, min_ns: int | None, timeout_s: float) 
     if kind == "truth":
         truth = rig.client.call("truth.get", params, timeout_s=timeout_s)
         return truth["time_ns"], truth["sequence"], truth
-    frame = frame_of(rig.client.call("frame.get", {**params, "kind": kind, "format": "raw"}, timeout_s=timeout_s), name, kind)
+    params = {**params, **frame_params(name, kind, "raw")}
+    frame = frame_of(rig.client.call("frame.get", params, timeout_s=timeout_s, wants_bytes=True), name, kind)
     return frame.time_ns, frame.sequence, frame.image
 
 

@@ -1,4 +1,4 @@
-"""The parameters of cameras, for editors and type checkers.
+"""The parameters of cameras, actors and events, for editors and type checkers.
 
 Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Literal, TypedDict, Union
+from typing import Any, Literal, TypedDict, Union
 
 import numpy as np
 
@@ -215,6 +215,100 @@ class CameraState(TypedDict):
     """how many watch it now"""
     applied_ns: int
     """ns; world time from which this state shows"""
+    arrives_ns: int
+    """ns; world time from which it is where its last command sent it"""
+
+
+Attachment = TypedDict("Attachment", {"actor": str, "node": str, "position": Vector, "yaw_deg": float, "orientation": Vector}, total=False)
+StandBehaviour = TypedDict("StandBehaviour", {"type": Literal["stand"], "clip": str}, total=False)
+RouteBehaviour = TypedDict("RouteBehaviour", {"type": Literal["route"], "route": str, "speed": float, "start_m": float, "mode": Literal["loop", "ping_pong", "once"], "clip": str}, total=False)
+GoToBehaviour = TypedDict("GoToBehaviour", {"type": Literal["go_to"], "position": Vector, "yaw_deg": float, "area": str, "speed": float, "clip": str, "idle_clip": str}, total=False)
+WanderBehaviour = TypedDict("WanderBehaviour", {"type": Literal["wander"], "pause_s": float, "area": str, "speed": float, "clip": str, "idle_clip": str}, total=False)
+LookAtBehaviour = TypedDict("LookAtBehaviour", {"type": Literal["look_at"], "actor": str, "position": Vector, "clip": str}, total=False)
+FollowBehaviour = TypedDict("FollowBehaviour", {"type": Literal["follow"], "actor": str, "distance_m": float, "area": str, "speed": float, "clip": str, "idle_clip": str}, total=False)
+GroupBehaviour = TypedDict("GroupBehaviour", {"type": Literal["group"], "group": str, "position": Vector, "radius_m": float, "area": str, "speed": float, "clip": str, "idle_clip": str}, total=False)
+VehicleBehaviour = TypedDict("VehicleBehaviour", {"type": Literal["vehicle"], "route": str, "speed": float, "start_m": float, "length_m": float, "width_m": float, "headway_s": float, "gap_m": float, "acceleration": float, "braking": float, "clip": str}, total=False)
+SteeredBehaviour = TypedDict("SteeredBehaviour", {"type": Literal["steered"], "clip": str}, total=False)
+SequenceBehaviour = TypedDict("SequenceBehaviour", {"type": Literal["sequence"], "steps": Sequence[Mapping[str, Any]], "repeat": bool}, total=False)
+Behaviour = Union[StandBehaviour, RouteBehaviour, GoToBehaviour, WanderBehaviour, LookAtBehaviour, FollowBehaviour, GroupBehaviour, VehicleBehaviour, SteeredBehaviour, SequenceBehaviour]
+AtSTrigger = TypedDict("AtSTrigger", {"at_s": float}, total=False)
+EverySTrigger = TypedDict("EverySTrigger", {"every_s": float, "from_s": float}, total=False)
+EnterTrigger = TypedDict("EnterTrigger", {"enter": str, "actor": str, "class": str}, total=False)
+LeaveTrigger = TypedDict("LeaveTrigger", {"leave": str, "actor": str, "class": str}, total=False)
+MeetTrigger = TypedDict("MeetTrigger", {"meet": Sequence[str], "distance_m": float}, total=False)
+EventTrigger = TypedDict("EventTrigger", {"event": str, "after_s": float}, total=False)
+ArrivedTrigger = TypedDict("ArrivedTrigger", {"arrived": str}, total=False)
+Trigger = Union[AtSTrigger, EverySTrigger, EnterTrigger, LeaveTrigger, MeetTrigger, EventTrigger, ArrivedTrigger]
+BehaveAction = TypedDict("BehaveAction", {"action": Literal["behave"], "actor": str, "behaviour": Behaviour}, total=False)
+StopAction = TypedDict("StopAction", {"action": Literal["stop"], "actor": str, "clip": str}, total=False)
+StartAction = TypedDict("StartAction", {"action": Literal["start"], "actor": str}, total=False)
+PlayAction = TypedDict("PlayAction", {"action": Literal["play"], "actor": str, "clip": str, "speed": float, "seconds": float}, total=False)
+SpawnAction = TypedDict("SpawnAction", {"action": Literal["spawn"], "actor": Mapping[str, Any]}, total=False)
+RemoveAction = TypedDict("RemoveAction", {"action": Literal["remove"], "actor": str}, total=False)
+PickUpAction = TypedDict("PickUpAction", {"action": Literal["pick_up"], "object": str, "actor": str, "node": str, "position": Vector, "yaw_deg": float, "orientation": Vector}, total=False)
+PutDownAction = TypedDict("PutDownAction", {"action": Literal["put_down"], "object": str, "position": Vector}, total=False)
+LightAction = TypedDict("LightAction", {"action": Literal["light"], "light": str, "intensity": float, "color": Vector, "flicker_hz": float, "seconds": float}, total=False)
+EnvironmentAction = TypedDict("EnvironmentAction", {"action": Literal["environment"], "background": Vector, "sky": Vector, "ground": Vector, "exposure": float}, total=False)
+CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any]}, total=False)
+UserAction = TypedDict("UserAction", {"action": Literal["user"], "data": Any}, total=False)
+Action = Union[BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction, PutDownAction, LightAction, EnvironmentAction, CameraAction, UserAction]
+
+
+class ActorOptions(TypedDict, total=False):
+    """What Rig.spawn_actor takes."""
+
+    object_class: str
+    """what ground truth calls it, as `person`; default object"""
+    position: Vector
+    """m; of its origin; where a route does not place it; default [0, 0, 0]"""
+    yaw_deg: float
+    """deg; where its front looks, counter-clockwise from +x; or orientation"""
+    orientation: Vector
+    """instead of yaw_deg"""
+    scale: float
+    """1e-6 to 1e6: of the model; default 1"""
+    radius_m: float
+    """m; 0 to 100: of its body, for those who walk round it; default 0.28 for class person, else 0"""
+    attach: Attachment
+    """hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}"""
+    behaviour: Behaviour
+    """see behaviours; default {"type": "stand"}"""
+
+
+class ActorChanges(TypedDict, total=False):
+    """What Rig.set_actor takes; what is left out stays as it is."""
+
+    position: Vector
+    """m; of its origin"""
+    yaw_deg: float
+    """deg; where its front looks, counter-clockwise from +x; or orientation"""
+    orientation: Vector
+    """instead of yaw_deg"""
+    behaviour: Behaviour
+    """see behaviours"""
+    attach: Attachment
+    """hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}"""
+    detach: bool
+    """no longer hangs on anything; default false"""
+    play: str
+    """a clip over the one of the behaviour; empty: no longer"""
+    play_speed: float
+    """0 to 100: of that clip; default 1"""
+
+
+class Steering(TypedDict, total=False):
+    """What Rig.steer takes of each actor."""
+
+    velocity: Vector
+    """m/s; held until it is told another"""
+    position: Vector
+    """m; instead of a velocity: reached after `seconds`"""
+    seconds: float
+    """s; 0 to 3600; default 0: at once"""
+    yaw_deg: float
+    """deg; where its front looks; default the way it moves"""
+    clip: str
+    """that it plays; default as it is"""
 
 
 # Each option, its JSON type, and the object of the protocol that it is in.

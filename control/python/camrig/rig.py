@@ -19,7 +19,7 @@ from .transport import http_connector, tcp_connector, unix_connector
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from .parameters import CameraOptions
+    from .parameters import Action, ActorChanges, ActorOptions, CameraOptions, Steering, Trigger
 
 
 class Owner(Protocol):
@@ -115,17 +115,15 @@ class Rig:
         """All actors, in the order they came: name, position, velocity, yaw_deg, behaviour, ..."""
         return self.call("actor.list")["actors"]
 
-    def spawn_actor(self, name: str, model: str, **keys: Any) -> dict[str, Any]:
+    def spawn_actor(self, name: str, model: str, **keys: Unpack[ActorOptions]) -> dict[str, Any]:
         """Puts an actor into the world; keys as in a scene file (``object_class`` for ``class``)."""
-        if "object_class" in keys:
-            keys["class"] = keys.pop("object_class")
-        return self.call("actor.spawn", name=name, model=model, **keys)
+        return self.call("actor.spawn", name=name, model=model, **{"class" if key == "object_class" else key: value for key, value in keys.items()})
 
-    def set_actor(self, name: str, **keys: Any) -> dict[str, Any]:
+    def set_actor(self, name: str, **keys: Unpack[ActorChanges]) -> dict[str, Any]:
         """Changes an actor: behaviour, position, yaw_deg, play, attach, detach."""
         return self.call("actor.set", name=name, **keys)
 
-    def steer(self, actors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    def steer(self, actors: Mapping[str, Steering]) -> dict[str, Any]:
         """Moves actors by your own program: {name: {"velocity": [x, y, z]} or {"position": ..., "seconds": ...}}."""
         return self.call("actor.steer", actors=[{"name": name, **how} for name, how in actors.items()])
 
@@ -136,7 +134,7 @@ class Rig:
         """The events that are there, and how often each has fired."""
         return self.call("event.list")["events"]
 
-    def add_event(self, name: str, when: Mapping[str, Any], do: Sequence[Mapping[str, Any]] = (), limit: int = 0) -> dict[str, Any]:
+    def add_event(self, name: str, when: Trigger, do: Sequence[Action] = (), limit: int = 0) -> dict[str, Any]:
         """Adds an event; `when` and `do` as in a scene file."""
         return self.call("event.add", name=name, when=dict(when), do=[dict(action) for action in do], limit=limit)
 

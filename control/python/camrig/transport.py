@@ -39,6 +39,13 @@ class Connection(ABC):
     def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
         """Sends one line and returns the answer's. Raises TimeoutError, OSError or CamrigError; then it is of no more use."""
 
+    #: Whether pictures may come as bytes behind the line of an answer: read_bytes() takes them.
+    gives_bytes = False
+
+    def read_bytes(self, count: int, deadline: Deadline) -> bytearray:
+        """The bytes that follow the answer of the last roundtrip(), all of them, before anything else is sent."""
+        raise NotImplementedError
+
     @abstractmethod
     def is_idle(self) -> bool:
         """False when the rig has closed it (or talks out of turn): do not use it again."""
@@ -50,10 +57,15 @@ class Connection(ABC):
 class LineConnection(Connection):
     """One object a line, over the Unix socket or TCP."""
 
+    gives_bytes = True
+
     def __init__(self, sock: socket.socket) -> None:
         self._socket = sock
+        self._rest = b""  # what came behind the line of the last answer
 
     def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
+        if self._rest:
+            raise CamrigError("internal", "the rig sent more than one line as an answer")
         self._socket.settimeout(_left(deadline))
         self._socket.sendall(request + b"\n")
         chunks: list[bytes] = []
@@ -65,8 +77,7 @@ class LineConnection(Connection):
                 raise ConnectionError("the rig closed the connection")
             end = chunk.find(b"\n")
             if end >= 0:
-                if end + 1 != len(chunk):
-                    raise CamrigError("internal", "the rig sent more than one line as an answer")
+                self._rest = chunk[end + 1 :]
                 chunks.append(chunk[:end])
                 return b"".join(chunks)
             chunks.append(chunk)
@@ -74,7 +85,24 @@ class LineConnection(Connection):
             if received > MAX_ANSWER_BYTES:
                 raise CamrigError("resource_exhausted", f"the rig's answer is longer than {MAX_ANSWER_BYTES} bytes")
 
+    def read_bytes(self, count: int, deadline: Deadline) -> bytearray:
+        if not len(self._rest) <= count <= MAX_ANSWER_BYTES:
+            raise CamrigError("internal", f"the rig sent {len(self._rest)} bytes or more as {count}")
+        made = bytearray(count)
+        made[: len(self._rest)] = self._rest
+        received, self._rest = len(self._rest), b""
+        with memoryview(made) as view:
+            while received < count:
+                self._socket.settimeout(_left(deadline))
+                size = self._socket.recv_into(view[received:])
+                if size == 0:
+                    raise ConnectionError("the rig closed the connection")
+                received += size
+        return made
+
     def is_idle(self) -> bool:
+        if self._rest:
+            return False
         try:
             poller = select.poll()
             poller.register(self._socket, select.POLLIN)

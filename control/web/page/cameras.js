@@ -7,7 +7,7 @@ const dialog = document.getElementById('new-camera');
 const form = dialog.querySelector('form');
 const confirmed = document.getElementById('confirm');
 // What camera.get tells and a new camera must not have: its identity, and devices that only one camera can feed.
-const notCopied = ['name', 'id', 'sequence', 'readers', 'applied_ns', 'outputs'];
+const notCopied = ['name', 'id', 'sequence', 'readers', 'applied_ns', 'arrives_ns', 'outputs'];
 
 /** NAME_2, NAME_3, ..: the first that is free, within the 24 characters of a name. */
 function freeName(base) {

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
 #include <spdlog/spdlog.h>
+
+#include "core/render/gl/egl_library.h"
 
 namespace camrig {
 namespace {
@@ -26,10 +26,10 @@ struct Device {
     std::string label;
 };
 
-std::vector<Device> list_devices() {
-    const auto query_devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
+std::vector<Device> list_devices(const EglLibrary& egl) {
+    const auto query_devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.eglGetProcAddress("eglQueryDevicesEXT"));
     const auto query_string =
-        reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(eglGetProcAddress("eglQueryDeviceStringEXT"));
+        reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(egl.eglGetProcAddress("eglQueryDeviceStringEXT"));
     if (query_devices == nullptr || query_string == nullptr) return {};
 
     EGLDeviceEXT handles[max_egl_devices];
@@ -58,8 +58,8 @@ std::string describe(const std::vector<Device>& devices) {
     return text + "cpu, llvmpipe";
 }
 
-EGLDisplay display_of(const Device& device) {
-    return eglGetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT, device.handle, nullptr);
+EGLDisplay display_of(const EglLibrary& egl, const Device& device) {
+    return egl.eglGetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT, device.handle, nullptr);
 }
 
 void APIENTRY log_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei, const GLchar* text, const void*) {
@@ -79,11 +79,11 @@ bool has_gl_extension(const GlFunctions& gl, std::string_view name) {
 }  // namespace
 
 Result<void> EglContext::open(void* display, const std::string& what) {
-    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
+    if (display == EGL_NO_DISPLAY || !egl_->eglInitialize(display, nullptr, nullptr)) {
         return error(ErrorKind::unavailable, what + ": EGL does not start on it");
     }
     display_ = display;
-    if (!eglBindAPI(EGL_OPENGL_API)) return error(ErrorKind::unsupported, what + ": no desktop OpenGL");
+    if (!egl_->eglBindAPI(EGL_OPENGL_API)) return error(ErrorKind::unsupported, what + ": no desktop OpenGL");
 #ifdef NDEBUG
     constexpr EGLint debug = EGL_FALSE;
 #else
@@ -98,12 +98,12 @@ Result<void> EglContext::open(void* display, const std::string& what) {
                                  EGL_CONTEXT_OPENGL_DEBUG,
                                  debug,
                                  EGL_NONE};
-    context_ = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    context_ = egl_->eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
     if (context_ == EGL_NO_CONTEXT) return error(ErrorKind::unsupported, what + ": no OpenGL 4.5 core context");
-    if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
+    if (!egl_->eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
         return error(ErrorKind::unsupported, what + ": no context without a surface");
     }
-    if (auto loaded = gl_.load(); !loaded) return at(what, loaded.error());
+    if (auto loaded = gl_.load(egl_->eglGetProcAddress); !loaded) return at(what, loaded.error());
 
     const auto* renderer = reinterpret_cast<const char*>(gl_.GetString(GL_RENDERER));
     const auto* version = reinterpret_cast<const char*>(gl_.GetString(GL_VERSION));
@@ -120,8 +120,8 @@ Result<void> EglContext::open(void* display, const std::string& what) {
 
 void EglContext::close() noexcept {
     if (display_ == nullptr) return;
-    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    if (context_ != nullptr) eglDestroyContext(display_, context_);
+    egl_->eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (context_ != nullptr) egl_->eglDestroyContext(display_, context_);
     // The display stays initialised: EGL displays are per process and other contexts may use this one.
     display_ = nullptr;
     context_ = nullptr;
@@ -135,21 +135,26 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
     // llvmpipe reads its thread count once per process, when its screen is made.
     if (options.raster_threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.raster_threads).c_str(), 1);
 
-    const std::vector<Device> devices = list_devices();
-    const auto try_open = [](EGLDisplay display, const std::string& what) -> Result<std::unique_ptr<EglContext>> {
-        std::unique_ptr<EglContext> context(new EglContext);
+    // The driver for CPUs is large, and would be loaded to list the devices.
+    if (options.device.empty() && !has_gpu_node()) return error(ErrorKind::unavailable, "no hardware with OpenGL here");
+    const auto library = EglLibrary::open();
+    if (!library) return std::unexpected(library.error());
+    const EglLibrary& egl = **library;
+    const std::vector<Device> devices = list_devices(egl);
+    const auto try_open = [&egl](EGLDisplay display, const std::string& what) -> Result<std::unique_ptr<EglContext>> {
+        std::unique_ptr<EglContext> context(new EglContext(egl));
         if (auto opened = context->open(display, what); !opened) return std::unexpected(opened.error());
         return context;
     };
     const auto open_software = [&]() -> Result<std::unique_ptr<EglContext>> {
         for (const Device& device : devices) {
             if (!device.is_software) continue;
-            if (auto context = try_open(display_of(device), "device llvmpipe")) return context;
+            if (auto context = try_open(display_of(egl, device), "device llvmpipe")) return context;
         }
         // A Mesa without a software device in its list: the surfaceless platform, told to use its CPU rasteriser.
         setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
         auto context =
-            try_open(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device llvmpipe");
+            try_open(egl.eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device llvmpipe");
         if (context && !(*context)->is_software()) {
             return error(ErrorKind::unavailable,
                          "device llvmpipe: Mesa's software rasteriser is not installed (package "
@@ -162,7 +167,7 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
     if (options.device.empty()) {
         for (const Device& device : devices) {
             if (device.is_software) continue;
-            auto context = try_open(display_of(device), device.label);
+            auto context = try_open(display_of(egl, device), device.label);
             if (context && !(*context)->is_software()) return context;
         }
         return error(ErrorKind::unavailable, "no hardware with OpenGL 4.5; " + describe(devices));
@@ -175,7 +180,7 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
         return error(ErrorKind::invalid_argument,
                      "device '" + options.device + "' does not exist; " + describe(devices));
     }
-    auto context = try_open(display_of(devices[index]), "device " + options.device);
+    auto context = try_open(display_of(egl, devices[index]), "device " + options.device);
     if (!context) return error(context.error().kind, context.error().message + "; " + describe(devices));
     return context;
 }

@@ -8,6 +8,8 @@
 
 namespace camrig {
 
+struct EglLibrary;
+
 struct EglContextOptions {
     /// "llvmpipe": Mesa's software device, also beside a vendor's driver. "N": EGL device N. "": the first hardware
     /// device that gives OpenGL 4.5 core; an error (unavailable) if there is none.
@@ -34,10 +36,11 @@ public:
     int max_texture_size() const { return max_texture_size_; }
 
 private:
-    EglContext() = default;
+    explicit EglContext(const EglLibrary& egl) : egl_(&egl) {}
     Result<void> open(void* display, const std::string& what);
     void close() noexcept;
 
+    const EglLibrary* egl_;
     void* display_ = nullptr;
     void* context_ = nullptr;
     GlFunctions gl_;

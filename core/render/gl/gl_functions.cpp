@@ -2,13 +2,11 @@
 
 #include <string>
 
-#include <EGL/egl.h>
-
 namespace camrig {
 
-Result<void> GlFunctions::load() {
+Result<void> GlFunctions::load(void (*(*address_of)(const char* name))()) {
 #define CAMRIG_GL_LOAD(name, NAME)                                                                               \
-    name = reinterpret_cast<PFNGL##NAME##PROC>(eglGetProcAddress("gl" #name));                                   \
+    name = reinterpret_cast<PFNGL##NAME##PROC>(address_of("gl" #name));                                          \
     if (name == nullptr) {                                                                                       \
         return error(ErrorKind::unsupported, "the OpenGL driver has no gl" #name "; OpenGL 4.5 core is needed"); \
     }

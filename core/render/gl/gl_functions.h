@@ -99,7 +99,8 @@ struct GlFunctions {
 #undef CAMRIG_GL_DECLARE
 
     /// Fills all pointers from the context that is current on this thread; names the first function that is missing.
-    Result<void> load();
+    /// address_of: eglGetProcAddress.
+    Result<void> load(void (*(*address_of)(const char* name))());
 };
 
 }  // namespace camrig

@@ -3,25 +3,38 @@
 namespace camrig {
 
 SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m, Quality quality,
-                          double max_detail_error_px) {
-    return {.scene = &scene,
-            .transform = transform,
-            .frustum = make_frustum(transform, far_m),
-            .quality = quality,
-            .max_detail_error_px = max_detail_error_px};
+                          double max_detail_error_px, std::shared_ptr<const LensView> lens) {
+    SceneView view{.scene = &scene,
+                   .transform = transform,
+                   .frustum = {},
+                   .far_m = far_m,
+                   .quality = quality,
+                   .max_detail_error_px = max_detail_error_px,
+                   .lens = std::move(lens)};
+    if (view.lens == nullptr) {
+        view.frustum = make_frustum(transform, far_m);
+    } else if (!view.lens->is_wide()) {
+        view.frustum = view.lens->frustum(transform.near_m, far_m);
+    }
+    return view;
 }
 
 std::optional<SeenSurface> SceneView::see(const PlacedSurface& surface, bool is_static) const {
     const Box& bounds = surface.bounds;
     const glm::dmat4 optical_from_local = transform.optical_from(surface.world_from_local);
-    if (!may_be_visible(frustum, optical_from_local, bounds.min, bounds.max)) return std::nullopt;
+    const bool is_wide = lens != nullptr && lens->is_wide();
+    const bool may_touch = is_wide ? lens->may_see(optical_from_local, bounds, far_m)
+                                   : may_be_visible(frustum, optical_from_local, bounds.min, bounds.max);
+    if (!may_touch) return std::nullopt;
     SeenSurface seen{.placed = &surface, .is_static = is_static, .optical_from_local = optical_from_local};
     if (max_detail_error_px > 0.0 && !surface.primitive->coarser.empty()) {
-        const double px_per_m = detail_error_px(transform, optical_from_local, bounds, 1.0);
+        const double px_per_m = lens != nullptr ? lens->error_px(transform, optical_from_local, bounds, 1.0)
+                                                : detail_error_px(transform, optical_from_local, bounds, 1.0);
         seen.level = coarsest_level(surface, [&](double error_m) { return error_m * px_per_m <= max_detail_error_px; });
     }
-    const glm::dvec3 middle = 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
-    seen.distance_m = (optical_from_local * glm::dvec4(middle, 1.0)).z;
+    const glm::dvec3 middle(optical_from_local *
+                            glm::dvec4(0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max)), 1.0));
+    seen.distance_m = is_wide ? glm::length(middle) : middle.z;
     return seen;
 }
 
@@ -41,6 +54,7 @@ void SceneView::see_all(bool of_statics, std::vector<SeenSurface>* opaque, std::
 
 std::optional<PixelRect> SceneView::pixels_of(const SeenSurface& seen) const {
     const Box& bounds = seen.placed->bounds;
+    if (lens != nullptr) return lens->pixels_of(seen.optical_from_local, bounds, transform.near_m);
     return screen_bounds(transform, seen.optical_from_local, bounds.min, bounds.max);
 }
 

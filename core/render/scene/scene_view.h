@@ -7,6 +7,7 @@
 
 #include "core/render/pixel_rect.h"
 #include "core/render/scene/detail_levels.h"
+#include "core/render/scene/lens_view.h"
 #include "core/render/scene/placed_scene.h"
 #include "core/render/view_transform.h"
 #include "core/world/camera_spec.h"
@@ -20,17 +21,21 @@ struct SeenSurface {
     bool is_static = false;  ///< of PlacedScene::statics, else of its movers
     int level = 0;           ///< of detail; 0: the full mesh, else one more than into PreparedPrimitive::coarser
     glm::dmat4 optical_from_local{1.0};
-    double distance_m = 0.0;  ///< of the middle of its bounds along the optical axis, for the order of what is blended
-    std::size_t order = 0;    ///< among those at one distance
+    /// Of the middle of its bounds along the optical axis (from the eye of a wide lens), for the order of what is
+    /// blended.
+    double distance_m = 0.0;
+    std::size_t order = 0;  ///< among those at one distance
 };
 
 /// One picture of a scene.
 struct SceneView {
     const PlacedScene* scene = nullptr;
     ViewTransform transform;
-    Frustum frustum;
+    Frustum frustum;  ///< not of a wide lens
+    double far_m = 0.0;
     Quality quality = Quality::simple;
-    double max_detail_error_px = 0.0;  ///< 0: every mesh in full
+    double max_detail_error_px = 0.0;           ///< 0: every mesh in full
+    std::shared_ptr<const LensView> lens = {};  ///< null: none is looked through
 
     /// The draw of a surface, if any of it may be seen.
     std::optional<SeenSurface> see(const PlacedSurface& surface, bool is_static) const;
@@ -41,7 +46,7 @@ struct SceneView {
     bool touches(const SeenSurface& seen, std::span<const PixelRect> rects) const;
 };
 SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m, Quality quality,
-                          double max_detail_error_px);
+                          double max_detail_error_px, std::shared_ptr<const LensView> lens = {});
 
 /// What one picture sees of what moves.
 struct SeenMovers {

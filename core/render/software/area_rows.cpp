@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/render/software/channels.h"
 #include "core/render/software/coverage.h"
+#include "core/render/software/rows.h"
 #include "core/render/software/sample_places.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/view_rows.h"
@@ -298,6 +300,7 @@ void draw_static_pixels(const RowsOfView& of) {
             steps(y)[x] = made;
         }
     }
+    describe_visible(of.scratch, of.rect, of.work);
     shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
     Mixer mixer(of);
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
@@ -471,8 +474,10 @@ void draw_movers(const RowsOfView& of) {
             shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
         mixer.take_middles(PixelPart::is_static_middle);
     }
-    for (const PixelRect& rect : of.work.rects)
+    for (const PixelRect& rect : of.work.rects) {
+        describe_visible(of.scratch, common(rect, of.rect), of.work);
         shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
+    }
     mixer.take_middles(PixelPart::is_middle);
     mixer.mix();
     finish_rows(of.work, of.scratch, of.rect);
@@ -482,6 +487,7 @@ void draw_movers(const RowsOfView& of) {
 
 void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, const PixelRect& rect) {
     const RowsOfView of{work, scratch, scratch.areas.bands[static_cast<std::size_t>(number)], rect};
+    if (pass == 0) begin_channels(work, rect);
     if (work.is_in_parts && pass < 2) {
         if (pass == 0) put_back(work, rect);
         return;

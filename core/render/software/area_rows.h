@@ -6,9 +6,10 @@ namespace camrig {
 
 /// draw_rows for pictures whose pixels show the areas of surfaces (Antialias::coverage).
 ///
-/// Numbers and depth at the middles of pixels are found as always, and pixels that show one surface are shaded as
-/// always. Those that an outline touches, or at which surfaces cross, are marked. There each triangle covers some of 64
-/// places, the nearest one has a place, and each surface is shaded once, at the mean of the places that it has.
+/// Numbers and depth at the middles of pixels are found as always, and other kinds than colour (channels.h) come of
+/// them. Pixels that show one surface are shaded as always. Those that an outline touches, or at which surfaces cross,
+/// are marked. There each triangle covers some of 64 places, the nearest one has a place, and each surface is shaded
+/// once, at the mean of the places that it has.
 ///
 /// Statics are resolved among themselves first, then what moves over them: a static layer keeps the first half.
 ///   pass 0  statics at the middles; their outlines

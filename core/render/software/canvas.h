@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -60,6 +61,9 @@ private:
     std::size_t count_ = 0;
     std::unique_ptr<T[], Free> data_;
 };
+
+/// Depth where a camera sees nothing: in front of everything.
+inline constexpr float blind_depth = std::numeric_limits<float>::infinity();
 
 /// What a view is drawn into: rows of whole groups of lanes; those of depth are aligned to them.
 struct Canvas {

@@ -21,16 +21,20 @@ Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs
     places_of_rest_.clear();
     for (std::size_t i = 0; i < views.size(); ++i) {
         const View& view = views[i];
-        const bool is_here = wants(view, FrameKind::color) && drawer_.can_draw(view);
+        bool is_here = false, is_elsewhere = false;
+        for (int k = 0; k < frame_kind_count; ++k) {
+            if (!view.kinds[k]) continue;
+            (drawer_.can_draw(view, static_cast<FrameKind>(k)) ? is_here : is_elsewhere) = true;
+        }
         if (is_here) {
             here_.push_back(&view);
             places_here_.push_back(i);
         }
-        const auto wanted = std::ranges::count(view.kinds, true);
-        if (wanted == (is_here ? 1 : 0)) continue;
+        if (!is_elsewhere) continue;
         rest_.push_back(view);
         places_of_rest_.push_back(i);
-        if (is_here) rest_.back().kinds[static_cast<int>(FrameKind::color)] = false;
+        for (int k = 0; k < frame_kind_count; ++k)
+            rest_.back().kinds[k] &= !drawer_.can_draw(view, static_cast<FrameKind>(k));
     }
     drawer_.draw(here_, monotonic_ns, finished.set.frames);
     for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] = drawer_.cost_ns()[i];
@@ -64,6 +68,14 @@ Result<Renderer::Finished> CpuRenderer::draw_rest(const SnapshotRef& snapshot, T
     }
     if (other_ == nullptr) return std::unexpected(*other_failed_);
     return other_->draw(snapshot, monotonic_ns, rest_);
+}
+
+std::optional<std::vector<Silhouette>> CpuRenderer::silhouettes(const SnapshotRef& snapshot, const View& view,
+                                                                std::span<const ObjectId> objects) {
+    thread_.check();
+    if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
+    if (!drawer_.can_draw(view, FrameKind::instance)) return std::nullopt;
+    return drawer_.silhouettes(view, objects);
 }
 
 void CpuRenderer::forget(CameraId camera) {

@@ -9,8 +9,8 @@
 
 namespace camrig {
 
-/// The Renderer of a machine without a GPU: colour pictures by camrig's own rasteriser where it can draw them, all else
-/// (ground truth, lenses, several samples a pixel, quality beautiful) by another one, made when it is first needed.
+/// The Renderer of a machine without a GPU: pictures by camrig's own rasteriser where it can draw them, all else
+/// (lenses, several samples a pixel, quality beautiful) by another one, made when it is first needed.
 class CpuRenderer final : public Renderer {
 public:
     using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;
@@ -18,6 +18,8 @@ public:
         : drawer_(options), make_other_(std::move(make_other)) {}
 
     Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
+    std::optional<std::vector<Silhouette>> silhouettes(const SnapshotRef& snapshot, const View& view,
+                                                       std::span<const ObjectId> objects) override;
     bool is_plain(const View& view) const override;
     bool is_on_cpu() const override { return true; }
     void forget(CameraId camera) override;

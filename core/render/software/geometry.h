@@ -6,6 +6,7 @@
 #include "core/render/pixel_rect.h"
 #include "core/render/scene/scene_view.h"
 #include "core/render/scene/view_lights.h"
+#include "core/render/software/lens_pieces.h"
 #include "core/render/software/screen_triangles.h"
 #include "core/render/software/software_model.h"
 
@@ -14,7 +15,9 @@ namespace camrig {
 
 /// What a vertex carries through a clipped edge.
 struct VertexValues {
+    glm::dvec3 position{0.0};  ///< in the optical frame
     glm::vec3 normal{0.0f};
+    glm::vec3 local{0.0f};  ///< where it is in the frame of its mesh
     glm::vec4 color{1.0f};
     std::array<glm::vec2, texture_slot_count> coordinates{};
     glm::vec3 light{0.0f}, light_behind{0.0f}, ambient{0.0f};
@@ -59,6 +62,8 @@ public:
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }
     const AmbientInView& light() const { return light_; }
+    /// Null: none is looked through.
+    const LensView* lens() const { return view_.lens.get(); }
     std::span<const ViewDraw> draws() const { return draws_; }
     std::span<const ScreenVertex> vertices() const { return vertices_; }
     std::span<const ScreenTriangle> triangles() const { return triangles_; }
@@ -71,7 +76,21 @@ private:
     void light_vertices(ViewDraw& draw);
     void add_triangles(const ViewDraw& draw, const MeshNeighbors* neighbors);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
+    /// The same through a lens: in pieces with straight edges.
+    void divide(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
+    /// Appends what a point between the corners of a triangle carries.
+    VertexValues& add_between(const std::array<VertexValues, 3>& values, const glm::dvec3& shares);
     ScreenVertex on_screen(const glm::dvec3& p) const;
+    /// strokes.cpp: points and lines.
+    struct QuadCorner {
+        ScreenVertex at;
+        const VertexValues* values = nullptr;
+        std::int32_t dx = 0, dy = 0;
+    };
+    void add_strokes(const ViewDraw& draw);
+    void add_point(const ViewDraw& draw, const VertexValues& point);
+    void add_line(const ViewDraw& draw, const VertexValues& from, const VertexValues& to);
+    void add_quad(const ViewDraw& draw, const std::array<QuadCorner, 4>& corners);
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
     SceneView view_;
@@ -85,6 +104,8 @@ private:
     std::vector<ScreenTriangle> triangles_;
     OutlineScratch outline_scratch_;
     TriangleCorners to_clip_, made_by_clipping_;
+    LensPieces pieces_;
+    std::vector<glm::vec2> ideal_;  ///< per vertex of the draw, on the ideal plane of the lens
     std::vector<VertexValues> clipped_;
     std::vector<VertexLight> vertex_lights_;
 };

@@ -92,6 +92,13 @@ CAMRIG_LANES Doubles operator-(double a, const Doubles& b) {
 CAMRIG_LANES Doubles operator-(const Doubles& a) {
     return {-a.low, -a.high};
 }
+CAMRIG_LANES Doubles sqrt(Doubles value) {
+    for (int i = 0; i < 4; ++i) {
+        value.low[i] = std::sqrt(value.low[i]);
+        value.high[i] = std::sqrt(value.high[i]);
+    }
+    return value;
+}
 CAMRIG_LANES Doubles widened(IntLanes value) {
     return {__builtin_convertvector(__builtin_shufflevector(value, value, 0, 1, 2, 3), Doubles4),
             __builtin_convertvector(__builtin_shufflevector(value, value, 4, 5, 6, 7), Doubles4)};

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/frame/srgb.h"
 #include "core/render/software/coverage.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
@@ -76,13 +77,6 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
             store(number_rows(y), x, mask, IntLanes{} + static_cast<std::int32_t>(i + 1));
         });
     }
-}
-
-/// Which draw each triangle is of; numbers from 1, where 0 gives any.
-template <typename Isa>
-CAMRIG_LANES IntLanes draws_of(const ScreenTriangle* triangles, IntLanes number) {
-    const IntLanes index = number > 0 ? number - 1 : IntLanes{};
-    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & 0x0FFFFFFF;
 }
 
 template <typename Isa>

@@ -75,7 +75,6 @@ CAMRIG_LANES IntLanes most(IntLanes a, IntLanes b) {
     return a > b ? a : b;
 }
 
-constexpr std::uint32_t max_draws = (1u << 28) - 1;
 constexpr std::uint8_t facing_unknown = 0, facing_turned = 1, facing_straight = 2;
 
 /// An edge is inside of the outline if the triangle beyond it is there and faces the same way.
@@ -94,12 +93,29 @@ void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch,
     }
 }
 
+template <typename Isa>
+CAMRIG_LANES IntLanes are_straight(const StraightEdges& straight, const std::array<IntLanes, 3>& corner) {
+    static_assert(sizeof(glm::vec2) == 2 * sizeof(float));
+    std::array<Lanes, 3> x, y;
+    for (std::size_t c = 0; c < 3; ++c) {
+        x[c] = gathered<Isa>(&straight.ideal->x, corner[c] * 2);
+        y[c] = gathered<Isa>(&straight.ideal->y, corner[c] * 2);
+    }
+    IntLanes made = IntLanes{} - 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Lanes dx = x[(c + 1) % 3] - x[c], dy = y[(c + 1) % 3] - y[c];
+        made &= dx * dx + dy * dy <= straight.length2;
+    }
+    return made;
+}
+
 /// Half of all triangles show their backs and most of far people's lie between the pixels: no branch would guess which.
 template <typename Isa>
 CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVertex* vertices,
-                                const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
-                                std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
-    constexpr std::int32_t beside = outside_left | outside_right | outside_top | outside_bottom | outside_near;
+                                const std::int32_t* outside, const TriangleRule& rule, const StraightEdges& straight,
+                                OutlineScratch& scratch, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+    constexpr std::int32_t beside =
+        outside_left | outside_right | outside_top | outside_bottom | outside_near | outside_lens;
     constexpr int bits = 8;
     const std::size_t count = corners[0].size(), first = to.size();
     to.resize(first + count);
@@ -115,8 +131,15 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
         }
         const IntLanes is_there =
             int_lane_numbers() < static_cast<std::int32_t>(std::min<std::size_t>(count - i, lane_count));
-        const IntLanes may_show = is_there & ((beyond[0] & beyond[1] & beyond[2] & beside) == 0);
-        const IntLanes is_whole = ((beyond[0] | beyond[1] | beyond[2]) & (outside_near | outside_guard)) == 0;
+        IntLanes is_whole = ((beyond[0] | beyond[1] | beyond[2]) & (outside_near | outside_guard)) == 0;
+        IntLanes is_beside = (beyond[0] & beyond[1] & beyond[2] & beside) != 0;
+        if (straight.ideal != nullptr) {
+            const IntLanes is_straight = are_straight<Isa>(straight, corner);
+            is_whole &= is_straight;
+            // What is bent may reach into the picture from beside it.
+            is_beside &= is_straight | ((beyond[0] & beyond[1] & beyond[2] & outside_near) != 0);
+        }
+        const IntLanes may_show = is_there & ~is_beside;
         for (unsigned left = Isa::bits(may_show & ~is_whole); left != 0; left &= left - 1) {
             for (std::size_t c = 0; c < 3; ++c)
                 to_clip[c].push_back(static_cast<std::uint32_t>(corner[c][std::countr_zero(left)]));
@@ -174,9 +197,9 @@ CAMRIG_WIDE void project_wide(const ViewTransform& view, const glm::dmat4& optic
     project_body<Avx2Isa>(view, optical_from_local, positions, which, to, outside);
 }
 CAMRIG_WIDE void assemble_wide(const TriangleCorners& corners, const ScreenVertex* vertices,
-                               const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
-                               std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
-    assemble_body<Avx2Isa>(corners, vertices, outside, rule, scratch, to, to_clip);
+                               const std::int32_t* outside, const TriangleRule& rule, const StraightEdges& straight,
+                               OutlineScratch& scratch, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+    assemble_body<Avx2Isa>(corners, vertices, outside, rule, straight, scratch, to, to_clip);
 }
 
 }  // namespace
@@ -188,10 +211,10 @@ void project(const ViewTransform& view, const glm::dmat4& optical_from_local, co
 }
 
 void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
-              const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
-              TriangleCorners& to_clip) {
-    if (wide) return assemble_wide(corners, vertices, outside, rule, scratch, to, to_clip);
-    assemble_body<PlainIsa>(corners, vertices, outside, rule, scratch, to, to_clip);
+              const TriangleRule& rule, const StraightEdges& straight, bool wide, OutlineScratch& scratch,
+              std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+    if (wide) return assemble_wide(corners, vertices, outside, rule, straight, scratch, to, to_clip);
+    assemble_body<PlainIsa>(corners, vertices, outside, rule, straight, scratch, to, to_clip);
 }
 
 }  // namespace camrig

@@ -23,6 +23,9 @@ struct ScreenVertex {
     float inverse_z = 0.0f;  ///< of metres along the optical axis
 };
 
+/// ScreenTriangle::draw has so many bits.
+inline constexpr std::uint32_t max_draws = (1u << 28) - 1;
+
 /// Its corners run so that the area is positive where x points right and y down.
 struct ScreenTriangle {
     std::array<std::uint32_t, 3> vertices{};  ///< into ViewGeometry::vertices
@@ -35,7 +38,7 @@ struct ScreenTriangle {
 
 /// Planes that a vertex is beyond, as bits.
 inline constexpr std::int32_t outside_left = 1, outside_right = 2, outside_top = 4, outside_bottom = 8,
-                              outside_near = 16, outside_guard = 32;
+                              outside_near = 16, outside_guard = 32, outside_lens = 64;
 
 /// Where vertices lie on the screen, and what they are beyond. Those beyond the near plane or the guard lie anywhere.
 /// `which`: into all three; `wide`: with instructions for all lanes at once (has_wide_lanes).
@@ -57,10 +60,16 @@ struct OutlineScratch {
     std::vector<std::uint32_t> sources;  ///< which of them those that were appended come from
 };
 
-/// Appends the triangles that may show a pixel; those that must be clipped first go to `to_clip`, and the rest nowhere.
-/// `vertices` and `outside`: from rule.first_vertex on.
+/// Which edges a lens shows straight: those between points of the ideal plane (LensView) that are this close.
+struct StraightEdges {
+    const glm::vec2* ideal = nullptr;  ///< of the vertices, from rule.first_vertex on; null: all edges are straight
+    float length2 = 0.0f;
+};
+
+/// Appends the triangles that may show a pixel; those that must be clipped first or have an edge that is not straight
+/// go to `to_clip`, and the rest nowhere. `vertices` and `outside`: from rule.first_vertex on.
 void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
-              const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
-              TriangleCorners& to_clip);
+              const TriangleRule& rule, const StraightEdges& straight, bool wide, OutlineScratch& scratch,
+              std::vector<ScreenTriangle>& to, TriangleCorners& to_clip);
 
 }  // namespace camrig

@@ -58,7 +58,15 @@ CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& 
     const glm::mat3& m = draw.optical_from_normal;
     Lanes3 n = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
     n = n * (1.0f / sqrt(max(dot(n, n), lanes(1e-30f))));
-    const Lanes3 position{rays.x * points.z, rays.y * points.z, points.z};
+    Lanes3 position{};
+    if (geometry.lens() == nullptr) {
+        position = {rays.x * points.z, rays.y * points.z, points.z};
+    } else if (!draw.lights->local.empty()) {
+        const glm::dmat4& t = draw.optical_from_local;
+        const auto column = [&](int c) __attribute__((always_inline)) { return splat(glm::vec3(t[c])); };
+        const Lanes3& p = points.position;
+        position = column(0) * p.x + column(1) * p.y + column(2) * p.z + column(3);
+    }
     return hemisphere<PointGroup>(geometry.light(), n) * occlusion + lambert<PointGroup>(*draw.lights, n, position);
 }
 

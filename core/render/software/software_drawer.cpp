@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "core/base/clock.h"
 #include "core/frame/tone.h"
+#include "core/render/software/channels.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
@@ -42,6 +44,21 @@ private:
     TimeNs start_ns_;
 };
 
+bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
+    if (layer.number == 0 || (work.frame != nullptr && !layer.color)) return false;
+    return std::ranges::all_of(channel_kinds, [&](FrameKind kind) {
+        const auto k = static_cast<std::size_t>(kind);
+        return work.channels[k].frame == nullptr || layer.channels[k];
+    });
+}
+
+void keep_only(std::span<const ObjectId> objects, std::vector<SeenSurface>& surfaces) {
+    if (objects.empty()) return;
+    std::erase_if(surfaces, [&](const SeenSurface& seen) {
+        return std::ranges::find(objects, seen.placed->object->id) == objects.end();
+    });
+}
+
 }  // namespace
 
 SoftwareDrawer::SoftwareDrawer(const Options& options)
@@ -55,6 +72,8 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
 
 void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
     layers_.next_instant();
+    ++instant_;
+    for (auto& [camera, asked] : asked_) asked.frames = {};
     const std::uint64_t statics_before = scene_.statics_number();
     scene_.place(snapshot);
     find_primitives(scene_.movers(), mover_primitives_);
@@ -81,21 +100,68 @@ bool SoftwareDrawer::has_areas(const View& view) {
     return antialias_of(*view.spec, view.quality) == Antialias::coverage;
 }
 
-bool SoftwareDrawer::is_plain(const View& view) {
+bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
     const CameraSpec& spec = *view.spec;
-    return is_within_reach(spec.intrinsics.cx, spec.size.width) &&
-           is_within_reach(spec.intrinsics.cy, spec.size.height) && view.quality != Quality::beautiful &&
-           spec.lens.model == LensModel::pinhole && spec.lens_sampling.method == LensMethod::automatic &&
-           (antialias_of(spec, view.quality) == Antialias::none || has_areas(view));
+    if (!is_within_reach(spec.intrinsics.cx, spec.size.width) ||
+        !is_within_reach(spec.intrinsics.cy, spec.size.height) ||
+        (spec.lens.model == LensModel::pinhole ? spec.lens_sampling.method != LensMethod::automatic
+                                               : spec.lens_sampling != LensSampling{}))
+        return false;
+    const bool is_pinhole = spec.lens.model == LensModel::pinhole;
+    if (kind != FrameKind::color) return is_pinhole;
+    return view.quality != Quality::beautiful &&
+           (antialias_of(spec, view.quality) == Antialias::none || (is_pinhole && has_areas(view)));
+}
+
+bool SoftwareDrawer::can_draw(const View& view, FrameKind kind) {
+    if (!is_plain(view, kind)) return false;
+    return view.spec->lens.model == LensModel::pinhole || (scene_.has_only_triangles() && lenses_.of(view).has_value());
+}
+
+SceneView SoftwareDrawer::scene_view_of(const View& view, Quality quality) {
+    const CameraSpec& spec = *view.spec;
+    return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
+                           spec.far_m, quality, options_.max_detail_error_px, *lenses_.of(view));
+}
+
+StaticLayer* SoftwareDrawer::layer_of(const View& view) {
+    return layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
+}
+
+KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
+    KindSet wanted;
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+        wanted[k] = view.kinds[k] && can_draw(view, static_cast<FrameKind>(k));
+    work.asked = nullptr;
+    if (!view.only_objects.empty()) return wanted;
+    AskedPictures& asked = asked_[view.camera];
+    if (asked.instant != instant_) asked.before = std::exchange(asked.now, {});
+    if (asked.instant != instant_ || asked.spec_revision != view.spec_revision || asked.pose != view.pose ||
+        asked.quality != view.quality || asked.sequence != view.sequence) {
+        asked.instant = instant_;
+        asked.spec_revision = view.spec_revision;
+        asked.pose = view.pose;
+        asked.quality = view.quality;
+        asked.sequence = view.sequence;
+        asked.frames = {};
+    }
+    asked.now |= wanted;
+    KindSet missing = wanted;
+    for (std::size_t k = 0; k < missing.size(); ++k) missing[k] = missing[k] && asked.frames[k] == nullptr;
+    if ((asked.now | asked.before).count() > 1) work.asked = &asked;
+    if (missing.none() || work.asked == nullptr) return missing;
+    for (std::size_t k = 0; k < missing.size(); ++k)
+        missing[k] =
+            missing[k] || (asked.before[k] && asked.frames[k] == nullptr && can_draw(view, static_cast<FrameKind>(k)));
+    return missing;
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
-    const CameraSpec& spec = *view.spec;
     work.view = &view;
-    work.scene =
-        make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                        spec.far_m, view.quality, options_.max_detail_error_px);
-    work.layer = layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
+    const bool is_shaded = work.kinds[static_cast<std::size_t>(FrameKind::color)];
+    work.scene = scene_view_of(view, is_shaded ? view.quality : Quality::simple);
+    // Chosen objects are another picture than the one that is kept.
+    work.layer = view.only_objects.empty() ? layer_of(view) : nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
@@ -130,13 +196,15 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     for (std::size_t i = 0; i < views.size(); ++i) {
         works_[i].cost_ns = 0;
         const CpuMeter meter(works_[i].cost_ns);
+        works_[i].kinds = kinds_to_draw(*views[i], works_[i]);
+        if (works_[i].kinds.none()) continue;
         prepare(*views[i], works_[i]);
         in_work_.push_back(&works_[i]);
     }
     deform_seen(in_work_);
     const auto threads = static_cast<std::size_t>(team_.size());
-    if (views.size() >= threads) {
-        team_.run(views.size(), [&](int worker, std::size_t i) {
+    if (in_work_.size() >= threads) {
+        team_.run(in_work_.size(), [&](int worker, std::size_t i) {
             ViewWork& work = *in_work_[i];
             const CpuMeter meter(work.cost_ns);
             ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
@@ -146,14 +214,14 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         });
     } else {
         // Fewer views than threads: each in bands of its rows.
-        team_.run(views.size(), [&](int, std::size_t i) {
+        team_.run(in_work_.size(), [&](int, std::size_t i) {
             const CpuMeter meter(in_work_[i]->cost_ns);
             begin_view(*in_work_[i], scratch_[i], team_.size(), monotonic_ns);
         });
         int passes = 0;
         for (const ViewWork* work : in_work_) passes = std::max(passes, passes_of(*work));
         for (int pass = 0; pass < passes; ++pass) {
-            team_.run(views.size() * threads, [&](int, std::size_t i) {
+            team_.run(in_work_.size() * threads, [&](int, std::size_t i) {
                 ViewWork& work = *in_work_[i / threads];
                 if (pass >= passes_of(work)) return;
                 const CpuMeter meter(work.cost_ns);
@@ -162,14 +230,40 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
             });
         }
     }
-    for (ViewWork* work : in_work_) {
-        frames.push_back(std::move(work->frame));
-        cost_ns_.push_back(work->cost_ns);
+    for (const ViewWork* work : in_work_) {
         ++views_;
         views_in_parts_ += work->is_in_parts;
         draws_ += work->draws;
         draws_coarse_ += work->draws_coarse;
         if (work->is_in_parts) layers_.count_reused();
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        give_frames(works_[i], *views[i], frames);
+        cost_ns_.push_back(works_[i].cost_ns);
+    }
+}
+
+void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<FrameRef>& frames) {
+    for (std::size_t k = 0; k < work.kinds.size(); ++k) {
+        FrameRef frame;
+        if (work.kinds[k]) frame = std::move(k == 0 ? work.frame : work.channels[k].frame);
+        if (work.asked != nullptr) {
+            if (frame != nullptr) work.asked->frames[k] = frame;
+            frame = work.asked->frames[k];
+        }
+        if (view.kinds[k] && frame != nullptr) frames.push_back(std::move(frame));
+    }
+}
+
+void SoftwareDrawer::acquire_frames(ViewWork& work, TimeNs monotonic_ns) {
+    const View& view = *work.view;
+    for (int k = 0; k < frame_kind_count; ++k) {
+        const auto kind = static_cast<FrameKind>(k);
+        auto& frame = kind == FrameKind::color ? work.frame : work.channels[static_cast<std::size_t>(k)].frame;
+        frame.reset();
+        if (work.kinds[static_cast<std::size_t>(k)])
+            frame =
+                acquire_frame(*options_.pool, view, kind, format_of(kind), scene_.snapshot()->world_ns, monotonic_ns);
     }
 }
 
@@ -178,23 +272,26 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     const ImageSize size = view.spec->size;
     work.whole = {0, 0, size.width, size.height};
     work.bands_left = bands;
-    work.has_areas = has_areas(view);
     work.is_in_frame = size.width % lane_count == 0;
     scratch.numbers.fit(size);
     scratch.depth.fit(size);
-    if (!work.is_in_frame) scratch.color.fit(size);
-    work.frame = acquire_frame(*options_.pool, view, FrameKind::color, PixelFormat::rgba8, scene_.snapshot()->world_ns,
-                               monotonic_ns);
-    work.canvas = {work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows(), scratch.depth.rows()};
-    work.is_in_parts = work.layer != nullptr && work.layer->number != 0;
+    acquire_frames(work, monotonic_ns);
+    work.has_areas = work.frame != nullptr && has_areas(view);
+    work.canvas = {{}, scratch.depth.rows()};
+    if (work.frame != nullptr) {
+        if (!work.is_in_frame) scratch.color.fit(size);
+        work.canvas.color = work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows();
+    }
+    work.is_in_parts = work.layer != nullptr && has_all_that_is_asked_for(*work.layer, work);
     if (work.is_in_parts) {
         find_changes(work);
     } else {
         work.rects.assign(1, work.whole);
-        work.history->picture.next(view.sequence, 0, {});
+        if (work.frame != nullptr) work.history->picture.next(view.sequence, 0, {});
     }
     add_triangles(work, scratch);
     if (work.has_areas) scratch.areas.begin(size, bands);
+    name_draws(scratch);
     if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
     if (work.layer == nullptr && !work.has_areas) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
@@ -205,15 +302,22 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
     const FrameHistory& history = *work.history;
     work.rects.swap(work.movers.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
+    const auto stale = [&](const Frame& frame) {
+        const std::uint64_t held = frame.held_before();
+        const auto& frames = history.kinds[static_cast<std::size_t>(frame.info().kind)].frames;
+        const auto found = std::ranges::find_if(frames, [&](const ShownFrame& shown) {
+            return held != 0 && shown.mark == held && shown.layer == layer.number;
+        });
+        return found == frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
+    };
+    for (ChannelFrame& channel : work.channels)
+        if (channel.frame != nullptr) channel.stale = stale(*channel.frame);
+    if (work.frame == nullptr) return;
+    work.stale = stale(*work.frame);
     ChangedRows rows;
     for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
     const auto change = work.history->picture.next(work.view->sequence, layer.number, rows);
     if (change.same_as >= 0) work.frame->mark_changes(change.same_as, change.rows);
-    const std::uint64_t held = work.frame->held_before();
-    const auto found = std::ranges::find_if(history.frames, [&](const ShownFrame& shown) {
-        return held != 0 && shown.mark == held && shown.layer == layer.number;
-    });
-    work.stale = found == history.frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
 }
 
 void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
@@ -227,7 +331,10 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.geometry.begin_view(work.scene, options_.wide_lanes, work.has_areas);
     scratch.opaque.clear();
     scratch.blending.clear();
-    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, &scratch.blending);
+    const bool is_shaded = work.frame != nullptr;
+    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
+    keep_only(work.view->only_objects, scratch.opaque);
+    keep_only(work.view->only_objects, work.movers.opaque);
     if (work.is_in_parts)
         std::erase_if(scratch.blending, [&](const SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
     for (const SeenSurface& seen : scratch.opaque) add(seen);
@@ -237,15 +344,25 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.blended_statics.clear();
     for (const SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
     scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
-    for (const SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
+    if (is_shaded) {
+        for (const SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
+    }
     sort_far_to_near(scratch.blended_statics);
     sort_far_to_near(scratch.blended);
 }
 
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
-    const std::int64_t bytes = ((has_blended ? 3 : 2) + work.has_areas) * Plane<float>::bytes_for(size);
     StaticLayer& layer = *work.layer;
+    const bool is_shaded = work.frame != nullptr && !layer.color, is_new = layer.number == 0;
+    const bool is_blended = is_shaded && has_blended, has_steps = is_shaded && work.has_areas;
+    const auto is_missing = [&](FrameKind kind) {
+        const auto k = static_cast<std::size_t>(kind);
+        return work.channels[k].frame != nullptr && !layer.channels[k];
+    };
+    std::int64_t bytes = (is_new + is_shaded + is_blended + has_steps) * Plane<float>::bytes_for(size);
+    for (const FrameKind kind : channel_kinds)
+        if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {
         const std::lock_guard lock(layers_mutex_);
         if (!layers_.make_room(bytes)) {
@@ -253,18 +370,26 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
             return;
         }
         layers_.charge(layer, bytes);
-        layers_.count_kept();
-        layer.number = ++layer_number_;
+        if (is_new) {
+            layers_.count_kept();
+            layer.number = ++layer_number_;
+        }
     }
-    layer.color = Plane<std::uint32_t>(size);
-    layer.depth = Plane<float>(size);
-    if (has_blended) layer.finished = Plane<std::uint32_t>(size);
-    if (work.has_areas) layer.areas.steps = Plane<std::uint32_t>(size);
+    if (is_new) layer.depth = Plane<float>(size);
+    if (is_shaded) layer.color = Plane<std::uint32_t>(size);
+    if (is_blended) layer.finished = Plane<std::uint32_t>(size);
+    if (has_steps) layer.areas.steps = Plane<std::uint32_t>(size);
+    for (const FrameKind kind : channel_kinds)
+        if (is_missing(kind))
+            layer.channels[static_cast<std::size_t>(kind)] = Plane<std::uint32_t>(words_of(kind, size));
 }
 
 void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
-    scratch.areas.gather(work.layer->areas.pixels);
-    const std::int64_t bytes = work.layer->areas.pixels.bytes();
+    // Where other kinds were missing they are made anew, as they were.
+    StaticPixels& pixels = work.layer->areas.pixels;
+    const std::int64_t before = pixels.bytes();
+    scratch.areas.gather(pixels);
+    const std::int64_t bytes = pixels.bytes() - before;
     const std::lock_guard lock(layers_mutex_);
     // In use it is never freed for another: a picture's edges are a part of its memory that is known only now.
     const bool has_room = layers_.make_room(bytes);
@@ -278,23 +403,30 @@ void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
 void SoftwareDrawer::end_band(ViewWork& work, const ViewScratch& scratch) {
     if (--work.bands_left > 0) return;
     if (work.has_areas && work.layer != nullptr && !work.is_in_parts) keep_areas(work, scratch);
-    const View& view = *work.view;
-    finish_color(view, *work.frame);
-    FrameHistory& history = *work.history;
-    history.last = (history.last + 1) % history.frames.size();
-    ShownFrame& shown = history.frames[history.last];
-    shown.mark = 0;
-    shown.layer = work.is_in_parts ? work.layer->number : 0;
-    shown.rects.clear();
-    if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
+    const auto note = [&](Frame& frame, bool is_as_drawn) {
+        FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
+        history.last = (history.last + 1) % history.frames.size();
+        ShownFrame& shown = history.frames[history.last];
+        shown.mark = 0;
+        shown.layer = work.is_in_parts ? work.layer->number : 0;
+        shown.rects.clear();
+        if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
+        if (!work.is_in_parts || !is_as_drawn) return;
+        shown.mark = next_mark();
+        frame.mark_content(shown.mark);
+    };
+    for (const ChannelFrame& channel : work.channels)
+        if (channel.frame != nullptr) note(*channel.frame, true);
+    if (work.frame == nullptr) return;
+    finish_color(*work.view, *work.frame);
     // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    if (!work.is_in_parts || !changes_nothing(view.spec->controls)) return;
-    shown.mark = next_mark();
-    work.frame->mark_content(shown.mark);
+    note(*work.frame, changes_nothing(work.view->spec->controls));
 }
 
 void SoftwareDrawer::forget(CameraId camera) {
     histories_.erase(camera);
+    asked_.erase(camera);
+    lenses_.forget(camera);
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};

@@ -9,17 +9,21 @@
 #include "core/frame/frame_pool.h"
 #include "core/render/layer_table.h"
 #include "core/render/renderer.h"
+#include "core/render/software/lens_views.h"
 #include "core/render/software/thread_team.h"
 #include "core/render/software/view_work.h"
 
 namespace camrig {
 
-/// Colour pictures by camrig's own rasteriser: no GL, several views at once. Qualities fast and simple, triangles, no
-/// lens but the pinhole, one sample a pixel: what most cameras of a rig are. Whoever asks draws other views elsewhere.
+/// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
+/// go. Colour in qualities fast and simple: through any lens with one sample a pixel, and of pinhole views by areas
+/// too. The other kinds of pinhole views, whatever colour takes. That is what most cameras of a rig are; whoever asks
+/// draws others elsewhere.
 ///
 /// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
-/// picture with what is blended over them. Each instant only the rectangles that movers touch are put back and drawn.
-/// The bytes are those of a full draw, because a pixel follows from its triangle alone (rasterizer.h).
+/// picture with what is blended over them; ids, classes and normals once they were asked for. Each instant only the
+/// rectangles that movers touch are put back and drawn. The bytes are those of a full draw, because a pixel follows
+/// from its triangle alone (rasterizer.h).
 class SoftwareDrawer {
 public:
     struct Options {
@@ -33,15 +37,18 @@ public:
     explicit SoftwareDrawer(const Options& options);
 
     void begin_instant(const SnapshotRef& snapshot);
-    /// Whether the colour picture of such a view can be drawn here, if the world has nothing but triangles.
-    static bool is_plain(const View& view);
-    /// Whether its pixels show the areas of surfaces, if it is drawn here; else what is at their middles.
+    /// Whether such a picture of the view can be drawn here.
+    static bool is_plain(const View& view, FrameKind kind = FrameKind::color);
+    /// Whether pixels of its colour picture show the areas of surfaces, if it is drawn here; else what is at their
+    /// middles.
     static bool has_areas(const View& view);
     const SnapshotRef& snapshot() const { return scene_.snapshot(); }
-    /// Whether the colour picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view) const { return is_plain(view) && scene_.has_only_triangles(); }
-    /// Appends the colour frames of the views, in their order.
+    /// Whether such a picture of a view of the present instant can be drawn here.
+    bool can_draw(const View& view, FrameKind kind = FrameKind::color);
+    /// Appends the frames of the views that are wanted and can be drawn here, in the order of views and kinds.
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
+    /// Which pixels each of these objects would show in the instance picture of the view if nothing else were there.
+    std::vector<Silhouette> silhouettes(const View& view, std::span<const ObjectId> objects);
     /// CPU time that each view of the last draw() took by itself.
     std::span<const TimeNs> cost_ns() const { return cost_ns_; }
     void forget(CameraId camera);
@@ -58,15 +65,22 @@ private:
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
     void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
-    /// The view has a layer: where its picture differs from the last one, and where from what the frame's memory holds,
-    /// which may be an earlier picture of the camera.
+    /// Notes what is asked for, and says what is to be drawn for it.
+    KindSet kinds_to_draw(const View& view, ViewWork& work);
+    SceneView scene_view_of(const View& view, Quality quality);
+    StaticLayer* layer_of(const View& view);
+    void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
+    /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
+    /// holds, which may be earlier pictures of the camera.
     static void find_changes(ViewWork& work);
     void add_triangles(ViewWork& work, ViewScratch& scratch);
+    /// Those that were asked for; what was drawn beside them is kept.
+    static void give_frames(ViewWork& work, const View& view, std::vector<FrameRef>& frames);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
     void make_layer(ViewWork& work, bool has_blended);
     /// The layer's part whose size only the picture tells; without room for it the layer is given up.
     void keep_areas(ViewWork& work, const ViewScratch& scratch);
-    /// A band is drawn: with the last one the frame is finished, and noted for the frames that follow.
+    /// A band is drawn: with the last one the frames are finished, and noted for those that follow.
     void end_band(ViewWork& work, const ViewScratch& scratch);
 
     Options options_;
@@ -78,6 +92,9 @@ private:
     LayerTable<StaticLayer> layers_;
     std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
+    std::uint64_t instant_ = 0;
+    std::map<CameraId, AskedPictures> asked_;
+    LensViews lenses_;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
     std::vector<TimeNs> cost_ns_;

@@ -14,6 +14,7 @@ namespace camrig {
 /// not set.
 struct SurfacePoints {
     Lanes z;
+    Lanes3 position;             ///< local; through a lens only, where lights are near
     Lanes3 normal;               ///< local, towards the seen side
     std::array<Lanes, 4> color;  ///< of the vertices
     /// Coordinates, and the square of the longer of their steps to the next pixel and row, in texels of the full size.
@@ -23,6 +24,15 @@ struct SurfacePoints {
     Lanes3 light;    ///< quality fast
     Lanes3 ambient;  ///< quality fast
 };
+
+/// Which draw each triangle is of; numbers from 1, where 0 gives any.
+template <typename Isa>
+CAMRIG_LANES IntLanes draws_of(const ScreenTriangle* triangles, IntLanes number) {
+    static_assert(sizeof(ScreenTriangle) == 32);
+    constexpr std::int32_t bits_of_draw = max_draws;
+    const IntLanes index = number > 0 ? number - 1 : IntLanes{};
+    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & bits_of_draw;
+}
 
 /// A corner of a triangle of a draw.
 struct Corner {
@@ -116,7 +126,6 @@ public:
         const IntLanes index = numbers - 1;
         inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 4);
         front_ = gathered<Isa>(words + 3, index * 8) < 0;  // is_front is the highest bit
-        IntLanes clipped{};
         for (std::size_t i = 0; i < 3; ++i) {
             const IntLanes vertex = gathered<Isa>(words + i, index * 8);
             const ScreenVertex* const vertices = geometry.vertices().data();
@@ -124,9 +133,10 @@ public:
             y_[i] = gathered<Isa>(&vertices->y, vertex * 4);
             inverse_z_[i] = gathered<Isa>(&vertices->inverse_z, vertex * 4);
             vertex_[i] = vertex - static_cast<std::int32_t>(draw.first_vertex);
-            clipped |= vertex_[i] >= static_cast<std::int32_t>(draw.vertex_count);
+            const unsigned clipped = Isa::bits(vertex_[i] >= static_cast<std::int32_t>(draw.vertex_count));
+            has_clipped_[i] = clipped != 0;
+            all_clipped_[i] = clipped == 0xFF;
         }
-        has_clipped_ = Isa::bits(clipped) != 0;
     }
 
     /// As OneTriangle::shares; coordinates are below 2^24, so these doubles are whole numbers too.
@@ -144,11 +154,24 @@ public:
     CAMRIG_LANES std::array<Lanes, size> values(std::size_t corner, const CornerAttribute& attribute) const {
         std::array<Lanes, size> made;
         const IntLanes vertex = vertex_[corner];
-        if (has_clipped_) [[unlikely]] {
-            for (int k = 0; k < lane_count; ++k) {
-                const auto of = static_cast<std::uint32_t>(vertex[k]) + draw_.first_vertex;
-                const float* const from = values_at(corner_of(geometry_, draw_, of), attribute);
-                for (std::size_t i = 0; i < size; ++i) made[i][k] = from[i];
+        if (has_clipped_[corner]) {
+            // Two places, of which each lane takes one.
+            const auto count = static_cast<std::int32_t>(draw_.vertex_count);
+            const IntLanes is_clipped = vertex >= count;
+            const IntLanes of_mesh = is_clipped ? IntLanes{} : vertex,
+                           of_clipped = is_clipped ? vertex - count : IntLanes{};
+            constexpr auto stride = static_cast<std::int32_t>(sizeof(VertexValues) / sizeof(float));
+            const auto* const first = reinterpret_cast<const float*>(
+                reinterpret_cast<const std::byte*>(geometry_.clipped().data() + draw_.first_clipped) +
+                attribute.of_clipped);
+            const bool is_all_clipped = all_clipped_[corner];
+            for (std::size_t i = 0; i < size; ++i) {
+                const Lanes clipped = gathered<Isa>(first + i, of_clipped * stride);
+                if (is_all_clipped) {
+                    made[i] = clipped;
+                } else {
+                    made[i] = is_clipped ? clipped : gathered<Isa>(attribute.of_mesh + i, of_mesh * attribute.stride);
+                }
             }
         } else {
             for (std::size_t i = 0; i < size; ++i)
@@ -188,7 +211,7 @@ protected:
     IntLanes front_;
     std::array<IntLanes, 3> vertex_, x_, y_;  ///< vertex: of the draw
     std::array<Lanes, 3> inverse_z_;
-    bool has_clipped_;
+    std::array<bool, 3> has_clipped_, all_clipped_;
 };
 
 /// Triangles of one draw at places of their own, in subpixels.
@@ -278,6 +301,8 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
     } else if (draw.primitive->is_lit) {
         const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
         points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
+        if (geometry.lens() != nullptr && !draw.lights->local.empty())
+            points.position = vector({&draw.positions->x, 3, offsetof(VertexValues, local)});
     }
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
         if (draw.textures[slot] == nullptr) continue;

@@ -1,30 +1,27 @@
 #include "core/render/software/view_rows.h"
 
-#include <algorithm>
-
 #include "core/render/software/area_rows.h"
+#include "core/render/software/channels.h"
+#include "core/render/software/rows.h"
 
 namespace camrig {
 namespace {
-
-template <typename T>
-void fill(Rows<T> rows, const PixelRect& rect, T value) {
-    for (int y = rect.y0; y < rect.y1; ++y) std::fill_n(rows(y) + rect.x0, rect.width(), value);
-}
 
 std::uint32_t pixel_of(const glm::vec3& linear) {
     return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
            0xFFu << 24;
 }
 
-void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, const ViewWork& work, const PixelRect& band) {
+void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band) {
     if (triangles.count == 0 || work.rects.empty()) return;
     const PixelRect hull = common(hull_of(work.rects), band);
     if (hull.height() <= 0) return;
     // What is in the range lies in the rectangles: once for all of them.
     find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
-    for (const PixelRect& rect : work.rects)
+    for (const PixelRect& rect : work.rects) {
+        describe_visible(scratch, common(rect, band), work);
         shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers);
+    }
 }
 
 void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
@@ -35,19 +32,17 @@ void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, c
     }
 }
 
+/// What sees nothing is black whatever the background, and nothing comes before it.
+void cover_blind(const LensView& lens, const Canvas& canvas, const PixelRect& band) {
+    constexpr std::uint32_t black = 0xFFu << 24;
+    const auto first = std::ranges::lower_bound(lens.blind(), band.y0, {}, &LensView::BlindRun::y);
+    for (auto run = first; run != lens.blind().end() && run->y < band.y1; ++run) {
+        std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
+        std::fill_n(canvas.depth(run->y) + run->x0, run->x1 - run->x0, blind_depth);
+    }
+}
+
 }  // namespace
-
-PixelRect common(const PixelRect& a, const PixelRect& b) {
-    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
-}
-
-PixelRect hull_of(std::span<const PixelRect> rects) {
-    PixelRect hull = rects.front();
-    for (const PixelRect& rect : rects)
-        hull = {std::min(hull.x0, rect.x0), std::min(hull.y0, rect.y0), std::max(hull.x1, rect.x1),
-                std::max(hull.y1, rect.y1)};
-    return hull;
-}
 
 void put_back(ViewWork& work, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
@@ -61,9 +56,11 @@ void put_back(ViewWork& work, const PixelRect& band) {
 }
 
 void draw_background(ViewWork& work, const PixelRect& band) {
+    const Canvas& canvas = work.canvas;
     const Environment& environment = work.scene.scene->environment();
-    fill(work.canvas.color, band, pixel_of(environment.background * environment.exposure));
-    fill(work.canvas.depth, band, 0.0f);
+    fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
+    fill(canvas.depth, band, 0.0f);
+    if (work.scene.lens != nullptr) cover_blind(*work.scene.lens, canvas, band);
 }
 
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
@@ -71,6 +68,7 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
     copy(canvas.color, layer.color.rows(), band);
     copy(canvas.depth, layer.depth.rows(), band);
+    keep_channels(work, band);
     if (!layer.finished) return;
     draw_blended(scratch, scratch.blended_statics, work, band);
     copy(canvas.color, layer.finished.rows(), band);
@@ -99,7 +97,8 @@ int passes_of(const ViewWork& work) {
 void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int bands) {
     const PixelRect band = band_of(work, number, bands);
     if (work.has_areas) return draw_area_rows(work, scratch, pass, number, band);
-    if (pass > 0) return;
+    if (work.frame == nullptr) return draw_channel_rows(work, scratch, band);
+    begin_channels(work, band);
     if (work.is_in_parts) {
         put_back(work, band);
     } else {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstring>
-
 #include "core/render/software/view_work.h"
 
 /// The pixels of a view that is ready to be drawn (SoftwareDrawer::begin_view).
@@ -23,15 +21,5 @@ void draw_background(ViewWork& work, const PixelRect& band);
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
 /// All that is opaque is drawn: the rest.
 void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
-
-/// May be of less than no height.
-PixelRect common(const PixelRect& a, const PixelRect& b);
-PixelRect hull_of(std::span<const PixelRect> rects);
-template <typename T>
-void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
-    if (rect.width() <= 0) return;
-    const auto bytes = static_cast<std::size_t>(rect.width()) * sizeof(T);
-    for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
-}
 
 }  // namespace camrig

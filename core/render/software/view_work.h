@@ -2,6 +2,8 @@
 
 #include <array>
 #include <atomic>
+#include <bitset>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -16,11 +18,14 @@ namespace camrig {
 
 /// What is kept of a camera that stands still.
 struct StaticLayer {
-    Plane<std::uint32_t> color;
     Plane<float> depth;
+    Plane<std::uint32_t> color;     ///< empty: nobody asked for colour yet
     Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
-    StaticAreas areas;              ///< of pictures of exact areas
-    std::uint64_t number = 0;       ///< no two that were ever kept have the same; 0: nothing is kept yet
+    StaticAreas areas;              ///< of pictures of exact areas, with `color`
+    /// By kind, as their frames are; empty: nobody asked for it yet.
+    std::array<Plane<std::uint32_t>, frame_kind_count> channels;
+    std::map<ObjectId, Silhouette> silhouettes;  ///< of static objects whose were asked for
+    std::uint64_t number = 0;                    ///< no two that were ever kept have the same; 0: nothing is kept yet
 };
 
 /// What a frame showed: a layer, and other things in some rectangles.
@@ -30,15 +35,41 @@ struct ShownFrame {
     std::vector<PixelRect> rects;
 };
 
-/// The last frames of a camera, in a ring.
+/// The last frames of a camera: of each kind, in a ring.
 struct FrameHistory {
-    std::array<ShownFrame, 8> frames;
-    std::size_t last = 0;
-    ShownPicture picture;
+    struct OfKind {
+        std::array<ShownFrame, 8> frames;
+        std::size_t last = 0;
+    };
+    std::array<OfKind, frame_kind_count> kinds;
+    ShownPicture picture;  ///< of colour
+};
+
+/// Some FrameKinds, by number.
+using KindSet = std::bitset<frame_kind_count>;
+
+/// What was asked for of a camera in one instant, call after call. Who took several kinds of the last picture will take
+/// them of this one: they are drawn with the first of them, and kept until the next instant.
+struct AskedPictures {
+    std::uint64_t instant = 0;
+    std::uint64_t spec_revision = 0;  ///< this, pose, quality and sequence: of what `frames` show
+    Pose pose;
+    Quality quality = Quality::simple;
+    std::int64_t sequence = -1;
+    KindSet before, now;
+    std::array<FrameRef, frame_kind_count> frames;
+};
+
+/// A picture of a view that is no colour (channels.h).
+struct ChannelFrame {
+    std::shared_ptr<Frame> frame;      ///< null: not wanted
+    std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
 };
 
 struct ViewWork {
     const View* view = nullptr;
+    KindSet kinds;                   ///< that are drawn
+    AskedPictures* asked = nullptr;  ///< null: what is drawn is not kept
     SceneView scene;
     StaticLayer* layer = nullptr;
     FrameHistory* history = nullptr;
@@ -47,7 +78,8 @@ struct ViewWork {
     std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
     std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
     std::atomic<int> bands_left = 0;
-    std::shared_ptr<Frame> frame;
+    std::shared_ptr<Frame> frame;                         ///< of colour; null: not wanted
+    std::array<ChannelFrame, frame_kind_count> channels;  ///< by kind
     Canvas canvas;
     bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
@@ -63,9 +95,10 @@ struct TriangleRange {
 /// What it takes to draw a view.
 struct ViewScratch {
     ViewGeometry geometry;
-    TriangleRange statics, movers;                   ///< opaque
-    std::vector<ViewDraw> blended_statics, blended;  ///< from far to near; the second with the first
-    std::vector<SeenSurface> opaque, blending;       ///< static ones, as they are seen
+    TriangleRange statics, movers;                             ///< opaque
+    std::vector<ViewDraw> blended_statics, blended;            ///< from far to near; the second with the first
+    std::vector<SeenSurface> opaque, blending;                 ///< static ones, as they are seen
+    std::vector<std::int32_t> ids_of_draws, classes_of_draws;  ///< by draw, for channels
     TriangleNumbers numbers;
     Plane<float> depth;
     AreaScratch areas;

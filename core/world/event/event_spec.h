@@ -89,10 +89,12 @@ struct EnvironmentAction {
 };
 struct CameraAction {
     std::string camera;
-    Pose pose;
+    std::optional<Pose> pose;
+    std::optional<double> vfov_rad;
+    TimeNs duration_ns = 0;
 };
 struct UserAction {
-    std::string data;  ///< JSON text
+    std::string data = "null";  ///< JSON text
 };
 using Action = std::variant<BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction,
                             PutDownAction, LightAction, EnvironmentAction, CameraAction, UserAction>;

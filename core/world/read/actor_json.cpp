@@ -1,9 +1,7 @@
 #include "core/world/read/actor_json.h"
 
-#include <cmath>
-
 #include "core/world/read/behaviour_json.h"
-#include "core/world/read/json_parts.h"
+#include "core/world/read/world_fields.h"
 #include "core/world/turn.h"
 
 namespace camrig {
@@ -12,106 +10,171 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double max_scale = 1e6;
+template <auto member>
+auto behaviour_at(std::string fallback = {}) {
+    return nested_at<member>({.name = "behaviour",
+                              .doc = "see behaviours",
+                              .fallback = std::move(fallback),
+                              .shape = "Behaviour",
+                              .schema = R"({"$ref": "#/$defs/behaviour"})"},
+                             read_behaviour);
+}
 
-template <typename Behaviour>
-void read_behaviour_key(JsonReader& reader, Behaviour& out) {
-    const json* value = reader.find("behaviour");
-    if (!value) return;
-    auto behaviour = read_behaviour(*value, reader.path_of("behaviour"));
-    if (behaviour)
-        out = std::move(*behaviour);
-    else
-        reader.fail(behaviour.error());
+template <auto member>
+auto attachment_at() {
+    auto entry = field_at<member>({.name = "attach",
+                                   .doc = "hangs it on a node of another actor: {actor, node, position, yaw_deg or "
+                                          "orientation}",
+                                   .shape = "Attachment",
+                                   .schema = R"({"$ref": "#/$defs/attachment"})"});
+    // It takes the place of the one before.
+    entry.read = [field = entry.field](JsonReader& reader, auto& changes) {
+        if (auto attachment = read_object<Attachment>(reader, field))
+            changes.change([made = std::move(*attachment)](auto& target) { target.*member = made; });
+    };
+    return entry;
+}
+
+/// A vector that is told and never taken.
+template <auto member>
+FieldOf<ActorReport> told_vector(Field field) {
+    field.type = "[x, y, z]";
+    return {.field = std::move(field), .write = [](const ActorReport& actor) {
+                const glm::dvec3& v = actor.*member;
+                return json{v.x, v.y, v.z};
+            }};
 }
 
 }  // namespace
 
+FieldTable<Attachment> fields_of(std::type_identity<Attachment>) {
+    static const std::vector<FieldOf<Attachment>> table = [] {
+        std::vector<FieldOf<Attachment>> made{
+            name_at<&Attachment::actor>({.name = "actor", .doc = "that carries it", .required = true}),
+            field_at<&Attachment::node>({.name = "node", .doc = "of its model; none: its origin", .fallback = "none"}),
+            vector_at<&Attachment::position>({.name = "position", .doc = "from there", .fallback = "[0, 0, 0]"})};
+        add_orientation<&Attachment::orientation>(made, "turn about z of the node");
+        return made;
+    }();
+    return table;
+}
+
+FieldTable<ActorSpec> fields_of(std::type_identity<ActorSpec>) {
+    static const std::vector<FieldOf<ActorSpec>> table = [] {
+        std::vector<FieldOf<ActorSpec>> made{
+            name_at<&ActorSpec::name>(
+                {.name = "name", .doc = "unique among objects and actors; its name in ground truth", .required = true}),
+            field_at<&ActorSpec::model>({.name = "model", .doc = "a name of `models` of the scene", .required = true}),
+            name_at<&ActorSpec::object_class>(
+                {.name = "class", .doc = "what ground truth calls it, as `person`", .fallback = "object"}),
+            vector_at<&ActorSpec::position>({.name = "position",
+                                             .doc = "of its origin; where a route does not place it",
+                                             .fallback = "[0, 0, 0]"})};
+        add_orientation<&ActorSpec::orientation>(made,
+                                                 "where its front looks, counter-clockwise from +x; or orientation");
+        made.push_back(field_at<&ActorSpec::scale>({.name = "scale", .doc = "of the model", .range = {1e-6, 1e6}}));
+        made.push_back(field_at<&ActorSpec::radius_m>({.name = "radius_m",
+                                                       .doc = "of its body, for those who walk round it",
+                                                       .unit = "m",
+                                                       .fallback = "0.28 for class person, else 0",
+                                                       .range = {0.0, 100.0}}));
+        made.push_back(attachment_at<&ActorSpec::attach>());
+        made.push_back(behaviour_at<&ActorSpec::behaviour>(R"({"type": "stand"})"));
+        return made;
+    }();
+    return table;
+}
+
+FieldTable<ActorPatch> fields_of(std::type_identity<ActorPatch>) {
+    static const std::vector<FieldOf<ActorPatch>> table = [] {
+        std::vector<FieldOf<ActorPatch>> made{
+            name_at<&ActorPatch::name>({.name = "name", .doc = "name of the actor", .required = true}),
+            vector_at<&ActorPatch::position>({.name = "position", .doc = "of its origin"})};
+        add_orientation<&ActorPatch::orientation>(made,
+                                                  "where its front looks, counter-clockwise from +x; or orientation");
+        made.push_back(behaviour_at<&ActorPatch::behaviour>());
+        made.push_back(attachment_at<&ActorPatch::attach>());
+        made.push_back(field_at<&ActorPatch::detach>({.name = "detach", .doc = "no longer hangs on anything"}));
+        made.push_back(field_at<&ActorPatch::play>(
+            {.name = "play", .doc = "a clip over the one of the behaviour; empty: no longer"}));
+        made.push_back(
+            field_at<&ActorPatch::play_speed>({.name = "play_speed", .doc = "of that clip", .range = {0.0, 100.0}}));
+        return made;
+    }();
+    return table;
+}
+
+FieldTable<SteerSpec> fields_of(std::type_identity<SteerSpec>) {
+    static const std::vector<FieldOf<SteerSpec>> table{
+        name_at<&SteerSpec::name>({.name = "name", .doc = "name of the actor", .required = true}),
+        vector_at<&SteerSpec::velocity>({.name = "velocity", .doc = "held until it is told another", .unit = "m/s"}),
+        vector_at<&SteerSpec::position>({.name = "position", .doc = "instead of a velocity: reached after `seconds`"}),
+        seconds_at<&SteerSpec::over_ns>({.name = "seconds", .fallback = "0: at once", .range = {0.0, 3600.0}}),
+        degrees_at<&SteerSpec::yaw_rad>(
+            {.name = "yaw_deg", .doc = "where its front looks", .fallback = "the way it moves"}),
+        field_at<&SteerSpec::clip>({.name = "clip", .doc = "that it plays", .fallback = "as it is"})};
+    return table;
+}
+
+FieldTable<ActorReport> fields_of(std::type_identity<ActorReport>) {
+    using Report = ActorReport;
+    static const std::vector<FieldOf<Report>> table{
+        told_at<&Report::name>({.name = "name", .doc = "its name"}),
+        told_at<&Report::id>({.name = "id", .doc = "its identity in ground truth, in all cameras"}),
+        told_at<&Report::object_class>({.name = "class", .doc = "what ground truth calls it"}),
+        told_at<&Report::model>({.name = "model", .doc = "of the scene"}),
+        told_at<&Report::scale>({.name = "scale", .doc = "of the model"}),
+        told_vector<&Report::position>(
+            {.name = "position", .doc = "of its origin, at the world's last step", .unit = "m"}),
+        {.field = {.name = "orientation", .type = "[x, y, z, w]", .doc = "of the actor: its front is +x"},
+         .write =
+             [](const Report& actor) {
+                 const glm::dquat& q = actor.orientation;
+                 return json{q.x, q.y, q.z, q.w};
+             }},
+        {.field =
+             {.name = "yaw_deg", .type = "number", .doc = "of its front, counter-clockwise from +x", .unit = "deg"},
+         .write = [](const Report& actor) { return json(glm::degrees(yaw_of(actor.orientation))); }},
+        told_vector<&Report::velocity>({.name = "velocity", .doc = "over the last step", .unit = "m/s"}),
+        told_at<&Report::behaviour>({.name = "behaviour", .doc = "type of its behaviour"}),
+        told_at<&Report::arrived>({.name = "arrived", .doc = "whether it has done what its behaviour is to do"}),
+        told_at<&Report::clip>({.name = "clip", .doc = "the clip it plays; empty: none"}),
+        told_at<&Report::attached_to>({.name = "attached_to", .doc = "the actor that it hangs on; empty: none"})};
+    return table;
+}
+
 void read_attachment(JsonReader& reader, std::string_view key, std::optional<Attachment>& out) {
-    const json* value = reader.find(key);
-    if (!value) return;
-    JsonReader nested(*value, reader.path_of(key));
-    Attachment attachment;
-    required_name(nested, "actor", attachment.actor);
-    nested.optional("node", attachment.node);
-    read_vector(nested, "position", attachment.position);
-    read_orientation(nested, attachment.orientation);
-    if (auto done = nested.finish(); !done) return reader.fail(done.error());
-    out = std::move(attachment);
+    if (auto attachment = read_object<Attachment>(reader, {.name = std::string(key)})) out = std::move(*attachment);
 }
 
 Result<ActorSpec> read_actor(JsonReader& reader) {
-    ActorSpec actor;
-    required_name(reader, "name", actor.name);
-    reader.required("model", actor.model);
-    optional_name(reader, "class", actor.object_class);
-    bool placed = read_vector(reader, "position", actor.position);
-    placed = read_orientation(reader, actor.orientation) || placed;
-    optional_in_range(reader, "scale", actor.scale, 1e-6, max_scale);
-    if (reader.has("radius_m")) optional_in_range(reader, "radius_m", actor.radius_m.emplace(), 0.0, 100.0);
-    read_attachment(reader, "attach", actor.attach);
-    read_behaviour_key(reader, actor.behaviour);
-    if (placed && places_actor(actor.behaviour))
-        reader.fail("position", "its route places this actor; leave position and orientation out");
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return actor;
+    return read_all<ActorSpec>(
+        fields_of(std::type_identity<ActorSpec>{}), reader, [](const ActorSpec& actor, JsonReader& keys) {
+            const bool is_placed = keys.has("position") || keys.has("yaw_deg") || keys.has("orientation");
+            if (is_placed && places_actor(actor.behaviour))
+                keys.fail("position", "its route places this actor; leave position and orientation out");
+        });
 }
 
 Result<ActorPatch> read_actor_patch(JsonReader& reader) {
-    ActorPatch patch;
-    required_name(reader, "name", patch.name);
-    glm::dvec3 position(0.0);
-    glm::dquat orientation(1.0, 0.0, 0.0, 0.0);
-    if (read_vector(reader, "position", position)) patch.position = position;
-    if (read_orientation(reader, orientation)) patch.orientation = orientation;
-    read_behaviour_key(reader, patch.behaviour);
-    read_attachment(reader, "attach", patch.attach);
-    reader.optional("detach", patch.detach);
-    if (patch.attach && patch.detach) reader.fail("detach", "give either attach or detach");
-    reader.optional("play", patch.play);
-    optional_in_range(reader, "play_speed", patch.play_speed, 0.0, 100.0);
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return patch;
+    return read_all<ActorPatch>(fields_of(std::type_identity<ActorPatch>{}), reader,
+                                [](const ActorPatch& patch, JsonReader& keys) {
+                                    if (patch.attach && patch.detach)
+                                        keys.fail("detach", "give either attach or detach");
+                                });
 }
 
 Result<SteerSpec> read_steer(const json& value, std::string path) {
     JsonReader reader(value, std::move(path));
-    SteerSpec steer;
-    required_name(reader, "name", steer.name);
-    glm::dvec3 vector(0.0);
-    if (read_vector(reader, "velocity", vector)) {
-        steer.velocity = vector;
-        if (glm::length(vector) > max_speed_m_s) reader.fail("velocity", "expected at most 1000 m/s");
-    }
-    if (read_vector(reader, "position", vector)) steer.position = vector;
-    if (steer.velocity && steer.position) reader.fail("position", "give either velocity or position");
-    double over_s = 0.0;
-    optional_in_range(reader, "seconds", over_s, 0.0, 3600.0);
-    if (reader.has("seconds") && !steer.position) reader.fail("seconds", "belongs to a position");
-    if (reader.ok()) steer.over_ns = std::llround(over_s * 1e9);
-    std::optional<double> yaw_deg;
-    reader.optional("yaw_deg", yaw_deg);
-    if (yaw_deg) steer.yaw_rad = glm::radians(*yaw_deg);
-    reader.optional("clip", steer.clip);
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return steer;
-}
-
-json actor_to_json(const ActorReport& actor) {
-    const glm::dquat& q = actor.orientation;
-    return {{"name", actor.name},
-            {"id", actor.id},
-            {"class", actor.object_class},
-            {"model", actor.model},
-            {"scale", actor.scale},
-            {"position", {actor.position.x, actor.position.y, actor.position.z}},
-            {"orientation", {q.x, q.y, q.z, q.w}},
-            {"yaw_deg", glm::degrees(yaw_of(actor.orientation))},
-            {"velocity", {actor.velocity.x, actor.velocity.y, actor.velocity.z}},
-            {"behaviour", actor.behaviour},
-            {"arrived", actor.arrived},
-            {"clip", actor.clip},
-            {"attached_to", actor.attached_to}};
+    return read_all<SteerSpec>(fields_of(std::type_identity<SteerSpec>{}), reader,
+                               [](const SteerSpec& steer, JsonReader& keys) {
+                                   if (steer.velocity && glm::length(*steer.velocity) > max_speed_m_s)
+                                       keys.fail("velocity", "expected at most 1000 m/s");
+                                   if (steer.velocity && steer.position)
+                                       keys.fail("position", "give either velocity or position");
+                                   if (keys.has("seconds") && !steer.position)
+                                       keys.fail("seconds", "belongs to a position");
+                               });
 }
 
 }  // namespace camrig

@@ -1,193 +1,225 @@
 #include "core/world/read/behaviour_json.h"
 
-#include <cmath>
-
-#include "core/world/read/json_parts.h"
+#include "core/world/read/world_fields.h"
 
 namespace camrig {
 
 using nlohmann::json;
 
+std::span<const Named<RouteBehaviour::Mode>> names_of(std::type_identity<RouteBehaviour::Mode>) {
+    using Mode = RouteBehaviour::Mode;
+    static constexpr Named<Mode> names[] = {{Mode::loop, "loop"}, {Mode::ping_pong, "ping_pong"}, {Mode::once, "once"}};
+    return names;
+}
+
 namespace {
 
-constexpr double max_seconds = 1e9;
-
-WalkManner read_manner(JsonReader& reader, double default_speed_m_s) {
-    WalkManner walk;
-    walk.speed_m_s = default_speed_m_s;
-    reader.optional("area", walk.area);
-    // Who finds the way himself walks; 20 m/s is beyond what avoidance is made for.
-    optional_in_range(reader, "speed", walk.speed_m_s, 1e-3, 20.0);
-    reader.optional("clip", walk.clip);
-    reader.optional("idle_clip", walk.idle_clip);
-    return walk;
+/// How deep sequences lie in each other, at most one more than they may.
+int sequence_depth(const json& behaviour, int limit = max_sequence_depth + 1) {
+    const auto steps = behaviour.find("steps");
+    if (limit == 0 || steps == behaviour.end() || !steps->is_array()) return 0;
+    int deepest = 0;
+    for (const json& step : *steps)
+        if (step.is_object()) deepest = std::max(deepest, sequence_depth(step, limit - 1));
+    return deepest + 1;
 }
 
-BehaviourSpec read_stand(JsonReader& reader) {
-    StandBehaviour stand;
-    reader.optional("clip", stand.clip);
-    return stand;
+template <auto member>
+auto clip_at(std::string doc = "an animation of its model, played in a loop") {
+    return field_at<member>({.name = "clip", .doc = std::move(doc), .fallback = "none"});
 }
 
-BehaviourSpec read_route_walk(JsonReader& reader) {
-    RouteBehaviour route;
-    reader.required("route", route.route);
-    optional_in_range(reader, "speed", route.speed_m_s, 1e-3, max_speed_m_s);
-    optional_in_range(reader, "start_m", route.start_m, 0.0, 1e9);
-    reader.optional("clip", route.clip);
-    std::optional<std::string> mode;
-    reader.optional("mode", mode);
-    using Mode = RouteBehaviour::Mode;
-    if (mode == "loop")
-        route.mode = Mode::loop;
-    else if (mode == "ping_pong")
-        route.mode = Mode::ping_pong;
-    else if (mode == "once")
-        route.mode = Mode::once;
-    else if (mode)
-        reader.fail("mode", "'" + mode->substr(0, 40) + "' is none of loop, ping_pong, once");
-    return route;
+FieldOf<WalkManner> walking_area(bool is_required) {
+    return field_at<&WalkManner::area>(
+        {.name = "area",
+         .doc = is_required ? "a name of `areas`" : "a name of `areas`; none: open ground",
+         .required = is_required,
+         .fallback = is_required ? "" : "none"});
 }
 
-BehaviourSpec read_go_to(JsonReader& reader) {
-    GoToBehaviour go;
-    if (!read_vector(reader, "position", go.position)) reader.fail("position", "is missing");
-    std::optional<double> yaw_deg;
-    reader.optional("yaw_deg", yaw_deg);
-    if (yaw_deg) go.yaw_rad = glm::radians(*yaw_deg);
-    go.walk = read_manner(reader, 1.3);
-    return go;
+/// Walkers find their way; 20 m/s is beyond what avoidance is made for.
+std::vector<FieldOf<WalkManner>> walking(const std::string& usual_speed = "", bool needs_area = false) {
+    return {walking_area(needs_area),
+            field_at<&WalkManner::speed_m_s>(
+                {.name = "speed", .unit = "m/s", .fallback = usual_speed, .range = {1e-3, 20.0}}),
+            clip_at<&WalkManner::clip>("while it walks"),
+            field_at<&WalkManner::idle_clip>({.name = "idle_clip", .doc = "while it stands", .fallback = "none"})};
 }
 
-BehaviourSpec read_wander(JsonReader& reader) {
-    WanderBehaviour wander;
-    if (!reader.has("area")) reader.fail("area", "is missing");
-    optional_in_range(reader, "pause_s", wander.pause_s, 0.0, 3600.0);
-    wander.walk = read_manner(reader, 1.3);
-    return wander;
+template <typename T>
+std::vector<FieldOf<T>> walked(std::vector<FieldOf<T>> table, const std::vector<FieldOf<WalkManner>>& walk) {
+    add_inner<&T::walk>(table, walk);
+    return table;
 }
 
-BehaviourSpec read_look_at(JsonReader& reader) {
-    LookAtBehaviour look;
-    optional_name(reader, "actor", look.actor);
-    const bool point = read_vector(reader, "position", look.position);
-    if (reader.ok() && point == reader.has("actor")) reader.fail("actor", "give either actor or position");
-    reader.optional("clip", look.clip);
-    return look;
+std::vector<FieldOf<RouteBehaviour>> route_fields() {
+    return {field_at<&RouteBehaviour::route>({.name = "route", .doc = "a name of `routes`", .required = true}),
+            field_at<&RouteBehaviour::speed_m_s>({.name = "speed", .unit = "m/s", .range = {1e-3, max_speed_m_s}}),
+            field_at<&RouteBehaviour::start_m>(
+                {.name = "start_m", .doc = "how far along the route it starts", .unit = "m", .range = {0.0, 1e9}}),
+            field_at<&RouteBehaviour::mode>(
+                {.name = "mode",
+                 .doc = "closed routes take `loop` and `once`; open ones `ping_pong` (turns round at the ends) and "
+                        "`once` (stops at the end)",
+                 .fallback = "`loop`, of open routes `ping_pong`"}),
+            clip_at<&RouteBehaviour::clip>()};
 }
 
-BehaviourSpec read_follow(JsonReader& reader) {
-    FollowBehaviour follow;
-    required_name(reader, "actor", follow.actor);
-    optional_in_range(reader, "distance_m", follow.distance_m, 0.1, 1000.0);
-    follow.walk = read_manner(reader, 1.6);
-    return follow;
+std::vector<FieldOf<VehicleBehaviour>> vehicle_fields() {
+    using Vehicle = VehicleBehaviour;
+    return {
+        field_at<&Vehicle::route>({.name = "route", .doc = "a name of `routes`", .required = true}),
+        field_at<&Vehicle::speed_m_s>(
+            {.name = "speed", .doc = "where nothing is in the way", .unit = "m/s", .range = {1e-3, max_speed_m_s}}),
+        field_at<&Vehicle::start_m>(
+            {.name = "start_m", .doc = "how far along the route it starts", .unit = "m", .range = {0.0, 1e9}}),
+        field_at<&Vehicle::length_m>(
+            {.name = "length_m", .doc = "about its origin", .unit = "m", .range = {0.1, 100.0}}),
+        field_at<&Vehicle::width_m>({.name = "width_m", .doc = "about its origin", .unit = "m", .range = {0.1, 20.0}}),
+        field_at<&Vehicle::headway_s>(
+            {.name = "headway_s", .doc = "time to what drives ahead", .unit = "s", .range = {0.1, 60.0}}),
+        field_at<&Vehicle::gap_m>(
+            {.name = "gap_m", .doc = "distance to what it stands behind", .unit = "m", .range = {0.1, 100.0}}),
+        field_at<&Vehicle::acceleration_m_s2>(
+            {.name = "acceleration", .doc = "a comfortable one", .unit = "m/s^2", .range = {0.01, 100.0}}),
+        field_at<&Vehicle::braking_m_s2>(
+            {.name = "braking", .doc = "a comfortable one", .unit = "m/s^2", .range = {0.01, 100.0}}),
+        clip_at<&Vehicle::clip>()};
 }
 
-BehaviourSpec read_group(JsonReader& reader) {
-    GroupBehaviour group;
-    required_name(reader, "group", group.group);
-    if (!read_vector(reader, "position", group.position)) reader.fail("position", "is missing");
-    optional_in_range(reader, "radius_m", group.radius_m, 0.1, 100.0);
-    group.walk = read_manner(reader, 1.3);
-    return group;
+Result<SequenceStep> read_step(const json& value, std::string path);
+
+std::vector<FieldOf<SequenceBehaviour>> sequence_fields() {
+    FieldOf<SequenceBehaviour> steps{
+        .field = {
+            .name = "steps",
+            .type = "array of objects",
+            .doc = "1 to 64 behaviours, each may have `until`; sequences nest at most 4 deep",
+            .required = true,
+            .schema = R"({"type": "array", "items": {"$ref": "#/$defs/behaviour"}, "minItems": 1, "maxItems": 64})"}};
+    steps.read = [](JsonReader& reader, Changes<SequenceBehaviour>& changes) {
+        std::vector<SequenceStep> read;
+        const auto items = reader.array("steps", max_sequence_steps);
+        if (reader.ok() && items.empty()) reader.fail("steps", "expected 1 to 64 behaviours");
+        for (std::size_t i = 0; i < items.size(); ++i) {
+            auto step = read_step(items[i], item_path(reader.path_of("steps"), i));
+            if (step)
+                read.push_back(std::move(*step));
+            else
+                reader.fail(step.error());
+        }
+        changes.change([read = std::move(read)](SequenceBehaviour& sequence) { sequence.steps = read; });
+    };
+    return {std::move(steps), field_at<&SequenceBehaviour::repeat>(
+                                  {.name = "repeat", .doc = "begins again after the last one, which else goes on"})};
 }
 
-BehaviourSpec read_vehicle(JsonReader& reader) {
-    VehicleBehaviour vehicle;
-    reader.required("route", vehicle.route);
-    optional_in_range(reader, "speed", vehicle.speed_m_s, 1e-3, max_speed_m_s);
-    optional_in_range(reader, "start_m", vehicle.start_m, 0.0, 1e9);
-    optional_in_range(reader, "length_m", vehicle.length_m, 0.1, 100.0);
-    optional_in_range(reader, "width_m", vehicle.width_m, 0.1, 20.0);
-    optional_in_range(reader, "headway_s", vehicle.headway_s, 0.1, 60.0);
-    optional_in_range(reader, "gap_m", vehicle.gap_m, 0.1, 100.0);
-    optional_in_range(reader, "acceleration", vehicle.acceleration_m_s2, 0.01, 100.0);
-    optional_in_range(reader, "braking", vehicle.braking_m_s2, 0.01, 100.0);
-    reader.optional("clip", vehicle.clip);
-    return vehicle;
+std::vector<Kind<BehaviourSpec>> make_kinds() {
+    const auto point = [](auto make, const char* doc) {
+        return make(Field{.name = "position", .doc = doc, .required = true});
+    };
+    std::vector<Kind<BehaviourSpec>> kinds{
+        kind_of<BehaviourSpec, StandBehaviour>({.name = "stand", .doc = "stays"}, {clip_at<&StandBehaviour::clip>()}),
+        kind_of<BehaviourSpec, RouteBehaviour>({.name = "route",
+                                                .doc = "walks along a route, which places the actor: `position`, "
+                                                       "`yaw_deg` and `orientation` are errors then"},
+                                               route_fields()),
+        kind_of<BehaviourSpec, GoToBehaviour>(
+            {.name = "go_to", .doc = "walks to a point and stays there"},
+            walked<GoToBehaviour>(
+                {point(vector_at<&GoToBehaviour::position>, "where to"),
+                 degrees_at<&GoToBehaviour::yaw_rad>(
+                     {.name = "yaw_deg", .doc = "how it stands when it is there", .fallback = "as it came"})},
+                walking())),
+        kind_of<BehaviourSpec, WanderBehaviour>(
+            {.name = "wander", .doc = "walks from one random point of its area to the next"},
+            walked<WanderBehaviour>(
+                {field_at<&WanderBehaviour::pause_s>({.name = "pause_s",
+                                                      .doc = "mean time that it stands at each point",
+                                                      .unit = "s",
+                                                      .range = {0.0, 3600.0}})},
+                walking("", true))),
+        kind_of<BehaviourSpec, LookAtBehaviour>(
+            {.name = "look_at",
+             .doc = "stays and turns to somebody or something",
+             .rule = R"({"oneOf": [{"required": ["actor"]}, {"required": ["position"]}]})"},
+            {name_at<&LookAtBehaviour::actor>({.name = "actor", .doc = "whom it looks at; or position"}),
+             vector_at<&LookAtBehaviour::position>({.name = "position", .doc = "what it looks at; or actor"}),
+             clip_at<&LookAtBehaviour::clip>()},
+            [](const LookAtBehaviour& look, JsonReader& reader) {
+                if (look.actor.empty() != reader.has("position")) reader.fail("actor", "give either actor or position");
+            }),
+        kind_of<BehaviourSpec, FollowBehaviour>(
+            {.name = "follow", .doc = "walks behind another; nobody follows himself, however far round"},
+            walked<FollowBehaviour>(
+                {name_at<&FollowBehaviour::actor>({.name = "actor", .doc = "behind whom", .required = true}),
+                 field_at<&FollowBehaviour::distance_m>({.name = "distance_m", .unit = "m", .range = {0.1, 1000.0}})},
+                walking("1.6"))),
+        kind_of<BehaviourSpec, GroupBehaviour>(
+            {.name = "group",
+             .doc = "all of one group stand in a circle and face its middle; it closes and opens as they come and go"},
+            walked<GroupBehaviour>(
+                {name_at<&GroupBehaviour::group>({.name = "group", .doc = "any name", .required = true}),
+                 point(vector_at<&GroupBehaviour::position>, "the middle"),
+                 field_at<&GroupBehaviour::radius_m>({.name = "radius_m", .unit = "m", .range = {0.1, 100.0}})},
+                walking())),
+        kind_of<BehaviourSpec, VehicleBehaviour>(
+            {.name = "vehicle",
+             .doc = "drives along a route, which places it, and keeps its distance from whatever is on the lane ahead; "
+                    "at the end of an open route it stops"},
+            vehicle_fields()),
+        kind_of<BehaviourSpec, SteeredBehaviour>({.name = "steered", .doc = "moves as `actor.steer` says"},
+                                                 {clip_at<&SteeredBehaviour::clip>()}),
+        kind_of<BehaviourSpec, SequenceBehaviour>({.name = "sequence", .doc = "one behaviour after the other"},
+                                                  sequence_fields())};
+    CHECK(kinds.size() == std::variant_size_v<BehaviourSpec>);
+    return kinds;
 }
 
-BehaviourSpec read_steered(JsonReader& reader) {
-    SteeredBehaviour steered;
-    reader.optional("clip", steered.clip);
-    return steered;
+/// What ends a step.
+struct Until {
+    std::optional<TimeNs> duration_ns;
+    std::string event;
+};
+
+Result<Until> read_until(const json& value, const std::string& path) {
+    static const std::vector<FieldOf<Until>> table{seconds_at<&Until::duration_ns>({.name = "seconds"}),
+                                                   name_at<&Until::event>({.name = "event"})};
+    JsonReader reader(value, path);
+    return read_all(table, reader);
 }
 
-Result<SequenceStep> read_step(const json& value, const std::string& path, int depth) {
-    // A step is a behaviour with one key more.
-    if (!value.is_object()) return error(ErrorKind::invalid_argument, path + ": expected an object");
-    json behaviour = value;
+/// A step is a behaviour with one key more.
+Result<SequenceStep> read_step(const json& value, std::string path) {
+    JsonReader reader(value, std::move(path));
     SequenceStep step;
-    if (const auto found = behaviour.find("until"); found != behaviour.end()) {
-        const json until = std::move(*found);
-        behaviour.erase(found);
-        JsonReader reader(until, path + ".until");
-        double seconds = 0.0;
-        optional_in_range(reader, "seconds", seconds, 0.0, max_seconds);
-        optional_name(reader, "event", step.event);
-        if (reader.has("seconds")) step.duration_ns = std::llround(seconds * 1e9);
-        if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    if (const json* given = reader.find("until")) {
+        if (auto until = read_until(*given, reader.path_of("until"))) {
+            step.duration_ns = until->duration_ns;
+            step.event = until->event;
+        } else {
+            reader.fail(until.error());
+        }
     }
-    auto read = read_behaviour(behaviour, path, depth);
-    if (!read) return std::unexpected(read.error());
-    step.behaviour = std::move(*read);
+    step.behaviour = read_kind(behaviour_kinds(), reader, "type");
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return step;
-}
-
-BehaviourSpec read_sequence(JsonReader& reader, int depth) {
-    SequenceBehaviour sequence;
-    const auto steps = reader.array("steps", max_sequence_steps);
-    if (reader.ok() && steps.empty()) reader.fail("steps", "expected 1 to 64 behaviours");
-    if (depth >= max_sequence_depth) reader.fail("steps", "sequences nest at most 4 deep");
-    for (std::size_t i = 0; i < steps.size() && depth < max_sequence_depth; ++i) {
-        auto step = read_step(steps[i], item_path(reader.path_of("steps"), i), depth + 1);
-        if (step)
-            sequence.steps.push_back(std::move(*step));
-        else
-            reader.fail(step.error());
-    }
-    reader.optional("repeat", sequence.repeat);
-    return sequence;
 }
 
 }  // namespace
 
-Result<BehaviourSpec> read_behaviour(const json& value, const std::string& path, int depth) {
+const std::vector<Kind<BehaviourSpec>>& behaviour_kinds() {
+    static const std::vector<Kind<BehaviourSpec>> kinds = make_kinds();
+    return kinds;
+}
+
+Result<BehaviourSpec> read_behaviour(const json& value, const std::string& path) {
     JsonReader reader(value, path);
-    std::string type;
-    reader.required("type", type);
-    BehaviourSpec spec;
-    if (type == "stand")
-        spec = read_stand(reader);
-    else if (type == "route")
-        spec = read_route_walk(reader);
-    else if (type == "go_to")
-        spec = read_go_to(reader);
-    else if (type == "wander")
-        spec = read_wander(reader);
-    else if (type == "look_at")
-        spec = read_look_at(reader);
-    else if (type == "follow")
-        spec = read_follow(reader);
-    else if (type == "group")
-        spec = read_group(reader);
-    else if (type == "vehicle")
-        spec = read_vehicle(reader);
-    else if (type == "steered")
-        spec = read_steered(reader);
-    else if (type == "sequence")
-        spec = read_sequence(reader, depth);
-    else {
-        reader.allow_unknown();
-        if (reader.ok())
-            reader.fail("type",
-                        "'" + type.substr(0, 40) +
-                            "' is none of stand, route, go_to, wander, look_at, follow, group, vehicle, steered, "
-                            "sequence");
-    }
+    if (value.is_object() && sequence_depth(value) > max_sequence_depth)
+        return error(ErrorKind::invalid_argument, path + ".steps: sequences nest at most 4 deep");
+    BehaviourSpec behaviour = read_kind(behaviour_kinds(), reader, "type");
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return spec;
+    return behaviour;
 }
 
 }  // namespace camrig

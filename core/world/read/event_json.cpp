@@ -1,11 +1,9 @@
 #include "core/world/read/event_json.h"
 
-#include <cmath>
-
 #include "core/world/camera_json.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
-#include "core/world/read/json_parts.h"
+#include "core/world/read/world_fields.h"
 
 namespace camrig {
 
@@ -13,260 +11,281 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double longest_s = 1e9;  // 31 years
-
-TimeNs read_seconds(JsonReader& reader, std::string_view key, double low_s) {
-    double seconds = 0.0;
-    reader.required(key, seconds);
-    optional_in_range(reader, key, seconds, low_s, longest_s);
-    return reader.ok() ? std::llround(seconds * 1e9) : 0;
+template <auto member>
+auto required_name_at(const char* name, std::string doc) {
+    return name_at<member>({.name = name, .doc = std::move(doc), .required = true});
 }
 
-std::optional<TimeNs> optional_seconds(JsonReader& reader, std::string_view key) {
-    if (!reader.find(key)) return std::nullopt;
-    return read_seconds(reader, key, 0.0);
+Kind<Trigger> border_kind(bool enters) {
+    const std::string name = enters ? "enter" : "leave";
+    auto kind = kind_of<Trigger, AtBorder>(
+        {.name = name,
+         .doc = enters ? "when an actor crosses the border of an area inwards; who is born within has entered"
+                       : "when an actor crosses the border of an area outwards"},
+        {required_name_at<&AtBorder::area>(name.c_str(), "name of the area"),
+         name_at<&AtBorder::actor>({.name = "actor", .doc = "which one", .fallback = "any"}),
+         name_at<&AtBorder::object_class>({.name = "class", .doc = "those of a class", .fallback = "any"})});
+    kind.read = [read = std::move(kind.read), enters](JsonReader& reader) {
+        Trigger trigger = read(reader);
+        std::get<AtBorder>(trigger).enters = enters;
+        return trigger;
+    };
+    return kind;
 }
 
-Trigger read_border(JsonReader& reader, const char* key) {
-    AtBorder border;
-    border.enters = std::string_view(key) == "enter";
-    required_name(reader, key, border.area);
-    optional_name(reader, "actor", border.actor);
-    optional_name(reader, "class", border.object_class);
-    return border;
+FieldOf<AtMeeting> meeting_names() {
+    FieldOf<AtMeeting> entry{
+        .field = {.name = "meet",
+                  .type = "[string, string]",
+                  .doc = "the names of two actors",
+                  .required = true,
+                  .schema = R"({"type": "array", "items": {"$ref": "#/$defs/name"}, "minItems": 2, "maxItems": 2,
+                                "uniqueItems": true})"}};
+    entry.read = [](JsonReader& reader, Changes<AtMeeting>& changes) {
+        const auto names = reader.array("meet", 2);
+        std::array<std::string, 2> actors;
+        bool good = names.size() == 2;
+        for (std::size_t i = 0; good && i < 2; ++i) {
+            good = names[i].is_string() && is_scene_name(names[i].get_ref<const std::string&>());
+            if (good) actors[i] = names[i].get<std::string>();
+        }
+        if (!good) reader.fail("meet", "expected the names of two actors");
+        if (reader.ok() && actors[0] == actors[1]) reader.fail("meet", "expected two different actors");
+        changes.change([actors](AtMeeting& meeting) { std::ranges::copy(actors, meeting.actors); });
+    };
+    return entry;
 }
 
-Trigger read_meeting(JsonReader& reader) {
-    AtMeeting meeting;
-    const auto names = reader.array("meet", 2);
-    bool good = names.size() == 2;
-    for (std::size_t i = 0; good && i < 2; ++i) {
-        good = names[i].is_string() && is_scene_name(names[i].get_ref<const std::string&>());
-        if (good) meeting.actors[i] = names[i].get<std::string>();
-    }
-    if (!good) reader.fail("meet", "expected the names of two actors");
-    if (reader.ok() && meeting.actors[0] == meeting.actors[1]) reader.fail("meet", "expected two different actors");
-    optional_in_range(reader, "distance_m", meeting.distance_m, 0.01, 1000.0);
-    return meeting;
+std::vector<Kind<Trigger>> make_triggers() {
+    auto every = kind_of<Trigger, EveryTime>(
+        {.name = "every_s", .doc = "again and again, at most once a step of the world"},
+        {seconds_at<&EveryTime::period_ns>({.name = "every_s", .doc = "period", .required = true, .range = {0.001}}),
+         seconds_at<&EveryTime::first_ns>({.name = "from_s", .doc = "first at", .fallback = "after one period"})});
+    every.read = [read = std::move(every.read)](JsonReader& reader) {
+        Trigger trigger = read(reader);
+        auto& time = std::get<EveryTime>(trigger);
+        if (!reader.has("from_s")) time.first_ns = time.period_ns;
+        return trigger;
+    };
+    return {
+        kind_of<Trigger, AtTime>({.name = "at_s", .doc = "once, at a world time"},
+                                 {seconds_at<&AtTime::at_ns>({.name = "at_s", .doc = "when", .required = true})}),
+        std::move(every),
+        border_kind(true),
+        border_kind(false),
+        kind_of<Trigger, AtMeeting>(
+            {.name = "meet", .doc = "when two actors come near each other"},
+            {meeting_names(), field_at<&AtMeeting::distance_m>(
+                                  {.name = "distance_m", .doc = "how near", .unit = "m", .range = {0.01, 1000.0}})}),
+        kind_of<Trigger, AfterEvent>(
+            {.name = "event", .doc = "when another event has fired"},
+            {required_name_at<&AfterEvent::event>("event", "name of the event; a circle of those is an error"),
+             seconds_at<&AfterEvent::delay_ns>(
+                 {.name = "after_s", .doc = "so long after it", .fallback = "0: at the same instant"})}),
+        kind_of<Trigger, AtArrival>({.name = "arrived", .doc = "when an actor has done what its behaviour is to do"},
+                                    {required_name_at<&AtArrival::actor>("arrived", "name of the actor")})};
 }
 
 Result<Trigger> read_trigger(const json& value, std::string path) {
     JsonReader reader(value, std::move(path));
-    constexpr const char* kinds[] = {"at_s", "every_s", "enter", "leave", "meet", "event", "arrived"};
-    const char* kind = nullptr;
-    for (const char* key : kinds) {
-        if (!reader.has(key)) continue;
-        if (kind) reader.fail(key, "give only one of at_s, every_s, enter, leave, meet, event, arrived");
-        kind = key;
+    std::string names;
+    for (const auto& kind : trigger_kinds()) names += (names.empty() ? "" : ", ") + kind.description.name;
+    const Kind<Trigger>* given = nullptr;
+    for (const auto& kind : trigger_kinds()) {
+        if (!reader.has(kind.description.name)) continue;
+        if (given) reader.fail(kind.description.name, "give only one of " + names);
+        given = &kind;
     }
-    const std::string_view name = kind ? kind : "";
     Trigger trigger;
-    if (name == "at_s") {
-        trigger = AtTime{read_seconds(reader, "at_s", 0.0)};
-    } else if (name == "every_s") {
-        EveryTime every{.period_ns = read_seconds(reader, "every_s", 0.001)};
-        every.first_ns = optional_seconds(reader, "from_s").value_or(every.period_ns);
-        trigger = every;
-    } else if (name == "enter" || name == "leave") {
-        trigger = read_border(reader, kind);
-    } else if (name == "meet") {
-        trigger = read_meeting(reader);
-    } else if (name == "event") {
-        AfterEvent after;
-        required_name(reader, "event", after.event);
-        after.delay_ns = optional_seconds(reader, "after_s").value_or(0);
-        trigger = after;
-    } else if (name == "arrived") {
-        AtArrival arrival;
-        required_name(reader, "arrived", arrival.actor);
-        trigger = arrival;
+    if (given) {
+        trigger = given->read(reader);
     } else if (reader.ok()) {
         reader.allow_unknown();
-        reader.fail({ErrorKind::invalid_argument,
-                     reader.path() + ": give one of at_s, every_s, enter, leave, meet, event, arrived"});
+        reader.fail({ErrorKind::invalid_argument, reader.path() + ": give one of " + names});
     }
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return trigger;
 }
 
-Action read_behave(JsonReader& reader) {
-    BehaveAction action;
-    required_name(reader, "actor", action.actor);
-    if (const json* value = reader.find("behaviour")) {
-        auto behaviour = read_behaviour(*value, reader.path_of("behaviour"));
-        if (behaviour)
-            action.behaviour = std::move(*behaviour);
-        else
-            reader.fail(behaviour.error());
-    } else {
-        reader.fail("behaviour", "is missing");
-    }
-    return action;
+/// What an action does to a light or the surroundings: not given, it stays.
+template <auto member>
+auto new_color(const char* name) {
+    return color_at<member>({.name = name, .fallback = "as it is"});
 }
 
-Action read_play(JsonReader& reader) {
-    PlayAction action;
-    required_name(reader, "actor", action.actor);
-    reader.required("clip", action.clip);
-    optional_in_range(reader, "speed", action.speed, 0.0, 100.0);
-    action.duration_ns = optional_seconds(reader, "seconds");
-    return action;
+template <typename T>
+auto clip_length() {
+    return seconds_at<&T::duration_ns>({.name = "seconds", .doc = "for how long", .fallback = "until told otherwise"});
 }
 
-Action read_spawn(JsonReader& reader) {
-    SpawnAction action;
-    const json* value = reader.find("actor");
-    if (!value) {
-        reader.fail("actor", "is missing");
-        return action;
-    }
-    JsonReader nested(*value, reader.path_of("actor"));
-    auto actor = read_actor(nested);
-    if (actor)
-        action.actor = std::move(*actor);
-    else
-        reader.fail(actor.error());
-    return action;
+std::vector<FieldOf<PickUpAction>> pick_up_fields() {
+    std::vector<FieldOf<PickUpAction>> table{required_name_at<&PickUpAction::object>("object", "an object or actor")};
+    add_inner<&PickUpAction::to>(table, fields_of(std::type_identity<Attachment>{}));
+    return table;
 }
 
-Action read_pick_up(JsonReader& reader) {
-    PickUpAction action;
-    required_name(reader, "object", action.object);
-    required_name(reader, "actor", action.to.actor);
-    reader.optional("node", action.to.node);
-    read_vector(reader, "position", action.to.position);
-    read_orientation(reader, action.to.orientation);
-    return action;
+FieldOf<UserAction> user_data() {
+    FieldOf<UserAction> entry{.field = {.name = "data",
+                                        .type = "any",
+                                        .doc = "any JSON up to 4096 bytes",
+                                        .fallback = "null",
+                                        .schema = R"({"description": "Any JSON, up to 4096 bytes."})"}};
+    entry.read = [](JsonReader& reader, Changes<UserAction>& changes) {
+        const json* value = reader.find("data");
+        if (!value) return;
+        std::string text = value->dump(-1, ' ', false, json::error_handler_t::replace);
+        if (text.size() > max_user_data_bytes) return reader.fail("data", "more than 4096 bytes of JSON");
+        changes.change([text = std::move(text)](UserAction& action) { action.data = text; });
+    };
+    return entry;
 }
 
-Action read_put_down(JsonReader& reader) {
-    PutDownAction action;
-    required_name(reader, "object", action.object);
-    glm::dvec3 position(0.0);
-    if (read_vector(reader, "position", position)) action.position = position;
-    return action;
+/// Of one actor, that the action names.
+template <typename T>
+std::vector<FieldOf<T>> of_actor(std::vector<FieldOf<T>> others = {}) {
+    others.insert(others.begin(), required_name_at<&T::actor>("actor", "name of the actor"));
+    return others;
 }
 
-void optional_color_of(JsonReader& reader, const char* key, std::optional<glm::vec3>& out) {
-    if (reader.find(key)) optional_color(reader, key, out.emplace(0.0f));
+Result<ActorSpec> read_spawned(const json& value, std::string path) {
+    JsonReader reader(value, std::move(path));
+    return read_actor(reader);
 }
 
-Action read_light_change(JsonReader& reader) {
-    LightAction action;
-    required_name(reader, "light", action.light);
-    if (reader.find("intensity")) optional_in_range(reader, "intensity", action.intensity.emplace(), 0.0, 1e9);
-    optional_color_of(reader, "color", action.color);
-    optional_in_range(reader, "flicker_hz", action.flicker_hz, 0.0, 50.0);
-    action.duration_ns = optional_seconds(reader, "seconds");
-    if (reader.ok() && action.duration_ns && action.flicker_hz == 0.0) reader.fail("seconds", "belongs to flicker_hz");
-    return action;
-}
-
-Action read_environment_change(JsonReader& reader) {
-    EnvironmentAction action;
-    optional_color_of(reader, "background", action.background);
-    optional_color_of(reader, "sky", action.sky);
-    optional_color_of(reader, "ground", action.ground);
-    if (reader.find("exposure")) optional_in_range(reader, "exposure", action.exposure.emplace(), 1e-6, 1e6);
-    return action;
-}
-
-Action read_camera_move(JsonReader& reader) {
-    CameraAction action;
-    reader.required("camera", action.camera);
-    if (const json* value = reader.find("pose")) {
-        auto pose = read_pose(*value, reader.path_of("pose"));
-        if (pose)
-            action.pose = *pose;
-        else
-            reader.fail(pose.error());
-    } else {
-        reader.fail("pose", "is missing");
-    }
-    return action;
-}
-
-Action read_user(JsonReader& reader) {
-    UserAction action{"null"};
-    if (const json* value = reader.find("data"))
-        action.data = value->dump(-1, ' ', false, json::error_handler_t::replace);
-    if (action.data.size() > max_user_data_bytes) reader.fail("data", "more than 4096 bytes of JSON");
-    return action;
+std::vector<Kind<Action>> make_actions() {
+    std::vector<Kind<Action>> kinds{
+        kind_of<Action, BehaveAction>(
+            {.name = "behave", .doc = "gives an actor another behaviour"},
+            of_actor<BehaveAction>({nested_at<&BehaveAction::behaviour>({.name = "behaviour",
+                                                                         .doc = "see behaviours",
+                                                                         .required = true,
+                                                                         .shape = "Behaviour",
+                                                                         .schema = R"({"$ref": "#/$defs/behaviour"})"},
+                                                                        read_behaviour)})),
+        kind_of<Action, StopAction>({.name = "stop", .doc = "holds an actor where it is"},
+                                    of_actor<StopAction>({field_at<&StopAction::clip>(
+                                        {.name = "clip", .doc = "that it plays meanwhile", .fallback = "none"})})),
+        kind_of<Action, StartAction>({.name = "start", .doc = "lets it go on"}, of_actor<StartAction>()),
+        kind_of<Action, PlayAction>(
+            {.name = "play", .doc = "plays a clip over that of the behaviour"},
+            of_actor<PlayAction>(
+                {field_at<&PlayAction::clip>({.name = "clip", .doc = "empty: no longer", .required = true}),
+                 field_at<&PlayAction::speed>({.name = "speed", .doc = "of the clip", .range = {0.0, 100.0}}),
+                 clip_length<PlayAction>()})),
+        kind_of<Action, SpawnAction>({.name = "spawn", .doc = "an actor comes"},
+                                     {nested_at<&SpawnAction::actor>({.name = "actor",
+                                                                      .doc = "all of it, as among the `actors`",
+                                                                      .required = true,
+                                                                      .schema = R"({"$ref": "#/$defs/actor"})"},
+                                                                     read_spawned)}),
+        kind_of<Action, RemoveAction>({.name = "remove", .doc = "an actor goes; what it carries is put down"},
+                                      of_actor<RemoveAction>()),
+        kind_of<Action, PickUpAction>(
+            {.name = "pick_up", .doc = "hangs an object (or actor) on an actor", .rule = one_orientation},
+            pick_up_fields()),
+        kind_of<Action, PutDownAction>(
+            {.name = "put_down", .doc = "puts it down"},
+            {required_name_at<&PutDownAction::object>("object", "an object or actor"),
+             vector_at<&PutDownAction::position>({.name = "position", .fallback = "on the floor below"})}),
+        kind_of<Action, LightAction>(
+            {.name = "light",
+             .doc = "changes a light",
+             .rule = R"({"dependentRequired": {"seconds": ["flicker_hz"]}})"},
+            {required_name_at<&LightAction::light>("light", "name of the light"),
+             field_at<&LightAction::intensity>({.name = "intensity", .fallback = "as it is", .range = {0.0, 1e9}}),
+             new_color<&LightAction::color>("color"),
+             field_at<&LightAction::flicker_hz>({.name = "flicker_hz",
+                                                 .doc = "over 0: it goes on and off by chance, so often a second",
+                                                 .unit = "Hz",
+                                                 .range = {0.0, 50.0}}),
+             clip_length<LightAction>()},
+            [](const LightAction& action, JsonReader& reader) {
+                if (action.duration_ns && action.flicker_hz == 0.0) reader.fail("seconds", "belongs to flicker_hz");
+            }),
+        kind_of<Action, EnvironmentAction>(
+            {.name = "environment", .doc = "changes the surroundings"},
+            {new_color<&EnvironmentAction::background>("background"), new_color<&EnvironmentAction::sky>("sky"),
+             new_color<&EnvironmentAction::ground>("ground"),
+             field_at<&EnvironmentAction::exposure>(
+                 {.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}})}),
+        kind_of<Action, CameraAction>(
+            {.name = "camera",
+             .doc = "puts a camera somewhere else, gives it another field of view, or both",
+             .rule = R"({"anyOf": [{"required": ["pose"]}, {"required": ["vfov_deg"]}]})"},
+            {field_at<&CameraAction::camera>({.name = "camera", .doc = "its name", .required = true}),
+             nested_at<&CameraAction::pose>(
+                 {.name = "pose", .doc = "as of a camera", .schema = R"({"$ref": "#/$defs/pose"})"}, read_pose),
+             degrees_at<&CameraAction::vfov_rad>(
+                 {.name = "vfov_deg",
+                  .doc = "vertical field of view",
+                  .range = {.low = 0.01, .high = 179.9, .is_low_out = true, .is_high_out = true}}),
+             seconds_at<&CameraAction::duration_ns>(
+                 {.name = "seconds", .doc = "world time in which it gets there", .fallback = "0"})},
+            [](const CameraAction& action, JsonReader& reader) {
+                if (!action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
+            }),
+        kind_of<Action, UserAction>(
+            {.name = "user", .doc = "tells clients something ([event.wait](control-protocol.md))"}, {user_data()})};
+    CHECK(kinds.size() == std::variant_size_v<Action>);
+    return kinds;
 }
 
 Result<Action> read_action(const json& value, std::string path) {
     JsonReader reader(value, std::move(path));
-    std::string kind;
-    reader.required("action", kind);
-    const auto of_actor = [&](auto action) {
-        required_name(reader, "actor", action.actor);
-        return action;
-    };
-    Action action;
-    if (kind == "behave") {
-        action = read_behave(reader);
-    } else if (kind == "stop") {
-        StopAction stop = of_actor(StopAction{});
-        reader.optional("clip", stop.clip);
-        action = stop;
-    } else if (kind == "start") {
-        action = of_actor(StartAction{});
-    } else if (kind == "play") {
-        action = read_play(reader);
-    } else if (kind == "spawn") {
-        action = read_spawn(reader);
-    } else if (kind == "remove") {
-        action = of_actor(RemoveAction{});
-    } else if (kind == "pick_up") {
-        action = read_pick_up(reader);
-    } else if (kind == "put_down") {
-        action = read_put_down(reader);
-    } else if (kind == "light") {
-        action = read_light_change(reader);
-    } else if (kind == "environment") {
-        action = read_environment_change(reader);
-    } else if (kind == "camera") {
-        action = read_camera_move(reader);
-    } else if (kind == "user") {
-        action = read_user(reader);
-    } else {
-        reader.allow_unknown();
-        if (reader.ok())
-            reader.fail("action",
-                        "'" + kind.substr(0, 40) +
-                            "' is none of behave, stop, start, play, spawn, remove, pick_up, put_down, light, "
-                            "environment, camera, user");
-    }
+    Action action = read_kind(action_kinds(), reader, "action");
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return action;
 }
 
+FieldOf<EventSpec> event_actions() {
+    FieldOf<EventSpec> entry{
+        .field = {.name = "do",
+                  .type = "array of objects",
+                  .doc = "actions, done in this order; at most 64",
+                  .fallback = "[]",
+                  .schema = R"({"type": "array", "items": {"$ref": "#/$defs/action"}, "maxItems": 64})"}};
+    entry.read = [](JsonReader& reader, Changes<EventSpec>& changes) {
+        std::vector<Action> actions;
+        const auto items = reader.array("do", max_event_actions);
+        for (std::size_t i = 0; i < items.size(); ++i) {
+            if (auto action = read_action(items[i], item_path(reader.path_of("do"), i)))
+                actions.push_back(std::move(*action));
+            else
+                reader.fail(action.error());
+        }
+        changes.change([actions = std::move(actions)](EventSpec& event) { event.actions = actions; });
+    };
+    return entry;
+}
+
 }  // namespace
 
+const std::vector<Kind<Trigger>>& trigger_kinds() {
+    static const std::vector<Kind<Trigger>> kinds = make_triggers();
+    return kinds;
+}
+
+const std::vector<Kind<Action>>& action_kinds() {
+    static const std::vector<Kind<Action>> kinds = make_actions();
+    return kinds;
+}
+
+FieldTable<EventSpec> fields_of(std::type_identity<EventSpec>) {
+    static const std::vector<FieldOf<EventSpec>> table{
+        name_at<&EventSpec::name>({.name = "name", .doc = "unique among events", .required = true}),
+        nested_at<&EventSpec::when>({.name = "when",
+                                     .doc = "one trigger: what makes it fire",
+                                     .required = true,
+                                     .schema = R"({"$ref": "#/$defs/trigger"})"},
+                                    read_trigger),
+        event_actions(),
+        field_at<&EventSpec::limit>(
+            {.name = "limit", .doc = "how often it fires at most; 0: any number", .range = {.low = 0.0}})};
+    return table;
+}
+
 Result<EventSpec> read_event(JsonReader& reader) {
-    EventSpec event;
-    required_name(reader, "name", event.name);
-    if (const json* value = reader.find("when")) {
-        auto trigger = read_trigger(*value, reader.path_of("when"));
-        if (trigger)
-            event.when = std::move(*trigger);
-        else
-            reader.fail(trigger.error());
-    } else {
-        reader.fail("when", "is missing");
-    }
-    const auto items = reader.array("do", max_event_actions);
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        auto action = read_action(items[i], item_path(reader.path_of("do"), i));
-        if (action)
-            event.actions.push_back(std::move(*action));
-        else
-            reader.fail(action.error());
-    }
-    reader.optional("limit", event.limit);
-    if (reader.ok("limit") && event.limit < 0) reader.fail("limit", "expected an integer from 0");
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return event;
+    return read_all(fields_of(std::type_identity<EventSpec>{}), reader);
 }
 
 }  // namespace camrig

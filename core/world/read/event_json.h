@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/base/json_reader.h"
+#include "core/base/kind.h"
 #include "core/base/result.h"
 #include "core/world/event/event_spec.h"
 
@@ -10,6 +10,11 @@ namespace camrig {
 
 inline constexpr std::size_t max_event_actions = 64;
 inline constexpr std::size_t max_user_data_bytes = 4096;
+
+/// The triggers by the key that names them, and the actions by their `action`.
+const std::vector<Kind<Trigger>>& trigger_kinds();
+const std::vector<Kind<Action>>& action_kinds();
+FieldTable<EventSpec> fields_of(std::type_identity<EventSpec>);
 
 /// The keys of an event, in scene files and in event.add; errors carry the JSON path. Names are not looked up here:
 /// check_event() does that. `reader` is finished.

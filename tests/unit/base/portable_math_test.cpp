@@ -71,6 +71,16 @@ TEST(PortableMath, LogarithmIsRightToTheStatedUnits) {
     EXPECT_LT(worst, 1.0);
 }
 
+TEST(PortableMath, ExponentialIsRightToTheStatedUnits) {
+    double worst = 0.0;
+    for (std::uint64_t i = 0; i < 100'000; ++i) {
+        const double unit = random_unit(5, 1, i) - 0.5;
+        for (const double x : {unit, 20.0 * unit, 1400.0 * unit, std::ldexp(unit, -static_cast<int>(i % 60))})
+            worst = std::max(worst, ulps(portable::exp(x), std::exp(static_cast<long double>(x))));
+    }
+    EXPECT_LT(worst, 1.0);
+}
+
 TEST(PortableMath, SpecialArgumentsAreAsInC) {
     const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
     for (const double y : {0.0, -0.0, 1.0, -1.0, inf, -inf, 5e-324, 1e308})
@@ -87,6 +97,9 @@ TEST(PortableMath, SpecialArgumentsAreAsInC) {
     EXPECT_EQ(portable::log(0.0), -inf);
     EXPECT_EQ(portable::log(inf), inf);
     EXPECT_TRUE(std::isnan(portable::log(-1.0)));
+    for (const double x : {0.0, -0.0, inf, -inf, 709.9, -746.5, 1e300, -1e300})
+        EXPECT_EQ(portable::exp(x), std::exp(x)) << x;
+    EXPECT_TRUE(std::isnan(portable::exp(nan)));
     EXPECT_NEAR(portable::sin(1e15), std::sin(1e15), 0.2) << "beyond exact reduction: off by 1e-16 of the angle";
 }
 

@@ -124,6 +124,8 @@ TEST_F(Cli, ZoomAndControlsAreSetOneByOne) {
     EXPECT_EQ(camera["controls"]["saturation"], 0);
     const json after = json_of({"camera", "set", "lobby", "--zoom", "2", "--set-ctrl", "auto_exposure=true"});
     EXPECT_EQ(after["zoom"], 2);
+    EXPECT_EQ(after["arrives_ns"], 0);
+    EXPECT_EQ(json_of({"camera", "set", "lobby", "--zoom", "3", "--seconds", "1.5"})["arrives_ns"], 1'500'000'000);
     EXPECT_EQ(after["controls"]["auto_exposure"], true);
     EXPECT_EQ(after["controls"]["saturation"], 0);
     EXPECT_NEAR(after["intrinsics"]["fx"].get<double>(), 2 * camera["intrinsics"]["fx"].get<double>(), 1e-9);

@@ -81,6 +81,7 @@ json every_answer() {
     answer["sequence"] = 42;
     answer["readers"] = 43;
     answer["applied_ns"] = 44;
+    answer["arrives_ns"] = 45;
     return answer;
 }
 
@@ -126,6 +127,7 @@ TEST(CameraJson, EveryMemberOfAnAnswerIsReadFromItsName) {
     EXPECT_EQ(state.sequence, 42);
     EXPECT_EQ(state.readers, 43);
     EXPECT_EQ(state.applied_ns, 44);
+    EXPECT_EQ(state.arrives_ns, 45);
 }
 
 TEST(CameraJson, NullAndWhatIsMissingHaveTheirMeaning) {

@@ -109,6 +109,9 @@ TEST(Client, WhatIsNotGivenStaysAndAnEmptyMountTakesACameraOff) {
     EXPECT_EQ(state.quality, "");
     EXPECT_EQ(state.size, (client::Size{320, 200}));
     EXPECT_EQ(state.lens.model, "plumb_bob");
+    client::CameraOptions zoom;
+    zoom.zoom = 4.0;
+    EXPECT_EQ(camera.set(zoom, 2.5).arrives_ns, 2'500'000'000);
 }
 
 TEST(Client, RatesAreTakenAsTheDecimalsTheyAreWrittenAs) {

@@ -151,6 +151,24 @@ TEST(ControlServer, LargeAnswersOfABatchArriveWhole) {
     ASSERT_TRUE(eventually([&] { return harness.rpc.budget()->used() == 0; }));
 }
 
+TEST(ControlServer, BytesOfAPictureFollowTheLineOfTheirAnswerAndNothingElse) {
+    ServerHarness harness;
+    harness.rig.set_picture_bytes(100'000);
+    ASSERT_TRUE(harness.client().call("camera.create", {{"name", "lobby"}}));
+    auto socket = harness.connect();
+    ASSERT_TRUE(socket.send(request(1, "frame.get", R"({"camera":"lobby","encoding":"bytes"})"), soon()));
+    ASSERT_TRUE(socket.send(request(2, "world.status"), soon()));
+    const json result = answer(socket)["result"];
+    EXPECT_EQ(result["encoding"], "bytes");
+    EXPECT_EQ(result["bytes"], 100'000);
+    EXPECT_FALSE(result.contains("data"));
+    const auto rest = socket.receive(1 << 20, soon());
+    ASSERT_TRUE(rest);
+    EXPECT_EQ(rest->substr(0, 100'000), std::string(100'000, '\xab'));
+    EXPECT_EQ(json::parse(rest->substr(100'000))["id"], 2);
+    ASSERT_TRUE(eventually([&] { return harness.rpc.budget()->used() == 0; }));
+}
+
 TEST(ControlServer, ClientsThatVanishLeaveNothing) {
     ServerHarness harness;
     harness.rig.hold_steps();

@@ -46,13 +46,13 @@ FetchRequest FakeRig::last_fetch() const {
     return last_fetch_;
 }
 
-Result<CameraState> FakeRig::find(const std::string& name) const {
+Result<CameraReply> FakeRig::find(const std::string& name) const {
     const auto found = cameras_.find(name);
     if (found == cameras_.end()) return error(ErrorKind::not_found, "there is no camera '" + name + "'");
     return found->second;
 }
 
-Result<CameraState> FakeRig::run(CreateCamera& command) {
+Result<CameraReply> FakeRig::run(CreateCamera& command) {
     std::lock_guard lock(mutex_);
     if (cameras_.contains(command.name))
         return error(ErrorKind::already_exists, "there is a camera '" + command.name + "'");
@@ -60,23 +60,25 @@ Result<CameraState> FakeRig::run(CreateCamera& command) {
         return error(ErrorKind::not_found, "place: the scene has none of that name");
     CameraSpec base;
     base.name = command.name;
-    auto spec = patch_camera_spec(base, command.patch);
-    if (!spec) return std::unexpected(spec.error());
-    CameraState state;
+    auto camera = Camera(base).changed(command.patch, 0, 0);
+    if (!camera) return std::unexpected(camera.error());
+    CameraReply state;
     state.id = CameraId{static_cast<std::uint32_t>(cameras_.size() + 1)};
-    state.spec = *spec;
+    state.camera = std::move(*camera);
+    state.now.pose = state.camera.spec()->pose;
     state.sequence = 0;
     state.applied_ns = world_.world_ns;
     return cameras_[command.name] = state;
 }
 
-Result<CameraState> FakeRig::run(SetCamera& command) {
+Result<CameraReply> FakeRig::run(SetCamera& command) {
     std::lock_guard lock(mutex_);
     auto state = find(command.name);
     if (!state) return state;
-    auto spec = patch_camera_spec(state->spec, command.patch);
-    if (!spec) return std::unexpected(spec.error());
-    state->spec = *spec;
+    auto camera = state->camera.changed(command.patch, 0, command.duration_ns);
+    if (!camera) return std::unexpected(camera.error());
+    state->camera = std::move(*camera);
+    state->now.pose = state->camera.spec()->pose;
     return cameras_[command.name] = *state;
 }
 
@@ -87,14 +89,14 @@ Result<Applied> FakeRig::run(DeleteCamera& command) {
     return Applied{world_.world_ns};
 }
 
-Result<CameraState> FakeRig::run(GetCamera& command) {
+Result<CameraReply> FakeRig::run(GetCamera& command) {
     std::lock_guard lock(mutex_);
     return find(command.name);
 }
 
-Result<std::vector<CameraState>> FakeRig::run(ListCameras&) {
+Result<std::vector<CameraReply>> FakeRig::run(ListCameras&) {
     std::lock_guard lock(mutex_);
-    std::vector<CameraState> all;
+    std::vector<CameraReply> all;
     for (const auto& [name, state] : cameras_) all.push_back(state);
     return all;
 }
@@ -204,8 +206,8 @@ Result<TruthRef> FakeRig::run(GetTruth& command) {
     truth->camera = command.camera;
     truth->sequence = 4;
     truth->world_ns = std::max<TimeNs>(command.min_ns, 160'000'000);
-    truth->size = camera->spec.size;
-    truth->intrinsics = camera->spec.intrinsics;
+    truth->size = camera->camera.spec()->size;
+    truth->intrinsics = camera->camera.spec()->intrinsics;
     ObjectTruth person;
     person.id = ObjectId{3};
     person.object_class = "person";
@@ -218,7 +220,7 @@ Result<TruthRef> FakeRig::run(GetTruth& command) {
 }
 
 void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
-    Result<CameraState> camera = [&] {
+    Result<CameraReply> camera = [&] {
         std::lock_guard lock(mutex_);
         last_fetch_ = request;
         last_fetch_.admit = nullptr;  // it holds what is claimed for the picture
@@ -228,14 +230,15 @@ void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)>
     if (request.kind != FrameKind::color)
         return done(error(ErrorKind::unsupported, "this kind of picture is not made yet; ask for color"));
     if (request.admit)
-        if (auto admitted = request.admit(camera->spec.size); !admitted) return done(std::unexpected(admitted.error()));
+        if (auto admitted = request.admit(camera->camera.spec()->size); !admitted)
+            return done(std::unexpected(admitted.error()));
     ++pictures_;
     MediaUnit unit;
     unit.info.camera = std::make_shared<const std::string>(request.camera);
     unit.info.sequence = 4;
     unit.info.world_ns = 160'000'000;
     unit.info.monotonic_ns = 12'345;
-    unit.info.size = camera->spec.size;
+    unit.info.size = camera->camera.spec()->size;
     unit.info.format = request.format.pixels;
     std::vector<std::byte> bytes(picture_bytes_, std::byte{0xab});
     if (request.format.codec == Codec::raw) {

@@ -33,11 +33,11 @@ public:
     int pictures() const { return pictures_; }
 
 private:
-    Result<CameraState> run(CreateCamera& command);
-    Result<CameraState> run(SetCamera& command);
+    Result<CameraReply> run(CreateCamera& command);
+    Result<CameraReply> run(SetCamera& command);
     Result<Applied> run(DeleteCamera& command);
-    Result<CameraState> run(GetCamera& command);
-    Result<std::vector<CameraState>> run(ListCameras&);
+    Result<CameraReply> run(GetCamera& command);
+    Result<std::vector<CameraReply>> run(ListCameras&);
     Result<WorldState> run(LoadWorld& command);
     Result<WorldState> run(GetWorld&);
     Result<WorldState> run(PauseWorld&);
@@ -54,10 +54,10 @@ private:
     Result<EventLog> run(WaitEvents& command);
     Result<RigReport> run(GetStats&);
     Result<TruthRef> run(GetTruth& command);
-    Result<CameraState> find(const std::string& name) const;
+    Result<CameraReply> find(const std::string& name) const;
 
     mutable std::mutex mutex_;
-    std::map<std::string, CameraState> cameras_;
+    std::map<std::string, CameraReply> cameras_;
     WorldState world_;
     FetchRequest last_fetch_;
     bool holds_ = false;

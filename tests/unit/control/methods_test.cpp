@@ -258,9 +258,11 @@ TEST(FrameMethods, PicturesComeInBase64WithTheirInstant) {
     EXPECT_EQ(rpc.result("frame.get", R"({"camera":"lobby","format":"raw"})")["pixels"], "rgba8");
 }
 
-TEST(FrameMethods, QualityAndTimeReachTheRig) {
+TEST(FrameMethods, QualityTimeAndLayoutReachTheRig) {
     RpcHarness rpc;
     rpc.result("camera.create", lobby);
+    rpc.result("frame.get", R"({"camera":"lobby","format":"raw","pixels":"bgr24"})");
+    EXPECT_EQ(rpc.rig.last_fetch().format.pixels, PixelFormat::bgr24);
     rpc.result("frame.get", R"({"camera":"lobby","quality":55,"min_ns":123})");
     EXPECT_EQ(rpc.rig.last_fetch().format.quality, 55);
     EXPECT_EQ(rpc.rig.last_fetch().min_ns, 123);
@@ -277,6 +279,11 @@ TEST(FrameMethods, WrongRequestsAreRefused) {
                 StartsWith("-32602 invalid_argument quality"));
     EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","format":"png","quality":9})"), HasSubstr("only jpeg"));
     EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","kind":"depth"})"), StartsWith("-32000 unsupported"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","format":"raw","pixels":"nv12"})"),
+                StartsWith("-32602 invalid_argument pixels"));
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","pixels":"bgr24"})"), HasSubstr("raw"));
+    // Here by HTTP, as it were.
+    EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"lobby","encoding":"bytes"})"), HasSubstr("control socket"));
     EXPECT_THAT(rpc.failure("frame.get", R"({"camera":"hall"})"), StartsWith("-32000 not_found"));
 }
 

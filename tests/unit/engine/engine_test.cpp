@@ -43,7 +43,7 @@ protected:
                       [&](auto result) { promise.set_value(std::move(result)); });
         return reply.get();
     }
-    Result<CameraState> create(const std::string& name, const char* fps = "25", bool code_strip = false) {
+    Result<CameraReply> create(const std::string& name, const char* fps = "25", bool code_strip = false) {
         CreateCamera command;
         command.name = name;
         command.patch.size = ImageSize{160, 120};

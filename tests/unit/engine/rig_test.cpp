@@ -230,5 +230,94 @@ TEST_F(RigTest, ANewWorldInTheMiddleBeginsAtZero) {
     EXPECT_EQ(drawn, ids);
 }
 
+/// Draws at once, or when the test says so.
+class HoldableLane final : public InlineLane {
+public:
+    using InlineLane::InlineLane;
+    void post(DrawTask task) override {
+        if (is_held)
+            tasks_.push_back(std::move(task));
+        else
+            InlineLane::post(std::move(task));
+    }
+    void draw() {
+        for (DrawTask& task : std::exchange(tasks_, {})) InlineLane::post(std::move(task));
+    }
+    std::size_t tasks() const { return tasks_.size(); }
+
+    bool is_held = false;
+
+private:
+    std::vector<DrawTask> tasks_;
+};
+
+/// A rig in lockstep with five cameras, one picture a second each, all read.
+class SteppedRigTest : public testing::Test {
+protected:
+    void SetUp() override {
+        const auto finished = std::make_shared<DrawnTasks>([] {});
+        std::vector<std::unique_ptr<DrawLane>> lanes;
+        auto made_lane = std::make_unique<HoldableLane>(std::make_unique<NotingRenderer>(pool, drawn), finished);
+        lane = made_lane.get();
+        lanes.push_back(std::move(made_lane));
+        EngineOptions options;
+        options.mode = RunMode::lockstep;
+        rig = std::move(*Rig::create(std::make_shared<Scene>(), options, std::move(lanes), finished, bus, [] {}));
+        for (const char* name : {"a", "b", "c", "d", "e"}) {
+            CreateCamera command{.name = name, .place = {}, .patch = {}};
+            command.patch.size = ImageSize{16, 16};
+            command.patch.rate = Rate::parse("1").value();
+            Command request = Request<CreateCamera>{std::move(command), [](auto made) { ASSERT_TRUE(made); }};
+            rig->apply(request);
+            sinks.push_back(std::make_shared<FakeSink>());
+            subscriptions.push_back(bus.subscribe(name, {}, {"test", "", {}}, sinks.back(), {}).value());
+        }
+        drawn.clear();
+    }
+    void step(TimeNs duration_ns, TimeNs timeout_ns = 10 * ns_per_s) {
+        Command request = Request<StepWorld>{{duration_ns, timeout_ns}, [this](auto result) { reply = result; }};
+        rig->apply(request);
+    }
+
+    std::vector<CameraId> drawn;
+    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    LocalFrameBus bus{{1, pool}};
+    HoldableLane* lane = nullptr;
+    std::vector<std::shared_ptr<FakeSink>> sinks;
+    std::unique_ptr<Rig> rig;
+    std::vector<Subscription> subscriptions;
+    std::optional<Result<WorldState>> reply;
+};
+
+TEST_F(SteppedRigTest, WhileAStepIsDrawnTheEngineSleeps) {
+    lane->is_held = true;
+    step(ns_per_s);
+    rig->tick(monotonic_now_ns());
+    ASSERT_EQ(lane->tasks(), 1U);
+    EXPECT_GT(rig->wake_time_ns(), monotonic_now_ns() + ns_per_s) << "it hears of what is drawn";
+    lane->draw();
+    EXPECT_EQ(rig->wake_time_ns(), 0);
+}
+
+TEST_F(SteppedRigTest, WhatIsBeingDrawnOfAStepThatIsGivenUpStillGoesOut) {
+    sinks.front()->keep_holds();
+    lane->is_held = true;
+    step(2 * ns_per_s, ns_per_s);
+    while (drawn.size() < sinks.size()) {
+        rig->tick(monotonic_now_ns());
+        lane->draw();
+    }
+    rig->tick(monotonic_now_ns());  // sends the first instant, which stays on its way
+    rig->tick(monotonic_now_ns());  // begins the second
+    ASSERT_FALSE(reply);
+    lane->is_held = false;
+    lane->draw();
+    ASSERT_LT(drawn.size(), 2 * sinks.size());
+    rig->tick(monotonic_now_ns() + 2 * ns_per_s);
+    ASSERT_TRUE(reply);
+    EXPECT_FALSE(*reply);
+    for (const auto& sink : sinks) EXPECT_TRUE(sink->wait_for_units(2));
+}
+
 }  // namespace
 }  // namespace camrig::rig_test

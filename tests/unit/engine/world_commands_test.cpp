@@ -98,14 +98,13 @@ TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
     AddEvent add;
     add.event.name = "look";
     add.event.when = AtTime{95 * ns_per_ms};  // the step at 100 ms
-    CameraAction action{.camera = "c", .pose = {}};
-    action.pose.position = {1, 2, 3};
+    const CameraAction action{.camera = "c", .pose = Pose{{1, 2, 3}}, .vfov_rad = {}, .duration_ns = 0};
     add.event.actions = {action};
     ASSERT_TRUE(call(add));
     ASSERT_TRUE(call(StepWorld{80 * ns_per_ms}));
-    EXPECT_EQ(call(GetCamera{"c"})->spec.pose.position, glm::dvec3(0));
+    EXPECT_EQ(call(GetCamera{"c"})->now.pose.position, glm::dvec3(0));
     ASSERT_TRUE(call(StepWorld{40 * ns_per_ms}));
-    EXPECT_EQ(call(GetCamera{"c"})->spec.pose.position, glm::dvec3(1, 2, 3));
+    EXPECT_EQ(call(GetCamera{"c"})->now.pose.position, glm::dvec3(1, 2, 3));
 }
 
 }  // namespace

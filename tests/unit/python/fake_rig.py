@@ -48,10 +48,13 @@ class FakeRig:
             handler = self.handlers.get(method) or getattr(self, "do_" + method.replace(".", "_"), None)
             if handler is None:
                 raise Refuse(None, f"no method {method}", -32601)
-            reply["result"] = handler(params)
+            reply["result"] = result = handler(params)
+            if isinstance(result, dict) and result.get("encoding") == "bytes":
+                reply["result"] = {key: value for key, value in result.items() if key != "data"}
+                return json.dumps(reply).encode() + b"\n" + result["data"]
         except Refuse as refusal:
             reply["error"] = refusal.error
-        return json.dumps(reply).encode()
+        return json.dumps(reply).encode() + b"\n"
 
     def do_server_info(self, params: dict[str, Any]) -> Any:
         return {"version": "0", "http": 8123, "rtsp": 8555}
@@ -86,7 +89,9 @@ class FakeRig:
     def do_frame_get(self, params: dict[str, Any]) -> Any:
         self.do_camera_get({"name": params["camera"]})
         data, height, width = self.picture.tobytes(), *self.picture.shape[:2]
-        pixel_format = "rgba8"
+        pixel_format = params.get("pixels", "rgba8")
+        if pixel_format == "bgr24":
+            data = self.picture[:, :, 2::-1].tobytes()
         if params["kind"] == "depth":
             data, pixel_format = np.full((height, width), np.inf, "<f4").tobytes(), "depth32f"
         elif params["kind"] != "color":
@@ -96,6 +101,10 @@ class FakeRig:
 
             suffix = {"png": ".png", "jpeg": ".jpg"}[params["format"]]
             data = cv2.imencode(suffix, np.ascontiguousarray(self.picture[:, :, 2::-1]))[1].tobytes()
+        if params.get("encoding") == "bytes":
+            encoded: dict[str, Any] = {"encoding": "bytes", "bytes": len(data), "data": data}
+        else:
+            encoded = {"encoding": "base64", "data": base64.b64encode(data).decode()}
         return {
             "camera": params["camera"],
             "sequence": 5,
@@ -105,7 +114,7 @@ class FakeRig:
             "kind": params["kind"],
             "format": params["format"],
             "pixels": pixel_format,
-            "data": base64.b64encode(data).decode(),
+            **encoded,
         }
 
 
@@ -115,7 +124,7 @@ class _LineHandler(socketserver.StreamRequestHandler):
         rig.connections += 1
         for line in self.rfile:
             try:
-                self.wfile.write(rig.answer(line) + b"\n")
+                self.wfile.write(rig.answer(line))
             except (OSError, Vanish):
                 return
 

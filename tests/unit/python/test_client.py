@@ -1,13 +1,15 @@
 """The client against a stand-in for the daemon."""
 
+import socket
 import threading
+import time
 
 import pytest
 
 import camrig
 import fake_rig
 from camrig.client import Client
-from camrig.transport import unix_connector
+from camrig.transport import LineConnection, unix_connector
 
 
 def test_errors_carry_the_kind_and_message_of_the_rig(client_rig):
@@ -199,3 +201,31 @@ def test_an_address_that_is_none_is_said_to_be(address):
     with pytest.raises(camrig.CamrigError) as refused:
         camrig.connect(address)
     assert refused.value.kind == "invalid_argument"
+
+
+def test_bytes_behind_an_answer_are_taken_whole_however_they_come():
+    ours, rigs = socket.socketpair()
+    connection, deadline = LineConnection(ours), time.monotonic() + 20
+    picture = bytes(range(256)) * 50
+
+    def serve():
+        for cut in (0, 1, 7000):
+            rigs.recv(100)
+            rigs.sendall(b'{"bytes": 12800}\n' + picture[:cut])
+            for begin in range(cut, len(picture), 3000):
+                rigs.sendall(picture[begin : begin + min(3000, len(picture) - begin)])
+        rigs.recv(100)
+        rigs.sendall(b"{}\nmore")
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    for _ in range(3):
+        assert connection.roundtrip(b"ask", deadline) == b'{"bytes": 12800}'
+        assert connection.read_bytes(12800, deadline) == picture
+        assert connection.is_idle()
+    # What nobody asked for is no answer to the next request.
+    assert connection.roundtrip(b"ask", deadline) == b"{}"
+    assert not connection.is_idle()
+    thread.join()
+    connection.close()
+    rigs.close()

@@ -53,14 +53,72 @@ TEST(MakeTruth, APointOnTheLeftEdgeOfThePictureIsJudgedByTheFirstColumn) {
     ids[4 * 64 + 63] = 9u;  // something near covers the end of row 4
     depths[4 * 64 + 63] = 1.0f;
     const FrameRef alone = frame_of(ids);
-    const auto truth = make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}},
-                                  *snapshot, {.instance = alone, .depth = frame_of(depths)},
-                                  [&](std::span<const ObjectId>) -> Result<FrameRef> { return alone; });
+    const auto truth =
+        make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
+                   {.instance = alone, .depth = frame_of(depths)},
+                   silhouettes_from([&](std::span<const ObjectId>) -> Result<FrameRef> { return alone; }));
     ASSERT_TRUE(truth) << truth.error().message;
     ASSERT_EQ(truth->objects.size(), 1u);
     const Keypoint& nose = truth->objects[0].keypoints.at(0);
     EXPECT_EQ(nose.pixel, glm::dvec2(-0.5, 5.0));
     EXPECT_EQ(nose.visibility, KeypointVisibility::visible);
+}
+
+// What stands still is measured once for a camera that stands; never is anything of another pose or world told.
+TEST(MakeTruth, WhatWasFoundOfStandingObjectsIsWhatIsFoundAnew) {
+    const auto at = [](std::uint32_t id, glm::dvec3 position) {
+        auto info = std::make_shared<ObjectInfo>();
+        info->id = ObjectId{id};
+        info->name = "face " + std::to_string(id);
+        auto model = std::make_shared<Model>(*face());
+        if (id != 2) model->nodes[0].keypoint = "";
+        info->model = model;
+        return Instance{.info = info, .position = position, .clips = {}};
+    };
+    const auto world = [&](double beside) {
+        auto statics = std::make_shared<StaticSet>();
+        statics->objects = {at(1, {6, beside, 0}), at(2, {8, 1, 0}), at(3, {-5, 0, 0})};
+        return std::shared_ptr<const StaticSet>(statics);
+    };
+    auto spec = std::make_shared<CameraSpec>();
+    spec->size = size;
+    spec->intrinsics = {40.0, 40.0, 31.5, 23.5};
+    auto wider = std::make_shared<CameraSpec>(*spec);
+    wider->intrinsics.fx = 30.0;
+    Pose aside;
+    aside.position.y = 0.5;
+    const FrameRef ids = frame_of(std::vector<std::uint32_t>(64 * 48, 0u));
+    const auto silhouettes = [](std::span<const ObjectId> objects, std::span<const PixelBox>) {
+        return Result<std::vector<Silhouette>>(std::vector<Silhouette>(objects.size(), {{3, 4, 9}}));
+    };
+    StandingObjects standing;
+    const auto first = world(0.0), second = world(1.0);
+    std::uint32_t n = 0;
+    for (const auto& [statics, of, pose] :
+         {std::tuple(first, spec, Pose{}), std::tuple(first, spec, Pose{}), std::tuple(first, spec, aside),
+          std::tuple(first, wider, aside), std::tuple(second, wider, aside), std::tuple(second, wider, aside)}) {
+        auto snapshot = std::make_shared<Snapshot>();
+        snapshot->statics = statics;
+        snapshot->movers = {at(9, {5.0 + 0.1 * n, 0, 0})};
+        const FrameRef depths = frame_of(std::vector<float>(64 * 48, n++ % 2 == 0 ? 100.0f : 1.0f));
+        const TruthView view{.name = std::make_shared<const std::string>("eye"), .spec = of, .pose = pose};
+        const auto kept = make_truth(view, *snapshot, {.instance = ids, .depth = depths}, silhouettes, &standing);
+        const auto anew = make_truth(view, *snapshot, {.instance = ids, .depth = depths}, silhouettes);
+        ASSERT_TRUE(kept && anew);
+        ASSERT_EQ(kept->objects.size(), 3u);
+        ASSERT_EQ(anew->objects.size(), 3u);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const ObjectTruth &a = kept->objects[i], &b = anew->objects[i];
+            EXPECT_EQ(a.id, b.id);
+            EXPECT_EQ(a.pixels_alone, 5);
+            EXPECT_EQ(a.box_full_min, b.box_full_min) << n;
+            EXPECT_EQ(a.box_full_max, b.box_full_max) << n;
+            EXPECT_EQ(a.center, b.center) << n;
+            ASSERT_EQ(a.keypoints.size(), b.keypoints.size());
+            for (std::size_t k = 0; k < a.keypoints.size(); ++k)
+                EXPECT_EQ(a.keypoints[k].visibility, b.keypoints[k].visibility) << n;
+        }
+    }
 }
 
 }  // namespace

@@ -184,7 +184,8 @@ def test_the_other_formats(rig):
             wait_until(lambda: f"'{fourcc}'" in run(f"v4l2-ctl -d /dev/video{RIGHT} --get-fmt-video || true"), what=fourcc)
             wait_until(lambda: is_camera(RIGHT), what=fourcc)
             with V4l2Reader(RIGHT, fourcc, SIZE) as reader:
-                pictures = reader.take(4)[1:]  # 0.12 forgets the length of the one that was there
+                pictures = [picture for picture in reader.take(6) if picture.stamp_us > reader.asked_us]
+            assert len(pictures) >= 3, "0.12 forgets the length of those that were there; there are at most two"
             for picture in pictures:
                 assert size_image is None or len(picture.data) == size_image
                 assert size_image is not None or (picture.data[:2] == b"\xff\xd8" and picture.data[-2:] == b"\xff\xd9")

@@ -94,7 +94,7 @@ class V4l2Reader:
     def _map(self) -> None:
         (count,) = struct.unpack("<I16x", self._call(REQBUFS, struct.pack("<III8x", BUFFERS, CAPTURE, MMAP)))
         assert count == BUFFERS, f"{count} buffers"
-        self._asked_us = _now_us()
+        self.asked_us = _now_us()
         self._maps = []
         for index in range(count):
             buffer = self._call(QUERYBUF, self._buffer(index))
@@ -137,7 +137,8 @@ class V4l2Reader:
     def take(self, count: int) -> list[Picture]:
         """So many pictures; stamps and numbers must rise, and stamps never be in the future and never be old.
 
-        Numbers count for what was shown since the buffers were asked for: 0.12 sets those of older pictures to 0 then.
+        Numbers count for what was shown since the buffers were asked for (asked_us): 0.12 forgets number and length of
+        older pictures then, and two of them may still come.
         """
         pictures: list[Picture] = []
         for _ in range(count):
@@ -145,7 +146,7 @@ class V4l2Reader:
             assert 0 <= pictures[-1].age_us < 10_000_000, f"a stamp is {pictures[-1].age_us} us old"
         for before, after in zip(pictures, pictures[1:]):
             assert after.stamp_us > before.stamp_us, "stamps do not rise"
-            if after.stamp_us > self._asked_us:
+            if after.stamp_us > self.asked_us:
                 assert after.sequence > before.sequence, f"sequence {before.sequence}, then {after.sequence}"
         return pictures
 

@@ -126,6 +126,22 @@ def lockstep(cameras: int, size: tuple[int, int], steps: int, *, moving: bool = 
             return Lockstep(reading, reading.rendered)
 
 
+def all_kinds(steps: int) -> Lockstep:
+    """Colour, depth, ids and truth of one camera in each of `steps` instants, as a Python program takes them; a picture is all four."""
+    with rig_with(1, (640, 480), 25, mode="lockstep") as (rig, names):
+        cam = rig.camera(names[0])
+
+        def take(count: int) -> None:
+            for _ in range(count):
+                rig.step(seconds=1 / 25)
+                cam.frame(), cam.depth(), cam.instances(), cam.truth()
+
+        take(10)
+        meter = Meter(rig)
+        take(steps)
+        return Lockstep(meter.read(), steps)
+
+
 def _wait_for_readers(rig: camrig.Rig, count: int) -> None:
     deadline = time.monotonic() + 30
     while time.monotonic() < deadline:

@@ -47,6 +47,15 @@ TEST(Route, EveryPathOfTheContractIsKnown) {
     EXPECT_EQ(route_of("/cameras/lobby/truth")->kind, RouteKind::truth);
 }
 
+TEST(Route, AllButThePageAndItsCallsIsGuardedFromOtherPages) {
+    for (const auto& paths : {rig_paths(), camera_paths()})
+        for (const HttpPath& one : paths) {
+            EXPECT_EQ(one.is_guarded, one.path != "/" && one.path != "/rpc") << one.path;
+            EXPECT_EQ(one.takes_post, one.path == "/rpc") << one.path;
+        }
+    EXPECT_FALSE(route_of("/app.js")->is_guarded);
+}
+
 TEST(Route, OtherPathsBelowCamerasAreNotFoundAndTheErrorSaysWhatThereIs) {
     for (const char* path :
          {"/cameras/", "/cameras/lobby", "/cameras/lobby/", "/cameras//stream.mjpg", "/cameras/LOBBY/truth",

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/base/time.h"
+#include "core/camera/intrinsics.h"
+#include "core/camera/pose.h"
+
+namespace camrig {
+
+/// What changes of a camera with time, at one world time.
+struct CameraState {
+    TimeNs world_ns = 0;  ///< the time; frames that show it are stamped with it
+    Pose pose;            ///< world_from_link
+    Intrinsics intrinsics;
+    friend bool operator==(const CameraState&, const CameraState&) = default;
+};
+
+}  // namespace camrig

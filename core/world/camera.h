@@ -1,0 +1,52 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+
+#include "core/camera/camera_state.h"
+#include "core/camera/timeline.h"
+#include "core/world/camera_spec.h"
+#include "core/world/snapshot.h"
+
+namespace camrig {
+
+/// A camera as a function of world time: what commands and events said of it so far, and what follows from that for
+/// any time. Nothing is carried on from picture to picture: states may be asked for in any order, and a picture that is
+/// not drawn changes nothing.
+///
+/// A value; any thread. Commands make another one of it.
+class Camera {
+public:
+    /// At rest.
+    explicit Camera(CameraSpec spec = {});
+
+    /// Where its last command brings it: pose and intrinsics are those from arrives_ns() on. Never null.
+    const std::shared_ptr<const CameraSpec>& spec() const { return spec_; }
+    /// World time from which it is where its last command sent it.
+    TimeNs arrives_ns() const { return std::max(pose_.arrives_ns(), intrinsics_.arrives_ns()); }
+
+    /// As patch_camera_spec() changes it at begin_ns. Pose and focal length come there over duration_ns, all else
+    /// changes at once; so do intrinsics of another size or principal point. A motion of what the patch does not
+    /// name goes on.
+    Result<Camera> changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const;
+    /// Of another world, whose time begins at 0: it has arrived, and what it was mounted on last stays where it was.
+    Camera in_another_world(const Snapshot& last) const;
+    /// What it is mounted on has gone from the world, and was this then: the camera stays there.
+    void leave(const Instance& carrier, TimeNs world_ns);
+
+    /// As it is at the snapshot's time, anywhere in what the world and Timeline keep of the past.
+    CameraState at(const Snapshot& world) const;
+    /// The spec with pose (in the frame of its mount) and intrinsics of a time: camera.create makes one that is so.
+    CameraSpec spec_at(TimeNs world_ns) const;
+
+private:
+    /// world_from_mount; of a camera that is mounted.
+    Pose frame_in(const Snapshot& world) const;
+
+    std::shared_ptr<const CameraSpec> spec_;
+    Timeline<Pose> pose_;  ///< in the frame of its mount
+    Timeline<Intrinsics> intrinsics_;
+    Timeline<Pose> left_{Pose{}};  ///< world_from_mount while what it is mounted on is not there
+};
+
+}  // namespace camrig

@@ -1,0 +1,128 @@
+#include "core/world/camera.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/world/mount.h"
+#include "tests/unit/world/world_fixture.h"
+
+namespace camrig::camera_test {
+namespace {
+
+using namespace world_test;
+
+Camera camera_at(const Pose& pose, std::optional<Mount> mount = {}) {
+    CameraPatch patch;
+    patch.pose = pose;
+    patch.mount = std::move(mount);
+    return Camera().changed(patch, 0, 0).value();
+}
+
+Snapshot time(TimeNs world_ns) {
+    return {.world_ns = world_ns, .statics = {}, .movers = {}};
+}
+
+CameraPatch zoom(double factor) {
+    CameraPatch patch;
+    patch.zoom = factor;
+    return patch;
+}
+
+TEST(Camera, ZoomsAndTurnsEachInItsOwnTime) {
+    Camera camera = camera_at({});
+    const double fx = camera.spec()->intrinsics.fx;
+    camera = camera.changed(zoom(4), ns_per_s, 2 * ns_per_s).value();
+    CameraPatch turn;
+    turn.pan_rad = 1.0;
+    camera = camera.changed(turn, 2 * ns_per_s, 4 * ns_per_s).value();
+    EXPECT_EQ(camera.arrives_ns(), 6 * ns_per_s);
+    EXPECT_EQ(camera.at(time(ns_per_s)).intrinsics.fx, fx);
+    EXPECT_NEAR(camera.at(time(2 * ns_per_s)).intrinsics.fx, 2 * fx, 1e-9);
+    EXPECT_EQ(camera.at(time(3 * ns_per_s)).intrinsics, camera.spec()->intrinsics);
+    EXPECT_NEAR(angles_of(camera.at(time(4 * ns_per_s)).pose.orientation).pan, 0.5, 1e-12);
+    EXPECT_EQ(camera.at(time(6 * ns_per_s)).pose, camera.spec()->pose);
+}
+
+TEST(Camera, AHeadTurnsFromWhereItIsNotFromWhereItWasSent) {
+    CameraPatch drive;
+    drive.pose = Pose{{10, 0, 0}};
+    Camera camera = camera_at({}).changed(drive, 0, 10 * ns_per_s).value();
+    CameraPatch turn;
+    turn.pan_rad = 1.0;
+    camera = camera.changed(turn, 5 * ns_per_s, 0).value();
+    EXPECT_EQ(camera.at(time(9 * ns_per_s)).pose.position, glm::dvec3(5, 0, 0));
+}
+
+TEST(Camera, OpticsOfAnotherSizeOrPrincipalPointAreThereAtOnce) {
+    Camera camera = camera_at({}).changed(zoom(4), 0, ns_per_s).value();
+    CameraPatch larger;
+    larger.size = ImageSize{1280, 960};
+    EXPECT_EQ(camera.changed(larger, ns_per_s / 2, ns_per_s)->at(time(ns_per_s / 2)).intrinsics.cx, 639.5);
+    CameraPatch shifted;
+    shifted.optics = Intrinsics{500, 500, 300, 200};
+    EXPECT_EQ(camera.changed(shifted, ns_per_s / 2, ns_per_s)->at(time(ns_per_s / 2)).intrinsics,
+              (Intrinsics{500, 500, 300, 200}));
+}
+
+TEST(Camera, WhatIsToldOfAMovingCameraMakesOneThatIsThere) {
+    CameraPatch change = zoom(2);
+    change.pose = Pose{{4, 0, 0}};
+    const Camera camera = camera_at({}).changed(change, 0, 4 * ns_per_s).value();
+    const CameraSpec there = camera.spec_at(ns_per_s);
+    EXPECT_EQ(there.pose.position, glm::dvec3(1, 0, 0));
+    EXPECT_EQ(there.intrinsics, camera.at(time(ns_per_s)).intrinsics);
+    EXPECT_EQ(there.name, camera.spec()->name);
+}
+
+/// A camera on an actor that walks, goes, and comes again, while its own head turns: what it is at a time does not
+/// depend on when, how often and in which order it was asked.
+TEST(Camera, OnAnActorThatGoesIsTheSameInWhateverOrderItIsAsked) {
+    auto scene = empty_scene(10 * ns_per_ms);
+    scene->events = {
+        event(
+            R"({"name": "come", "when": {"at_s": 0.2}, "do": [{"action": "spawn", "actor": {"name": "c", "model": "man",
+                  "behaviour": {"type": "route", "route": "line", "clip": "walk"}}}]})"),
+        event(R"({"name": "go", "when": {"at_s": 0.65}, "do": [{"action": "remove", "actor": "c"}]})"),
+        event(
+            R"({"name": "again", "when": {"at_s": 0.8}, "do": [{"action": "spawn", "actor": {"name": "c", "model": "man",
+                  "position": [1, 2, 0]}}]})"),
+        event(R"({"name": "gone", "when": {"at_s": 0.9}, "do": [{"action": "remove", "actor": "c"}]})")};
+    const auto world = World::create(scene, 3).value();
+    CameraPatch turn;
+    turn.tilt_rad = 1.0;
+    Camera camera = camera_at({{0, 0, 2}}, Mount{"c", ""}).changed(turn, 0, ns_per_s).value();
+    std::vector<CameraState> seen;
+    for (std::uint64_t i = 0; i < 400; ++i) {
+        const TimeNs now_ns = static_cast<TimeNs>(i) * 2'999'999;
+        world->advance_to(now_ns);
+        for (const Departure& departure : world->take_departures())
+            if (departure.instance.info->name == "c") camera.leave(departure.instance, departure.world_ns);
+        seen.push_back(camera.at(*world->snapshot(now_ns)));
+        for (std::uint64_t k = 0; k < 5; ++k) {
+            const CameraState& one = seen[random_bits(1, i, k) % seen.size()];
+            if (one.world_ns < world->last_step_ns() - Timeline<Pose>::kept_ns) continue;
+            ASSERT_EQ(camera.at(*world->snapshot(one.world_ns)), one) << one.world_ns << " at " << now_ns;
+        }
+    }
+    const auto x_at = [&](TimeNs world_ns) {
+        return seen[static_cast<std::size_t>(world_ns / 2'999'999)].pose.position.x;
+    };
+    EXPECT_EQ(x_at(100 * ns_per_ms), 0.0) << "before its actor is there, the frame is the world's";
+    EXPECT_GT(x_at(600 * ns_per_ms), 0.2);
+    EXPECT_NEAR(x_at(700 * ns_per_ms), 0.45 * walk_ground_m_s, 0.05) << "it stays where its actor went";
+    EXPECT_EQ(x_at(850 * ns_per_ms), 1.0);
+    EXPECT_EQ(x_at(1100 * ns_per_ms), 1.0);
+}
+
+TEST(Camera, InAnotherWorldItHasArrivedAndStaysWhereItsActorWas) {
+    const auto world = World::create(empty_scene(), 3).value();
+    ASSERT_TRUE(world->spawn_actor(actor(R"({"name": "c", "model": "man", "position": [3, 4, 0]})")));
+    const Camera camera = camera_at({{0, 0, 2}}, Mount{"c", ""}).changed(zoom(3), 0, ns_per_s).value();
+    const Camera next = camera.in_another_world(*world->snapshot(0));
+    EXPECT_EQ(next.at(time(0)).pose.position, glm::dvec3(3, 4, 2));
+    EXPECT_EQ(next.at(time(0)).intrinsics, camera.spec()->intrinsics);
+    EXPECT_EQ(next.arrives_ns(), 0);
+}
+
+}  // namespace
+}  // namespace camrig::camera_test
