@@ -283,6 +283,40 @@ TEST(Channels, OfOneInstantAreDrawnTogetherForWhoTookSeveralOfTheLast) {
     }
 }
 
+/// Pictures of a camera whose colour is drawn by coverage, from a drawer that keeps layers in so much memory: some of
+/// one sort only, then colour and all other kinds together. Gives the memory that its layer takes in the end.
+std::int64_t expect_same_beside_coverage(bool is_color_first, std::int64_t layer_bytes, const std::string& what) {
+    SoftwareDrawer kept({.pool = std::make_shared<FramePool>(), .static_layer_bytes = layer_bytes, .threads = 2}),
+        full({.pool = std::make_shared<FramePool>(), .threads = 3});
+    const SnapshotRef first = gallery().snapshot();
+    const TestCamera at_middles{.size = {161, 100}, .focal_px = 110.0};
+    TestCamera by_areas = at_middles;
+    by_areas.antialias = Antialias::coverage;
+    View view = by_areas.view();
+    for (int n = 0; n < 8; ++n) {
+        const SnapshotRef snapshot = moment(first, 2 * n);
+        view.sequence = n;
+        for (int k = 0; k < frame_kind_count; ++k) view.kinds[k] = n >= 3 || (k == 0) == is_color_first;
+        for (const FrameRef& frame : drawn(kept, snapshot, {view})) {
+            const FrameKind kind = frame->info().kind;
+            const View alone = of_kinds((kind == FrameKind::color ? by_areas : at_middles).view(), std::array{kind});
+            full.forget(alone.camera);
+            EXPECT_TRUE(std::ranges::equal(frame->bytes(), drawn(full, snapshot, {alone}).at(0)->bytes()))
+                << what << ", instant " << n << ", kind " << static_cast<int>(kind);
+        }
+    }
+    return kept.counters().layer_bytes;
+}
+
+TEST(Channels, BesideColourByCoverageAreThoseOfPixelsMiddles) {
+    // A layer takes as much whatever was asked for first, and is given up where only the edges of areas find no room.
+    const std::int64_t room = std::int64_t{64} << 20, taken = expect_same_beside_coverage(true, room, "colour first");
+    EXPECT_EQ(expect_same_beside_coverage(false, room, "colour later"), taken);
+    EXPECT_LT(expect_same_beside_coverage(true, taken - 1, "colour first, little room"), taken);
+    EXPECT_EQ(expect_same_beside_coverage(false, taken - 1, "colour later, little room"), 0);
+    EXPECT_LT(expect_same_beside_coverage(true, 0, "no layers"), taken);
+}
+
 TEST(Silhouettes, AreThePixelsThatAnObjectShowsAloneWithAndWithoutALayer) {
     SoftwareDrawer by(
         {.pool = std::make_shared<FramePool>(), .static_layer_bytes = std::int64_t{64} << 20, .threads = 2});
@@ -372,6 +406,31 @@ TEST(Strokes, ArePixelsOfPointsAndLinesAsMesaDrawsThem) {
             ASSERT_EQ((pixels[i] & 0xFFFFFF) != 0, ours.instance[i] != 0) << i;
     }
     EXPECT_EQ(renderer_of("cpu").description().find("llvmpipe"), std::string::npos);
+}
+
+TEST(Strokes, ByCoverageAreAPixelWideWhereverTheyLie) {
+    const auto light_of = [](Topology topology, glm::vec3 from, glm::vec3 to) {
+        Primitive p;
+        p.topology = topology;
+        p.positions = {from, to};
+        p.indices = {0, 1};
+        p.bounds = {glm::vec3(-20.0f), glm::vec3(20.0f)};
+        TestWorld world;
+        world.objects = {instance_of(model_of(p, colored(glm::vec3(1.0f), true)))};
+        SoftwareDrawer by({.pool = std::make_shared<FramePool>()});
+        const View view = TestCamera{.size = {64, 48}, .focal_px = 64.0, .antialias = Antialias::coverage}.view();
+        double light = 0.0;
+        for (const std::uint32_t pixel : pixels_of<std::uint32_t>(*drawn(by, world.snapshot(), {view}).at(0)))
+            light += linear_of(static_cast<int>(pixel & 0xFF));
+        return light;
+    };
+    // At a distance of 4 m a pixel is 1/16 m.
+    for (std::uint64_t n = 0; n < 20; ++n) {
+        const auto at = [&](std::uint64_t i) { return 0.5f * static_cast<float>(random_unit(12, n, i)); };
+        const glm::vec3 left(4.0f, 1.0f + at(0), at(1)), right(4.0f, -1.0f - at(2), at(3));
+        EXPECT_NEAR(light_of(Topology::points, left, right), 2.0, 0.06) << n;
+        EXPECT_NEAR(light_of(Topology::lines, left, right), 16.0 * static_cast<double>(left.y - right.y), 1.2) << n;
+    }
 }
 
 }  // namespace
