@@ -78,7 +78,7 @@ const ViewDraw& ViewGeometry::add(const SeenSurface& seen, const SoftwarePrimiti
         draw.lights = lights_of(placed.light_set);
         if (view_.quality == Quality::fast) light_vertices(draw);
     }
-    add_triangles(draw, &primitive.neighbors[static_cast<std::size_t>(seen.level)]);
+    add_triangles(draw, primitive);
     draw.triangle_count = static_cast<std::uint32_t>(triangles_.size()) - draw.first_triangle;
     return draws_.emplace_back(draw);
 }
@@ -108,7 +108,7 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
     }
 }
 
-void ViewGeometry::add_triangles(const ViewDraw& draw, const MeshNeighbors* neighbors) {
+void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& primitive) {
     if (draw.primitive->source->topology != Topology::triangles) return add_strokes(draw);
     vertices_.resize(vertices_.size() + draw.vertex_count);
     outside_.resize(draw.vertex_count);
@@ -126,12 +126,14 @@ void ViewGeometry::add_triangles(const ViewDraw& draw, const MeshNeighbors* neig
     for (auto* const list : {&to_clip_, &made_by_clipping_}) {
         for (auto& corners : *list) corners.clear();
     }
+    const MeshNeighbors* const neighbors =
+        has_outlines_ ? &primitive.neighbors->of(primitive, *draw.primitive, draw.level) : nullptr;
     TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
                       .first_vertex = draw.first_vertex,
                       .is_mirrored = draw.placed->is_mirrored,
                       .is_double_sided = draw.primitive->material->double_sided,
                       .keeps_thin = has_outlines_,
-                      .neighbors = has_outlines_ ? neighbors : nullptr};
+                      .neighbors = neighbors};
     const auto add = [&](const TriangleCorners& corners) {
         assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, straight, wide_lanes_,
                  outline_scratch_, triangles_, to_clip_);

@@ -74,7 +74,7 @@ public:
 private:
     const SurfaceLights* lights_of(int light_set);
     void light_vertices(ViewDraw& draw);
-    void add_triangles(const ViewDraw& draw, const MeshNeighbors* neighbors);
+    void add_triangles(const ViewDraw& draw, const SoftwarePrimitive& primitive);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
     /// The same through a lens: in pieces with straight edges.
     void divide(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);

@@ -27,14 +27,21 @@ SampledTexture use_of(SoftwareModel& made, const Model& model, const Primitive& 
 
 }  // namespace
 
+const MeshNeighbors& NeighborsOfLevels::of(const SoftwarePrimitive& primitive, const PreparedPrimitive& prepared,
+                                           int level) {
+    std::call_once(once_, [&] {
+        levels_.push_back(neighbors_of(primitive.full.triangles, *prepared.source));
+        for (const MeshLevel& coarser : prepared.coarser)
+            levels_.push_back(neighbors_of(coarser.triangles, *prepared.source));
+    });
+    return levels_[static_cast<std::size_t>(level)];
+}
+
 SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared) {
     SoftwareModel made;
     for (const PreparedPrimitive& primitive : prepared.primitives) {
         SoftwarePrimitive& entry = made.primitives.emplace_back();
         entry.full = mesh_level(primitive.source->indices, 0.0f);
-        entry.neighbors.push_back(neighbors_of(entry.full.triangles, *primitive.source));
-        for (const MeshLevel& level : primitive.coarser)
-            entry.neighbors.push_back(neighbors_of(level.triangles, *primitive.source));
         const auto use = [&](TextureSlot slot, const TextureRef& ref, bool is_color) {
             entry.textures[slot] = use_of(made, model, *primitive.source, ref, is_color);
         };

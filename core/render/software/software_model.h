@@ -3,6 +3,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "core/render/scene/prepared_model.h"
@@ -20,9 +21,21 @@ struct SampledTexture {
 };
 enum TextureSlot { base_color_slot, emissive_slot, occlusion_slot, texture_slot_count };
 
+struct SoftwarePrimitive;
+
+/// Of the full mesh of a primitive and of each coarser one. Made when a picture first needs them; from any thread.
+class NeighborsOfLevels {
+public:
+    const MeshNeighbors& of(const SoftwarePrimitive& primitive, const PreparedPrimitive& prepared, int level);
+
+private:
+    std::once_flag once_;
+    std::vector<MeshNeighbors> levels_;
+};
+
 struct SoftwarePrimitive {
     MeshLevel full;
-    std::vector<MeshNeighbors> neighbors;  ///< of the full mesh and of each coarser one
+    std::unique_ptr<NeighborsOfLevels> neighbors = std::make_unique<NeighborsOfLevels>();
     std::array<SampledTexture, texture_slot_count> textures;
 };
 
