@@ -3,7 +3,7 @@
 //   render_scene SCENE VIEW OUT.png [--size WxH] [--quality fast|simple|beautiful] [--time SECONDS]
 //                [--kind color|depth|instance] [--device cpu] [--bench FRAMES] [--cameras N] [--threads N]
 //                [--lens MODEL:K1,K2,...] [--intrinsics FX,FY,CX,CY] [--method auto|warp|cube]
-//                [--filter auto|bilinear|bicubic] [--oversample N] [--antialias none|msaa4|ssaa2|ssaa3|ssaa4]
+//                [--filter auto|bilinear|bicubic] [--oversample N] [--antialias none|coverage|msaa4|ssaa2|ssaa3|ssaa4]
 //                [--static-layer on|off] [--moving on|off]
 //                [--detail-error PIXELS]
 //
