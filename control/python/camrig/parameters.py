@@ -249,7 +249,7 @@ PickUpAction = TypedDict("PickUpAction", {"action": Literal["pick_up"], "object"
 PutDownAction = TypedDict("PutDownAction", {"action": Literal["put_down"], "object": str, "position": Vector}, total=False)
 LightAction = TypedDict("LightAction", {"action": Literal["light"], "light": str, "intensity": float, "color": Vector, "flicker_hz": float, "seconds": float}, total=False)
 EnvironmentAction = TypedDict("EnvironmentAction", {"action": Literal["environment"], "background": Vector, "sky": Vector, "ground": Vector, "exposure": float}, total=False)
-CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any]}, total=False)
+CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any], "vfov_deg": float, "seconds": float}, total=False)
 UserAction = TypedDict("UserAction", {"action": Literal["user"], "data": Any}, total=False)
 Action = Union[BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction, PutDownAction, LightAction, EnvironmentAction, CameraAction, UserAction]
 
