@@ -22,7 +22,7 @@ constexpr double max_plane_end = 1000.0;
 constexpr double max_angular_end = 2.8;
 /// What goes on beyond the end takes at most so many pixels; beyond a fold so much of the focal length per unit.
 constexpr double max_beyond_px = 2048.0;
-constexpr double fold_rise = 1e-3;
+constexpr double fold_rise = 4e-3;
 /// Of the end: how far beyond it what is not wide is cut.
 constexpr double guard_margin = 1.1;
 /// The border of the picture is looked at every so many pixels.
@@ -79,14 +79,15 @@ void LensView::find_seen() {
     const bool ends_at_fold = end_ >= lens.valid_radius();
     if (ends_at_fold) end_ = lens.valid_radius() * (1.0 - 1e-9);
     is_wide_ = is_angular && end_ > wide_angle;
-    const double end_slope = is_angular && !is_wide_ ? std::tan(end_) : end_;
-    guard_ = end_slope * guard_margin;
-    const double last = is_wide_ ? pi : std::numbers::sqrt2 * guard_;
+    const auto slope_of = [&](double radius) { return is_angular && !is_wide_ ? std::tan(radius) : radius; };
+    const double last = is_wide_ ? pi : std::numbers::sqrt2 * guard_margin * slope_of(end_);
     // Where the picture ends before the lens does, nothing shows a bend beside it.
     rise_ = fold_rise;
     if (!ends_at_fold)
         rise_ = std::max(rise_, std::min(lens.derivative({end_, 0.0})[0].x, lens.derivative({0.0, end_})[1].y));
     if (last > end_) rise_ = std::min(rise_, max_beyond_px / focal / (last - end_));
+    const double end_slope = slope_of(seen_radius());
+    guard_ = end_slope * guard_margin;
     if (is_wide_) return;
 
     slope_low_ = glm::dvec2(std::numeric_limits<double>::infinity());

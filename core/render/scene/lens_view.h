@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -32,6 +33,9 @@ public:
     const CameraModel& model() const { return model_; }
     bool is_wide() const { return is_wide_; }
     double end_radius() const { return end_; }
+    /// What has nothing before this radius shows nothing. A little beyond the end: between two points there a straight
+    /// edge runs nearer to the axis, by max_sag_px, and what lies behind it must not be missing.
+    double seen_radius() const { return end_ + 2.0 * max_sag_px / (rise_ * shortest_focal()); }
     /// How far it goes on beyond, in focal lengths for each unit of the ideal plane.
     double rise() const { return rise_; }
     /// Of a lens that is not wide: what is seen has x / z and y / z between these, and is cut where they are beyond
@@ -77,6 +81,8 @@ private:
 
     CameraModel model_;
     bool is_wide_ = false;
+    double shortest_focal() const { return std::min(model_.intrinsics().fx, model_.intrinsics().fy); }
+
     double end_ = 0.0, rise_ = 0.0, guard_ = 0.0, straight_length_ = 0.0, simple_share_ = 0.0;
     glm::dvec2 slope_low_{0.0}, slope_high_{0.0};
     std::vector<BlindRun> blind_;

@@ -15,7 +15,7 @@ struct LensNumbers {
     std::array<float, 5> numerator{};
     std::array<float, 4> denominator{};
     float p1 = 0.0f, p2 = 0.0f;
-    float end = 0.0f, rise = 0.0f, straight_length2 = 0.0f;
+    float end = 0.0f, seen = 0.0f, rise = 0.0f, straight_length2 = 0.0f;
     bool is_angular = false, is_wide = false, is_rational = false, has_tangential = false;
 
     LensNumbers() = default;
@@ -26,6 +26,7 @@ struct LensNumbers {
           depth_shift(view.depth_shift),
           guard(lens.guard()),
           end(static_cast<float>(lens.end_radius())),
+          seen(static_cast<float>(lens.seen_radius())),
           rise(static_cast<float>(lens.rise())),
           straight_length2(static_cast<float>(lens.straight_length() * lens.straight_length())),
           is_wide(lens.is_wide()) {

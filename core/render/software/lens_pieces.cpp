@@ -121,7 +121,7 @@ LensPieces::Edge LensPieces::look_at(std::uint32_t from, std::uint32_t to, float
 bool LensPieces::is_outside(const Piece& piece, const std::array<Edge, 3>& edges) const {
     const Point &a = points_[piece.at[0]], &b = points_[piece.at[1]], &c = points_[piece.at[2]];
     const float longest2 = std::max({edges[0].length2, edges[1].length2, edges[2].length2});
-    if (std::min({a.radius, b.radius, c.radius}) - reach * std::sqrt(longest2) > numbers_.end) return true;
+    if (std::min({a.radius, b.radius, c.radius}) - reach * std::sqrt(longest2) > numbers_.seen) return true;
     const auto all = [&](const auto& is_beside) { return is_beside(a) && is_beside(b) && is_beside(c); };
     if (!numbers_.is_wide) {
         const glm::dvec2 low = lens_->slope_low(), high = lens_->slope_high();
@@ -197,8 +197,8 @@ bool LensPieces::is_beyond_end(const Piece& piece) const {
         longest2 = std::max(longest2, glm::dot(b.ideal - a.ideal, b.ideal - a.ideal));
     }
     // No edge comes nearer to the axis than its middle would, and a triangle around the axis has longer ones.
-    const float end2 = numbers_.end * numbers_.end;
-    return longest2 < end2 && inner2 - 0.25f * longest2 > end2;
+    const float seen2 = numbers_.seen * numbers_.seen;
+    return longest2 < seen2 && inner2 - 0.25f * longest2 > seen2;
 }
 
 void LensPieces::add(const Piece& piece) {

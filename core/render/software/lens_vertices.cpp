@@ -14,7 +14,7 @@ CAMRIG_LANES void project_body(const LensNumbers& lens, ImageSize size, const gl
     constexpr double farthest = 1e30;
     const float* const from = &positions->x;
     const double right = size.width - 0.5, bottom = size.height - 0.5;
-    const float seen = lens.end + std::sqrt(lens.straight_length2);
+    const float seen = lens.seen + std::sqrt(lens.straight_length2);
     for (std::size_t i = 0; i < which.size(); i += lane_count) {
         IntLanes at{};
         const std::size_t count = std::min<std::size_t>(which.size() - i, lane_count);

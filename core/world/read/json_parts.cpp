@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/field.h"
 #include "core/camera/pose.h"
 #include "core/world/turn.h"
 
@@ -30,7 +31,7 @@ void optional_name(JsonReader& reader, std::string_view key, std::string& out) {
 void optional_in_range(JsonReader& reader, std::string_view key, double& out, double low, double high) {
     reader.optional(key, out);
     if (reader.ok(key) && !(out >= low && out <= high)) {
-        reader.fail(key, "expected a number from " + nlohmann::json(low).dump() + " to " + nlohmann::json(high).dump());
+        reader.fail(key, "must be " + Range{low, high}.words());
     }
 }
 

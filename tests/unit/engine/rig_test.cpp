@@ -308,6 +308,7 @@ TEST_F(SteppedRigTest, WhatIsBeingDrawnOfAStepThatIsGivenUpStillGoesOut) {
         lane->draw();
     }
     rig->tick(monotonic_now_ns());  // sends the first instant, which stays on its way
+    for (const auto& sink : sinks) ASSERT_TRUE(sink->wait_for_units(1));
     rig->tick(monotonic_now_ns());  // begins the second
     ASSERT_FALSE(reply);
     lane->is_held = false;

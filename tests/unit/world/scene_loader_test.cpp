@@ -166,7 +166,7 @@ TEST(CheckScene, TellsEveryErrorAtOnceAndBlamesNobodyElse) {
     EXPECT_THAT(
         texts,
         testing::UnorderedElementsAre(
-            StartsWith("colour: unknown key"), StartsWith("environment.exposure: expected a number from"),
+            StartsWith("colour: unknown key"), StartsWith("environment.exposure: must be "),
             StartsWith("models.man.front: '+y' is none"), StartsWith("objects[0].scale: expected a number"),
             StartsWith("objects[0].position: expected an array of 3"), StartsWith("lights[0].type: 'sunny' is none"),
             StartsWith("places.lobby.vfov_deg: expected"), StartsWith("cameras[1].fps: '0/1' is not a frame rate"),
