@@ -57,7 +57,7 @@ void put_range(ordered_json& schema, const Field& field, const char* low, const 
 
 ordered_json schema_of(const Field& field);
 
-/// Default and words.
+/// Adds what holds by default, and what it is in words.
 void describe(ordered_json& schema, const Field& field) {
     const auto fallback = ordered_json::parse(field.fallback, nullptr, false);
     const bool is_value = !fallback.is_discarded() || !field.choices.empty() || !field.word.empty();

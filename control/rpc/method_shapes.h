@@ -19,7 +19,7 @@ std::vector<Shape> protocol_shapes();
 
 /// A table of parameters in Markdown.
 void params_table(std::string& out, const std::vector<Field>& fields);
-/// A row of that table, from its second column on: name, type, default, words.
+/// A row of that table.
 std::string param_row(const Field& field);
 
 /// The text of docs/control-protocol.md before its tables.

@@ -47,7 +47,7 @@ std::vector<KindDescription> descriptions_of(const std::vector<Kind<Variant>>& k
     return all;
 }
 
-/// Reads the kind that the value of `key` names. An unknown one is an error at the key, and a T of its default.
+/// Reads the kind that the value of `key` names. An unknown one is an error at the key, and gives a default.
 template <typename Variant>
 Variant read_kind(const std::vector<Kind<Variant>>& kinds, JsonReader& reader, std::string_view key) {
     std::string name;

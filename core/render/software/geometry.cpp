@@ -241,7 +241,7 @@ VertexValues& ViewGeometry::add_between(const std::array<VertexValues, 3>& value
 }
 
 void ViewGeometry::divide(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners) {
-    constexpr double certain = 1e-9;  // of the sizes that the sign below is made of
+    constexpr double sign_share = 1e-9;  // of the sizes that the sign below is made of
     const glm::dmat4& m = draw.optical_from_local;
     std::array<glm::dvec3, 3> p;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -253,7 +253,7 @@ void ViewGeometry::divide(const ViewDraw& draw, const std::array<std::uint32_t, 
     const double turn = glm::dot(p[0], glm::cross(p[1], p[2]));
     const bool is_front = (turn < 0.0) != draw.placed->is_mirrored;
     if (!draw.primitive->material->double_sided && !is_front &&
-        std::abs(turn) > certain * glm::length(p[0]) * glm::length(p[1]) * glm::length(p[2]))
+        std::abs(turn) > sign_share * glm::length(p[0]) * glm::length(p[1]) * glm::length(p[2]))
         return;
     pieces_.divide(p);
     const auto points = pieces_.points();

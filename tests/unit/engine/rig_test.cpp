@@ -1,6 +1,7 @@
 #include "core/engine/rig.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -284,9 +285,9 @@ protected:
     LocalFrameBus bus{{1, pool}};
     HoldableLane* lane = nullptr;
     std::vector<std::shared_ptr<FakeSink>> sinks;
+    std::optional<Result<WorldState>> reply;  ///< a rig that ends answers who still waits
     std::unique_ptr<Rig> rig;
     std::vector<Subscription> subscriptions;
-    std::optional<Result<WorldState>> reply;
 };
 
 TEST_F(SteppedRigTest, WhileAStepIsDrawnTheEngineSleeps) {

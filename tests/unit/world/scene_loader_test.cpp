@@ -169,7 +169,7 @@ TEST(CheckScene, TellsEveryErrorAtOnceAndBlamesNobodyElse) {
             StartsWith("colour: unknown key"), StartsWith("environment.exposure: must be "),
             StartsWith("models.man.front: '+y' is none"), StartsWith("objects[0].scale: expected a number"),
             StartsWith("objects[0].position: expected an array of 3"), StartsWith("lights[0].type: 'sunny' is none"),
-            StartsWith("places.lobby.vfov_deg: expected"), StartsWith("cameras[1].fps: '0/1' is not a frame rate"),
+            StartsWith("places.lobby.vfov_deg: must be 0.01"), StartsWith("cameras[1].fps: '0/1' is not a frame rate"),
             StartsWith("cameras[1].vfov: unknown key"), StartsWith("cameras[0].vfov_deg: 200 deg is no field of view"),
             StartsWith("actors[3].behaviour.route: no route 'nowhere'"),
             StartsWith("actors[3].behaviour.clip: the model has no clip 'fly'")));
