@@ -29,16 +29,23 @@ glm::vec3 background_of(const ViewWork& work) {
 /// The steps of a PixelPlane of a triangle, 16 bits each: as floats without their lower half.
 std::uint32_t packed_steps(const ViewGeometry& geometry, std::uint32_t triangle) {
     const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[triangle]);
-    const DepthPlane depth = depth_plane(s);
-    constexpr float step = 1.0f / 128.0f;
-    const auto dy = static_cast<float>(
-        subpixels * (static_cast<double>(s.dx[1]) * depth.second + static_cast<double>(s.dx[2]) * depth.third));
-    return std::bit_cast<std::uint32_t>(depth.dx * step) >> 16 |
-           (std::bit_cast<std::uint32_t>(dy * step) & 0xFFFF0000u);
+    const PixelPlane steps = depth_steps(s, depth_plane(s));
+    return std::bit_cast<std::uint32_t>(steps.dx) >> 16 | (std::bit_cast<std::uint32_t>(steps.dy) & 0xFFFF0000u);
 }
 
 PixelPlane plane_of(float z, std::uint32_t steps) {
     return {z, std::bit_cast<float>(steps << 16), std::bit_cast<float>(steps & 0xFFFF0000u)};
+}
+
+/// That of a triangle about a pixel.
+CAMRIG_LANES PixelPlane plane_at(const ViewGeometry& geometry, std::uint32_t triangle, int x, int y) {
+    const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[triangle]);
+    const DepthPlane depth = depth_plane(s);
+    PixelPlane plane = depth_steps(s, depth);
+    const std::int64_t px = std::int64_t{x} * subpixels, py = std::int64_t{y} * subpixels;
+    plane.z = static_cast<float>(depth.base + static_cast<double>(edge(s, 1, px, py)) * depth.second +
+                                 static_cast<double>(edge(s, 2, px, py)) * depth.third);
+    return plane;
 }
 
 /// What shows at some places of a pixel.
@@ -134,6 +141,11 @@ CAMRIG_LANES int surface_at_middle(std::span<const Shown> shown, std::uint32_t n
     return -1;
 }
 
+CAMRIG_LANES std::uint32_t add_place(std::uint32_t triangle, SampleMask mask, int x, int y, ShadedPlaces& to) {
+    const SampleMean mean = mean_of(mask);
+    return to.add({triangle, x * subpixels + mean.x, y * subpixels + mean.y});
+}
+
 /// Where another surface is shaded: at the mean of the places of the largest of its triangles.
 CAMRIG_LANES std::uint32_t add_place(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
     const Shown* largest = nullptr;
@@ -141,8 +153,7 @@ CAMRIG_LANES std::uint32_t add_place(std::span<const Shown> shown, int surface, 
         if (part.surface == surface && (largest == nullptr || count_of(part.mask) > count_of(largest->mask)))
             largest = &part;
     }
-    const SampleMean mean = mean_of(largest->mask);
-    return to.add({largest->triangle, x * subpixels + mean.x, y * subpixels + mean.y});
+    return add_place(largest->triangle, largest->mask, x, y, to);
 }
 
 struct RowsOfView {
@@ -152,36 +163,57 @@ struct RowsOfView {
     const PixelRect& rect;
 };
 
+/// A part of a static pixel; place: of its colour, or no_triangle for that of the middle.
+CAMRIG_LANES void add_static(AreaBand& band, SampleMask mask, const PixelPlane& plane, std::uint32_t place) {
+    StaticFragment& made = band.statics.fragments.emplace_back();
+    made.mask = mask;
+    made.plane = plane;
+    band.place_of_fragment.push_back(place);
+}
+
+template <typename Isa>
+CAMRIG_LANES void add_crowded(const RowsOfView& of, int x, int y, ShownParts& parts) {
+    AreaBand& band = of.band;
+    const std::uint32_t number = of.scratch.numbers.rows()(y)[x];
+    parts.clear();
+    band.fragments.each_of(band.crowded.index_of(x, y),
+                           [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
+    const std::span<Shown> shown = parts.all();
+    find_surfaces(of.scratch.geometry, shown);
+    if (is_as_its_middle(shown, number)) return;
+    if (shown.empty()) add_static(band, 0, {}, no_triangle);
+    const int middle = surface_at_middle(shown, number);
+    const auto first = band.place_of_fragment.size();
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+        const auto surface = static_cast<std::size_t>(shown[i].surface);
+        add_static(band, shown[i].mask, shown[i].plane,
+                   surface != i                 ? band.place_of_fragment[first + surface]
+                   : shown[i].surface == middle ? no_triangle
+                                                : add_place(shown, shown[i].surface, x, y, band.places));
+    }
+}
+
+CAMRIG_LANES void add_divided(const RowsOfView& of, int x, int y, const DividedPixel& pixel) {
+    if (pixel.mask == all_samples) return;
+    const ViewGeometry& geometry = of.scratch.geometry;
+    const std::uint32_t own = of.scratch.numbers.rows()(y)[x], other = pixel.other;
+    if (own != 0) add_static(of.band, pixel.mask, plane_at(geometry, own - 1, x, y), no_triangle);
+    if (other != 0)
+        add_static(of.band, ~pixel.mask, plane_at(geometry, other - 1, x, y),
+                   add_place(other - 1, ~pixel.mask, x, y, of.band.places));
+}
+
 template <typename Isa>
 CAMRIG_LANES void resolve_statics_body(const RowsOfView& of) {
-    const ViewGeometry& geometry = of.scratch.geometry;
     StaticPixels& statics = of.band.statics;
-    const Rows<std::uint32_t> numbers = of.scratch.numbers.rows();
+    auto divided = of.band.divided.begin();
     ShownParts parts;
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
-        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) __attribute__((always_inline)) {
-            parts.clear();
-            of.band.fragments.each_of(
-                pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
-            const std::span<Shown> shown = parts.all();
-            find_surfaces(geometry, shown);
-            if (!is_as_its_middle(shown, numbers(y)[x])) {
-                if (shown.empty()) {
-                    statics.fragments.push_back({});
-                    of.band.place_of_fragment.push_back(no_triangle);
-                }
-                const int middle = surface_at_middle(shown, numbers(y)[x]);
-                const auto first = of.band.place_of_fragment.size();
-                for (std::size_t i = 0; i < shown.size(); ++i) {
-                    const auto surface = static_cast<std::size_t>(shown[i].surface);
-                    StaticFragment& made = statics.fragments.emplace_back();
-                    made.mask = shown[i].mask;
-                    made.plane = shown[i].plane;
-                    of.band.place_of_fragment.push_back(surface != i ? of.band.place_of_fragment[first + surface]
-                                                        : shown[i].surface == middle
-                                                            ? no_triangle
-                                                            : add_place(shown, shown[i].surface, x, y, of.band.places));
-                }
+        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t) __attribute__((always_inline)) {
+            if (of.band.crowded.has(x, y)) {
+                add_crowded<Isa>(of, x, y, parts);
+            } else {
+                add_divided(of, x, y, *divided++);
             }
             statics.first.push_back(static_cast<std::uint32_t>(statics.fragments.size()));
         });
@@ -336,16 +368,21 @@ void mark_statics(const RowsOfView& of) {
     band.statics.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
     mark_crossings(of.scratch.geometry, of.rect, of.scratch.areas.outlines, of.scratch.numbers, 0, band.statics.marked);
     band.statics.marked.number();
+    band.crowded.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
+    band.divided.clear();
+    find_divided(of.scratch.geometry, of.rect, band.statics.marked, of.scratch.areas.edges, of.scratch.numbers.rows(),
+                 of.work.canvas.depth, band.crowded, band.divided);
+    band.crowded.number();
 }
 
 void draw_statics(const RowsOfView& of) {
     AreaBand& band = of.band;
     const ViewGeometry& geometry = of.scratch.geometry;
     const TriangleRange& range = of.scratch.statics;
-    band.fragments.clear(band.statics.marked.count());
+    band.fragments.clear(band.crowded.count());
     band.places.clear();
     band.place_of_fragment.clear();
-    find_fragments(geometry, range.first, range.count, of.rect, band.statics.marked, band.fragments);
+    find_fragments(geometry, range.first, range.count, of.rect, band.crowded, band.fragments);
     if (geometry.wide_lanes()) {
         resolve_statics_wide(of);
     } else {
@@ -497,8 +534,9 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
             draw_background(work, rect);
             const TriangleRange& range = scratch.statics;
             find_visible(scratch.geometry, range.first, range.count, rect, work.canvas, scratch.numbers);
+            scratch.areas.edges.clear(rect);
             return mark_outlines(scratch.geometry, range.first, range.count, rect, work.canvas.depth,
-                                 scratch.areas.outlines);
+                                 scratch.areas.outlines, &scratch.areas.edges);
         }
         case 1:
             return mark_statics(of);
@@ -520,6 +558,7 @@ void StaticPixels::clear(int width, int y0, int y1) {
 
 void AreaScratch::begin(ImageSize size, int count) {
     outlines.clear(size.width, 0, size.height);
+    edges.fit(size);
     while (bands.size() < static_cast<std::size_t>(count)) bands.emplace_back();
     band_count = count;
     statics_behind.fit(size);

@@ -3,6 +3,7 @@
 #include <deque>
 #include <vector>
 
+#include "core/render/software/divided_pixels.h"
 #include "core/render/software/pixel_fragments.h"
 #include "core/render/software/place_shading.h"
 #include "core/render/software/rasterizer.h"
@@ -64,7 +65,9 @@ struct MixedPixel {
 /// Of one band.
 struct AreaBand {
     StaticPixels statics;
-    MarkedPixels marked;
+    MarkedPixels crowded;  ///< those of them that no single edge divides: their fragments are looked for
+    std::vector<DividedPixel> divided;
+    MarkedPixels marked;  ///< where movers are
     PixelFragments fragments;
     ShadedPlaces places;
     std::vector<std::uint32_t> place_of_fragment;
@@ -75,6 +78,7 @@ struct AreaBand {
 /// Of one view.
 struct AreaScratch {
     MarkedPixels outlines;
+    OutlineEdges edges;  ///< of what stands still
     std::deque<AreaBand> bands;
     int band_count = 0;
     /// Of a view without a layer: what stands still where something moves, and which of that shows beside it.

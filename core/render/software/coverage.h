@@ -5,6 +5,7 @@
 
 #include "core/render/software/geometry.h"
 #include "core/render/software/lanes.h"
+#include "core/render/software/pixel_part.h"
 
 /// Which pixels a triangle covers, and at what depth.
 namespace camrig {
@@ -45,6 +46,14 @@ CAMRIG_LANES DepthPlane depth_plane(const Setup& s) {
     return {base, second, third,
             static_cast<float>(-subpixels *
                                (static_cast<double>(s.dy[1]) * second + static_cast<double>(s.dy[2]) * third))};
+}
+
+/// How depth changes about any pixel; at its middle it is left to be set.
+CAMRIG_LANES PixelPlane depth_steps(const Setup& s, const DepthPlane& depth) {
+    constexpr float step = 1.0f / 128.0f;
+    const auto dy = static_cast<float>(
+        subpixels * (static_cast<double>(s.dx[1]) * depth.second + static_cast<double>(s.dx[2]) * depth.third));
+    return {0.0f, depth.dx * step, dy * step};
 }
 
 CAMRIG_LANES Lanes depth_at(const DepthPlane& plane, std::int64_t second_edge, std::int64_t third_edge) {

@@ -4,21 +4,45 @@
 #include <cmath>
 
 #include "core/render/software/lanes.h"
+#include "core/render/software/rows.h"
 
 namespace camrig {
 namespace {
 
-/// What lies behind what a pixel shows by more than this part of its distance is hidden.
-constexpr float hidden_below = 1.0f - 1.0f / 32.0f;
+struct EdgeMarks {
+    const ViewGeometry& geometry;
+    PixelRect rect;
+    Rows<float> depth;
+    MarkedPixels& pixels;
+    OutlineEdges* edges;
+};
 
-void mark_edge(const ScreenVertex& a, const ScreenVertex& b, const PixelRect& rect, Rows<float> depths,
-               MarkedPixels& to) {
-    const ScreenVertex &top = a.y < b.y ? a : b, &bottom = a.y < b.y ? b : a;
+CAMRIG_LANES void remember(const EdgeMarks& marks, std::uint32_t& known, std::uint32_t number) {
+    if (known == OutlineEdges::none) {
+        known = number;
+    } else if (known != OutlineEdges::several && !is_same_edge(marks.geometry, known, number)) {
+        known = OutlineEdges::several;
+    }
+}
+
+/// An edge that ends in a pixel does not divide it.
+void remember_end(const EdgeMarks& marks, const ScreenVertex& end) {
+    const int x = (end.x + subpixels / 2) >> 8, y = (end.y + subpixels / 2) >> 8;
+    const PixelRect& rect = marks.rect;
+    if (x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1)
+        marks.edges->numbers()(y)[x] = OutlineEdges::several;
+}
+
+void mark_edge(const EdgeMarks& to, std::uint32_t number) {
+    const auto [a, b] = ends_of_edge(to.geometry, number);
+    const ScreenVertex &top = a->y < b->y ? *a : *b, &bottom = a->y < b->y ? *b : *a;
+    const PixelRect& rect = to.rect;
     constexpr int half = subpixels / 2;
     const int y0 = std::max(rect.y0, (top.y + half) >> 8), y1 = std::min(rect.y1 - 1, (bottom.y + half) >> 8);
     if (y0 > y1) return;
     const double height = bottom.y - top.y, scale = height > 0.0 ? 1.0 / height : 0.0;
     const double width = bottom.x - top.x, deeper = static_cast<double>(bottom.depth) - static_cast<double>(top.depth);
+    bool is_seen_anywhere = false;
     for (int y = y0; y <= y1; ++y) {
         const double from = std::max(0.0, (y * subpixels - half - top.y) * scale);
         const double till = height > 0.0 ? std::min(1.0, (y * subpixels + half - top.y) * scale) : 1.0;
@@ -29,13 +53,24 @@ void mark_edge(const ScreenVertex& a, const ScreenVertex& b, const PixelRect& re
             std::max<int>(rect.x0, static_cast<int>(std::floor((std::min(xa, xb) + slack - 1.0) / subpixels)));
         const int x1 = std::min<int>(rect.x1 - 1, static_cast<int>(std::floor((std::max(xa, xb) + slack) / subpixels)));
         const auto nearest = static_cast<float>(std::max(za, zb));
-        const float* const shown = depths(y);
-        std::uint64_t* const marks = to.row(y);
+        const float* const shown = to.depth(y);
+        std::uint64_t* const marks = to.pixels.row(y);
         for (int x = x0; x <= x1; ++x) {
             const bool is_seen = nearest >= shown[x] * hidden_below;
             marks[x / MarkedPixels::word_bits] |= std::uint64_t{is_seen} << (x % MarkedPixels::word_bits);
+            if (to.edges == nullptr) continue;
+            if (is_seen) {
+                remember(to, to.edges->numbers()(y)[x], number);
+                is_seen_anywhere = true;
+            } else {
+                float& hidden = to.edges->hidden()(y)[x];
+                hidden = std::max(hidden, nearest);
+            }
         }
     }
+    if (!is_seen_anywhere) return;
+    remember_end(to, top);
+    remember_end(to, bottom);
 }
 
 /// The bits of pixels x0 <= x < x1 in a word of a row.
@@ -54,15 +89,12 @@ CAMRIG_LANES void mark_crossings_body(const ViewGeometry& geometry, const PixelR
     const auto surface = [&](std::uint32_t number) {
         return number <= last_other ? -1 : static_cast<int>(triangles[number - 1].draw);
     };
-    const auto mark = [&](int x, int y) {
-        to.row(y)[x / MarkedPixels::word_bits] |= std::uint64_t{1} << (x % MarkedPixels::word_bits);
-    };
     // A pixel and the one to the right of it or below; both lie in rows that are known.
     const auto look_at = [&](int x, int y, int dx, int dy) {
         const std::uint32_t own = rows(y)[x], other = rows(y + dy)[x + dx];
         if (surface(own) == surface(other) || outlines.has(x, y) || outlines.has(x + dx, y + dy)) return;
-        if (rect.x0 <= x && rect.y0 <= y) mark(x, y);
-        if (x + dx < rect.x1 && y + dy < rect.y1) mark(x + dx, y + dy);
+        if (rect.x0 <= x && rect.y0 <= y) to.set(x, y);
+        if (x + dx < rect.x1 && y + dy < rect.y1) to.set(x + dx, y + dy);
     };
     for (int y = rect.y0; y < rect.y1; ++y) {
         for (int word = rect.x0 / MarkedPixels::word_bits; word * MarkedPixels::word_bits < rect.x1; ++word)
@@ -114,15 +146,18 @@ void MarkedPixels::number() {
     }
 }
 
+void OutlineEdges::clear(const PixelRect& rect) {
+    fill(numbers_.rows(), rect, none);
+    fill(hidden_.rows(), rect, 0.0f);
+}
+
 void mark_outlines(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
-                   const PixelRect& rect, Rows<float> depth, MarkedPixels& to) {
-    const ScreenVertex* const vertices = geometry.vertices().data();
-    for (const ScreenTriangle& triangle : geometry.triangles().subspan(first_triangle, count)) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            if ((triangle.outline >> i & 1) == 0) continue;
-            mark_edge(vertices[triangle.vertices[(i + 1) % 3]], vertices[triangle.vertices[(i + 2) % 3]], rect, depth,
-                      to);
-        }
+                   const PixelRect& rect, Rows<float> depth, MarkedPixels& to, OutlineEdges* edges) {
+    const EdgeMarks marks{geometry, rect, depth, to, edges};
+    for (std::uint32_t triangle = first_triangle; triangle < first_triangle + count; ++triangle) {
+        const unsigned outline = geometry.triangles()[triangle].outline;
+        for (std::uint32_t i = 0; i < 3; ++i)
+            if ((outline >> i & 1) != 0) mark_edge(marks, edge_number(triangle, i));
     }
 }
 

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/render/software/geometry.h"
@@ -18,6 +19,9 @@ public:
 
     /// None is set in rows y0 <= y < y1.
     void clear(int width, int y0, int y1);
+    [[gnu::always_inline]] inline void set(int x, int y) {
+        row(y)[x / word_bits] |= std::uint64_t{1} << (x % word_bits);
+    }
     /// To be called when all are set.
     void number();
 
@@ -59,9 +63,60 @@ private:
     std::vector<std::uint32_t> first_;  ///< per word
 };
 
-/// Sets the pixels of the rectangle that edges of outlines touch, where nothing hides them.
+/// An edge of a triangle, from 1: that opposite of vertex i.
+constexpr std::uint32_t edge_number(std::uint32_t triangle, std::uint32_t i) {
+    return triangle * 4 + i + 1;
+}
+constexpr std::uint32_t triangle_of_edge(std::uint32_t number) {
+    return (number - 1) / 4;
+}
+/// Its ends, as the triangle's corners run.
+[[gnu::always_inline]] inline std::pair<const ScreenVertex*, const ScreenVertex*> ends_of_edge(
+    const ViewGeometry& geometry, std::uint32_t number) {
+    const auto& corners = geometry.triangles()[triangle_of_edge(number)].vertices;
+    const std::size_t i = (number - 1) % 4;
+    return {&geometry.vertices()[corners[(i + 1) % 3]], &geometry.vertices()[corners[(i + 2) % 3]]};
+}
+/// Whether two triangles have that edge together, or it is one of them twice.
+[[gnu::always_inline]] inline bool is_same_edge(const ViewGeometry& geometry, std::uint32_t a, std::uint32_t b) {
+    if (a == b) return true;
+    const auto [a_from, a_to] = ends_of_edge(geometry, a);
+    const auto [b_from, b_to] = ends_of_edge(geometry, b);
+    const auto is_same = [](const ScreenVertex* one, const ScreenVertex* other) {
+        return one->x == other->x && one->y == other->y;
+    };
+    return (is_same(a_from, b_from) && is_same(a_to, b_to)) || (is_same(a_from, b_to) && is_same(a_to, b_from));
+}
+
+/// The edges of outlines that go through each pixel, as far as it takes to know that it is one only.
+class OutlineEdges {
+public:
+    static constexpr std::uint32_t none = 0, several = ~0u;
+
+    void fit(ImageSize size) {
+        numbers_.fit(size);
+        hidden_.fit(size);
+    }
+    void clear(const PixelRect& rect);
+
+    [[gnu::always_inline]] inline std::uint32_t at(int x, int y) const { return numbers_.rows()(y)[x]; }
+    /// The nearest edge in the pixel that its middle hides: the depth it may have; 0: there is none.
+    [[gnu::always_inline]] inline float hidden(int x, int y) const { return hidden_.rows()(y)[x]; }
+    Rows<std::uint32_t> numbers() const { return numbers_.rows(); }
+    Rows<float> hidden() const { return hidden_.rows(); }
+
+private:
+    Plane<std::uint32_t> numbers_;
+    Plane<float> hidden_;
+};
+
+/// What lies behind what a pixel shows by more than this part of its distance is hidden.
+inline constexpr float hidden_below = 1.0f - 1.0f / 32.0f;
+
+/// Sets the pixels of the rectangle that edges of outlines touch, where nothing hides them. edges: null if nobody asks
+/// which these are.
 void mark_outlines(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
-                   const PixelRect& rect, Rows<float> depth, MarkedPixels& to);
+                   const PixelRect& rect, Rows<float> depth, MarkedPixels& to, OutlineEdges* edges = nullptr);
 
 /// Copies the marks of the rectangle's rows, inside of it, and sets the pixels on both sides of a border of surfaces
 /// that goes between two unmarked ones: there they cross, or a mask ends. Numbers up to `last_other` are no surface of

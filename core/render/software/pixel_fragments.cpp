@@ -13,25 +13,17 @@
 namespace camrig {
 namespace {
 
-/// The edges of a triangle at the places of pixels. At a place they are e + 2 k (offset_in_subpixels), where e is the
-/// value at the middle and k that of the place; not negative is inside. Coordinates are within the guard, so halves of
-/// both fit into 32 bits together: |k| <= 63 (2^23 + 2^23), and |e| / 2 is no larger where the edge crosses the pixel.
+/// The edges of a triangle at the places of pixels; not negative is inside.
 class EdgesInPixels {
 public:
-    CAMRIG_LANES explicit EdgesInPixels(const Setup& setup) : setup_(setup), depth_(depth_plane(setup)) {
+    CAMRIG_LANES explicit EdgesInPixels(const Setup& setup)
+        : setup_(setup), depth_(depth_plane(setup)), steps_(depth_steps(setup, depth_)) {
         for (std::size_t i = 0; i < 3; ++i) {
             const bool is_top_left = setup.dy[i] < 0 || (setup.dy[i] == 0 && setup.dx[i] > 0);
             bias_[i] = is_top_left ? 0 : -1;
             reach_[i] = std::int64_t{offset_in_subpixels * most_offset} *
                         (std::abs(std::int64_t{setup.dx[i]}) + std::abs(std::int64_t{setup.dy[i]}));
         }
-        constexpr double side = 128.0, step = subpixels / side;
-        const double down =
-            static_cast<double>(setup.dx[1]) * depth_.second + static_cast<double>(setup.dx[2]) * depth_.third;
-        const double right =
-            static_cast<double>(setup.dy[1]) * depth_.second + static_cast<double>(setup.dy[2]) * depth_.third;
-        plane_dx_ = static_cast<float>(-right * step);
-        plane_dy_ = static_cast<float>(down * step);
     }
 
     /// Of edge i, with the rule of who owns it.
@@ -43,7 +35,7 @@ public:
     CAMRIG_LANES PixelPlane plane(const std::array<std::int64_t, 3>& values) const {
         const double z = depth_.base + static_cast<double>(values[1] - bias_[1]) * depth_.second +
                          static_cast<double>(values[2] - bias_[2]) * depth_.third;
-        return {static_cast<float>(z), plane_dx_, plane_dy_};
+        return {static_cast<float>(z), steps_.dx, steps_.dy};
     }
 
     /// values: of the three edges; none is beyond its reach.
@@ -67,17 +59,15 @@ public:
 
 private:
     CAMRIG_LANES void find_places(std::size_t i) {
-        static_assert(offset_in_subpixels == 2);
         has_places_[i] = true;
         for (int group = 0; group < sample_groups; ++group)
-            places_[i][static_cast<std::size_t>(group)] =
-                sample_y(group) * setup_.dx[i] - sample_x(group) * setup_.dy[i];
+            places_[i][static_cast<std::size_t>(group)] = half_edge_at(group, setup_.dx[i], setup_.dy[i]);
     }
 
     const Setup& setup_;
     DepthPlane depth_;
+    PixelPlane steps_;
     std::array<std::int64_t, 3> bias_{}, reach_{};
-    float plane_dx_ = 0.0f, plane_dy_ = 0.0f;
     std::array<bool, 3> has_places_{};
     std::array<std::array<IntLanes, sample_groups>, 3> places_;
 };

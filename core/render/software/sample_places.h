@@ -28,6 +28,24 @@ CAMRIG_LANES IntLanes sample_y(int group) {
     return load_lanes(sample_rows.data() + lane_count * group) * 2 - most_offset;
 }
 
+/// An edge of a triangle at eight places, less its value at the middle; both halved. dx, dy: its direction, in
+/// subpixels. Within the guard (screen_triangles.h) that fits into 32 bits together with a middle that is no further
+/// from the edge than the places are: |y dx| + |x dy| <= 63 (2^23 + 2^23).
+CAMRIG_LANES IntLanes half_edge_at(int group, std::int32_t dx, std::int32_t dy) {
+    static_assert(offset_in_subpixels == 2);
+    return sample_y(group) * dx - sample_x(group) * dy;
+}
+
+/// The places where an edge is negative; value: at the middle, less than all its places reach.
+template <typename Isa>
+CAMRIG_LANES SampleMask places_outside(std::int32_t dx, std::int32_t dy, std::int64_t value) {
+    const auto middle = static_cast<std::int32_t>(value >> 1);
+    SampleMask made = 0;
+    for (int group = 0; group < sample_groups; ++group)
+        made |= SampleMask{Isa::bits(half_edge_at(group, dx, dy) + middle)} << (lane_count * group);
+    return made;
+}
+
 CAMRIG_LANES int count_of(SampleMask mask) {
     return std::popcount(mask);
 }
