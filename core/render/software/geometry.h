@@ -61,6 +61,7 @@ public:
 
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }
+    bool has_outlines() const { return has_outlines_; }
     const AmbientInView& light() const { return light_; }
     /// Null: none is looked through.
     const LensView* lens() const { return view_.lens.get(); }

@@ -62,25 +62,32 @@ CAMRIG_LANES TexelLanes texels_at(const Texel* texels, IntLanes at) {
     }
 }
 
-/// The first channels of a texture at (u, v). step2: the square of the longer step to the next pixels, in texels of the
-/// full size. is_opaque: alpha is not looked at, and comes out as 1.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, Lanes u, Lanes v, Lanes step2,
-                                                bool is_opaque) {
-    const SoftwareImage& image = *texture.image;
+/// Which level each lane looks at, and whether that is larger than it is seen.
+struct TexelLevel {
+    IntLanes number, is_magnified;
+};
+
+/// step2: the square of a step to the next pixel, in texels of the full size.
+CAMRIG_LANES TexelLevel level_of(const SampledTexture& texture, Lanes step2) {
     // OpenGL 4.5, 8.14: level of detail from the longer of the two steps.
     // The exponent of the square is the level, doubled: half a level up is the next.
     const IntLanes exponent = (reinterpret_cast<IntLanes>(step2) >> 23) - 127;
-    const int most = texture.sampler.mipmaps ? static_cast<int>(image.levels.size()) - 1 : 0;
+    const int most = texture.sampler.mipmaps ? static_cast<int>(texture.image->levels.size()) - 1 : 0;
     const IntLanes nearest = (exponent + 1) >> 1;
-    IntLanes level = nearest < 0 ? IntLanes{} : nearest;
-    level = level > most ? IntLanes{} + most : level;
-    const bool same_filter = texture.sampler.magnify == texture.sampler.minify;
+    const IntLanes level = nearest < 0 ? IntLanes{} : nearest;
     // 8.14.3: from sharp to filtered at the full size; linear magnification beside a nearest mip level goes on for half
     // a level.
     const bool goes_on = texture.sampler.mipmaps && texture.sampler.minify == Filter::nearest;
-    const IntLanes is_magnified = exponent < (goes_on ? 1 : 0);
+    return {level > most ? IntLanes{} + most : level, exponent < (goes_on ? 1 : 0)};
+}
 
+/// The first channels of a texture at (u, v). is_opaque: alpha is not looked at, and comes out as 1.
+template <typename Isa, std::size_t channels>
+CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, Lanes u, Lanes v, const TexelLevel& of,
+                                                bool is_opaque) {
+    const SoftwareImage& image = *texture.image;
+    const IntLanes level = of.number, is_magnified = of.is_magnified;
+    const bool same_filter = texture.sampler.magnify == texture.sampler.minify;
     // Levels follow each other in memory, each half as large (make_software_image).
     const auto halved = [&](int side) __attribute__((always_inline)) {
         const IntLanes made = (IntLanes{} + side) >> level;
@@ -113,8 +120,8 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
                      b = texels_at<Isa, channels>(texels, upper + columns.second);
     const TexelLanes c = texels_at<Isa, channels>(texels, lower + columns.first),
                      d = texels_at<Isa, channels>(texels, lower + columns.second);
-    const auto channel = [](const TexelLanes& of, std::size_t i) __attribute__((always_inline)) {
-        const IntLanes both = i < 2 ? of.red_green : of.blue_alpha;
+    const auto channel = [](const TexelLanes& of_texel, std::size_t i) __attribute__((always_inline)) {
+        const IntLanes both = i < 2 ? of_texel.red_green : of_texel.blue_alpha;
         return __builtin_convertvector(i % 2 == 0 ? both & 0xFFFF : (both >> 16) & 0xFFFF, Lanes);
     };
     std::array<Lanes, channels> made;
@@ -128,6 +135,37 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
         made[i] = (above + (below - above) * rows.share) * (1.0f / 65535.0f);
     }
     return made;
+}
+
+/// What a pixel shows of a texture: a strip along the longer of its two steps.
+struct Footprint {
+    Lanes u, v;               ///< the longer step
+    Lanes longer2, shorter2;  ///< squares of both, in texels of the full size
+};
+
+/// The mean of a texture over the footprint: up to eight samples along it, at the level of its width.
+template <typename Isa, std::size_t channels>
+CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& texture, Lanes u, Lanes v,
+                                                     const Footprint& footprint, bool is_opaque) {
+    constexpr int most_samples = 8;
+    // Where eight are too few the level is as coarse as they are apart.
+    const Lanes apart2 = footprint.longer2 * (1.0f / (most_samples * most_samples));
+    const TexelLevel level = level_of(texture, max(footprint.shorter2, apart2));
+    const Lanes texel = reinterpret_cast<Lanes>((127 - level.number) << 23);  // 2^-level
+    const Lanes length = min(sqrt(footprint.longer2) * texel + 0.5f, lanes(most_samples));
+    const IntLanes whole = truncated(length), count = whole < 1 ? IntLanes{} + 1 : whole;
+    const Lanes share = 1.0f / __builtin_convertvector(count, Lanes);
+    if (Isa::bits(count > 1) == 0) return sample<Isa, channels>(texture, u, v, level, is_opaque);
+    std::array<Lanes, channels> sum{};
+    for (int i = 0; i < most_samples; ++i) {
+        const IntLanes is_there = count > i;
+        if (Isa::bits(is_there) == 0) break;
+        const Lanes along = is_there ? (static_cast<float>(i) + 0.5f) * share - 0.5f : Lanes{};
+        const auto one =
+            sample<Isa, channels>(texture, u + footprint.u * along, v + footprint.v * along, level, is_opaque);
+        for (std::size_t c = 0; c < channels; ++c) sum[c] = sum[c] + (is_there ? one[c] * share : Lanes{});
+    }
+    return sum;
 }
 
 }  // namespace camrig

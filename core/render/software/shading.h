@@ -15,8 +15,12 @@ struct Rgba {
 template <typename Isa, std::size_t channels>
 CAMRIG_LANES std::array<Lanes, channels> sampled(const ViewDraw& draw, TextureSlot slot, const SurfacePoints& points) {
     const auto& at = points.textures[slot];
-    return sample<Isa, channels>(*draw.textures[slot], at.u, at.v, at.step2,
-                                 draw.primitive->material->alpha_mode == AlphaMode::opaque);
+    const SampledTexture& texture = *draw.textures[slot];
+    const bool is_opaque = draw.primitive->material->alpha_mode == AlphaMode::opaque;
+    if (points.has_footprints && texture.sampler.mipmaps)
+        return sample_over<Isa, channels>(texture, at.u, at.v, {at.u_step, at.v_step, at.step2, at.shorter2},
+                                          is_opaque);
+    return sample<Isa, channels>(texture, at.u, at.v, level_of(texture, at.step2), is_opaque);
 }
 
 template <typename Isa>

@@ -13,6 +13,7 @@ namespace camrig {
 /// What shading needs to know of the points of a surface that a group of pixels shows. What the draw does not have is
 /// not set.
 struct SurfacePoints {
+    bool has_footprints = false;  ///< textures are filtered over them
     Lanes z;
     Lanes3 position;             ///< local; through a lens only, where lights are near
     Lanes3 normal;               ///< local, towards the seen side
@@ -20,6 +21,7 @@ struct SurfacePoints {
     /// Coordinates, and the square of the longer of their steps to the next pixel and row, in texels of the full size.
     struct {
         Lanes u, v, step2;
+        Lanes u_step, v_step, shorter2;  ///< if has_footprints: the longer step, and the square of the other one
     } textures[texture_slot_count];
     Lanes3 light;    ///< quality fast
     Lanes3 ambient;  ///< quality fast
@@ -324,7 +326,14 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes v_dx = place.second_dx * second_v + place.third_dx * third_v;
         const Lanes u_dy = place.second_dy * second_u + place.third_dy * third_u;
         const Lanes v_dy = place.second_dy * second_v + place.third_dy * third_v;
-        at.step2 = max(u_dx * u_dx + v_dx * v_dx, u_dy * u_dy + v_dy * v_dy);
+        const Lanes across2 = u_dx * u_dx + v_dx * v_dx, down2 = u_dy * u_dy + v_dy * v_dy;
+        at.step2 = max(across2, down2);
+        if (!geometry.has_outlines()) continue;
+        points.has_footprints = true;
+        const IntLanes is_across = across2 > down2;
+        at.shorter2 = is_across ? down2 : across2;
+        at.u_step = (is_across ? u_dx : u_dy) * (1.0f / width);
+        at.v_step = (is_across ? v_dx : v_dy) * (1.0f / height);
     }
     return points;
 }
