@@ -54,7 +54,7 @@ struct Shown {
     PixelPlane plane;
     std::uint32_t triangle = no_triangle;
     glm::vec3 color{0.0f};   ///< of what has no triangle
-    bool is_middle = false;  ///< and whose colour is that of the pixel's static middle
+    bool is_behind = false;  ///< a whole pixel of statics that show one surface: its middle's colour is taken
     int surface = -1;        ///< those of one surface have the first one's number among all that shows
 };
 
@@ -72,7 +72,7 @@ public:
         part.plane.dx = plane.dx;
         part.plane.dy = plane.dy;
         part.triangle = no_triangle;
-        part.is_middle = false;
+        part.is_behind = false;
         return part;
     }
 
@@ -134,26 +134,26 @@ CAMRIG_LANES bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t n
     return covered == all_samples && has_middle;
 }
 
-/// Which surface is that of the middle; -1: none that shows.
-CAMRIG_LANES int surface_at_middle(std::span<const Shown> shown, std::uint32_t number) {
-    for (const Shown& part : shown)
-        if (part.triangle + 1 == number) return part.surface;
-    return -1;
-}
-
-CAMRIG_LANES std::uint32_t add_place(std::uint32_t triangle, SampleMask mask, int x, int y, ShadedPlaces& to) {
+CAMRIG_LANES std::uint32_t add_place(std::uint32_t triangle, SampleMask mask, int samples, int x, int y,
+                                     ShadedPlaces& to) {
     const SampleMean mean = mean_of(mask);
-    return to.add({triangle, x * subpixels + mean.x, y * subpixels + mean.y});
+    return to.add(
+        {triangle, static_cast<float>(samples) * share_of_sample, x * subpixels + mean.x, y * subpixels + mean.y});
 }
 
-/// Where another surface is shaded: at the mean of the places of the largest of its triangles.
-CAMRIG_LANES std::uint32_t add_place(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
+/// A surface is shaded at the mean of the places of the largest of its triangles.
+CAMRIG_LANES std::uint32_t add_surface(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
     const Shown* largest = nullptr;
+    int samples = 0, most = 0;
     for (const Shown& part : shown) {
-        if (part.surface == surface && (largest == nullptr || count_of(part.mask) > count_of(largest->mask)))
-            largest = &part;
+        if (part.surface != surface) continue;
+        const int count = count_of(part.mask);
+        samples += count;
+        if (largest != nullptr && count <= most) continue;
+        largest = &part;
+        most = count;
     }
-    return add_place(largest->triangle, largest->mask, x, y, to);
+    return add_place(largest->triangle, largest->mask, samples, x, y, to);
 }
 
 struct RowsOfView {
@@ -163,7 +163,7 @@ struct RowsOfView {
     const PixelRect& rect;
 };
 
-/// A part of a static pixel; place: of its colour, or no_triangle for that of the middle.
+/// A part of a static pixel; place: of its colour.
 CAMRIG_LANES void add_static(AreaBand& band, SampleMask mask, const PixelPlane& plane, std::uint32_t place) {
     StaticFragment& made = band.statics.fragments.emplace_back();
     made.mask = mask;
@@ -182,25 +182,25 @@ CAMRIG_LANES void add_crowded(const RowsOfView& of, int x, int y, ShownParts& pa
     find_surfaces(of.scratch.geometry, shown);
     if (is_as_its_middle(shown, number)) return;
     if (shown.empty()) add_static(band, 0, {}, no_triangle);
-    const int middle = surface_at_middle(shown, number);
     const auto first = band.place_of_fragment.size();
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const auto surface = static_cast<std::size_t>(shown[i].surface);
         add_static(band, shown[i].mask, shown[i].plane,
-                   surface != i                 ? band.place_of_fragment[first + surface]
-                   : shown[i].surface == middle ? no_triangle
-                                                : add_place(shown, shown[i].surface, x, y, band.places));
+                   surface != i ? band.place_of_fragment[first + surface]
+                                : add_surface(shown, shown[i].surface, x, y, band.places));
     }
 }
 
 CAMRIG_LANES void add_divided(const RowsOfView& of, int x, int y, const DividedPixel& pixel) {
     if (pixel.mask == all_samples) return;
     const ViewGeometry& geometry = of.scratch.geometry;
-    const std::uint32_t own = of.scratch.numbers.rows()(y)[x], other = pixel.other;
-    if (own != 0) add_static(of.band, pixel.mask, plane_at(geometry, own - 1, x, y), no_triangle);
-    if (other != 0)
-        add_static(of.band, ~pixel.mask, plane_at(geometry, other - 1, x, y),
-                   add_place(other - 1, ~pixel.mask, x, y, of.band.places));
+    const auto add = [&](std::uint32_t number, SampleMask mask) {
+        if (number == 0) return;
+        add_static(of.band, mask, plane_at(geometry, number - 1, x, y),
+                   add_place(number - 1, mask, count_of(mask), x, y, of.band.places));
+    };
+    add(of.scratch.numbers.rows()(y)[x], pixel.mask);
+    add(pixel.other, ~pixel.mask);
 }
 
 template <typename Isa>
@@ -244,7 +244,7 @@ public:
         left_ = sample_count;
     }
     void add(int samples, const glm::vec3& color) { add(samples, PixelPart::is_known, color); }
-    /// A place, or PixelPart::is_middle or is_static_middle.
+    /// A place, or PixelPart::is_behind.
     void add_place(int samples, std::int32_t place) { add(samples, place, {}); }
     /// Nothing covers the rest.
     void end() {
@@ -252,13 +252,21 @@ public:
     }
     const glm::vec3& background() const { return background_; }
 
-    /// Parts of that kind have the colour that the picture has now.
-    void take_middles(std::int32_t kind) {
-        each_part([&](const MixedPixel& pixel, PixelPart& part) {
-            if (part.place != kind) return;
-            part.place = PixelPart::is_known;
-            part.color = linear_of(of_.work.canvas.color(pixel.y)[pixel.x]);
-        });
+    /// Nothing else is to be shaded there.
+    void leave_out(Rows<std::uint32_t> numbers) const {
+        for (const MixedPixel& pixel : of_.band.pixels) numbers(pixel.y)[pixel.x] = 0;
+    }
+
+    /// What lies behind has the colour that the picture has now.
+    void take_behind() {
+        for (std::size_t i = 0; i < of_.band.pixels.size(); ++i) {
+            const MixedPixel& pixel = of_.band.pixels[i];
+            for (PixelPart& part : parts_of(i)) {
+                if (part.place != PixelPart::is_behind) continue;
+                part.place = PixelPart::is_known;
+                part.color = linear_of(of_.work.canvas.color(pixel.y)[pixel.x]);
+            }
+        }
     }
 
     void mix() {
@@ -290,11 +298,6 @@ private:
         const std::size_t end = pixel + 1 < pixels.size() ? pixels[pixel + 1].first : of_.band.parts.size();
         return std::span(of_.band.parts).subspan(first, end - first);
     }
-    template <typename Visit>
-    void each_part(const Visit& visit) {
-        for (std::size_t i = 0; i < of_.band.pixels.size(); ++i)
-            for (PixelPart& part : parts_of(i)) visit(of_.band.pixels[i], part);
-    }
     void add(int samples, std::int32_t place, const glm::vec3& color) {
         of_.band.parts.push_back({static_cast<float>(samples) * share_of_sample, place, color});
         left_ -= samples;
@@ -309,19 +312,14 @@ private:
 void add_statics(std::span<const StaticFragment> fragments, Mixer& mixer) {
     for (const StaticFragment& fragment : fragments) {
         const int samples = count_of(fragment.mask);
-        if (samples == 0) continue;
-        if (fragment.is_at_middle()) {
-            mixer.add_place(samples, PixelPart::is_middle);
-        } else {
-            mixer.add(samples, fragment.color);
-        }
+        if (samples > 0) mixer.add(samples, fragment.color);
     }
     mixer.end();
 }
 
 /// The statics of a picture whose layer is kept.
 void draw_static_pixels(const RowsOfView& of) {
-    StaticPixels& statics = of.band.statics;
+    const StaticPixels& statics = of.band.statics;
     const Rows<std::uint32_t> numbers = of.scratch.numbers.rows(), steps = of.work.layer->areas.steps.rows();
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         std::uint32_t last = 0, made = 0;
@@ -332,17 +330,7 @@ void draw_static_pixels(const RowsOfView& of) {
             steps(y)[x] = made;
         }
     }
-    describe_visible(of.scratch, of.rect, of.work);
-    shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
     Mixer mixer(of);
-    for (int y = of.rect.y0; y < of.rect.y1; ++y) {
-        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
-            for (std::uint32_t i = statics.first[pixel]; i < statics.first[pixel + 1]; ++i) {
-                StaticFragment& fragment = statics.fragments[i];
-                if (fragment.is_at_middle()) fragment.color = linear_of(of.work.canvas.color(y)[x]);
-            }
-        });
-    }
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         statics.marked.each_of_row(y, [&](int x, int, std::uint32_t) {
             const auto fragments = statics.at(x, y);
@@ -351,6 +339,9 @@ void draw_static_pixels(const RowsOfView& of) {
             add_statics(fragments, mixer);
         });
     }
+    describe_visible(of.scratch, of.rect, of.work);
+    mixer.leave_out(numbers);
+    shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
     mixer.mix();
 }
 
@@ -413,7 +404,6 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
         if (fragment.mask != 0) {
             Shown& part = to.append(fragment.mask, fragment.plane);
             part.color = fragment.color;
-            part.is_middle = fragment.is_at_middle();
         }
     }
     if (!fragments.empty()) return;
@@ -425,7 +415,7 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
         const std::uint32_t number = of.scratch.areas.statics_behind.rows()(y)[x];
         whole.plane = plane_of(of.scratch.areas.depth_behind.rows()(y)[x],
                                number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1));
-        whole.is_middle = true;
+        whole.is_behind = true;
     }
 }
 
@@ -458,20 +448,17 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
             mixer.begin(x, y);
             std::array<int, sample_count + 2> samples{};
             for (const Shown& part : shown) samples[static_cast<std::size_t>(part.surface)] += count_of(part.mask);
-            const int middle = is_mover ? surface_at_middle(shown, number) : -1;
             for (std::size_t i = 0; i < shown.size(); ++i) {
                 const Shown& part = shown[i];
                 if (part.surface != static_cast<int>(i)) continue;
-                if (part.triangle == no_triangle && !part.is_middle) {
-                    mixer.add(samples[i], part.color);
-                } else if (part.triangle != no_triangle && part.surface != middle) {
+                if (part.triangle != no_triangle) {
                     mixer.add_place(samples[i],
-                                    static_cast<std::int32_t>(add_place(shown, part.surface, x, y, of.band.places)));
-                } else if (part.triangle != no_triangle || !is_mover) {
-                    mixer.add_place(samples[i], PixelPart::is_middle);
-                } else {
+                                    static_cast<std::int32_t>(add_surface(shown, part.surface, x, y, of.band.places)));
+                } else if (part.is_behind) {
                     of.scratch.areas.shown_behind.rows()(y)[x] = of.scratch.areas.statics_behind.rows()(y)[x];
-                    mixer.add_place(samples[i], PixelPart::is_static_middle);
+                    mixer.add_place(samples[i], PixelPart::is_behind);
+                } else {
+                    mixer.add(samples[i], part.color);
                 }
             }
             mixer.end();
@@ -509,13 +496,12 @@ void draw_movers(const RowsOfView& of) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
         for (const PixelRect& rect : of.work.movers.rects)
             shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
-        mixer.take_middles(PixelPart::is_static_middle);
+        mixer.take_behind();
     }
-    for (const PixelRect& rect : of.work.rects) {
-        describe_visible(of.scratch, common(rect, of.rect), of.work);
+    for (const PixelRect& rect : of.work.rects) describe_visible(of.scratch, common(rect, of.rect), of.work);
+    mixer.leave_out(of.scratch.numbers.rows());
+    for (const PixelRect& rect : of.work.rects)
         shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
-    }
-    mixer.take_middles(PixelPart::is_middle);
     mixer.mix();
     finish_rows(of.work, of.scratch, of.rect);
 }

@@ -11,15 +11,11 @@
 /// What a picture whose pixels show areas works with, beside what all pictures do (view_work.h).
 namespace camrig {
 
-/// The part of a pixel that shows a static surface. The surface at the middle is shaded there, as everywhere; until it
-/// is, that is all that is known of its colour.
+/// The part of a pixel that shows a static surface.
 struct StaticFragment {
     SampleMask mask = 0;
     PixelPlane plane;
-    glm::vec3 color = at_middle;  ///< linear light, from 0 to 1
-
-    static constexpr glm::vec3 at_middle{-1.0f};
-    bool is_at_middle() const { return color.x < 0.0f; }
+    glm::vec3 color{0.0f};  ///< linear light, from 0 to 1
 };
 
 /// The marked pixels of static surfaces that show more than one of them. Any other shows one, as its middle does.
@@ -47,11 +43,10 @@ struct StaticAreas {
     Plane<std::uint32_t> steps;  ///< of depth in every pixel (packed_steps)
 };
 
-/// A part of a pixel: a colour that is known, or that of a place, or of the pixel's middle.
+/// A part of a pixel: a colour that is known, or that of a place, or what the middle shows behind the movers.
 struct PixelPart {
-    /// Instead of a number among ShadedPlaces. Middles are what the picture has once all that is opaque is shaded, or
-    /// what stands still once that is.
-    static constexpr std::int32_t is_known = -1, is_middle = -2, is_static_middle = -3;
+    /// Instead of a number among ShadedPlaces.
+    static constexpr std::int32_t is_known = -1, is_behind = -2;
 
     float share = 0.0f;
     std::int32_t place = is_known;

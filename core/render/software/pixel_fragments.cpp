@@ -82,7 +82,9 @@ CAMRIG_LANES SampleMask with_alpha(const ViewGeometry& geometry, const ViewDraw&
         if (bits == 0) continue;
         const Doubles px = widened(sample_x(group)) * double{offset_in_subpixels} + static_cast<double>(x * subpixels);
         const Doubles py = widened(sample_y(group)) * double{offset_in_subpixels} + static_cast<double>(y * subpixels);
-        const TriangleAtPlaces<Isa> at(geometry, draw, IntLanes{} + static_cast<std::int32_t>(number), px, py);
+        constexpr float share = 1.0f / 8.0f;  // of a pixel's side, from a place to the next
+        const TriangleAtPlaces<Isa> at(geometry, draw, IntLanes{} + static_cast<std::int32_t>(number), px, py,
+                                       lanes(share));
         const Lanes alpha = base_color<Isa>(draw, points_of(geometry, draw, at, x, y)).a;
         made |= (bits & Isa::bits(alpha >= draw.primitive->material->alpha_cutoff)) << (lane_count * group);
     }

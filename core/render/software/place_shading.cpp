@@ -17,15 +17,17 @@ CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, ShadedPlaces& 
         end = std::min(first + lane_count, of.first_of_draw[number + 1]);
         const ViewDraw& draw = geometry.draws()[number];
         IntLanes triangle{};
+        Lanes share{};
         Doubles x{}, y{};
         for (int lane = 0; lane < lane_count; ++lane) {
             const auto at = std::min(first + static_cast<std::uint32_t>(lane), end - 1);
             const ShadedPlace& place = of.places[of.order[at]];
             triangle[lane] = static_cast<std::int32_t>(place.triangle) + 1;
+            share[lane] = place.share;
             (lane < 4 ? x.low : x.high)[lane % 4] = place.x;
             (lane < 4 ? y.low : y.high)[lane % 4] = place.y;
         }
-        const TriangleAtPlaces<Isa> at(geometry, draw, triangle, x, y);
+        const TriangleAtPlaces<Isa> at(geometry, draw, triangle, x, y, share);
         constexpr double pixels = 1.0 / subpixels;
         const Rays rays{narrowed((x * pixels + -k.cx) * (1.0 / k.fx)), narrowed((y * pixels + -k.cy) * (1.0 / k.fy))};
         const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays);

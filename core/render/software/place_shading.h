@@ -7,10 +7,11 @@
 
 namespace camrig {
 
-/// A point of a triangle to be shaded, in subpixels of the screen.
+/// A point of a triangle to be shaded.
 struct ShadedPlace {
     std::uint32_t triangle = 0;
-    double x = 0.0, y = 0.0;
+    float share = 1.0f;       ///< of the pixel that the surface covers: textures are filtered over so much less
+    double x = 0.0, y = 0.0;  ///< in subpixels of the screen
 };
 
 /// Points to shade, and their colours. Those of one draw are shaded together, eight at a time.

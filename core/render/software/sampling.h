@@ -150,7 +150,8 @@ CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& textu
     constexpr int most_samples = 8;
     // Where eight are too few the level is as coarse as they are apart.
     const Lanes apart2 = footprint.longer2 * (1.0f / (most_samples * most_samples));
-    const TexelLevel level = level_of(texture, max(footprint.shorter2, apart2));
+    // The level that is a little sharper than the width: texels are widened once more by what is filtered between them.
+    const TexelLevel level = level_of(texture, max(footprint.shorter2, apart2) * 0.5f);
     const Lanes texel = reinterpret_cast<Lanes>((127 - level.number) << 23);  // 2^-level
     const Lanes length = min(sqrt(footprint.longer2) * texel + 0.5f, lanes(most_samples));
     const IntLanes whole = truncated(length), count = whole < 1 ? IntLanes{} + 1 : whole;

@@ -216,24 +216,26 @@ protected:
     std::array<bool, 3> has_clipped_, all_clipped_;
 };
 
-/// Triangles of one draw at places of their own, in subpixels.
+/// Triangles of one draw at places of their own, in subpixels; share: how far it is to the next pixel there.
 template <typename Isa>
 class TriangleAtPlaces : public TriangleOfEach<Isa> {
 public:
     CAMRIG_LANES TriangleAtPlaces(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers,
-                                  const Doubles& x, const Doubles& y)
-        : TriangleOfEach<Isa>(geometry, draw, numbers), x_at_(x), y_at_(y) {}
+                                  const Doubles& x, const Doubles& y, Lanes share)
+        : TriangleOfEach<Isa>(geometry, draw, numbers), x_at_(x), y_at_(y), share_(share) {}
 
     CAMRIG_LANES ScreenShares<Lanes> shares(int, int) const {
         const auto second = this->edge_from(2, 0), third = this->edge_from(0, 1);
         ScreenShares<Lanes> made = this->shares_of(second, third);
         made.second = narrowed(second.at(x_at_, y_at_) * this->inverse_area_);
         made.third = narrowed(third.at(x_at_, y_at_) * this->inverse_area_);
+        for (Lanes* step : {&made.second_dx, &made.third_dx, &made.second_dy, &made.third_dy}) *step = *step * share_;
         return made;
     }
 
 private:
     Doubles x_at_, y_at_;
+    Lanes share_;
 };
 
 /// Where the pixels of a group lie on their triangles, and how that changes to the right and down.
