@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/random.h"
 #include "tests/render/support/targets.h"
 
 namespace camrig {
@@ -141,6 +142,70 @@ TEST(Antialias, MoreSamplesThanTheDeviceDrawsAreAnError) {
     ASSERT_EQ(finished->failures.size(), 1u);
     EXPECT_EQ(finished->failures[0].error.kind, ErrorKind::resource_exhausted);
     EXPECT_NE(finished->failures[0].error.message.find("antialias: ssaa4 of 8192x8192"), std::string::npos);
+}
+
+/// A floor of fine tiles up to the horizon, and leaves of a fraction of a pixel's width, of which each shows the green
+/// left half of a picture whose right half is red.
+TestWorld tiles_and_leaves() {
+    Image tiles{.size = {64, 64}, .rgba = std::vector<std::uint8_t>(std::size_t{64} * 64 * 4, 255)};
+    for (std::size_t i = 0; i < std::size_t{64} * 64; ++i) {
+        const bool is_dark = random_unit(3, i / 64 / 4, i % 64 / 4) < 0.5;
+        std::fill_n(tiles.rgba.begin() + static_cast<std::ptrdiff_t>(4 * i), 3, is_dark ? 40 : 220);
+    }
+    auto floor = model_of(rectangle({14, 0, -1.5}, {0, -20, 0}, {13, 0, 0}), colored(glm::vec3(1.0f), true));
+    for (glm::vec2& at : floor->meshes[0].primitives[0].texcoords[0]) at *= 12.0f;
+    floor->images.push_back(std::move(tiles));
+    Image halves{.size = {64, 1}, .rgba = {}};
+    for (int x = 0; x < 64; ++x)
+        halves.rgba.insert(halves.rgba.end(), {static_cast<std::uint8_t>(x < 32 ? 0 : 255),
+                                               static_cast<std::uint8_t>(x < 32 ? 255 : 0), 0, 255});
+    Primitive blades;
+    for (int i = 0; i < 20; ++i) {
+        const float y = 1.1f - 0.11f * static_cast<float>(i), lean = 0.02f * static_cast<float>(i - 10), width = 0.02f;
+        const auto first = static_cast<std::uint32_t>(blades.positions.size());
+        blades.positions.insert(blades.positions.end(),
+                                {{4.0f, y, -0.4f}, {4.0f, y - width, -0.4f}, {4.0f, y - lean, 1.2f}});
+        blades.texcoords[0].insert(blades.texcoords[0].end(), {{0.05f, 0.5f}, {0.45f, 0.5f}, {0.25f, 0.5f}});
+        blades.indices.insert(blades.indices.end(), {first, first + 1, first + 2});
+    }
+    blades.bounds = {glm::vec3(-10.0f), glm::vec3(10.0f)};
+    Material green = colored(glm::vec3(1.0f), true);
+    green.double_sided = true;
+    auto leaves = model_of(std::move(blades), green);
+    leaves->images.push_back(std::move(halves));
+    TestWorld world;
+    for (const auto& model : {floor, leaves}) {
+        model->textures.push_back({.image = 0, .sampler = {.mipmaps = true}});
+        model->materials[0].base_color_texture.texture = 0;
+        world.objects.push_back(instance_of(model, {}, static_cast<std::uint32_t>(world.objects.size() + 1)));
+    }
+    return world;
+}
+
+TEST(Antialias, ByCoverageTexturesAreTheMeanOfWhatThePixelShowsOfThem) {
+    if (!draws_areas()) return;
+    constexpr int side = 8;
+    const TestCamera small{.size = {96, 72}, .focal_px = 80.0, .antialias = Antialias::coverage};
+    const Picture picture = draw(tiles_and_leaves(), small);
+    const Picture large = draw(tiles_and_leaves(), {.size = {side * small.size.width, side * small.size.height},
+                                                    .focal_px = side * small.focal_px});
+    double squares = 0.0, most_red = 0.0;
+    for (int y = 0; y < small.size.height; ++y) {
+        for (int x = 0; x < small.size.width; ++x) {
+            std::array<double, 2> mean{};
+            for (int i = 0; i < side * side; ++i) {
+                const auto seen = large.at(side * x + i % side, side * y + i / side);
+                for (std::size_t c = 0; c < 2; ++c) mean[c] += linear_of(seen[c]) / (side * side);
+            }
+            const auto own = picture.at(x, y);
+            for (std::size_t c = 0; c < 2; ++c) squares += std::pow(linear_of(own[c]) - mean[c], 2);
+            if (y < small.size.height / 2 - 1) most_red = std::max(most_red, linear_of(own[0]));
+        }
+    }
+    const double rms = std::sqrt(squares / (2.0 * small.size.width * small.size.height));
+    std::printf("rms %.4f, reddest leaf %.3f\n", rms, most_red);
+    EXPECT_LT(rms, 0.02);
+    EXPECT_LT(most_red, 0.02);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "core/render/software/divided_pixels.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <optional>
 
@@ -67,9 +68,8 @@ public:
         if (next_number == OutlineEdges::several) return {};
         if (next_number != OutlineEdges::none && !is_same_edge(geometry_, number, next_number)) return {};
         const std::uint32_t own = numbers_(y)[x], next = numbers_(next_y)[next_x];
-        if (own == next) return DividedPixel{};
         const std::uint32_t within = edge.has_middle() ? own : next;
-        if (within == 0 || draw_of(within) != draw_of(edge.triangle + 1)) return {};
+        if (own == next || within == 0 || !is_one_surface(within - 1, edge.triangle)) return {};
         if (has_mask(own) || has_mask(next)) return {};
         // What the middle hides may show beyond the edge.
         const float hidden = edges_.hidden(x, y);
@@ -79,6 +79,11 @@ public:
 
 private:
     CAMRIG_LANES std::uint32_t draw_of(std::uint32_t number) const { return geometry_.triangles()[number - 1].draw; }
+    CAMRIG_LANES bool is_one_surface(std::uint32_t a, std::uint32_t b) const {
+        if (a == b) return true;
+        const auto &one = geometry_.triangles()[a], &other = geometry_.triangles()[b];
+        return one.draw == other.draw && std::ranges::find_first_of(one.vertices, other.vertices) != one.vertices.end();
+    }
     CAMRIG_LANES bool has_mask(std::uint32_t number) const {
         return number != 0 && geometry_.draws()[draw_of(number)].primitive->material->alpha_mode == AlphaMode::mask;
     }

@@ -70,7 +70,9 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
             if (Isa::bits(mask) == 0) return;
             if (is_masked) {
                 const OneTriangle one(geometry, draw, triangle, s);
-                const Lanes alpha = base_color<Isa>(draw, points_of(geometry, draw, one, x, y)).a;
+                SurfacePoints points = points_of(geometry, draw, one, x, y);
+                points.textures[base_color_slot].has_footprints = false;  // whatever colour is made of
+                const Lanes alpha = base_color<Isa>(draw, points).a;
                 mask &= alpha >= material.alpha_cutoff;
             }
             *kept = mask ? depth : *kept;

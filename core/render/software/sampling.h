@@ -8,165 +8,23 @@
 /// Filtered texels at the points that a group of pixels shows.
 namespace camrig {
 
-/// The two texels beside a coordinate, with the share of the second.
-struct TexelPair {
-    IntLanes first, second;
-    Lanes share;
+/// Where a group of pixels looks at a texture. A pixel shows a strip of it, along the longer of its steps to the next
+/// pixel and row.
+struct TexturePoints {
+    Lanes u, v;
+    Lanes longer2;                   ///< the square of the longer step, in texels of the full size
+    bool has_footprints = false;     ///< the mean over the strip is taken, else what lies at (u, v)
+    Lanes u_step, v_step, shorter2;  ///< if has_footprints: the longer step, and the square of the shorter one
 };
 
-CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, Wrap wrap, bool is_linear) {
-    Lanes at = coordinate;
-    if (wrap == Wrap::repeat) {
-        at = at - floor(at);
-    } else if (wrap == Wrap::mirrored_repeat) {
-        at = at - 2.0f * floor(at * 0.5f);
-        at = at > 1.0f ? 2.0f - at : at;
-    } else {
-        at = clamp01(at);
-    }
-    const Lanes last = size - 1.0f;
-    at = at * size - (is_linear ? 0.5f : 0.0f);
-    const Lanes low = floor(at);
-    Lanes first = low, second = low + 1.0f;
-    if (wrap == Wrap::repeat) {
-        first = first < 0.0f ? last : first;
-        first = first > last ? first - size : first;
-        second = second > last ? second - size : second;
-    }
-    // With any wrap: coordinates of no number, or beyond what floor() holds, read some texel, but one of the image.
-    first = min(max(first, Lanes{}), last);
-    second = min(max(second, Lanes{}), last);
-    return {truncated(first), truncated(second), is_linear ? at - low : Lanes{}};
-}
+using SampledLanes = std::array<Lanes, 4>;
+enum class TextureChannels { red, rgb, rgba };
 
-/// Red and green, blue and alpha of a texel for each lane, 16 bits each.
-struct TexelLanes {
-    IntLanes red_green, blue_alpha;
-};
-
-/// channels: 2 or fewer leave blue and alpha out.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES TexelLanes texels_at(const Texel* texels, IntLanes at) {
-    static_assert(sizeof(Texel) == sizeof(std::int64_t));
-    if constexpr (channels <= 2) {
-        return {gathered<Isa>(reinterpret_cast<const std::int32_t*>(texels), at * 2), IntLanes{}};
-    } else {
-        // Ordered so that no shuffle has to cross the halves of a vector.
-        const IntLanes order = __builtin_shufflevector(at, at, 0, 1, 4, 5, 2, 3, 6, 7);
-        Words4 low, high;
-        Isa::template gather<0>(reinterpret_cast<const std::int64_t*>(texels), order, low);
-        Isa::template gather<1>(reinterpret_cast<const std::int64_t*>(texels), order, high);
-        const auto a = reinterpret_cast<IntLanes>(low), b = reinterpret_cast<IntLanes>(high);
-        return {__builtin_shufflevector(a, b, 0, 2, 8, 10, 4, 6, 12, 14),
-                __builtin_shufflevector(a, b, 1, 3, 9, 11, 5, 7, 13, 15)};
-    }
-}
-
-/// Which level each lane looks at, and whether that is larger than it is seen.
-struct TexelLevel {
-    IntLanes number, is_magnified;
-};
-
-/// step2: the square of a step to the next pixel, in texels of the full size.
-CAMRIG_LANES TexelLevel level_of(const SampledTexture& texture, Lanes step2) {
-    // OpenGL 4.5, 8.14: level of detail from the longer of the two steps.
-    // The exponent of the square is the level, doubled: half a level up is the next.
-    const IntLanes exponent = (reinterpret_cast<IntLanes>(step2) >> 23) - 127;
-    const int most = texture.sampler.mipmaps ? static_cast<int>(texture.image->levels.size()) - 1 : 0;
-    const IntLanes nearest = (exponent + 1) >> 1;
-    const IntLanes level = nearest < 0 ? IntLanes{} : nearest;
-    // 8.14.3: from sharp to filtered at the full size; linear magnification beside a nearest mip level goes on for half
-    // a level.
-    const bool goes_on = texture.sampler.mipmaps && texture.sampler.minify == Filter::nearest;
-    return {level > most ? IntLanes{} + most : level, exponent < (goes_on ? 1 : 0)};
-}
-
-/// The first channels of a texture at (u, v). is_opaque: alpha is not looked at, and comes out as 1.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, Lanes u, Lanes v, const TexelLevel& of,
-                                                bool is_opaque) {
-    const SoftwareImage& image = *texture.image;
-    const IntLanes level = of.number, is_magnified = of.is_magnified;
-    const bool same_filter = texture.sampler.magnify == texture.sampler.minify;
-    // Levels follow each other in memory, each half as large (make_software_image).
-    const auto halved = [&](int side) __attribute__((always_inline)) {
-        const IntLanes made = (IntLanes{} + side) >> level;
-        return made < 1 ? IntLanes{} + 1 : made;
-    };
-    const IntLanes width = halved(image.levels.front().width), height = halved(image.levels.front().height);
-    static_assert(sizeof(SoftwareImage::Level) == 3 * sizeof(std::int32_t));
-    const IntLanes first = gathered<Isa>(&image.levels.front().first, level * 3);
-    const Lanes widths = __builtin_convertvector(width, Lanes), heights = __builtin_convertvector(height, Lanes);
-    const auto pairs = [&](bool is_linear, TexelPair& columns, TexelPair& rows) __attribute__((always_inline)) {
-        columns = texels_beside(u, widths, texture.sampler.wrap_s, is_linear);
-        rows = texels_beside(v, heights, texture.sampler.wrap_t, is_linear);
-    };
-    TexelPair columns, rows;
-    pairs(texture.sampler.minify == Filter::linear, columns, rows);
-    if (!same_filter) {
-        TexelPair large_columns, large_rows;
-        pairs(texture.sampler.magnify == Filter::linear, large_columns, large_rows);
-        const auto choose = [&](TexelPair& to, const TexelPair& large) {
-            to.first = is_magnified ? large.first : to.first;
-            to.second = is_magnified ? large.second : to.second;
-            to.share = is_magnified ? large.share : to.share;
-        };
-        choose(columns, large_columns);
-        choose(rows, large_rows);
-    }
-    const Texel* const texels = image.texels.data();
-    const IntLanes upper = first + rows.first * width, lower = first + rows.second * width;
-    const TexelLanes a = texels_at<Isa, channels>(texels, upper + columns.first),
-                     b = texels_at<Isa, channels>(texels, upper + columns.second);
-    const TexelLanes c = texels_at<Isa, channels>(texels, lower + columns.first),
-                     d = texels_at<Isa, channels>(texels, lower + columns.second);
-    const auto channel = [](const TexelLanes& of_texel, std::size_t i) __attribute__((always_inline)) {
-        const IntLanes both = i < 2 ? of_texel.red_green : of_texel.blue_alpha;
-        return __builtin_convertvector(i % 2 == 0 ? both & 0xFFFF : (both >> 16) & 0xFFFF, Lanes);
-    };
-    std::array<Lanes, channels> made;
-    for (std::size_t i = 0; i < channels; ++i) {
-        if (i == 3 && is_opaque) {
-            made[i] = lanes(1.0f);
-            continue;
-        }
-        const Lanes va = channel(a, i), vb = channel(b, i), vc = channel(c, i), vd = channel(d, i);
-        const Lanes above = va + (vb - va) * columns.share, below = vc + (vd - vc) * columns.share;
-        made[i] = (above + (below - above) * rows.share) * (1.0f / 65535.0f);
-    }
-    return made;
-}
-
-/// What a pixel shows of a texture: a strip along the longer of its two steps.
-struct Footprint {
-    Lanes u, v;               ///< the longer step
-    Lanes longer2, shorter2;  ///< squares of both, in texels of the full size
-};
-
-/// The mean of a texture over the footprint: up to eight samples along it, at the level of its width.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& texture, Lanes u, Lanes v,
-                                                     const Footprint& footprint, bool is_opaque) {
-    constexpr int most_samples = 8;
-    // Where eight are too few the level is as coarse as they are apart.
-    const Lanes apart2 = footprint.longer2 * (1.0f / (most_samples * most_samples));
-    // The level that is a little sharper than the width: texels are widened once more by what is filtered between them.
-    const TexelLevel level = level_of(texture, max(footprint.shorter2, apart2) * 0.5f);
-    const Lanes texel = reinterpret_cast<Lanes>((127 - level.number) << 23);  // 2^-level
-    const Lanes length = min(sqrt(footprint.longer2) * texel + 0.5f, lanes(most_samples));
-    const IntLanes whole = truncated(length), count = whole < 1 ? IntLanes{} + 1 : whole;
-    const Lanes share = 1.0f / __builtin_convertvector(count, Lanes);
-    if (Isa::bits(count > 1) == 0) return sample<Isa, channels>(texture, u, v, level, is_opaque);
-    std::array<Lanes, channels> sum{};
-    for (int i = 0; i < most_samples; ++i) {
-        const IntLanes is_there = count > i;
-        if (Isa::bits(is_there) == 0) break;
-        const Lanes along = is_there ? (static_cast<float>(i) + 0.5f) * share - 0.5f : Lanes{};
-        const auto one =
-            sample<Isa, channels>(texture, u + footprint.u * along, v + footprint.v * along, level, is_opaque);
-        for (std::size_t c = 0; c < channels; ++c) sum[c] = sum[c] + (is_there ? one[c] * share : Lanes{});
-    }
-    return sum;
-}
+/// Writes the first channels; wide: with Avx2Isa. is_opaque: alpha is not looked at, and comes out as 1. Not inlined:
+/// it is the largest part of all that shades.
+[[gnu::noinline]] void sample_wide(const SampledTexture& texture, const TexturePoints& points, TextureChannels channels,
+                                   bool is_opaque, SampledLanes& to);
+[[gnu::noinline]] void sample_plain(const SampledTexture& texture, const TexturePoints& points,
+                                    TextureChannels channels, bool is_opaque, SampledLanes& to);
 
 }  // namespace camrig

@@ -1,7 +1,8 @@
 #pragma once
 
+#include <type_traits>
+
 #include "core/render/software/lambert.h"
-#include "core/render/software/sampling.h"
 #include "core/render/software/surface_point.h"
 
 /// The colour of the points of a surface that a group of pixels shows: core/render/shaders for the CPU.
@@ -12,15 +13,14 @@ struct Rgba {
     Lanes a;
 };
 
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sampled(const ViewDraw& draw, TextureSlot slot, const SurfacePoints& points) {
-    const auto& at = points.textures[slot];
-    const SampledTexture& texture = *draw.textures[slot];
-    const bool is_opaque = draw.primitive->material->alpha_mode == AlphaMode::opaque;
-    if (points.has_footprints && texture.sampler.mipmaps)
-        return sample_over<Isa, channels>(texture, at.u, at.v, {at.u_step, at.v_step, at.step2, at.shorter2},
-                                          is_opaque);
-    return sample<Isa, channels>(texture, at.u, at.v, level_of(texture, at.step2), is_opaque);
+template <typename Isa>
+CAMRIG_LANES SampledLanes sampled(const ViewDraw& draw, TextureSlot slot, TextureChannels channels,
+                                  const SurfacePoints& points) {
+    SampledLanes made;
+    const auto sample = std::is_same_v<Isa, Avx2Isa> ? sample_wide : sample_plain;
+    sample(*draw.textures[slot], points.textures[slot], channels,
+           draw.primitive->material->alpha_mode == AlphaMode::opaque, made);
+    return made;
 }
 
 template <typename Isa>
@@ -32,7 +32,7 @@ CAMRIG_LANES Rgba base_color(const ViewDraw& draw, const SurfacePoints& points) 
         base.a = base.a * points.color[3];
     }
     if (draw.textures[base_color_slot] != nullptr) {
-        const auto texture = sampled<Isa, 4>(draw, base_color_slot, points);
+        const auto texture = sampled<Isa>(draw, base_color_slot, TextureChannels::rgba, points);
         base.rgb = base.rgb * Lanes3{texture[0], texture[1], texture[2]};
         base.a = base.a * texture[3];
     }
@@ -97,12 +97,12 @@ CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, cons
     if (!draw.primitive->is_lit) return {color.rgb * lanes(exposure), color.a};
     Lanes occlusion = lanes(1.0f);
     if (draw.textures[occlusion_slot] != nullptr) {
-        const Lanes red = sampled<Isa, 1>(draw, occlusion_slot, points)[0];
+        const Lanes red = sampled<Isa>(draw, occlusion_slot, TextureChannels::red, points)[0];
         occlusion = 1.0f + material.occlusion_strength * (red - 1.0f);
     }
     Lanes3 emissive = splat(material.emissive * exposure);
     if (draw.textures[emissive_slot] != nullptr) {
-        const auto texture = sampled<Isa, 3>(draw, emissive_slot, points);
+        const auto texture = sampled<Isa>(draw, emissive_slot, TextureChannels::rgb, points);
         emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
     }
     return {color.rgb * surface_light(geometry, draw, points, rays, occlusion) + emissive, color.a};

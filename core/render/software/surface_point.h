@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "core/render/software/coverage.h"
+#include "core/render/software/sampling.h"
 
 /// What a triangle's vertices carry, at the pixels of a group: perspective-correct, with the steps to the next pixels.
 /// A group shows one triangle or one of the same draw in each pixel; both take the same operations in the same order,
@@ -13,16 +14,11 @@ namespace camrig {
 /// What shading needs to know of the points of a surface that a group of pixels shows. What the draw does not have is
 /// not set.
 struct SurfacePoints {
-    bool has_footprints = false;  ///< textures are filtered over them
     Lanes z;
     Lanes3 position;             ///< local; through a lens only, where lights are near
     Lanes3 normal;               ///< local, towards the seen side
     std::array<Lanes, 4> color;  ///< of the vertices
-    /// Coordinates, and the square of the longer of their steps to the next pixel and row, in texels of the full size.
-    struct {
-        Lanes u, v, step2;
-        Lanes u_step, v_step, shorter2;  ///< if has_footprints: the longer step, and the square of the other one
-    } textures[texture_slot_count];
+    std::array<TexturePoints, texture_slot_count> textures;
     Lanes3 light;    ///< quality fast
     Lanes3 ambient;  ///< quality fast
 };
@@ -329,9 +325,9 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes u_dy = place.second_dy * second_u + place.third_dy * third_u;
         const Lanes v_dy = place.second_dy * second_v + place.third_dy * third_v;
         const Lanes across2 = u_dx * u_dx + v_dx * v_dx, down2 = u_dy * u_dy + v_dy * v_dy;
-        at.step2 = max(across2, down2);
-        if (!geometry.has_outlines()) continue;
-        points.has_footprints = true;
+        at.longer2 = max(across2, down2);
+        at.has_footprints = geometry.has_outlines();
+        if (!at.has_footprints) continue;
         const IntLanes is_across = across2 > down2;
         at.shorter2 = is_across ? down2 : across2;
         at.u_step = (is_across ? u_dx : u_dy) * (1.0f / width);
