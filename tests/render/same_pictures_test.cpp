@@ -179,7 +179,7 @@ TEST(SamePictures, OfOurRasteriser) {
                                   {.camera = 2, .size = {320, 240}},
                                   {.camera = 2, .size = {64, 48}, .has_extras = true},
                                   {.camera = 1, .size = {90, 68}, .kinds = all_kinds},
-                                  {.camera = 0, .lens = plumb_bob},
+                                  {.camera = 0, .lens = plumb_bob, .kinds = all_kinds},
                                   {.camera = 1, .size = {117, 88}, .quality = Quality::fast, .lens = rational},
                                   {.camera = 2, .size = {160, 120}, .lens = equidistant}};
     Hashes hashes;

@@ -18,8 +18,6 @@ constexpr double wide_angle = pi / 3.0;
 constexpr double end_margin = 1.02, end_margin_px = 2.0;
 /// Where a plane lens ends at the latest: 0.06 deg from the image plane.
 constexpr double max_plane_end = 1000.0;
-/// A fisheye shows what lies right behind on all sides: edges that pass there are bent without end.
-constexpr double max_angular_end = 2.8;
 /// What goes on beyond the end takes at most so many pixels; beyond a fold so much of the focal length per unit.
 constexpr double max_beyond_px = 2048.0;
 constexpr double fold_rise = 4e-3;
@@ -60,9 +58,7 @@ Result<std::shared_ptr<const LensView>> LensView::create(ImageSize size, const I
     if (!model) return std::unexpected(model.error());
     const auto view = std::shared_ptr<LensView>(new LensView(*model));
     view->find_seen();
-    if (view->is_wide_ && view->end_ > max_angular_end)
-        return error(ErrorKind::unsupported, "lens: sees what lies right behind; it is drawn from a cube's faces only");
-    view->find_straight();
+    view->find_bend();
     if (!model->every_pixel_valid()) view->find_blind();
     return view;
 }
@@ -86,7 +82,7 @@ void LensView::find_seen() {
     if (!ends_at_fold)
         rise_ = std::max(rise_, std::min(lens.derivative({end_, 0.0})[0].x, lens.derivative({0.0, end_})[1].y));
     if (last > end_) rise_ = std::min(rise_, max_beyond_px / focal / (last - end_));
-    const double end_slope = slope_of(seen_radius());
+    const double end_slope = slope_of(end_);
     guard_ = end_slope * guard_margin;
     if (is_wide_) return;
 
@@ -119,13 +115,13 @@ void LensView::find_seen() {
     slope_high_ += more;
 }
 
-void LensView::find_straight() {
+void LensView::find_bend() {
     constexpr int radii = 32, turns = 8, ways = 4;
-    constexpr double step = 0.01, certain = 0.7, max_skew = 0.25, least_share = 0.06, most_share = 0.15;
+    // Between the places that are looked at it may be bent a little more. Edges that are bent less are short.
+    constexpr double step = 0.01, between = 1.3, most_bend_px = 1.0, most_share = 0.25;
     const LensMap& lens = model_.lens();
     const bool is_angular = lens.formula().is_angular;
-    double most = is_wide_ ? 1.0 / (8.0 * max_depth_share) : 0.0;  // per squared length, in what is allowed
-    double skew = 0.0;
+    double most = 0.0;
     for (int i = 0; i < radii * turns * ways; ++i) {
         const double part = (1.0 - 0.5 * step) * (i / (turns * ways) + 1) / radii;
         // Evenly by angle: the end of a plane may be far out, where little bends any more.
@@ -140,18 +136,12 @@ void LensView::find_straight() {
         };
         const glm::dvec3 from = on_ray(middle - half), to = on_ray(middle + half);
         const auto at = [&](double share) { return pixel_of_ideal(ideal_of(from + (to - from) * share)); };
-        const glm::dvec2 a = at(0.0), b = at(1.0), m = at(0.5);
-        const glm::dvec2 along = glm::normalize(b - a), off = m - 0.5 * (a + b);
-        const auto across = [&](const glm::dvec2& v) { return std::abs(along.x * v.y - along.y * v.x); };
-        const double bend = std::max(across(off) / max_sag_px, std::abs(glm::dot(along, off)) / max_slide_px);
-        most = std::max(most, bend / (length * length));
-        // How far from the parabola through these three.
-        const double off_parabola = across(at(0.25) - (0.375 * a + 0.75 * m - 0.125 * b));
-        const double relative = length / std::min(end_, 1.0 + radius);
-        skew = std::max(skew, off_parabola / (max_skew * max_sag_px * relative * relative * relative));
+        const glm::dvec2 a = at(0.0), b = at(1.0);
+        const glm::dvec2 along = glm::normalize(b - a), off = at(0.5) - 0.5 * (a + b);
+        most = std::max(most, std::abs(along.x * off.y - along.y * off.x) / (length * length));
     }
-    simple_share_ = std::clamp(1.0 / std::cbrt(std::max(skew, 1e-12)), least_share, most_share);
-    straight_length_ = std::min(std::sqrt(certain / std::max(most, 1e-12)), simple_share_ * std::min(end_, 1.0));
+    bend_ = between * most;
+    short_length_ = std::min(std::sqrt(most_bend_px / std::max(bend_, 1e-12)), most_share * std::min(end_, 1.0));
 }
 
 void LensView::find_blind() {

@@ -1,11 +1,13 @@
 #include "core/render/software/channels.h"
 
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "core/render/software/rows.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
+#include "core/render/software/view_rows.h"
 
 namespace camrig {
 namespace {
@@ -34,7 +36,8 @@ std::uint32_t nothing_of(FrameKind kind) {
 
 /// The plane of a triangle, for depth in metres along the optical axis: at pixel (x, y) it is
 /// offset / (x * right + y * down + ahead). Of the corners as they are, not as they were rounded to parts of a pixel:
-/// depth is right to its last bits, however steep the triangle is. All that takes the camera for a pinhole is here.
+/// depth is right to its last bits, however steep the triangle is. Through a lens (x, y, 1) is the pixel's ray, and
+/// what comes of it is how many rays it is to the plane. All that takes the camera for a pinhole is here.
 struct DepthOfPixels {
     double right = 0.0, down = 0.0, ahead = 0.0, offset = 0.0;
     float nearest = 0.0f, farthest = 0.0f;  ///< of the corners: pixels of its edge may lie a little beside it
@@ -57,6 +60,16 @@ DepthOfPixels depth_of_stroke(const ViewGeometry& geometry, const ScreenTriangle
     return made;
 }
 
+DepthOfPixels depth_along_rays(const LensRays& rays, const std::array<glm::dvec3, 3>& at, const glm::dvec3& normal) {
+    DepthOfPixels made{.right = normal.x, .down = normal.y, .ahead = normal.z, .offset = glm::dot(normal, at[0])};
+    const auto length = [&](const glm::dvec3& p) { return rays.is_wide() ? glm::length(p) : p.z; };
+    const auto [nearest, farthest] = std::minmax({length(at[0]), length(at[1]), length(at[2])});
+    // Inside of a triangle there may be what is nearer to the eye than its corners.
+    made.nearest = static_cast<float>(rays.is_wide() ? std::abs(made.offset) / glm::length(normal) : nearest);
+    made.farthest = static_cast<float>(farthest);
+    return made;
+}
+
 DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& triangle) {
     const ViewDraw& draw = geometry.draws()[triangle.draw];
     std::array<glm::dvec3, 3> at;
@@ -68,6 +81,7 @@ DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& trian
     }
     const glm::dvec3 normal = glm::cross(at[1] - at[0], at[2] - at[0]);
     if (normal == glm::dvec3(0.0)) return depth_of_stroke(geometry, triangle);
+    if (geometry.rays() != nullptr) return depth_along_rays(*geometry.rays(), at, normal);
     const Intrinsics& k = geometry.transform().intrinsics;
     DepthOfPixels made{.right = normal.x / k.fx, .down = normal.y / k.fy, .offset = glm::dot(normal, at[0])};
     made.ahead = normal.z - made.right * k.cx - made.down * k.cy;
@@ -77,12 +91,19 @@ DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& trian
     return made;
 }
 
-CAMRIG_LANES Lanes metres_at(const DepthOfPixels& of, int x, int y) {
-    const Doubles columns = widened(int_lane_numbers() + x);
-    const Lanes metres = narrowed(of.offset / (columns * of.right + (y * of.down + of.ahead)));
+CAMRIG_LANES Lanes metres_at(const LensRays* rays, const DepthOfPixels& of, int x, int y) {
     // Seen from its edge it may have no depth there.
-    const Lanes not_nearer = metres > of.nearest ? metres : lanes(of.nearest);
-    return not_nearer < of.farthest ? not_nearer : lanes(of.farthest);
+    const auto limited = [&](Lanes metres) __attribute__((always_inline)) {
+        const Lanes not_nearer = metres > of.nearest ? metres : lanes(of.nearest);
+        return not_nearer < of.farthest ? not_nearer : lanes(of.farthest);
+    };
+    if (rays == nullptr) {
+        const Doubles columns = widened(int_lane_numbers() + x);
+        return limited(narrowed(of.offset / (columns * of.right + (y * of.down + of.ahead))));
+    }
+    const Lanes3 ray = rays_at(*rays, x, y);
+    const Doubles across = widened(ray.x) * of.right + widened(ray.y) * of.down + widened(ray.z) * of.ahead;
+    return limited(narrowed(of.offset / across)) * ray.z;
 }
 
 /// Of a group that may reach beyond the row.
@@ -149,7 +170,7 @@ CAMRIG_LANES void describe_body(const ViewScratch& scratch, const PixelRect& rec
                     if (of != last) depth = depth_of(geometry, geometry.triangles()[static_cast<std::size_t>(of - 1)]);
                     last = of;
                     const IntLanes mask = number == of;
-                    metres = mask ? metres_at(depth, x, y) : metres;
+                    metres = mask ? metres_at(geometry.rays(), depth, x, y) : metres;
                     open &= ~Isa::bits(mask);
                 }
                 put(depths(y), x, work.whole.x1, drawn, reinterpret_cast<IntLanes>(metres));
@@ -238,6 +259,7 @@ void draw_channel_rows(ViewWork& work, const ViewScratch& scratch, const PixelRe
         for (const PixelRect& rect : work.rects) copy(work.layer->depth.rows(), work.canvas.depth, common(rect, band));
     } else {
         fill(work.canvas.depth, band, 0.0f);
+        cover_blind(work.scene, work.canvas, band);
     }
     if (work.layer != nullptr && !work.is_in_parts) {
         draw_opaque(scratch.statics, work, scratch, band);

@@ -6,12 +6,15 @@
 #include "core/render/software/geometry.h"
 #include "core/render/software/lanes.h"
 #include "core/render/software/pixel_part.h"
+#include "core/render/software/ray_coverage.h"
 
 /// Which pixels a triangle covers, and at what depth.
 namespace camrig {
 
-/// The edges of a triangle; each lies opposite of the vertex it weighs.
+/// The edges of a triangle; each lies opposite of the vertex it weighs. Through a lens it has others, and these are not
+/// set.
 struct Setup {
+    const RayTriangle* ray = nullptr;
     std::array<const ScreenVertex*, 3> at{};
     std::array<std::int32_t, 3> dx{}, dy{};
     double inverse_area = 0.0;
@@ -31,6 +34,14 @@ CAMRIG_LANES Setup set_up(const ScreenVertex* vertices, const ScreenTriangle& tr
         s.dy[i] = to.y - from.y;
     }
     s.inverse_area = triangle.inverse_area;
+    return s;
+}
+
+/// Of a triangle of a view, from 0.
+CAMRIG_LANES Setup set_up(const ViewGeometry& geometry, std::uint32_t number) {
+    if (geometry.rays() == nullptr) return set_up(geometry.vertices().data(), geometry.triangles()[number]);
+    Setup s;
+    s.ray = &geometry.ray_triangles()[number];
     return s;
 }
 
@@ -124,6 +135,13 @@ CAMRIG_LANES void rasterize(const Setup& s, const PixelRect& rect, const Visit& 
         }
         for (std::size_t i = 0; i < 3; ++i) row[i] += std::int64_t{s.dx[i]} * subpixels;
     }
+}
+
+/// Of a triangle of a view, whether there is a lens or not.
+template <typename Isa, typename Visit>
+CAMRIG_LANES void rasterize(const ViewGeometry& geometry, const Setup& s, const PixelRect& rect, const Visit& visit) {
+    if (s.ray != nullptr) return rasterize<Isa>(*geometry.rays(), *s.ray, geometry.farthest(), rect, visit);
+    rasterize<Isa>(s, rect, visit);
 }
 
 }  // namespace camrig

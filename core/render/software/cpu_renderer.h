@@ -10,7 +10,8 @@
 namespace camrig {
 
 /// The Renderer of a machine without a GPU: pictures by camrig's own rasteriser where it can draw them, all else
-/// (lenses, several samples a pixel, quality beautiful) by another one, made when it is first needed.
+/// (colour with several samples a pixel, at quality beautiful, lines through a lens) by another one, made when it is
+/// first needed.
 class CpuRenderer final : public Renderer {
 public:
     using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;

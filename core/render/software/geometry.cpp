@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/render/software/lambert.h"
-#include "core/render/software/lens_vertices.h"
 
 namespace camrig {
 namespace {
@@ -17,7 +17,8 @@ struct ClippedCorner {
 
 }  // namespace
 
-void ViewGeometry::begin_view(const SceneView& view, bool wide_lanes, bool has_outlines) {
+void ViewGeometry::begin_view(const SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
+                              bool has_outlines) {
     view_ = view;
     wide_lanes_ = wide_lanes;
     has_outlines_ = has_outlines;
@@ -30,7 +31,9 @@ void ViewGeometry::begin_view(const SceneView& view, bool wide_lanes, bool has_o
     triangles_.clear();
     clipped_.clear();
     vertex_lights_.clear();
-    if (view.lens != nullptr) pieces_.begin_view(*view.lens, view.transform);
+    rays_ = std::move(rays);
+    ray_triangles_.clear();
+    if (rays_ != nullptr) lens_ = LensNumbers(*view.lens, view.transform);
 }
 
 const SurfaceLights* ViewGeometry::lights_of(int light_set) {
@@ -110,22 +113,6 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
 
 void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& primitive) {
     if (draw.primitive->source->topology != Topology::triangles) return add_strokes(draw);
-    vertices_.resize(vertices_.size() + draw.vertex_count);
-    outside_.resize(draw.vertex_count);
-    StraightEdges straight;
-    if (lens() == nullptr) {
-        project(view_.transform, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,
-                vertices_.data() + draw.first_vertex, outside_.data());
-    } else {
-        ideal_.resize(draw.vertex_count);
-        straight = {ideal_.data(), pieces_.numbers().straight_length2};
-        project_through(pieces_.numbers(), view_.transform.size, draw.optical_from_local, draw.positions,
-                        draw.mesh->vertices, wide_lanes_, vertices_.data() + draw.first_vertex, ideal_.data(),
-                        outside_.data());
-    }
-    for (auto* const list : {&to_clip_, &made_by_clipping_}) {
-        for (auto& corners : *list) corners.clear();
-    }
     const MeshNeighbors* const neighbors =
         has_outlines_ ? &primitive.neighbors->of(primitive, *draw.primitive, draw.level) : nullptr;
     TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
@@ -134,23 +121,31 @@ void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& 
                       .is_double_sided = draw.primitive->material->double_sided,
                       .keeps_thin = has_outlines_,
                       .neighbors = neighbors};
+    if (rays_ != nullptr) return add_ray_triangles(draw, rule);
+    vertices_.resize(vertices_.size() + draw.vertex_count);
+    outside_.resize(draw.vertex_count);
+    project(view_.transform, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,
+            vertices_.data() + draw.first_vertex, outside_.data());
+    for (auto* const list : {&to_clip_, &made_by_clipping_}) {
+        for (auto& corners : *list) corners.clear();
+    }
     const auto add = [&](const TriangleCorners& corners) {
-        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, straight, wide_lanes_,
-                 outline_scratch_, triangles_, to_clip_);
+        assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_, outline_scratch_,
+                 triangles_, to_clip_);
     };
     add(draw.mesh->triangles);
-    for (std::size_t i = 0; i < to_clip_[0].size(); ++i) {
-        const std::array corners{to_clip_[0][i], to_clip_[1][i], to_clip_[2][i]};
-        if (lens() == nullptr) {
-            clip(draw, corners);
-        } else {
-            divide(draw, corners);
-        }
-    }
-    // What was made is straight, and no triangle of the mesh.
-    straight = {};
+    for (std::size_t i = 0; i < to_clip_[0].size(); ++i) clip(draw, {to_clip_[0][i], to_clip_[1][i], to_clip_[2][i]});
+    // What was made is no triangle of the mesh.
     rule.neighbors = nullptr;
     if (!made_by_clipping_[0].empty()) add(made_by_clipping_);
+}
+
+void ViewGeometry::add_ray_triangles(const ViewDraw& draw, const TriangleRule& rule) {
+    lens_vertices_.resize(std::max<std::size_t>(lens_vertices_.size(), draw.vertex_count));
+    place_vertices(lens_, transform().size, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,
+                   lens_vertices_.data());
+    assemble_rays(draw.mesh->triangles, lens_vertices_.data(), rule, lens_, *rays_, wide_lanes_, triangles_,
+                  ray_triangles_);
 }
 
 VertexValues ViewGeometry::values_of(const ViewDraw& draw, std::uint32_t vertex) const {
@@ -235,41 +230,8 @@ VertexValues& ViewGeometry::add_between(const std::array<VertexValues, 3>& value
         made.light += values[k].light * share;
         made.light_behind += values[k].light_behind * share;
         made.ambient += values[k].ambient * share;
-        made.local += values[k].local * share;
     }
     return made;
-}
-
-void ViewGeometry::divide(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners) {
-    constexpr double sign_share = 1e-9;  // of the sizes that the sign below is made of
-    const glm::dmat4& m = draw.optical_from_local;
-    std::array<glm::dvec3, 3> p;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const glm::dvec3 local(draw.positions[corners[i]]);
-        for (glm::length_t r = 0; r < 3; ++r)
-            p[i][r] = local.x * m[0][r] + local.y * m[1][r] + local.z * m[2][r] + m[3][r];
-    }
-    // As seen from the eye the corners run like this, whatever piece of the triangle is looked at.
-    const double turn = glm::dot(p[0], glm::cross(p[1], p[2]));
-    const bool is_front = (turn < 0.0) != draw.placed->is_mirrored;
-    if (!draw.primitive->material->double_sided && !is_front &&
-        std::abs(turn) > sign_share * glm::length(p[0]) * glm::length(p[1]) * glm::length(p[2]))
-        return;
-    pieces_.divide(p);
-    const auto points = pieces_.points();
-    if (pieces_.pieces().empty()) return;
-    const std::array<VertexValues, 3> values{values_of(draw, corners[0]), values_of(draw, corners[1]),
-                                             values_of(draw, corners[2])};
-    const auto first = static_cast<std::uint32_t>(vertices_.size()) - draw.first_vertex;
-    for (const LensPieces::Point& point : points.subspan(3)) {
-        vertices_.push_back(pieces_.on_screen(point));
-        add_between(values, point.shares).position = point.p;
-    }
-    outside_.resize(outside_.size() + points.size() - 3, 0);
-    for (const auto& piece : pieces_.pieces()) {
-        for (std::size_t c = 0; c < 3; ++c)
-            made_by_clipping_[c].push_back(piece[c] < 3 ? corners[piece[c]] : first + piece[c] - 3);
-    }
 }
 
 }  // namespace camrig

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "core/render/pixel_rect.h"
 #include "core/render/scene/scene_view.h"
 #include "core/render/scene/view_lights.h"
-#include "core/render/software/lens_pieces.h"
+#include "core/render/software/ray_triangles.h"
 #include "core/render/software/screen_triangles.h"
 #include "core/render/software/software_model.h"
 
@@ -17,7 +18,6 @@ namespace camrig {
 struct VertexValues {
     glm::dvec3 position{0.0};  ///< in the optical frame
     glm::vec3 normal{0.0f};
-    glm::vec3 local{0.0f};  ///< where it is in the frame of its mesh
     glm::vec4 color{1.0f};
     std::array<glm::vec2, texture_slot_count> coordinates{};
     glm::vec3 light{0.0f}, light_behind{0.0f}, ambient{0.0f};
@@ -52,9 +52,10 @@ struct VertexLight {
 /// The triangles of one view that may show a pixel, clipped, culled and snapped. Reused from view to view.
 class ViewGeometry {
 public:
-    /// wide_lanes: drawn with instructions for all lanes at once.
+    /// rays: of the view's lens, null without one. wide_lanes: drawn with instructions for all lanes at once.
     /// has_outlines: for pictures of exact areas; triangles between the middles of pixels are kept.
-    void begin_view(const SceneView& view, bool wide_lanes, bool has_outlines = false);
+    void begin_view(const SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
+                    bool has_outlines = false);
     /// Adds the triangles of a draw, whose vertices are made (PlacedSurfaces::deform), and returns it as it is kept;
     /// good until the next one is added.
     const ViewDraw& add(const SeenSurface& seen, const SoftwarePrimitive& primitive);
@@ -63,8 +64,11 @@ public:
     bool wide_lanes() const { return wide_lanes_; }
     bool has_outlines() const { return has_outlines_; }
     const AmbientInView& light() const { return light_; }
-    /// Null: none is looked through.
-    const LensView* lens() const { return view_.lens.get(); }
+    /// Through a lens a triangle is that of its rays, and has no place on the screen; null: no lens.
+    const LensRays* rays() const { return rays_.get(); }
+    std::span<const RayTriangle> ray_triangles() const { return ray_triangles_; }
+    /// Depth of what is infinitely far.
+    float farthest() const { return static_cast<float>(view_.transform.depth_scale); }
     std::span<const ViewDraw> draws() const { return draws_; }
     std::span<const ScreenVertex> vertices() const { return vertices_; }
     std::span<const ScreenTriangle> triangles() const { return triangles_; }
@@ -76,9 +80,8 @@ private:
     const SurfaceLights* lights_of(int light_set);
     void light_vertices(ViewDraw& draw);
     void add_triangles(const ViewDraw& draw, const SoftwarePrimitive& primitive);
+    void add_ray_triangles(const ViewDraw& draw, const TriangleRule& rule);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
-    /// The same through a lens: in pieces with straight edges.
-    void divide(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
     /// Appends what a point between the corners of a triangle carries.
     VertexValues& add_between(const std::array<VertexValues, 3>& values, const glm::dvec3& shares);
     ScreenVertex on_screen(const glm::dvec3& p) const;
@@ -105,8 +108,10 @@ private:
     std::vector<ScreenTriangle> triangles_;
     OutlineScratch outline_scratch_;
     TriangleCorners to_clip_, made_by_clipping_;
-    LensPieces pieces_;
-    std::vector<glm::vec2> ideal_;  ///< per vertex of the draw, on the ideal plane of the lens
+    std::shared_ptr<const LensRays> rays_;
+    LensNumbers lens_;
+    std::vector<LensVertex> lens_vertices_;   ///< of the draw
+    std::vector<RayTriangle> ray_triangles_;  ///< of triangles_
     std::vector<VertexValues> clipped_;
     std::vector<VertexLight> vertex_lights_;
 };

@@ -48,6 +48,12 @@ CAMRIG_LANES Lanes min(Lanes a, Lanes b) {
 CAMRIG_LANES Lanes max(Lanes a, Lanes b) {
     return a > b ? a : b;
 }
+CAMRIG_LANES IntLanes min(IntLanes a, IntLanes b) {
+    return a < b ? a : b;
+}
+CAMRIG_LANES IntLanes max(IntLanes a, IntLanes b) {
+    return a > b ? a : b;
+}
 CAMRIG_LANES Lanes clamp01(Lanes value) {
     return min(max(value, Lanes{}), lanes(1.0f));
 }
@@ -156,6 +162,17 @@ CAMRIG_LANES Lanes3 operator*(const Lanes3& a, Lanes b) {
 }
 CAMRIG_LANES Lanes dot(const Lanes3& a, const Lanes3& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// Up to eight indices; where fewer are left, the last is repeated.
+CAMRIG_LANES IntLanes indices_at(const std::uint32_t* from, std::size_t left) {
+    if (left >= static_cast<std::size_t>(lane_count)) [[likely]]
+        return load_lanes(from);
+    IntLanes made{};
+    for (int k = 0; k < lane_count; ++k)
+        made[k] = static_cast<std::int32_t>(
+            from[static_cast<std::size_t>(k) < left ? static_cast<std::size_t>(k) : left - 1]);
+    return made;
 }
 
 /// All that code for two instruction sets differs in; the results are the same. gather: what lies at from[at[k]] for

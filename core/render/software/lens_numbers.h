@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/render/scene/lens_view.h"
+#include "core/render/software/screen_triangles.h"
 
 namespace camrig {
 
@@ -15,7 +16,8 @@ struct LensNumbers {
     std::array<float, 5> numerator{};
     std::array<float, 4> denominator{};
     float p1 = 0.0f, p2 = 0.0f;
-    float end = 0.0f, seen = 0.0f, rise = 0.0f, straight_length2 = 0.0f;
+    float end = 0.0f, seen = 0.0f, rise = 0.0f, short_length2 = 0.0f;
+    float bend_subpixels = 0.0f;  ///< of an edge, at most, for each squared length on the ideal plane
     bool is_angular = false, is_wide = false, is_rational = false, has_tangential = false;
 
     LensNumbers() = default;
@@ -26,9 +28,10 @@ struct LensNumbers {
           depth_shift(view.depth_shift),
           guard(lens.guard()),
           end(static_cast<float>(lens.end_radius())),
-          seen(static_cast<float>(lens.seen_radius())),
+          seen(static_cast<float>(lens.end_radius() + lens.short_length())),
           rise(static_cast<float>(lens.rise())),
-          straight_length2(static_cast<float>(lens.straight_length() * lens.straight_length())),
+          short_length2(static_cast<float>(lens.short_length() * lens.short_length())),
+          bend_subpixels(static_cast<float>(lens.bend() * subpixels)),
           is_wide(lens.is_wide()) {
         const LensMap::Formula formula = lens.model().lens().formula();
         const auto narrow = [](double value) { return static_cast<float>(value); };

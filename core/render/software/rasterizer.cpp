@@ -49,7 +49,6 @@ CAMRIG_LANES void find_small(const Setup& s, const PixelRect& rect, Rows<float> 
 template <typename Isa>
 CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                                     const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers) {
-    const ScreenVertex* const vertices = geometry.vertices().data();
     const Rows<float> depths = canvas.depth;
     const Rows<std::uint32_t> number_rows = numbers.rows();
     for (std::uint32_t i = first; i < first + count; ++i) {
@@ -59,12 +58,12 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
         const ViewDraw& draw = geometry.draws()[triangle.draw];
         const Material& material = *draw.primitive->material;
         const bool is_masked = material.alpha_mode == AlphaMode::mask;
-        const Setup s = set_up(vertices, triangle);
-        if (!is_masked && is_small(triangle, seen)) {
+        const Setup s = set_up(geometry, i);
+        if (s.ray == nullptr && !is_masked && is_small(triangle, seen)) {
             find_small(s, seen, depths, number_rows, i + 1);
             continue;
         }
-        rasterize<Isa>(s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
+        rasterize<Isa>(geometry, s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             auto* const kept = reinterpret_cast<Lanes*>(depths(y) + x);
             mask &= depth > *kept;
             if (Isa::bits(mask) == 0) return;
@@ -84,7 +83,6 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
 template <typename Isa>
 CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
                                      const TriangleNumbers& numbers) {
-    const ScreenVertex* const vertices = geometry.vertices().data();
     const ScreenTriangle* const triangles = geometry.triangles().data();
     const Rows<std::uint32_t> colors = canvas.color, number_rows = numbers.rows();
     for (int y = rect.y0; y < rect.y1; ++y) {
@@ -102,7 +100,7 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                 IntLanes mask = number == static_cast<std::int32_t>(first);
                 SurfacePoints points;
                 if ((left & ~Isa::bits(mask)) == 0) {
-                    const Setup setup = set_up(vertices, triangle);
+                    const Setup setup = set_up(geometry, first - 1);
                     points = points_of(geometry, draw, OneTriangle(geometry, draw, triangle, setup), x, y);
                 } else {
                     // All pixels of one draw at once; most often they are all that are left.
@@ -124,7 +122,6 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
 template <typename Isa>
 CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                              const PixelRect& rect, const Canvas& canvas, const std::array<float, 256>& linear) {
-    const ScreenVertex* const vertices = geometry.vertices().data();
     const Rows<float> depths = canvas.depth;
     const Rows<std::uint32_t> colors = canvas.color;
     for (std::uint32_t i = first; i < first + count; ++i) {
@@ -132,8 +129,8 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
         const ViewDraw& draw = geometry.draws()[triangle.draw];
         const PixelRect seen = pixels_of(triangle, rect);
         if (seen.width() <= 0 || seen.height() <= 0) continue;
-        const Setup s = set_up(vertices, triangle);
-        rasterize<Isa>(s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
+        const Setup s = set_up(geometry, i);
+        rasterize<Isa>(geometry, s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             mask &= depth > *reinterpret_cast<const Lanes*>(depths(y) + x);
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);

@@ -8,16 +8,6 @@
 namespace camrig {
 namespace {
 
-/// Up to eight indices; where fewer are left, the last is repeated.
-CAMRIG_LANES IntLanes indices_at(const std::uint32_t* from, std::size_t left) {
-    if (left >= static_cast<std::size_t>(lane_count)) [[likely]]
-        return load_lanes(from);
-    IntLanes made{};
-    for (int k = 0; k < lane_count; ++k)
-        made[k] = static_cast<std::int32_t>(from[std::min(static_cast<std::size_t>(k), left - 1)]);
-    return made;
-}
-
 /// Four by eight turned: a vertex of each lane.
 CAMRIG_LANES void store_vertices(IntLanes x, IntLanes y, Lanes depth, Lanes inverse_z, IntLanes at, ScreenVertex* to) {
     const IntLanes d = reinterpret_cast<IntLanes>(depth), z = reinterpret_cast<IntLanes>(inverse_z);
@@ -68,13 +58,6 @@ CAMRIG_LANES void project_body(const ViewTransform& t, const glm::dmat4& m, cons
     }
 }
 
-CAMRIG_LANES IntLanes least(IntLanes a, IntLanes b) {
-    return a < b ? a : b;
-}
-CAMRIG_LANES IntLanes most(IntLanes a, IntLanes b) {
-    return a > b ? a : b;
-}
-
 constexpr std::uint8_t facing_unknown = 0, facing_turned = 1, facing_straight = 2;
 
 /// An edge is inside of the outline if the triangle beyond it is there and faces the same way.
@@ -93,29 +76,12 @@ void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch,
     }
 }
 
-template <typename Isa>
-CAMRIG_LANES IntLanes are_straight(const StraightEdges& straight, const std::array<IntLanes, 3>& corner) {
-    static_assert(sizeof(glm::vec2) == 2 * sizeof(float));
-    std::array<Lanes, 3> x, y;
-    for (std::size_t c = 0; c < 3; ++c) {
-        x[c] = gathered<Isa>(&straight.ideal->x, corner[c] * 2);
-        y[c] = gathered<Isa>(&straight.ideal->y, corner[c] * 2);
-    }
-    IntLanes made = IntLanes{} - 1;
-    for (std::size_t c = 0; c < 3; ++c) {
-        const Lanes dx = x[(c + 1) % 3] - x[c], dy = y[(c + 1) % 3] - y[c];
-        made &= dx * dx + dy * dy <= straight.length2;
-    }
-    return made;
-}
-
 /// Half of all triangles show their backs and most of far people's lie between the pixels: no branch would guess which.
 template <typename Isa>
 CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVertex* vertices,
-                                const std::int32_t* outside, const TriangleRule& rule, const StraightEdges& straight,
-                                OutlineScratch& scratch, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
-    constexpr std::int32_t beside =
-        outside_left | outside_right | outside_top | outside_bottom | outside_near | outside_lens;
+                                const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
+                                std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+    constexpr std::int32_t beside = outside_left | outside_right | outside_top | outside_bottom | outside_near;
     constexpr int bits = 8;
     const std::size_t count = corners[0].size(), first = to.size();
     to.resize(first + count);
@@ -131,14 +97,8 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
         }
         const IntLanes is_there =
             int_lane_numbers() < static_cast<std::int32_t>(std::min<std::size_t>(count - i, lane_count));
-        IntLanes is_whole = ((beyond[0] | beyond[1] | beyond[2]) & (outside_near | outside_guard)) == 0;
-        IntLanes is_beside = (beyond[0] & beyond[1] & beyond[2] & beside) != 0;
-        if (straight.ideal != nullptr) {
-            const IntLanes is_straight = are_straight<Isa>(straight, corner);
-            is_whole &= is_straight;
-            // What is bent may reach into the picture from beside it.
-            is_beside &= is_straight | ((beyond[0] & beyond[1] & beyond[2] & outside_near) != 0);
-        }
+        const IntLanes is_whole = ((beyond[0] | beyond[1] | beyond[2]) & (outside_near | outside_guard)) == 0;
+        const IntLanes is_beside = (beyond[0] & beyond[1] & beyond[2] & beside) != 0;
         const IntLanes may_show = is_there & ~is_beside;
         for (unsigned left = Isa::bits(may_show & ~is_whole); left != 0; left &= left - 1) {
             for (std::size_t c = 0; c < 3; ++c)
@@ -152,10 +112,10 @@ CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVert
         // Coordinates are below 2^23: these doubles are whole numbers.
         const Doubles area = widened(x[1] - x[0]) * widened(y[2] - y[0]) - widened(x[2] - x[0]) * widened(y[1] - y[0]);
         const Lanes sign = narrowed(area);
-        const IntLanes x0 = (least(x[0], least(x[1], x[2])) + (subpixels - 1)) >> bits;
-        const IntLanes y0 = (least(y[0], least(y[1], y[2])) + (subpixels - 1)) >> bits;
-        const IntLanes x1 = (most(x[0], most(x[1], x[2])) >> bits) + 1;
-        const IntLanes y1 = (most(y[0], most(y[1], y[2])) >> bits) + 1;
+        const IntLanes x0 = (min(x[0], min(x[1], x[2])) + (subpixels - 1)) >> bits;
+        const IntLanes y0 = (min(y[0], min(y[1], y[2])) + (subpixels - 1)) >> bits;
+        const IntLanes x1 = (max(x[0], max(x[1], x[2])) >> bits) + 1;
+        const IntLanes y1 = (max(y[0], max(y[1], y[2])) >> bits) + 1;
         // Rows run down, so what is counter-clockwise in the world is negative here.
         const IntLanes is_turned = sign < 0.0f;
         const IntLanes is_front = rule.is_mirrored ? ~is_turned : is_turned;
@@ -197,9 +157,9 @@ CAMRIG_WIDE void project_wide(const ViewTransform& view, const glm::dmat4& optic
     project_body<Avx2Isa>(view, optical_from_local, positions, which, to, outside);
 }
 CAMRIG_WIDE void assemble_wide(const TriangleCorners& corners, const ScreenVertex* vertices,
-                               const std::int32_t* outside, const TriangleRule& rule, const StraightEdges& straight,
-                               OutlineScratch& scratch, std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
-    assemble_body<Avx2Isa>(corners, vertices, outside, rule, straight, scratch, to, to_clip);
+                               const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
+                               std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+    assemble_body<Avx2Isa>(corners, vertices, outside, rule, scratch, to, to_clip);
 }
 
 }  // namespace
@@ -211,10 +171,10 @@ void project(const ViewTransform& view, const glm::dmat4& optical_from_local, co
 }
 
 void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
-              const TriangleRule& rule, const StraightEdges& straight, bool wide, OutlineScratch& scratch,
-              std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
-    if (wide) return assemble_wide(corners, vertices, outside, rule, straight, scratch, to, to_clip);
-    assemble_body<PlainIsa>(corners, vertices, outside, rule, straight, scratch, to, to_clip);
+              const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
+              TriangleCorners& to_clip) {
+    if (wide) return assemble_wide(corners, vertices, outside, rule, scratch, to, to_clip);
+    assemble_body<PlainIsa>(corners, vertices, outside, rule, scratch, to, to_clip);
 }
 
 }  // namespace camrig

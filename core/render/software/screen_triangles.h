@@ -38,7 +38,7 @@ struct ScreenTriangle {
 
 /// Planes that a vertex is beyond, as bits.
 inline constexpr std::int32_t outside_left = 1, outside_right = 2, outside_top = 4, outside_bottom = 8,
-                              outside_near = 16, outside_guard = 32, outside_lens = 64;
+                              outside_near = 16, outside_guard = 32;
 
 /// Where vertices lie on the screen, and what they are beyond. Those beyond the near plane or the guard lie anywhere.
 /// `which`: into all three; `wide`: with instructions for all lanes at once (has_wide_lanes).
@@ -60,16 +60,10 @@ struct OutlineScratch {
     std::vector<std::uint32_t> sources;  ///< which of them those that were appended come from
 };
 
-/// Which edges a lens shows straight: those between points of the ideal plane (LensView) that are this close.
-struct StraightEdges {
-    const glm::vec2* ideal = nullptr;  ///< of the vertices, from rule.first_vertex on; null: all edges are straight
-    float length2 = 0.0f;
-};
-
-/// Appends the triangles that may show a pixel; those that must be clipped first or have an edge that is not straight
-/// go to `to_clip`, and the rest nowhere. `vertices` and `outside`: from rule.first_vertex on.
+/// Appends the triangles that may show a pixel; those that must be clipped first go to `to_clip`,
+/// and the rest nowhere. `vertices` and `outside`: from rule.first_vertex on.
 void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
-              const TriangleRule& rule, const StraightEdges& straight, bool wide, OutlineScratch& scratch,
-              std::vector<ScreenTriangle>& to, TriangleCorners& to_clip);
+              const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
+              TriangleCorners& to_clip);
 
 }  // namespace camrig

@@ -43,34 +43,23 @@ CAMRIG_LANES Lanes3 splat(const glm::vec3& v) {
     return PointGroup::vector(v);
 }
 
-/// Where the rays through a group of pixels meet the plane one metre in front of the eye.
-struct Rays {
-    Lanes x, y;
-};
-
-CAMRIG_LANES Rays rays_through(const ViewGeometry& geometry, int x, int y) {
+/// Where the rays through a group of pixels meet the plane one metre in front of the eye, or LensRays.
+CAMRIG_LANES Lanes3 rays_through(const ViewGeometry& geometry, int x, int y) {
+    if (geometry.rays() != nullptr) return rays_at(*geometry.rays(), x, y);
     const Intrinsics& k = geometry.transform().intrinsics;
     return {(lane_numbers() + static_cast<float>(x - k.cx)) * static_cast<float>(1.0 / k.fx),
-            lanes(static_cast<float>(y - k.cy) * static_cast<float>(1.0 / k.fy))};
+            lanes(static_cast<float>(y - k.cy) * static_cast<float>(1.0 / k.fy)), lanes(1.0f)};
 }
 
 CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
-                                  const Rays& rays, Lanes occlusion) {
+                                  const Lanes3& rays, Lanes occlusion) {
     if (draw.vertex_lights >= 0) {
         return points.light + points.ambient * (occlusion - 1.0f);
     }
     const glm::mat3& m = draw.optical_from_normal;
     Lanes3 n = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
     n = n * (1.0f / sqrt(max(dot(n, n), lanes(1e-30f))));
-    Lanes3 position{};
-    if (geometry.lens() == nullptr) {
-        position = {rays.x * points.z, rays.y * points.z, points.z};
-    } else if (!draw.lights->local.empty()) {
-        const glm::dmat4& t = draw.optical_from_local;
-        const auto column = [&](int c) __attribute__((always_inline)) { return splat(glm::vec3(t[c])); };
-        const Lanes3& p = points.position;
-        position = column(0) * p.x + column(1) * p.y + column(2) * p.z + column(3);
-    }
+    const Lanes3 position = rays * points.z;
     return hemisphere<PointGroup>(geometry.light(), n) * occlusion + lambert<PointGroup>(*draw.lights, n, position);
 }
 
@@ -90,7 +79,7 @@ CAMRIG_LANES IntLanes code(Lanes value) {
 /// Linear light of a group of points.
 template <typename Isa>
 CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
-                        const Rays& rays) {
+                        const Lanes3& rays) {
     const Material& material = *draw.primitive->material;
     const Rgba color = base_color<Isa>(draw, points);
     const float exposure = geometry.light().exposure;

@@ -4,6 +4,7 @@
 #include "core/render/software/rasterizer.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/software_drawer.h"
+#include "core/render/software/view_rows.h"
 
 namespace camrig {
 namespace {
@@ -29,6 +30,7 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
         std::vector<SeenSurface> surfaces;
     };
     const SceneView scene = scene_view_of(view, Quality::simple);
+    const std::shared_ptr<const LensRays> rays = lenses_.of(view)->rays;
     // Where it stands, what stands still shows the same pixels in every picture.
     StaticLayer* layer = layer_of(view);
     if (layer != nullptr && layer->number == 0) layer = nullptr;
@@ -60,7 +62,7 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
         ViewScratch& scratch = scratch_[static_cast<std::size_t>(worker)];
         scratch.numbers.fit(size);
         scratch.depth.fit(size);
-        scratch.geometry.begin_view(scene, options_.wide_lanes);
+        scratch.geometry.begin_view(scene, rays, options_.wide_lanes);
         std::vector<PixelRect> touched;
         for (const SeenSurface& seen : of.surfaces) {
             const auto pixels = scene.pixels_of(seen);
@@ -73,9 +75,11 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
         }
         if (touched.empty()) return;
         const PixelRect rect = hull_of(touched);
-        fill(scratch.depth.rows(), rect, 0.0f);
-        find_visible(scratch.geometry, 0, static_cast<std::uint32_t>(scratch.geometry.triangles().size()), rect,
-                     {{}, scratch.depth.rows()}, scratch.numbers);
+        const Canvas canvas{{}, scratch.depth.rows()};
+        fill(canvas.depth, rect, 0.0f);
+        cover_blind(scene, canvas, rect);
+        find_visible(scratch.geometry, 0, static_cast<std::uint32_t>(scratch.geometry.triangles().size()), rect, canvas,
+                     scratch.numbers);
         take_runs(scratch.numbers.rows(), rect, made[of.index]);
     });
     if (layer == nullptr) return made;

@@ -66,7 +66,8 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
       team_(std::max(1, options.threads)),
       models_(options.models.software != nullptr ? options.models : make_shared_models()),
       scene_(models_.prepared),
-      layers_(options.static_layer_bytes) {
+      layers_(options.static_layer_bytes),
+      lenses_(options.wide_lanes) {
     while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
 }
 
@@ -102,13 +103,12 @@ bool SoftwareDrawer::has_areas(const View& view) {
 
 bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
     const CameraSpec& spec = *view.spec;
-    if (!is_within_reach(spec.intrinsics.cx, spec.size.width) ||
-        !is_within_reach(spec.intrinsics.cy, spec.size.height) ||
-        (spec.lens.model == LensModel::pinhole ? spec.lens_sampling.method != LensMethod::automatic
-                                               : spec.lens_sampling != LensSampling{}))
+    if (!is_within_reach(spec.intrinsics.cx, spec.size.width) || !is_within_reach(spec.intrinsics.cy, spec.size.height))
         return false;
     const bool is_pinhole = spec.lens.model == LensModel::pinhole;
-    if (kind != FrameKind::color) return is_pinhole;
+    if (kind != FrameKind::color) return true;
+    if (is_pinhole ? spec.lens_sampling.method != LensMethod::automatic : spec.lens_sampling != LensSampling{})
+        return false;
     return view.quality != Quality::beautiful &&
            (antialias_of(spec, view.quality) == Antialias::none || (is_pinhole && has_areas(view)));
 }
@@ -121,7 +121,7 @@ bool SoftwareDrawer::can_draw(const View& view, FrameKind kind) {
 SceneView SoftwareDrawer::scene_view_of(const View& view, Quality quality) {
     const CameraSpec& spec = *view.spec;
     return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                           spec.far_m, quality, options_.max_detail_error_px, *lenses_.of(view));
+                           spec.far_m, quality, options_.max_detail_error_px, lenses_.of(view)->view);
 }
 
 StaticLayer* SoftwareDrawer::layer_of(const View& view) {
@@ -160,6 +160,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
     const bool is_shaded = work.kinds[static_cast<std::size_t>(FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : Quality::simple);
+    work.rays = lenses_.of(view)->rays;
     // Chosen objects are another picture than the one that is kept.
     work.layer = view.only_objects.empty() ? layer_of(view) : nullptr;
     work.history = &histories_[view.camera];
@@ -328,7 +329,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         return scratch.geometry.add(seen, *primitives[seen.placed->index]);
     };
     const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
-    scratch.geometry.begin_view(work.scene, options_.wide_lanes, work.has_areas);
+    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas);
     scratch.opaque.clear();
     scratch.blending.clear();
     const bool is_shaded = work.frame != nullptr;

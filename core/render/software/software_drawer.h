@@ -17,7 +17,7 @@ namespace camrig {
 
 /// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
 /// go. Colour in qualities fast and simple: through any lens with one sample a pixel, and of pinhole views by areas
-/// too. The other kinds of pinhole views, whatever colour takes. That is what most cameras of a rig are; whoever asks
+/// too. The other kinds through any lens, whatever colour takes. That is what most cameras of a rig are; whoever asks
 /// draws others elsewhere.
 ///
 /// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished

@@ -60,7 +60,7 @@ void ViewGeometry::add_strokes(const ViewDraw& draw) {
                             .is_double_sided = true,
                             .keeps_thin = has_outlines_};
     outside_.assign(vertices_.size() - draw.first_vertex, 0);
-    assemble(made_by_clipping_, vertices_.data() + draw.first_vertex, outside_.data(), rule, {}, wide_lanes_,
+    assemble(made_by_clipping_, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_,
              outline_scratch_, triangles_, to_clip_);
 }
 

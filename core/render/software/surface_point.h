@@ -14,8 +14,7 @@ namespace camrig {
 /// What shading needs to know of the points of a surface that a group of pixels shows. What the draw does not have is
 /// not set.
 struct SurfacePoints {
-    Lanes z;
-    Lanes3 position;             ///< local; through a lens only, where lights are near
+    Lanes z;                     ///< metres along the optical axis; through a lens, how many rays it is there
     Lanes3 normal;               ///< local, towards the seen side
     std::array<Lanes, 4> color;  ///< of the vertices
     std::array<TexturePoints, texture_slot_count> textures;
@@ -58,6 +57,19 @@ CAMRIG_LANES const float* values_at(const Corner& corner, const CornerAttribute&
     return attribute.of_mesh + static_cast<std::ptrdiff_t>(corner.vertex) * attribute.stride;
 }
 
+/// What of a RayTriangle the place of a point follows from. V is float or Lanes.
+template <typename V>
+struct RayEdges {
+    struct {
+        V x, y, z;
+    } edges[3];
+    V length;
+
+    CAMRIG_LANES Lanes along(std::size_t i, const Lanes3& ray) const {
+        return ray.x * edges[i].x + ray.y * edges[i].y + ray.z * edges[i].z;
+    }
+};
+
 /// The shares of the second and third vertex in the plane of the screen, and their steps. V is float or Lanes.
 template <typename V>
 struct ScreenShares {
@@ -72,10 +84,20 @@ public:
 
     CAMRIG_LANES OneTriangle(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
                              const Setup& setup)
-        : setup_(setup), is_front_(triangle.is_front) {
+        : rays_(geometry.rays()), setup_(setup), is_front_(triangle.is_front) {
         for (std::size_t i = 0; i < 3; ++i) corners_[i] = corner_of(geometry, draw, triangle.vertices[i]);
     }
 
+    CAMRIG_LANES const LensRays* rays() const { return rays_; }
+    CAMRIG_LANES RayEdges<float> ray_edges() const {
+        RayEdges<float> made;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::vec3& edge = setup_.ray->edges[i];
+            made.edges[i] = {edge.x, edge.y, edge.z};
+        }
+        made.length = setup_.ray->length;
+        return made;
+    }
     /// x is the first pixel of the group.
     CAMRIG_LANES ScreenShares<float> shares(int x, int y) const {
         const Setup& s = setup_;
@@ -104,6 +126,7 @@ public:
     }
 
 private:
+    const LensRays* rays_;
     const Setup& setup_;
     std::array<Corner, 3> corners_;
     bool is_front_;
@@ -121,15 +144,18 @@ public:
         static_assert(sizeof(ScreenTriangle) == 32 && sizeof(ScreenVertex) == 16);
         const ScreenTriangle* const triangles = geometry.triangles().data();
         const auto* const words = reinterpret_cast<const std::int32_t*>(triangles);
-        const IntLanes index = numbers - 1;
-        inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 4);
+        const IntLanes index = index_ = numbers - 1;
+        const bool is_on_screen = rays() == nullptr;
+        if (is_on_screen) inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 4);
         front_ = gathered<Isa>(words + 3, index * 8) < 0;  // is_front is the highest bit
         for (std::size_t i = 0; i < 3; ++i) {
             const IntLanes vertex = gathered<Isa>(words + i, index * 8);
             const ScreenVertex* const vertices = geometry.vertices().data();
-            x_[i] = gathered<Isa>(&vertices->x, vertex * 4);
-            y_[i] = gathered<Isa>(&vertices->y, vertex * 4);
-            inverse_z_[i] = gathered<Isa>(&vertices->inverse_z, vertex * 4);
+            if (is_on_screen) {
+                x_[i] = gathered<Isa>(&vertices->x, vertex * 4);
+                y_[i] = gathered<Isa>(&vertices->y, vertex * 4);
+                inverse_z_[i] = gathered<Isa>(&vertices->inverse_z, vertex * 4);
+            }
             vertex_[i] = vertex - static_cast<std::int32_t>(draw.first_vertex);
             const unsigned clipped = Isa::bits(vertex_[i] >= static_cast<std::int32_t>(draw.vertex_count));
             has_clipped_[i] = clipped != 0;
@@ -137,6 +163,20 @@ public:
         }
     }
 
+    CAMRIG_LANES const LensRays* rays() const { return geometry_.rays(); }
+    CAMRIG_LANES RayEdges<Lanes> ray_edges() const {
+        static_assert(sizeof(RayTriangle) == 16 * sizeof(float));
+        const RayTriangle* const triangles = geometry_.ray_triangles().data();
+        const auto of = [&](const float& first)
+                            __attribute__((always_inline)) { return gathered<Isa>(&first, index_ * 16); };
+        RayEdges<Lanes> made;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::vec3& edge = triangles->edges[i];
+            made.edges[i] = {of(edge.x), of(edge.y), of(edge.z)};
+        }
+        made.length = of(triangles->length);
+        return made;
+    }
     /// As OneTriangle::shares; coordinates are below 2^24, so these doubles are whole numbers too.
     CAMRIG_LANES ScreenShares<Lanes> shares(int x, int y) const {
         const Edge second = edge_from(2, 0), third = edge_from(0, 1);
@@ -205,10 +245,10 @@ protected:
 
     const ViewGeometry& geometry_;
     const ViewDraw& draw_;
-    Doubles inverse_area_;
-    IntLanes front_;
-    std::array<IntLanes, 3> vertex_, x_, y_;  ///< vertex: of the draw
-    std::array<Lanes, 3> inverse_z_;
+    Doubles inverse_area_{};
+    IntLanes index_, front_;
+    std::array<IntLanes, 3> vertex_, x_{}, y_{};  ///< vertex: of the draw
+    std::array<Lanes, 3> inverse_z_{};
     std::array<bool, 3> has_clipped_, all_clipped_;
 };
 
@@ -241,8 +281,30 @@ struct PointOnTriangle {
     Lanes second_dx, third_dx, second_dy, third_dy;
 };
 
+/// place_at() through a lens: the shares of a ray, and of those beside and below it.
+template <typename V>
+CAMRIG_LANES PointOnTriangle place_on_ray(const RayEdges<V>& triangle, const LensRays& rays, int x, int y) {
+    const Lanes3 ray = rays_at(rays, x, y), dx = rays_at(rays, x + 1, y) - ray, dy = rays_at(rays, x, y + 1) - ray;
+    const Lanes second = triangle.along(1, ray), third = triangle.along(2, ray);
+    const Lanes inverse = 1.0f / (triangle.along(0, ray) + second + third);
+    PointOnTriangle place;
+    place.z = triangle.length * inverse;
+    place.second = second * inverse;
+    place.third = third * inverse;
+    const Lanes second_dx = triangle.along(1, dx), third_dx = triangle.along(2, dx);
+    const Lanes second_dy = triangle.along(1, dy), third_dy = triangle.along(2, dy);
+    const Lanes sum_dx = triangle.along(0, dx) + second_dx + third_dx;
+    const Lanes sum_dy = triangle.along(0, dy) + second_dy + third_dy;
+    place.second_dx = (second_dx - place.second * sum_dx) * inverse;
+    place.third_dx = (third_dx - place.third * sum_dx) * inverse;
+    place.second_dy = (second_dy - place.second * sum_dy) * inverse;
+    place.third_dy = (third_dy - place.third * sum_dy) * inverse;
+    return place;
+}
+
 template <typename Triangles>
 CAMRIG_LANES PointOnTriangle place_at(const Triangles& triangles, int x, int y) {
+    if (triangles.rays() != nullptr) return place_on_ray(triangles.ray_edges(), *triangles.rays(), x, y);
     using V = Triangles::Value;
     const ScreenShares<V> screen = triangles.shares(x, y);
     const V a = triangles.inverse_z(0), b = triangles.inverse_z(1), c = triangles.inverse_z(2);
@@ -301,8 +363,6 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
     } else if (draw.primitive->is_lit) {
         const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
         points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
-        if (geometry.lens() != nullptr && !draw.lights->local.empty())
-            points.position = vector({&draw.positions->x, 3, offsetof(VertexValues, local)});
     }
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
         if (draw.textures[slot] == nullptr) continue;

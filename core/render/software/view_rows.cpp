@@ -32,17 +32,18 @@ void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, c
     }
 }
 
-/// What sees nothing is black whatever the background, and nothing comes before it.
-void cover_blind(const LensView& lens, const Canvas& canvas, const PixelRect& band) {
+}  // namespace
+
+void cover_blind(const SceneView& view, const Canvas& canvas, const PixelRect& rect) {
     constexpr std::uint32_t black = 0xFFu << 24;
-    const auto first = std::ranges::lower_bound(lens.blind(), band.y0, {}, &LensView::BlindRun::y);
-    for (auto run = first; run != lens.blind().end() && run->y < band.y1; ++run) {
-        std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
+    if (view.lens == nullptr) return;
+    const std::vector<LensView::BlindRun>& runs = view.lens->blind();
+    const auto first = std::ranges::lower_bound(runs, rect.y0, {}, &LensView::BlindRun::y);
+    for (auto run = first; run != runs.end() && run->y < rect.y1; ++run) {
+        if (canvas.color.data != nullptr) std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
         std::fill_n(canvas.depth(run->y) + run->x0, run->x1 - run->x0, blind_depth);
     }
 }
-
-}  // namespace
 
 void put_back(ViewWork& work, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
@@ -60,7 +61,7 @@ void draw_background(ViewWork& work, const PixelRect& band) {
     const Environment& environment = work.scene.scene->environment();
     fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
     fill(canvas.depth, band, 0.0f);
-    if (work.scene.lens != nullptr) cover_blind(*work.scene.lens, canvas, band);
+    cover_blind(work.scene, canvas, band);
 }
 
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {

@@ -14,6 +14,10 @@ int passes_of(const ViewWork& work);
 /// Draws a band, and what of it a layer keeps. Different bands from different threads.
 void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int band, int bands);
 
+/// What sees nothing is black whatever the background, and nothing comes before it. Of the rows of a rectangle; the
+/// canvas may be without colour.
+void cover_blind(const SceneView& view, const Canvas& canvas, const PixelRect& rect);
+
 /// Steps of draw_rows, each of a band: what is there before anything is drawn, of a picture in parts or in full.
 void put_back(ViewWork& work, const PixelRect& band);
 void draw_background(ViewWork& work, const PixelRect& band);

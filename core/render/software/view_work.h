@@ -71,6 +71,7 @@ struct ViewWork {
     KindSet kinds;                   ///< that are drawn
     AskedPictures* asked = nullptr;  ///< null: what is drawn is not kept
     SceneView scene;
+    std::shared_ptr<const LensRays> rays;  ///< of the scene's lens
     StaticLayer* layer = nullptr;
     FrameHistory* history = nullptr;
     SeenMovers movers;
