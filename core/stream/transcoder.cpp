@@ -49,8 +49,8 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
         auto converted_frame = converted(*pool_, current, pixels, size, last_converted_);
         if (!converted_frame) return std::unexpected(converted_frame.error());
         current = std::move(*converted_frame);
-        // Kept only where frames say what they equal: a picture for each output is memory.
-        last_converted_ = current->info().same_as >= 0 ? current : nullptr;
+        // Kept only where damage is known: a picture for each output is memory.
+        last_converted_ = current->info().damage.base() ? current : nullptr;
     } else {
         last_converted_ = nullptr;
     }
