@@ -19,7 +19,7 @@ private:
 }  // namespace
 
 Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
-                                                       std::shared_ptr<TranscodeTimers> timers, JpegOptions jpeg) {
+                                                       std::shared_ptr<TranscodeTimers> timers) {
     const bool own_size = format.size == ImageSize{};
     if (!own_size && (format.size.width < min_image_size.width || format.size.height < min_image_size.height ||
                       format.size.width > max_image_size.width || format.size.height > max_image_size.height)) {
@@ -31,8 +31,8 @@ Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format
     transcoder->pool_ = std::move(pool);
     transcoder->timers_ = std::move(timers);
     if (format.codec != Codec::raw) {
-        jpeg.sampling = format.sampling;
-        auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, jpeg) : create_png_encoder();
+        auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, {.sampling = format.sampling})
+                                                   : create_png_encoder();
         if (!encoder) return std::unexpected(encoder.error());
         transcoder->encoder_ = std::move(*encoder);
     }

@@ -22,7 +22,7 @@ class Transcoder {
 public:
     /// Errors: invalid_argument for a quality or size that cannot be.
     static Result<std::unique_ptr<Transcoder>> create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
-                                                      std::shared_ptr<TranscodeTimers> timers, JpegOptions jpeg = {});
+                                                      std::shared_ptr<TranscodeTimers> timers);
     Result<MediaUnit> transcode(const FrameRef& frame);
     const MediaFormat& format() const { return format_; }
 
