@@ -26,10 +26,10 @@ struct UniqueNames {
 
     /// The name of what the reader reads, before anything else of it: also of what turns out to be wrong.
     void claim(JsonReader& reader) {
-        const json* const name = reader.find("name");
-        if (name && name->is_string() && !taken.insert(name->get<std::string>()).second)
-            reader.fail("name", "'" + name->get<std::string>() + "' is taken by another " + owner,
-                        ErrorKind::already_exists);
+        const json* const given = reader.find("name");
+        const std::string name = given && given->is_string() ? given->get<std::string>() : "";
+        if (is_scene_name(name) && !taken.insert(name).second)
+            reader.fail("name", "'" + name + "' is taken by another " + owner, ErrorKind::already_exists);
     }
 };
 
@@ -94,10 +94,10 @@ void SceneReader::read_list(std::string_view key, std::size_t limit, std::vector
         JsonReader reader(items[i], item_path(key, i));
         if (names) names->claim(reader);
         auto item = read(reader);
-        const json* const name = items[i].is_object() && items[i].contains("name") ? &items[i]["name"] : nullptr;
+        const bool is_named = items[i].is_object() && items[i].contains("name") && items[i]["name"].is_string();
         if (item)
             out.push_back(std::move(*item));
-        else if (!spoil(reader.path(), name && name->is_string() ? name->get<std::string>() : "", item.error()))
+        else if (!spoil(reader.path(), is_named ? items[i]["name"].get<std::string>() : "", item.error()))
             return;
     }
 }
