@@ -25,7 +25,7 @@ public:
     Result<void> send(std::string_view line, Deadline deadline);
     /// The next line without its end, at most `max_bytes` long.
     Result<std::string> receive(std::size_t max_bytes, Deadline deadline);
-    /// False when the other side has closed it or talks out of turn.
+    /// False when the other side has closed it or has sent what nobody asked for.
     bool is_quiet() const;
     /// TCP on this machine: the key that a rig of this user wrote for whom it listens to there.
     std::optional<std::string> command_key() const { return read_command_key_for(fd_.get()); }

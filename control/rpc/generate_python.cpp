@@ -122,14 +122,14 @@ void put_actors(std::string& out) {
         std::erase_if(fields, [&](const Field& field) { return std::ranges::find(names, field.name) != names.end(); });
         return fields;
     };
-    auto spawned = without(descriptions_of(fields_of(std::type_identity<ActorSpec>{})), {"name", "model"});
+    auto spawned = without(descriptions_of<ActorSpec>(), {"name", "model"});
     for (Field& field : spawned)
         if (field.name == "class") field.name = "object_class";
     put_class(out, "ActorOptions", "What Rig.spawn_actor takes.", spawned, true, false);
     put_class(out, "ActorChanges", "What Rig.set_actor takes; what is left out stays as it is.",
-              without(descriptions_of(fields_of(std::type_identity<ActorPatch>{})), {"name"}), true, false);
-    put_class(out, "Steering", "What Rig.steer takes of each actor.",
-              without(descriptions_of(fields_of(std::type_identity<SteerSpec>{})), {"name"}), true, false);
+              without(descriptions_of<ActorPatch>(), {"name"}), true, false);
+    put_class(out, "Steering", "What Rig.steer takes of each actor.", without(descriptions_of<SteerSpec>(), {"name"}),
+              true, false);
 }
 
 /// The options as keywords have them: the parts of the pose stand by themselves.
@@ -163,8 +163,8 @@ std::string python_parameters() {
     put_class(out, "CameraState", "What Camera.get answers.", state, false, true);
 
     out += "\n\n";
-    put_dictionary(out, "Attachment", descriptions_of(fields_of(std::type_identity<Attachment>{})));
-    for (const KindsDescription& described : kinds_of_scenes()) put_kinds(out, described);
+    put_dictionary(out, "Attachment", descriptions_of<Attachment>());
+    for (const KindsDescription& described : kinds_of_methods()) put_kinds(out, described);
     put_actors(out);
 
     out +=

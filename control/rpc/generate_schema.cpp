@@ -3,7 +3,8 @@
 #include "control/rpc/generated_files.h"
 #include "core/base/json_reader.h"
 
-// The parts of scenes/schema.json that describe cameras, actors, behaviours and events; the rest is written by hand.
+// The parts of scenes/schema.json that have tables; the forms of values, and what keys demand of each other where no
+// kind says it, are written by hand.
 namespace camrig {
 namespace {
 
@@ -138,7 +139,9 @@ Result<std::string> scene_schema(const std::string& present) {
     ordered_json schema = ordered_json::parse(present, nullptr, false);
     if (schema.is_discarded() || !schema.contains("$defs"))
         return error(ErrorKind::invalid_argument, "is not a JSON schema with $defs");
-    ordered_json& parts = schema["$defs"];
+    const auto part_of = [&](const std::string& name) -> ordered_json& {
+        return name == "scene" ? schema : schema["$defs"][name];
+    };
     ordered_json properties = ordered_json::object();
     for (const Field& field : camera_descriptions()) {
         properties[field.name] =
@@ -147,16 +150,12 @@ Result<std::string> scene_schema(const std::string& present) {
                 : schema_of(field);
         if (field.name != "lens") continue;
         for (const Field& part : field.parts)
-            if (parts.contains("lens_" + part.name)) parts["lens_" + part.name] = schema_of(part);
+            if (schema["$defs"].contains("lens_" + part.name)) part_of("lens_" + part.name) = schema_of(part);
     }
-    parts["camera"]["properties"] = std::move(properties);
-    for (const auto& [name, fields] : objects_of_scenes()) {
-        const ordered_json made = object_schema({.parts = fields});
-        parts[name]["properties"] = made["properties"];
-        parts[name]["required"] = made["required"];
-    }
+    part_of("camera")["properties"] = std::move(properties);
+    for (const auto& [name, fields] : objects_of_scenes()) part_of(name).update(object_schema({.parts = fields}));
     for (const KindsDescription& described : kinds_of_scenes())
-        parts[described.name]["oneOf"] = alternatives(described);
+        part_of(described.name)["oneOf"] = alternatives(described);
     std::string text;
     print(text, schema, 0, 1);
     return text + "\n";

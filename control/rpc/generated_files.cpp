@@ -8,6 +8,9 @@
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
 #include "core/world/read/event_json.h"
+#include "core/world/read/ground_json.h"
+#include "core/world/read/light_json.h"
+#include "core/world/scene_reader.h"
 
 namespace camrig {
 namespace {
@@ -46,16 +49,35 @@ std::string kinds_tables(const KindsDescription& described) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::vector<Field>>> objects_of_scenes() {
-    return {{"actor", descriptions_of(fields_of(std::type_identity<ActorSpec>{}))},
-            {"attachment", descriptions_of(fields_of(std::type_identity<Attachment>{}))},
-            {"event", descriptions_of(fields_of(std::type_identity<EventSpec>{}))}};
+std::vector<ObjectDescription> objects_of_methods() {
+    return {{"actor", descriptions_of<ActorSpec>()},
+            {"attachment", descriptions_of<Attachment>()},
+            {"event", descriptions_of<EventSpec>()}};
 }
 
-std::vector<KindsDescription> kinds_of_scenes() {
+std::vector<ObjectDescription> objects_of_scenes() {
+    auto objects = objects_of_methods();
+    objects.insert(objects.end(), {{"scene", descriptions_of<Scene>()},
+                                   {"environment", descriptions_of<Environment>()},
+                                   {"model_file", descriptions_of<ModelFile>()},
+                                   {"object", descriptions_of<ObjectSpec>()},
+                                   {"route", descriptions_of<Route>()},
+                                   {"area", descriptions_of<Area>()},
+                                   {"place", descriptions_of<Place>()}});
+    return objects;
+}
+
+std::vector<KindsDescription> kinds_of_methods() {
     return {{"behaviour", "type", descriptions_of(behaviour_kinds())},
             {"trigger", "", descriptions_of(trigger_kinds())},
             {"action", "action", descriptions_of(action_kinds())}};
+}
+
+std::vector<KindsDescription> kinds_of_scenes() {
+    auto kinds = kinds_of_methods();
+    kinds.push_back({"light", "type", descriptions_of(light_kinds())});
+    kinds.push_back({"shape", "shape", descriptions_of(shape_kinds())});
+    return kinds;
 }
 
 std::vector<Field> camera_descriptions() {

@@ -27,14 +27,18 @@ std::string client_parameters();
 
 /// What the generators know of a camera.
 std::vector<Field> camera_descriptions();
-/// What else scene files and methods have with a table of fields, by its name in scenes/schema.json.
-std::vector<std::pair<std::string, std::vector<Field>>> objects_of_scenes();
+using ObjectDescription = std::pair<std::string, std::vector<Field>>;
+/// What else methods take with a table of fields, by its name in scenes/schema.json.
+std::vector<ObjectDescription> objects_of_methods();
+/// That, and what only scene files have; "scene" is a whole one.
+std::vector<ObjectDescription> objects_of_scenes();
 /// And what comes in kinds.
 struct KindsDescription {
     std::string name;  ///< of one of them: "behaviour"
     std::string key;   ///< whose value names the kind; empty: the key of that name is there
     std::vector<KindDescription> kinds;
 };
+std::vector<KindsDescription> kinds_of_methods();
 std::vector<KindsDescription> kinds_of_scenes();
 /// The types of objects in `fields`, innermost first, each once.
 std::vector<Field> shapes_in(const std::vector<Field>& fields);

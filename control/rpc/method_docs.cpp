@@ -129,8 +129,8 @@ json protocol_description() {
     json methods = json::array(), objects = json::object(), kinds = json::object();
     for (const Method& method : documented_methods()) methods.push_back(to_json(method));
     objects["camera"] = to_json(camera_descriptions());
-    for (const auto& [name, fields] : objects_of_scenes()) objects[name] = to_json(fields);
-    for (const KindsDescription& described : kinds_of_scenes())
+    for (const auto& [name, fields] : objects_of_methods()) objects[name] = to_json(fields);
+    for (const KindsDescription& described : kinds_of_methods())
         for (const KindDescription& kind : described.kinds)
             kinds[described.name].push_back({{"name", kind.name}, {"doc", kind.doc}, {"fields", to_json(kind.fields)}});
     return {{"methods", std::move(methods)}, {"objects", std::move(objects)}, {"kinds", std::move(kinds)}};
@@ -147,9 +147,9 @@ std::string control_protocol_markdown(const std::vector<Method>& methods) {
     std::string out(protocol_introduction());
     out += limits_section();
     out += "## Objects\n\n";
-    for (const Shape& shape : protocol_shapes()) {
-        out += "### " + shape.name + "\n\n" + shape.summary + "\n\n";
-        params_table(out, shape.fields);
+    for (const SharedObject& object : shared_objects()) {
+        out += "### " + object.name + "\n\n" + object.summary + "\n\n";
+        params_table(out, object.fields);
     }
     out += "## Methods\n\n";
     for (const Method& method : methods) method_section(out, method);

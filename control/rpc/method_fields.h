@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/base/names.h"
-#include "core/world/read/world_fields.h"
+#include "core/world/world_fields.h"
 
 /// Parameters that several methods have.
 namespace camrig {

@@ -8,7 +8,7 @@ namespace camrig {
 namespace {
 
 /// An object of a camera: words of its own, and the parts that the table has.
-Shape shape_of(const char* name, const char* summary) {
+SharedObject object_of(const char* name, const char* summary) {
     const auto found = std::ranges::find(camera_fields(), name, [](const auto& entry) { return entry.field.name; });
     CHECK(found != camera_fields().end());
     return {name, summary, found->field.parts};
@@ -16,30 +16,31 @@ Shape shape_of(const char* name, const char* summary) {
 
 }  // namespace
 
-std::vector<Shape> protocol_shapes() {
+std::vector<SharedObject> shared_objects() {
     return {
-        shape_of("pose",
-                 "Where a camera is and how it is turned, in the world (right-handed, z up). Give at most one of "
-                 "look_at, the angles and orientation; with none of them the camera looks along +x."),
-        shape_of("mount",
-                 "Fixes a camera to an actor: a vehicle, a drone, a person. `pose` is then in the frame of the mount, "
-                 "x ahead, y left, z up, and so is what look_at names; it moves with every picture. When the actor is "
-                 "removed the camera stays where it was, and follows again when an actor of this name comes."),
-        shape_of(
+        object_of("pose",
+                  "Where a camera is and how it is turned, in the world (right-handed, z up). Give at most one of "
+                  "look_at, the angles and orientation; with none of them the camera looks along +x."),
+        object_of("mount",
+                  "Fixes a camera to an actor: a vehicle, a drone, a person. `pose` is then in the frame of the mount, "
+                  "x ahead, y left, z up, and so is what look_at names; it moves with every picture. When the actor is "
+                  "removed the camera stays where it was, and follows again when an actor of this name comes."),
+        object_of(
             "intrinsics",
             "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 "
             "is the middle."),
-        shape_of("lens",
-                 "Models and coefficients as in OpenCV and ROS. The field of view or the intrinsics are those of the "
-                 "camera's pinhole part; a fisheye needs intrinsics (fx is pixels per radian on its axis). Pixels "
-                 "beyond the fold of a lens are black; their depth is infinite, their ids and normals 0. Depth is "
-                 "metres along the optical axis also beyond 90 deg from it, where it is negative."),
-        shape_of("controls",
-                 "What the camera's electronics do to the finished picture; the defaults change nothing and cost "
-                 "nothing. Users of a /dev/videoN find them as V4L2 controls."),
-        shape_of("outputs",
-                 "One element of outputs: where pictures go beside HTTP, which every camera has. A key belongs to some "
-                 "kinds only; with others it is an error."),
+        object_of("lens",
+                  "Models and coefficients as in OpenCV and ROS. The field of view or the intrinsics are those of the "
+                  "camera's pinhole part; a fisheye needs intrinsics (fx is pixels per radian on its axis). Pixels "
+                  "beyond the fold of a lens are black; their depth is infinite, their ids and normals 0. Depth is "
+                  "metres along the optical axis also beyond 90 deg from it, where it is negative."),
+        object_of("controls",
+                  "What the camera's electronics do to the finished picture; the defaults change nothing and cost "
+                  "nothing. Users of a /dev/videoN find them as V4L2 controls."),
+        object_of(
+            "outputs",
+            "One element of outputs: where pictures go beside HTTP, which every camera has. A key belongs to some "
+            "kinds only; with others it is an error."),
     };
 }
 

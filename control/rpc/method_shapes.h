@@ -9,13 +9,13 @@
 namespace camrig {
 
 /// An object that several methods take, described once.
-struct Shape {
+struct SharedObject {
     std::string name;
     std::string summary;
     std::vector<Field> fields;
 };
 
-std::vector<Shape> protocol_shapes();
+std::vector<SharedObject> shared_objects();
 
 /// A table of parameters in Markdown.
 void params_table(std::string& out, const std::vector<Field>& fields);

@@ -8,6 +8,7 @@
 #include "control/rpc/rpc_server.h"
 #include "control/rpc/work_thread.h"
 #include "core/base/field_of.h"
+#include "core/world/scene_check.h"
 
 /// The families of methods. A new method is one entry in one of these files.
 namespace camrig {
@@ -22,6 +23,8 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::jso
 
 nlohmann::json to_json(const CameraReply& report);
 nlohmann::json to_json(const RigReport& report);
+/// What scene.check answers, and `camrig check --json`.
+nlohmann::json to_json(const SceneCheck& check);
 nlohmann::json applied_json(const Applied& done);
 std::string hex_text(std::uint64_t bits);
 
@@ -60,6 +63,20 @@ auto handler_of(RpcContext& context, const std::vector<FieldOf<C>>& table, ToJso
 template <typename C, typename ToJson>
 auto handler_of(RpcContext& context, ToJson to_json_of_reply) {
     return handler_of(context, std::vector<FieldOf<C>>{}, to_json_of_reply);
+}
+
+/// What was made or changed, and when that shows: the fields of its report and applied_ns.
+template <typename Report>
+nlohmann::json change_json(const AppliedReport<Report>& change) {
+    nlohmann::json value = json_of(change.report);
+    value["applied_ns"] = change.applied_ns;
+    return value;
+}
+template <typename Report>
+std::vector<Field> change_fields(const char* applied_doc) {
+    auto fields = descriptions_of<Report>();
+    fields.push_back({"applied_ns", "integer", applied_doc, false, "ns"});
+    return fields;
 }
 
 /// A list of what has a table.

@@ -1,6 +1,6 @@
 #include "control/rpc/methods.h"
 #include "core/world/read/event_json.h"
-#include "core/world/read/world_fields.h"
+#include "core/world/world_fields.h"
 
 namespace camrig {
 
@@ -19,18 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double longest_wait_s = 300.0;
-
-std::vector<Field> report_fields() {
-    auto all = descriptions_of(fields_of(std::type_identity<EventReport>{}));
-    all.push_back({"applied_ns", "integer", "world time from which it waits", false, "ns"});
-    return all;
-}
-
-json event_change_json(const EventChange& change) {
-    json value = json_of(change.event);
-    value["applied_ns"] = change.applied_ns;
-    return value;
-}
 
 json record_json(const EventRecord& record) {
     json data = json::array();
@@ -75,10 +63,10 @@ std::vector<Method> event_methods(RpcContext& context) {
         {.name = "event.add",
          .summary = "Adds an event. The keys are those of an event in a scene file (docs/scene-format.md). Times count "
                     "from the loading of the scene.",
-         .params = descriptions_of(fields_of(std::type_identity<EventSpec>{})),
-         .result = report_fields(),
+         .params = descriptions_of<EventSpec>(),
+         .result = change_fields<EventReport>("world time from which it waits"),
          .errors = {invalid_argument, already_exists, not_found, resource_exhausted},
-         .handler = handler_of(context, read_added, event_change_json),
+         .handler = handler_of(context, read_added, change_json<EventReport>),
          .example = R"({"name": "alarm", "when": {"every_s": 60}, "do": [{"action": "user", "data": {"level": 2}}]})"},
         {.name = "event.remove",
          .summary = "Removes an event; what it has done stays.",

@@ -1,4 +1,3 @@
-#include "control/rpc/check_json.h"
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
 

@@ -81,7 +81,7 @@ private:
     boost::asio::awaitable<bool> write(std::string_view text);
     /// Waits until another request may be started; false when the connection is over.
     boost::asio::awaitable<bool> room();
-    /// Reads and forgets until the peer ends, or `linger` or `linger_bytes` are over: closing with unread bytes could
+    /// Reads and discards until the peer ends, or `linger` or `linger_bytes` are over: closing with unread bytes could
     /// destroy the answer.
     boost::asio::awaitable<void> read_off();
     /// True: go on. False: this was the last line that is taken.
@@ -105,8 +105,8 @@ private:
     bool is_finishing_ = false;
     bool is_closed_ = false;
     bool reads_off_ = false;
-    boost::asio::steady_timer room_;   ///< rung when a request may be started
-    boost::asio::steady_timer ready_;  ///< rung when an answer may be sent
+    boost::asio::steady_timer room_;   ///< cancelled to wake the reader: a request may be started
+    boost::asio::steady_timer ready_;  ///< cancelled to wake the writer: an answer may be sent
     boost::asio::steady_timer limit_;  ///< closes the connection when it expires
     boost::asio::steady_timer pause_;  ///< before a refusal is answered
 };

@@ -11,8 +11,8 @@
 
 namespace camrig {
 
-/// Runs functions on the server's thread, from any thread, for as long as the server is there. Replies hold it, so that
-/// one that comes too late meets nothing.
+/// Runs functions on the server's thread, from any thread, for as long as the server is there. Replies share it: one
+/// that comes after the server's end is dropped.
 class LoopPost {
 public:
     explicit LoopPost(boost::asio::any_io_executor executor) : executor_(std::move(executor)) {}

@@ -10,11 +10,9 @@ using nlohmann::json;
 
 /// "1e6", not "1e+06".
 std::string short_text(double number) {
-    std::string text = number_text(number);
-    for (const std::string_view sign : {"e+0", "e-0"})
-        if (const auto e = text.find(sign); e != std::string::npos)
-            text.erase(sign[1] == '+' ? e + 1 : e + 2, sign[1] == '+' ? 2 : 1);
-    return text;
+    const std::string text = number_text(number);
+    const auto e = text.find('e');
+    return e == std::string::npos ? text : text.substr(0, e + 1) + std::to_string(std::stoi(text.substr(e + 1)));
 }
 
 /// Characters of UTF-8.

@@ -43,7 +43,8 @@ struct Field {
     std::vector<Field> parts = {};  ///< of an object; of each of a list of objects
     std::string shape = {};         ///< the type of an object, as clients name it: "Lens"
     bool is_whole = false;          ///< an object that is given takes the place of all of the one before
-    /// Who says it: `both`, or the client only (place), or the rig only, and what is given back does nothing (id).
+    /// Who sets it. `client`: input only (place). `rig`: output only; as input it is accepted and ignored (id), so that
+    /// what a rig answered can be given back to it.
     enum class By : std::uint8_t { both, client, rig } by = By::both;
     std::string label = {};   ///< for people; empty: the name with spaces
     std::string option = {};  ///< of the command line, without dashes; empty: the name with dashes

@@ -35,8 +35,8 @@ private:
 template <typename T, typename Patch>
 struct FieldOf {
     Field field = {};
-    std::function<void(JsonReader&, Patch&)> read = {};  ///< empty: read with another, or by the caller
-    std::function<nlohmann::json(const T&)> write = {};  ///< empty: not told, or by the caller
+    std::function<void(JsonReader&, Patch&)> read = {};  ///< empty: output only, or read by another entry or the caller
+    std::function<nlohmann::json(const T&)> write = {};  ///< empty: input only, or written by the caller
     bool has_checked_range = false;                      ///< of all values, also those that came not through JSON
 };
 
@@ -59,6 +59,11 @@ std::vector<Field> descriptions_of(const Table& table) {
     std::vector<Field> fields;
     for (const auto& each : table) fields.push_back(each.field);
     return fields;
+}
+
+template <HasFields T>
+std::vector<Field> descriptions_of() {
+    return descriptions_of(fields_of(std::type_identity<T>{}));
 }
 
 template <typename T, typename Patch>
@@ -91,6 +96,17 @@ Result<T> read_all(const std::vector<FieldOf<T>>& table, JsonReader& reader,
     if (check && reader.ok()) check(value, reader);
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     return value;
+}
+
+template <HasFields T>
+Result<T> read_all(JsonReader& reader, void (*check)(const T&, JsonReader&) = nullptr) {
+    return read_all(fields_of(std::type_identity<T>{}), reader, check);
+}
+template <HasFields T>
+Result<T> read_all(const nlohmann::json& value, const std::string& path,
+                   void (*check)(const T&, JsonReader&) = nullptr) {
+    JsonReader reader(value, path);
+    return read_all<T>(reader, check);
 }
 
 /// The first value out of its range, with its path below T ("controls.gain_db: must be 0 to 24"): for values that did
@@ -248,7 +264,7 @@ auto field_at(Field field) {
     return entry_at<member, typename Pointer::Struct, typename Pointer::Value, Patch>(std::move(field));
 }
 
-/// The entry of a member that is told and never taken.
+/// The entry of a member that is output only: written to JSON, never read from it.
 template <auto member>
 auto told_at(Field field) {
     using Pointer = MemberPointer<decltype(member)>;

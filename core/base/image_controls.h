@@ -4,13 +4,13 @@
 
 namespace camrig {
 
-/// What the electronics of a camera do to its finished picture, as the controls of a real one do. The values one has
-/// at the start change nothing and cost nothing.
+/// What the electronics of a camera do to its finished picture, as the controls of a real one do. The defaults change
+/// nothing and cost nothing.
 struct ImageControls {
-    bool auto_exposure = true;  ///< exposure_ev waits
+    bool auto_exposure = true;  ///< on: exposure_ev has no effect
     double exposure_ev = 0;     ///< what the renderer clipped stays clipped
     double gain_db = 0;
-    bool auto_white_balance = true;  ///< white_balance_k waits
+    bool auto_white_balance = true;  ///< on: white_balance_k has no effect
     double white_balance_k = 6500;
     double brightness = 0;
     double contrast = 1;

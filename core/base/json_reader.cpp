@@ -168,6 +168,12 @@ void JsonReader::required(std::string_view key, double& out) {
     out = number;
 }
 
+void JsonReader::required(std::string_view key, float& out) {
+    double wide = out;
+    required(key, wide);
+    out = static_cast<float>(wide);
+}
+
 void JsonReader::required(std::string_view key, std::span<double> out) {
     const auto* value = need(key);
     if (!value) return;

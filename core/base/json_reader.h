@@ -51,6 +51,7 @@ public:
     void required(std::string_view key, std::uint64_t& out);
     /// Finite numbers only.
     void required(std::string_view key, double& out);
+    void required(std::string_view key, float& out);
     /// An array of exactly this many finite numbers.
     void required(std::string_view key, std::span<double> out);
 

@@ -25,15 +25,15 @@ struct Kind {
 };
 
 /// The kind that is a T, with the table of its fields. `check` is asked when all of them were read: for what they
-/// demand of each other, which `description.rule` tells programs.
+/// demand of each other, which `description.rule` tells programs. `initial`: what is not given in JSON.
 template <typename Variant, typename T>
 Kind<Variant> kind_of(KindDescription description, const std::vector<FieldOf<T>>& table,
-                      std::function<void(const T&, JsonReader&)> check = {}) {
+                      std::function<void(const T&, JsonReader&)> check = {}, const T& initial = {}) {
     description.fields = descriptions_of(table);
-    return {std::move(description), [table, check = std::move(check)](JsonReader& reader) {
+    return {std::move(description), [table, check = std::move(check), initial](JsonReader& reader) {
                 Changes<T> changes;
                 read_fields(table, reader, changes);
-                T value;
+                T value = initial;
                 changes.apply_to(value);
                 if (check && reader.ok()) check(value, reader);
                 return Variant(std::move(value));
@@ -60,6 +60,20 @@ Variant read_kind(const std::vector<Kind<Variant>>& kinds, JsonReader& reader, s
     reader.allow_unknown();
     if (reader.ok(key)) reader.fail(key, "'" + name.substr(0, 40) + "' is none of " + known);
     return {};
+}
+
+/// A whole object of one of these kinds. Finishes the reader.
+template <typename Variant>
+Result<Variant> read_whole_kind(const std::vector<Kind<Variant>>& kinds, JsonReader& reader, std::string_view key) {
+    Variant made = read_kind(kinds, reader, key);
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    return made;
+}
+template <typename Variant>
+Result<Variant> read_whole_kind(const std::vector<Kind<Variant>>& kinds, const nlohmann::json& value, std::string path,
+                                std::string_view key) {
+    JsonReader reader(value, std::move(path));
+    return read_whole_kind(kinds, reader, key);
 }
 
 }  // namespace camrig

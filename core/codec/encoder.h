@@ -31,7 +31,7 @@ std::string_view to_string(ChromaSampling sampling);
 
 struct JpegOptions {
     /// Restart markers after every 16 rows, and only those rows are compressed that may differ from the last frame
-    /// encoded (FrameInfo::same_as). The same bytes as without that knowledge. false: no restart markers.
+    /// encoded (FrameInfo::damage). The same bytes as without that knowledge. false: no restart markers.
     bool strips = true;
     ChromaSampling sampling = ChromaSampling::yuv420;
 };

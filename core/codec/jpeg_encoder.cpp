@@ -20,13 +20,14 @@ public:
     Result<BytesRef> encode(const Frame& frame) override {
         const FrameInfo& info = frame.info();
         const int strip_count = has_strips_ ? (info.size.height + jpeg_strip_rows - 1) / jpeg_strip_rows : 1;
-        const bool knows_the_rest = equals_last(info);
-        const auto is_kept = [&](int strip) { return knows_the_rest && !info.changed_rows.contains_band(strip); };
+        const bool knows_the_rest =
+            has_strips_ && last_.jpeg && info.format == last_.info.format && is_damage_since(last_.info, info);
+        const auto is_kept = [&](int strip) { return knows_the_rest && !info.damage.contains_band(strip); };
 
         int first_changed = 0;
         while (first_changed < strip_count && is_kept(first_changed)) ++first_changed;
         if (knows_the_rest && first_changed == strip_count) {
-            last_.sequence = info.sequence;
+            last_.info = info;
             return last_.jpeg;
         }
 
@@ -52,10 +53,7 @@ public:
         CHECK(std::ssize(starts_) == strip_count);
 
         std::swap(last_.starts, starts_);
-        last_.camera = info.camera_id;
-        last_.sequence = info.sequence;
-        last_.size = info.size;
-        last_.format = info.format;
+        last_.info = info;
         last_.jpeg = std::move(jpeg);
         return last_.jpeg;
     }
@@ -63,10 +61,7 @@ public:
 private:
     /// The last JPEG made, with what it shows.
     struct Last {
-        CameraId camera{};
-        std::int64_t sequence = -1;
-        ImageSize size;
-        PixelFormat format = PixelFormat::rgba8;
+        FrameInfo info;
         BytesRef jpeg;
         std::vector<std::size_t> starts;  ///< of each strip's bytes in it
 
@@ -78,11 +73,6 @@ private:
             return std::span(*jpeg).subspan(starts[n], end - 2 - starts[n]);
         }
     };
-
-    bool equals_last(const FrameInfo& info) const {
-        return has_strips_ && last_.jpeg && info.same_as >= 0 && info.same_as == last_.sequence &&
-               info.camera_id == last_.camera && info.size == last_.size && info.format == last_.format;
-    }
 
     static void append(std::vector<std::byte>& jpeg, std::span<const std::byte> bytes) {
         jpeg.insert(jpeg.end(), bytes.begin(), bytes.end());

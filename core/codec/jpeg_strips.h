@@ -7,13 +7,12 @@
 
 #include "core/base/result.h"
 #include "core/codec/encoder.h"
-#include "core/frame/changed_rows.h"
 #include "core/frame/frame.h"
 
 namespace camrig {
 
 /// Rows of a strip (two rows of luma blocks, whatever the chroma); of the last one what is left.
-inline constexpr int jpeg_strip_rows = ChangedRows::band_rows;
+inline constexpr int jpeg_strip_rows = Damage::band_rows;
 
 /// Rows of a picture as libjpeg wrote them, taken apart. A strip is what stands between two restart markers: it can be
 /// decoded without what is before it, so it is the same bytes in any picture that has these rows.

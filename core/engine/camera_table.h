@@ -12,6 +12,7 @@
 #include "core/engine/command.h"
 #include "core/frame/frame.h"
 #include "core/stream/statistics.h"
+#include "core/truth/make_truth.h"
 #include "core/world/camera.h"
 
 namespace camrig {
@@ -36,6 +37,8 @@ struct CameraEntry {
     Camera camera;
     std::uint64_t spec_revision = 0;
     LatestDue latest;
+    /// For its truths. What is in it belongs to the lane that draws.
+    std::shared_ptr<StandingObjects> standing = std::make_shared<StandingObjects>();
 
     const CameraSpec& spec() const { return *camera.spec(); }
     TimeNs applied_ns = 0;  ///< world time from which its last command shows

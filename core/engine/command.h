@@ -59,8 +59,16 @@ struct WorldState {
 };
 
 struct Applied {
+    TimeNs applied_ns = 0;  ///< world time from which it shows
+};
+/// That, of something that was made or changed, as it is then.
+template <typename Report>
+struct AppliedReport {
+    Report report;
     TimeNs applied_ns = 0;
 };
+using ActorChange = AppliedReport<ActorReport>;
+using EventChange = AppliedReport<EventReport>;
 
 struct CreateCamera {
     using Reply = CameraReply;
@@ -110,14 +118,6 @@ struct StepWorld {
 struct ActorList {
     std::vector<ActorReport> actors;  ///< in the order they came
     StateHash state;
-};
-struct ActorChange {
-    ActorReport actor;
-    TimeNs applied_ns = 0;
-};
-struct EventChange {
-    EventReport event;
-    TimeNs applied_ns = 0;
 };
 struct EventLog {
     std::vector<EventRecord> events;

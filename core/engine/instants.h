@@ -30,7 +30,7 @@ public:
     void drawn(DrawnViews& drawn);
     void dropped(const DueViews& due, const View& view, DropReason reason);
 
-    /// Its part of the books.
+    /// Its part of stats.get: instants and the times of stages.
     void fill_report(RigReport& report) const;
 
 private:
@@ -54,8 +54,8 @@ private:
     RigState& rig_;
     WorldDesk& world_;
     Requests& requests_;
-    /// In real time: so late the instant that is due next was when it was chosen; none is chosen before the world has
-    /// come to it.
+    /// In real time: how late the next instant was when it was chosen, which then waits for the world's steps to reach
+    /// it; nullopt: none is chosen.
     std::optional<TimeNs> chosen_late_ns_;
     std::deque<StepJob> steps_;
     std::uint64_t instants_ = 0, dropped_instants_ = 0;

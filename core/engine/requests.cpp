@@ -231,7 +231,7 @@ std::optional<DrawTask> Requests::next() {
             }
         }
         drawing_.splice(drawing_.end(), waiting_, waiter);
-        return waiter->got_truth ? draw_truth(waiter, std::move(due)) : draw_picture(waiter, std::move(due));
+        return waiter->got_truth ? draw_truth(waiter, *entry, std::move(due)) : draw_picture(waiter, std::move(due));
     }
     return std::nullopt;
 }
@@ -264,17 +264,14 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
                 }};
 }
 
-DrawTask Requests::draw_truth(Waiters::iterator waiter, DueViews due) {
+DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due) {
     struct Answer {
         Result<TruthRef> truth;
         TimeNs spent_ns = 0;
     };
     const auto answer = std::make_shared<Answer>();
-    std::erase_if(standing_, [&](const auto& of) { return rig_.cameras.find_id(of.first) == nullptr; });
-    auto& standing = standing_[waiter->camera];
-    if (standing == nullptr) standing = std::make_shared<StandingObjects>();
     return {.draw =
-                [answer, standing, due = std::move(due), draw_time = rig_.drawing->timer(),
+                [answer, standing = entry.standing, due = std::move(due), draw_time = rig_.drawing->timer(),
                  truth_time = truth_time_](Renderer& renderer) {
                     const TimeNs start_ns = monotonic_now_ns();
                     answer->truth = truth_of(renderer, due, *standing, *draw_time);

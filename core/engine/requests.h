@@ -1,11 +1,9 @@
 #pragma once
 
 #include <list>
-#include <map>
 #include <memory>
 
 #include "core/engine/rig_state.h"
-#include "core/truth/make_truth.h"
 
 namespace camrig {
 
@@ -59,14 +57,13 @@ private:
     const FrameRef* drawn_color(const CameraEntry& entry, std::span<const FrameRef> frames,
                                 const MediaFormat& format) const;
     DrawTask draw_picture(Waiters::iterator waiter, DueViews due);
-    DrawTask draw_truth(Waiters::iterator waiter, DueViews due);
+    DrawTask draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due);
     void end_drawing(Waiters::iterator waiter, TimeNs spent_ns);
     /// Where requests share the lane of running cameras: when the next may be drawn. At once when it will be done
     /// before a reader's picture is due, else when readers have had their share of the time.
     TimeNs next_turn_ns(TimeNs monotonic_ns) const;
 
     RigState& rig_;
-    std::map<CameraId, std::shared_ptr<StandingObjects>> standing_;  ///< of truths; what is in them is the lane's
     Waiters waiting_, drawing_;
     bool is_ready_ = false;           ///< somebody who waits needs but his turn
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average

@@ -165,27 +165,21 @@ void copy_rows(PixelFormat format, ImageSize size, Range range, const std::byte*
     copy(size.pixels() + half_width * half_height, half_width, first, end);
 }
 
-/// What write_same_size() gives, when `last` is what it gave of the frame that this one is the same as.
-void write_changed(const Frame& frame, const Frame& last, Frame& out) {
+/// What write_same_size() gives, when `last` is what it gave of the frame since which this one's damage is told.
+void write_damaged(const Frame& frame, const Frame& last, Frame& out) {
     const auto [width, height] = frame.info().size;
-    const ChangedRows& changed = frame.info().changed_rows;
+    const Damage& damage = frame.info().damage;
     const PixelFormat format = out.info().format;
-    constexpr int band_rows = ChangedRows::band_rows;
+    constexpr int band_rows = Damage::band_rows;
     for (int band = 0, end = 0; band * band_rows < height; band = end) {
-        const bool is_new = changed.contains_band(band);
+        const bool is_new = damage.contains_band(band);
         end = band + 1;
-        while (end * band_rows < height && changed.contains_band(end) == is_new) ++end;
+        while (end * band_rows < height && damage.contains_band(end) == is_new) ++end;
         const Range range{band * band_rows, std::min(end * band_rows, height)};
         std::byte* const bytes = out.mutable_bytes().data();
         is_new ? write_rows({frame.bytes().data(), {width, height}}, range, format, bytes)
                : copy_rows(format, {width, height}, range, last.bytes().data(), bytes);
     }
-}
-
-/// True when `last` shows the frame that `info` says it is the same as.
-bool follows(const FrameInfo& info, const FrameInfo& last) {
-    return info.same_as >= 0 && info.same_as == last.sequence && info.camera_id == last.camera_id &&
-           info.kind == last.kind;
 }
 
 void scale_rgba(Rows from, ImageSize size, std::byte* out) {
@@ -226,22 +220,19 @@ Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat f
     if (size != info.size) {
         FrameInfo scaled_info = info;
         scaled_info.size = size;
-        // Changed rows are those of the frame, and a scaled row is made of several.
-        scaled_info.same_as = -1;
-        scaled_info.changed_rows.clear();
+        // Damaged rows are those of the frame, and a scaled row is made of several.
+        scaled_info.damage = {};
         std::shared_ptr<Frame> scaled = pool.acquire(std::move(scaled_info));
         scale_rgba({frame->bytes().data(), info.size}, size, scaled->mutable_bytes().data());
         if (format == PixelFormat::rgba8) return scaled;
         source = std::move(scaled);
     }
-    // Every layout makes a row, and a pair of rows from an even one on, of these alone: what changed, changed.
+    // Every layout makes a row, and a pair of rows from an even one on, of these alone: the same bands are damaged.
     FrameInfo target_info = source->info();
     target_info.format = format;
     std::shared_ptr<Frame> target = pool.acquire(std::move(target_info));
-    const bool knows_the_rest =
-        last && last->info().format == format && last->info().size == size && follows(source->info(), last->info());
-    if (knows_the_rest) {
-        write_changed(*source, *last, *target);
+    if (last && last->info().format == format && is_damage_since(last->info(), source->info())) {
+        write_damaged(*source, *last, *target);
     } else {
         write_same_size({source->bytes().data(), size}, format, target->mutable_bytes().data());
     }

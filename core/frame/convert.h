@@ -25,10 +25,10 @@ namespace camrig {
 /// format. When it scales to another layout it allocates a scaled copy; converted() takes that from a pool.
 Result<void> convert(const Frame& rgba, PixelFormat format, ImageSize size, std::span<std::byte> out);
 
-/// The same as a frame of its own, with the info of the first (what it is the same as is forgotten when it is scaled).
+/// The same as a frame of its own, with the info of the first (its damage is forgotten when it is scaled).
 /// A frame that already is as wanted comes back itself, of whatever format.
-/// `last` may be what it made, in the same format and size, of an earlier frame: when this frame is the same as that
-/// one (FrameInfo::same_as), only the rows that changed are converted and the others copied. The same bytes.
+/// `last` may be what it made, in the same format and size, of an earlier frame: when this frame's damage is since that
+/// one, only damaged rows are converted and the others copied. The same bytes.
 Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size,
                            const FrameRef& last = nullptr);
 

@@ -11,7 +11,7 @@
 #include "core/base/image_size.h"
 #include "core/base/named.h"
 #include "core/base/time.h"
-#include "core/frame/changed_rows.h"
+#include "core/frame/damage.h"
 #include "core/frame/pixel_format.h"
 
 namespace camrig {
@@ -37,11 +37,14 @@ struct FrameInfo {
     ImageSize size;
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
-    /// Sequence of a frame of this camera, kind and size, drawn before, that this one equals, byte for byte in any one
-    /// format, in all rows outside of changed_rows; -1: not known.
-    std::int64_t same_as = -1;
-    ChangedRows changed_rows{};
+    Damage damage{};  ///< since an earlier frame of this camera, kind and size, by its sequence
 };
+
+/// Whether `info.damage` is the damage since this earlier frame.
+inline bool is_damage_since(const FrameInfo& earlier, const FrameInfo& info) {
+    return info.damage.base() == earlier.sequence && info.camera_id == earlier.camera_id && info.kind == earlier.kind &&
+           info.size == earlier.size;
+}
 
 /// Pixels of one picture, top row first, rows without padding, planes one after the other (see pixel_format.h).
 /// Immutable once it is shared; its memory goes back to the pool when the last reference is gone.
@@ -54,18 +57,16 @@ public:
     std::span<const std::byte> bytes() const { return bytes_; }
     /// For the maker of the frame only, before it is shared.
     std::span<std::byte> mutable_bytes() { return bytes_; }
-    void mark_changes(std::int64_t same_as, const ChangedRows& rows) {
-        info_.same_as = same_as;
-        info_.changed_rows = rows;
-    }
-    void mark_changed(int first_row, int end_row) { info_.changed_rows.add(first_row, end_row); }
+    void set_damage(const Damage& damage) { info_.damage = damage; }
+    void add_damage(int first_row, int end_row) { info_.damage.add(first_row, end_row); }
     std::vector<std::byte> take_bytes() && { return std::move(bytes_); }
 
-    /// A number for what the bytes are once the frame is made, from whoever made it and never used before; 0: none.
+    /// The pool gives a camera the memory of its own earlier frames. Who makes frames may give the bytes of each a
+    /// number, never the same twice; 0: none.
     void mark_content(std::uint64_t mark) { mark_ = mark; }
     std::uint64_t content_mark() const { return mark_; }
-    /// The mark of what these bytes were when the memory came from the pool: the maker need not write again what it
-    /// knows to be there.
+    /// The number of the bytes that this memory still has from an earlier frame: the maker knows what they are and need
+    /// write only where this frame is another.
     std::uint64_t held_before() const { return held_; }
 
 private:

@@ -21,7 +21,8 @@ public:
     FramePool& operator=(const FramePool&) = delete;
 
     /// A frame with room for info.format and info.size; the content is undefined, or what Frame::held_before() says.
-    /// Memory that held a marked frame of the same camera and kind comes first. Fill it, then hand it on as a FrameRef.
+    /// Memory of a frame with a content mark is given to the same camera and kind first. Fill it, then hand it on as a
+    /// FrameRef.
     std::shared_ptr<Frame> acquire(FrameInfo info);
 
     std::size_t idle_bytes() const;

@@ -1,38 +1,25 @@
 #pragma once
 
-#include <cstdint>
-
-#include "core/frame/changed_rows.h"
+#include "core/frame/damage.h"
 
 namespace camrig {
 
-/// The last colour picture of a camera, for what the next one has in common with it: a kept layer of what stands still,
+/// The last colour picture of a camera, for the damage of the next one: both are a kept layer of what stands still,
 /// with other things in some rows.
 class ShownPicture {
 public:
-    struct Change {
-        std::int64_t same_as = -1;  ///< FrameInfo::same_as and changed_rows
-        ChangedRows rows;
-    };
-    /// The next picture shows this layer (0: none that is kept), but in the drawn rows. A layer is of one revision of
-    /// the camera: image controls and everything else are as they were.
-    Change next(std::int64_t sequence, std::uint64_t layer, const ChangedRows& drawn) {
-        Change change;
-        if (layer != 0 && layer == layer_) {
-            change.same_as = sequence_;
-            change.rows = drawn_;
-            change.rows |= drawn;
-        }
+    /// The next picture differs from a layer by this much (its base is the layer's number); unknown when none is kept.
+    /// A layer is of one revision of the camera: image controls and everything else are as they were.
+    Damage next(std::int64_t sequence, const Damage& since_layer) {
+        const Damage damage = Damage::between(sequence_, since_layer_, since_layer);
         sequence_ = sequence;
-        layer_ = layer;
-        drawn_ = drawn;
-        return change;
+        since_layer_ = since_layer;
+        return damage;
     }
 
 private:
     std::int64_t sequence_ = -1;
-    std::uint64_t layer_ = 0;
-    ChangedRows drawn_;
+    Damage since_layer_;
 };
 
 }  // namespace camrig

@@ -59,7 +59,7 @@ void ids_to_classes(const Snapshot& snapshot, Frame& frame) {
 void finish_color(const View& view, Frame& frame) {
     apply_tone(frame.mutable_bytes(), view.spec->controls);
     if (!view.spec->code_strip) return;
-    frame.mark_changed(0, code_strip_rows * code_strip_cell(frame.info().size));
+    frame.add_damage(0, code_strip_rows * code_strip_cell(frame.info().size));
     draw_code_strip(frame.mutable_bytes(), frame.info().size,
                     {.camera = static_cast<std::uint8_t>(view.camera_number),
                      .sequence = static_cast<std::uint32_t>(view.sequence),

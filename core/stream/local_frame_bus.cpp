@@ -46,7 +46,7 @@ Result<Subscription> LocalFrameBus::subscribe(std::string_view camera, const Med
     reader->sink = std::move(sink);
     reader->on_end = std::move(on_end);
 
-    auto transcoder = Transcoder::create(format, options_.pool, timers_, options_.jpeg);
+    auto transcoder = Transcoder::create(format, options_.pool, timers_);
     if (!transcoder) return std::unexpected(transcoder.error());
 
     std::unique_lock lock(mutex_);
@@ -210,7 +210,7 @@ const FrameRef* LocalFrameBus::frame_for(const Output& output, std::span<const F
 
 void LocalFrameBus::transcode_once(FrameRef frame, const MediaFormat& format,
                                    std::function<void(Result<MediaUnit>)> done) {
-    auto transcoder = Transcoder::create(format, options_.pool, timers_, options_.jpeg);
+    auto transcoder = Transcoder::create(format, options_.pool, timers_);
     if (!transcoder) return done(std::unexpected(transcoder.error()));
     pool_->post([frame = std::move(frame), transcoder = std::shared_ptr<Transcoder>(std::move(*transcoder)),
                  done = std::move(done)] { done(transcoder->transcode(frame)); });

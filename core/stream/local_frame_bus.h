@@ -18,7 +18,6 @@ public:
     struct Options {
         int workers = 2;  ///< threads that convert and encode
         std::shared_ptr<FramePool> pool;
-        JpegOptions jpeg{};
     };
     static constexpr std::size_t max_outputs_per_camera = 16;
     static constexpr std::size_t max_readers_per_camera = 1024;

@@ -19,7 +19,7 @@ private:
 }  // namespace
 
 Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
-                                                       std::shared_ptr<TranscodeTimers> timers, JpegOptions jpeg) {
+                                                       std::shared_ptr<TranscodeTimers> timers) {
     const bool own_size = format.size == ImageSize{};
     if (!own_size && (format.size.width < min_image_size.width || format.size.height < min_image_size.height ||
                       format.size.width > max_image_size.width || format.size.height > max_image_size.height)) {
@@ -31,8 +31,8 @@ Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format
     transcoder->pool_ = std::move(pool);
     transcoder->timers_ = std::move(timers);
     if (format.codec != Codec::raw) {
-        jpeg.sampling = format.sampling;
-        auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, jpeg) : create_png_encoder();
+        auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, {.sampling = format.sampling})
+                                                   : create_png_encoder();
         if (!encoder) return std::unexpected(encoder.error());
         transcoder->encoder_ = std::move(*encoder);
     }
@@ -49,8 +49,8 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
         auto converted_frame = converted(*pool_, current, pixels, size, last_converted_);
         if (!converted_frame) return std::unexpected(converted_frame.error());
         current = std::move(*converted_frame);
-        // Kept only where frames say what they equal: a picture for each output is memory.
-        last_converted_ = current->info().same_as >= 0 ? current : nullptr;
+        // Kept only where damage is known: a picture for each output is memory.
+        last_converted_ = current->info().damage.base() ? current : nullptr;
     } else {
         last_converted_ = nullptr;
     }

@@ -22,7 +22,7 @@ class Transcoder {
 public:
     /// Errors: invalid_argument for a quality or size that cannot be.
     static Result<std::unique_ptr<Transcoder>> create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
-                                                      std::shared_ptr<TranscodeTimers> timers, JpegOptions jpeg = {});
+                                                      std::shared_ptr<TranscodeTimers> timers);
     Result<MediaUnit> transcode(const FrameRef& frame);
     const MediaFormat& format() const { return format_; }
 
@@ -32,7 +32,7 @@ private:
     std::shared_ptr<FramePool> pool_;
     std::shared_ptr<TranscodeTimers> timers_;
     std::unique_ptr<Encoder> encoder_;
-    FrameRef last_converted_;  ///< to copy from what did not change; null where that is not known
+    FrameRef last_converted_;  ///< to copy from what is not damaged; null where that is not known
 };
 
 /// Which pixel format of a colour picture of that size takes the least to bring into this format: no conversion, unless

@@ -115,8 +115,7 @@ std::vector<Field> lens_parts() {
          .required = true,
          .choices = {"pinhole", "plumb_bob", "rational_polynomial", "equidistant"}},
         {.name = "coefficients", .type = "array of numbers", .doc = "as many as the model has; pinhole has none"}};
-    for (Field& field : descriptions_of(fields_of(std::type_identity<LensSampling>{})))
-        parts.push_back(std::move(field));
+    for (Field& field : descriptions_of<LensSampling>()) parts.push_back(std::move(field));
     return parts;
 }
 
@@ -181,7 +180,7 @@ std::vector<Entry> make_camera_fields() {
                    .type = "object",
                    .doc = "see intrinsics; in an answer, as they follow from the above and zoom",
                    .unit = "px",
-                   .parts = descriptions_of(fields_of(std::type_identity<Intrinsics>{})),
+                   .parts = descriptions_of<Intrinsics>(),
                    .shape = "Intrinsics",
                    .is_whole = true},
          .write =
@@ -241,7 +240,7 @@ std::vector<Entry> make_camera_fields() {
                    .type = "array of objects",
                    .doc = "at most 16, no two the same, see outputs",
                    .fallback = "[]",
-                   .parts = descriptions_of(fields_of(std::type_identity<OutputSpec>{})),
+                   .parts = descriptions_of<OutputSpec>(),
                    .shape = "Output",
                    .schema = outputs_schema},
          .read = read_outputs,

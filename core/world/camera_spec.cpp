@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/patch.h"
 #include "core/camera/camera_model.h"
 #include "core/world/camera_fields.h"
 #include "core/world/output_check.h"
@@ -78,6 +77,12 @@ Result<void> check_lens(const CameraSpec& spec) {
     if (auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
         return std::unexpected(camera.error());
     return {};
+}
+
+/// What a patch does not say stays.
+template <typename From, typename To>
+void assign_if(const std::optional<From>& from, To& to) {
+    if (from) to = *from;
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ struct Mover {
 
     void start(const StepContext& context);
     void step(const StepContext& context);
-    /// `change` is made to `now` at once; it leaves no trace of a movement.
+    /// Changes `now` without a movement: no velocity follows from it, and nothing is interpolated up to it.
     template <typename Change>
     void jump(Change&& change) {
         change(now);

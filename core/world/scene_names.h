@@ -1,27 +1,22 @@
 #pragma once
 
-#include <map>
 #include <string>
-
-#include "core/world/model.h"
 
 namespace camrig {
 
-/// "hall, person_1, person_2" for messages; long lists are cut.
-template <typename Value>
-std::string known_names(const std::map<std::string, Value>& entries) {
+/// "hall, person_1, person_2" for messages, of a set or of the keys of a map; long lists are cut.
+template <typename Names>
+std::string known_names(const Names& entries) {
     std::string names;
-    for (const auto& [name, value] : entries) {
+    for (const auto& entry : entries) {
         if (names.size() > 400) return names + ", ...";
-        names += (names.empty() ? "" : ", ") + name;
+        if (!names.empty()) names += ", ";
+        if constexpr (requires { entry.first; })
+            names += entry.first;
+        else
+            names += entry;
     }
     return names.empty() ? "none" : names;
-}
-
-inline std::string known_clips(const Model& model) {
-    std::map<std::string, int> names;
-    for (const Animation& animation : model.animations) names.emplace(animation.name, 0);
-    return known_names(names);
 }
 
 }  // namespace camrig

@@ -3,7 +3,6 @@
 #include <set>
 
 #include "core/base/error_list.h"
-#include "core/base/json_reader.h"
 #include "core/base/names.h"
 #include "core/world/camera_json.h"
 #include "core/world/model_lights.h"
@@ -11,18 +10,28 @@
 #include "core/world/read/check_names.h"
 #include "core/world/read/event_json.h"
 #include "core/world/read/ground_json.h"
-#include "core/world/read/json_parts.h"
 #include "core/world/read/light_json.h"
-#include "core/world/read/model_json.h"
 #include "core/world/scene_names.h"
-#include "core/world/turn.h"
+#include "core/world/world_fields.h"
 
 namespace camrig {
 namespace {
 
 using nlohmann::json;
 
-constexpr double max_object_scale = 1e6;
+/// Names that no two of a list, or of several, may have.
+struct UniqueNames {
+    const char* owner;
+    std::set<std::string> taken = {};
+
+    /// The name of what the reader reads, before anything else of it: also of what turns out to be wrong.
+    void claim(JsonReader& reader) {
+        const json* const given = reader.find("name");
+        const std::string name = given && given->is_string() ? given->get<std::string>() : "";
+        if (is_scene_name(name) && !taken.insert(name).second)
+            reader.fail("name", "'" + name + "' is taken by another " + owner, ErrorKind::already_exists);
+    }
+};
 
 /// Reads a scene file part by part; later parts refer to names of earlier ones.
 class SceneReader {
@@ -32,47 +41,21 @@ public:
     Result<Scene> read();
 
 private:
-    void read_head();
-    void read_models();
-    void read_objects();
-    void read_actors();
-    void read_cameras();
-    void read_events();
+    void read_parts();
     void check_references();
     bool spoil(const std::string& path, const std::string& name, const Error& why);
-    bool spoil(std::string_view list, std::size_t index, const json& item, const Error& why);
     template <typename Value, typename Read>
     void read_map(std::string_view key, std::size_t limit, std::map<std::string, Value>& out, Read&& read);
-    const SceneModel* read_model_name(JsonReader& reader, std::string& out) const;
-    void claim_name(JsonReader& reader, const std::string& name);
+    template <typename Value, typename Read>
+    void read_list(std::string_view key, std::size_t limit, std::vector<Value>& out, UniqueNames* names, Read&& read);
+    void check_model_name(JsonReader& reader) const;
+    Result<CameraSpec> read_camera(JsonReader& reader) const;
 
     JsonReader reader_;
     std::filesystem::path folder_;
     const ModelSource& source_;
     Scene scene_;
-    std::set<std::string> names_;  ///< of objects and actors
 };
-
-void SceneReader::read_head() {
-    int version = 0;
-    reader_.required("camrig_scene", version);
-    if (reader_.ok("camrig_scene") && version != 1)
-        reader_.fail("camrig_scene", "version " + std::to_string(version) + "; this program reads version 1",
-                     ErrorKind::unsupported);
-    required_name(reader_, "name", scene_.name);
-    reader_.optional("description", scene_.description);
-    reader_.optional("seed", scene_.seed);
-    reader_.optional("step_ns", scene_.step_ns);
-    if (reader_.ok("step_ns") && (scene_.step_ns < min_step_ns || scene_.step_ns > max_step_ns))
-        reader_.fail("step_ns", "expected 1000000 to 100000000 ns");
-    if (const json* value = reader_.find("environment")) {
-        auto environment = read_environment(*value, "environment");
-        if (environment)
-            scene_.environment = *environment;
-        else
-            reader_.fail(environment.error());
-    }
-}
 
 /// Remembers why a part was not read, and what it is called. Whether to read on: with an ErrorList.
 bool SceneReader::spoil(const std::string& path, const std::string& name, const Error& why) {
@@ -83,11 +66,6 @@ bool SceneReader::spoil(const std::string& path, const std::string& name, const 
     }
     reader_.fail(why);
     return list != nullptr;
-}
-
-bool SceneReader::spoil(std::string_view list, std::size_t index, const json& item, const Error& why) {
-    const bool is_named = item.is_object() && item.contains("name") && item["name"].is_string();
-    return spoil(item_path(list, index), is_named ? item["name"].get<std::string>() : "", why);
 }
 
 template <typename Value, typename Read>
@@ -108,78 +86,31 @@ void SceneReader::read_map(std::string_view key, std::size_t limit, std::map<std
     }
 }
 
-void SceneReader::read_models() {
-    ModelReader models(folder_, source_);
-    read_map("models", max_scene_models, scene_.models,
-             [&](const json& value, const std::string& path) { return models.read(value, path); });
-}
-
-void SceneReader::claim_name(JsonReader& reader, const std::string& name) {
-    if (reader.ok() && !names_.insert(name).second)
-        reader.fail("name", "'" + name + "' is taken by another object or actor", ErrorKind::already_exists);
-}
-
-const SceneModel* SceneReader::read_model_name(JsonReader& reader, std::string& out) const {
-    reader.required("model", out);
-    if (!reader.ok("model")) return nullptr;
-    const auto found = scene_.models.find(out);
-    if (found != scene_.models.end()) return &found->second;
-    if (const ErrorList* const list = ErrorList::current(); list && list->excuses(out)) return nullptr;
-    reader.fail("model", "no model '" + out.substr(0, 80) + "'; known: " + known_names(scene_.models),
-                ErrorKind::not_found);
-    return nullptr;
-}
-
-void SceneReader::read_objects() {
-    const auto items = reader_.array("objects", max_scene_objects);
+template <typename Value, typename Read>
+void SceneReader::read_list(std::string_view key, std::size_t limit, std::vector<Value>& out, UniqueNames* names,
+                            Read&& read) {
+    const auto items = reader_.array(key, limit);
     for (std::size_t i = 0; i < items.size(); ++i) {
-        JsonReader reader(items[i], item_path("objects", i));
-        ObjectSpec object;
-        required_name(reader, "name", object.name);
-        claim_name(reader, object.name);
-        const SceneModel* model = read_model_name(reader, object.model);
-        optional_name(reader, "class", object.object_class);
-        read_vector(reader, "position", object.position);
-        read_orientation(reader, object.orientation);
-        optional_in_range(reader, "scale", object.scale, 1e-6, max_object_scale);
-        reader.optional("clip", object.clip);
-        read_attachment(reader, "attach", object.attach);
-        if (reader.ok("clip") && model)
-            if (auto good = check_clip(*model->model, object.clip, reader.path_of("clip")); !good)
-                reader.fail(good.error());
-        if (auto done = reader.finish(); done)
-            scene_.objects.push_back(std::move(object));
-        else if (!spoil("objects", i, items[i], done.error()))
+        JsonReader reader(items[i], item_path(key, i));
+        if (names) names->claim(reader);
+        auto item = read(reader);
+        const bool is_named = items[i].is_object() && items[i].contains("name") && items[i]["name"].is_string();
+        if (item)
+            out.push_back(std::move(*item));
+        else if (!spoil(reader.path(), is_named ? items[i]["name"].get<std::string>() : "", item.error()))
             return;
     }
 }
 
-void SceneReader::read_actors() {
-    const auto items = reader_.array("actors", max_scene_actors);
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        JsonReader reader(items[i], item_path("actors", i));
-        auto actor = read_actor(reader);
-        if (actor) claim_name(reader, actor->name);
-        if (auto done = reader.finish(); done)
-            scene_.actors.push_back(std::move(*actor));
-        else if (!spoil("actors", i, items[i], done.error()))
-            return;
-    }
-}
-
-void SceneReader::read_events() {
-    const auto items = reader_.array("events", max_scene_events);
-    std::set<std::string> names;
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        JsonReader reader(items[i], item_path("events", i));
-        auto event = read_event(reader);
-        if (event && !names.insert(event->name).second)
-            reader.fail("name", "'" + event->name + "' is taken by another event", ErrorKind::already_exists);
-        if (auto done = reader.finish(); done)
-            scene_.events.push_back(std::move(*event));
-        else if (!spoil("events", i, items[i], done.error()))
-            return;
-    }
+/// Whether the model is there of which an object or actor speaks, whatever else is wrong with it.
+void SceneReader::check_model_name(JsonReader& reader) const {
+    const json* const model = reader.find("model");
+    if (!model || !model->is_string()) return;
+    const auto name = model->get<std::string>();
+    const ErrorList* const list = ErrorList::current();
+    if (!scene_.models.contains(name) && !(list && list->excuses(name)))
+        reader.fail("model", "no model '" + name.substr(0, 80) + "'; known: " + known_names(scene_.models),
+                    ErrorKind::not_found);
 }
 
 /// What one part says of others, when all are read.
@@ -189,10 +120,8 @@ void SceneReader::check_references() {
         if (!good) reader_.fail(good.error());
     };
     const KnownNames names = names_of(scene_);
-    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-        const ObjectSpec& object = scene_.objects[i];
-        if (object.attach) check(check_attachment(*object.attach, names, item_path("objects", i) + ".attach"));
-    }
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+        check(check_object(scene_.objects[i], names, item_path("objects", i)));
     for (std::size_t i = 0; i < scene_.cameras.size(); ++i)
         if (scene_.cameras[i].mount)
             check(check_mount(*scene_.cameras[i].mount, names, item_path("cameras", i) + ".mount"));
@@ -219,57 +148,60 @@ void SceneReader::check_references() {
     }
 }
 
-void SceneReader::read_cameras() {
-    const auto items = reader_.array("cameras", max_scene_cameras);
-    std::set<std::string> names;
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        JsonReader reader(items[i], item_path("cameras", i));
-        CameraSpec spec;
-        reader.required("name", spec.name);
-        if (reader.ok("name"))
-            if (auto good = check_name(reader.path_of("name"), spec.name); !good) reader.fail(good.error());
-        if (reader.ok("name") && !names.insert(spec.name).second)
-            reader.fail("name", "'" + spec.name + "' is taken by another camera", ErrorKind::already_exists);
-        std::optional<std::string> place;
-        reader.optional("place", place);
-        CameraPatch patch = read_camera_patch(reader);
-        if (place) {
-            const auto found = scene_.places.find(*place);
-            const ErrorList* const list = ErrorList::current();
-            if (found == scene_.places.end() && !(list && list->excuses(*place))) {
-                reader.fail("place", "no place '" + place->substr(0, 80) + "'; known: " + known_names(scene_.places),
-                            ErrorKind::not_found);
-            } else if (found != scene_.places.end()) {
-                if (!patch.pose) patch.pose = found->second.pose;
-                if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
-            }
+Result<CameraSpec> SceneReader::read_camera(JsonReader& reader) const {
+    CameraSpec spec;
+    reader.required("name", spec.name);
+    if (reader.ok("name"))
+        if (auto good = check_name(reader.path_of("name"), spec.name); !good) reader.fail(good.error());
+    std::optional<std::string> place;
+    reader.optional("place", place);
+    CameraPatch patch = read_camera_patch(reader);
+    if (place) {
+        const auto found = scene_.places.find(*place);
+        const ErrorList* const list = ErrorList::current();
+        if (found == scene_.places.end() && !(list && list->excuses(*place))) {
+            reader.fail("place", "no place '" + place->substr(0, 80) + "'; known: " + known_names(scene_.places),
+                        ErrorKind::not_found);
+        } else if (found != scene_.places.end()) {
+            if (!patch.pose) patch.pose = found->second.pose;
+            if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
         }
-        auto camera = reader.ok() ? patch_camera_spec(spec, patch) : Result<CameraSpec>(CameraSpec{});
-        if (!camera) reader.fail_inside(camera.error());
-        if (auto done = reader.finish(); done)
-            scene_.cameras.push_back(std::move(*camera));
-        else if (!spoil("cameras", i, items[i], done.error()))
-            return;
     }
+    auto camera = reader.ok() ? patch_camera_spec(spec, patch) : Result<CameraSpec>(CameraSpec{});
+    if (!camera) reader.fail_inside(camera.error());
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    return camera;
+}
+
+void SceneReader::read_parts() {
+    Changes<Scene> head;
+    read_fields(fields_of(std::type_identity<Scene>{}), reader_, head);
+    head.apply_to(scene_);
+    ModelReader models(folder_, source_);
+    read_map("models", max_scene_models, scene_.models,
+             [&](const json& value, const std::string& path) { return models.read(value, path); });
+    read_map("routes", max_scene_routes, scene_.routes, read_route);
+    read_map("areas", max_scene_areas, scene_.areas, read_area);
+    read_map("places", max_scene_places, scene_.places,
+             [](const json& value, const std::string& path) { return read_all<Place>(value, path); });
+    UniqueNames things{"object or actor"}, cameras{"camera"}, events{"event"};
+    read_list("objects", max_scene_objects, scene_.objects, &things, [this](JsonReader& reader) {
+        check_model_name(reader);
+        return read_all<ObjectSpec>(reader);
+    });
+    read_list("lights", max_scene_lights, scene_.lights, nullptr,
+              [](JsonReader& reader) { return read_whole_kind(light_kinds(), reader, "type"); });
+    read_list("actors", max_scene_actors, scene_.actors, &things, [this](JsonReader& reader) {
+        check_model_name(reader);
+        return read_actor(reader);
+    });
+    read_list("cameras", max_scene_cameras, scene_.cameras, &cameras,
+              [this](JsonReader& reader) { return read_camera(reader); });
+    read_list("events", max_scene_events, scene_.events, &events, read_event);
 }
 
 Result<Scene> SceneReader::read() {
-    read_head();
-    read_models();
-    read_map("routes", max_scene_routes, scene_.routes, read_route);
-    read_map("areas", max_scene_areas, scene_.areas, read_area);
-    read_map("places", max_scene_places, scene_.places, read_place);
-    read_objects();
-    const auto lights = reader_.array("lights", max_scene_lights);
-    for (std::size_t i = 0; i < lights.size(); ++i) {
-        if (auto light = read_light(lights[i], item_path("lights", i)))
-            scene_.lights.push_back(std::move(*light));
-        else if (!spoil("lights", i, lights[i], light.error()))
-            break;
-    }
-    read_actors();
-    read_cameras();
-    read_events();
+    read_parts();
     check_references();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
     for (const ObjectSpec& object : scene_.objects)
@@ -280,7 +212,63 @@ Result<Scene> SceneReader::read() {
     return std::move(scene_);
 }
 
+/// A list, or an object from names to entries; read by name, for what they say of each other.
+FieldOf<Scene> part(const char* name, bool is_list, const char* item, std::size_t limit, const std::string& doc) {
+    const std::string most = std::to_string(limit), ref = "{\"$ref\": \"#/$defs/" + std::string(item) + "\"}";
+    return {.field = {.name = name,
+                      .type = is_list ? "array of objects" : "object",
+                      .doc = (is_list ? "" : "from name to entry: ") + doc + "; at most " + most,
+                      .fallback = "none",
+                      .schema = is_list ? R"({"type": "array", "items": )" + ref + R"(, "maxItems": )" + most + "}"
+                                        : R"({"type": "object", "propertyNames": {"$ref": "#/$defs/name"},
+                                        "additionalProperties": )" +
+                                              ref + R"(, "maxProperties": )" + most + "}"}};
+}
+
+FieldOf<Scene> format_version() {
+    FieldOf<Scene> entry{.field = {.name = "camrig_scene",
+                                   .type = "integer",
+                                   .doc = "version of the format: 1",
+                                   .required = true,
+                                   .schema = R"({"const": 1, "description": "Version of this format."})"}};
+    entry.read = [](JsonReader& reader, Changes<Scene>&) {
+        int version = 0;
+        reader.required("camrig_scene", version);
+        if (reader.ok("camrig_scene") && version != 1)
+            reader.fail("camrig_scene", "version " + std::to_string(version) + "; this program reads version 1",
+                        ErrorKind::unsupported);
+    };
+    return entry;
+}
+
 }  // namespace
+
+FieldTable<Scene> fields_of(std::type_identity<Scene>) {
+    static const std::vector<FieldOf<Scene>> table{
+        format_version(),
+        name_at<&Scene::name>({.name = "name", .required = true}),
+        text_at<&Scene::description>({.name = "description", .fallback = "\"\""}),
+        field_at<&Scene::seed>({.name = "seed",
+                                .doc = "from 0, below 2^64: of everything random; `--seed` overrides it",
+                                .schema = R"({"type": "integer", "minimum": 0, "maximum": 18446744073709551615,
+                                              "default": 1, "description": "Of everything random in the world."})"}),
+        field_at<&Scene::step_ns>({.name = "step_ns",
+                                   .doc = "length of a world step",
+                                   .unit = "ns",
+                                   .range = {double(min_step_ns), double(max_step_ns)}}),
+        field_at<&Scene::environment>(
+            {.name = "environment", .doc = "see environment", .schema = R"({"$ref": "#/$defs/environment"})"}),
+        part("models", false, "model", max_scene_models, "what objects and actors are made of"),
+        part("objects", true, "object", max_scene_objects, "things that stand where they are"),
+        part("lights", true, "light", max_scene_lights, "those of the models included"),
+        part("routes", false, "route", max_scene_routes, "ways over the floor, for actors"),
+        part("areas", false, "area", max_scene_areas, "pieces of floor, to wander in and to watch"),
+        part("actors", true, "actor", max_scene_actors, "things that move"),
+        part("events", true, "event", max_scene_events, "what happens when"),
+        part("places", false, "place", max_scene_places, "viewpoints that cameras refer to"),
+        part("cameras", true, "camera", max_scene_cameras, "that are there from the start")};
+    return table;
+}
 
 Result<Scene> read_scene(const json& document, const std::filesystem::path& folder, const ModelSource& models) {
     return SceneReader(document, folder, models).read();

@@ -24,6 +24,9 @@ inline constexpr std::size_t max_scene_events = 1000;
 inline constexpr TimeNs min_step_ns = ns_per_ms;
 inline constexpr TimeNs max_step_ns = 100 * ns_per_ms;
 
+/// The keys of a scene file.
+FieldTable<Scene> fields_of(std::type_identity<Scene>);
+
 /// Reads a scene document (docs/scene-format.md). `folder` is where its model files are; errors carry the JSON path.
 Result<Scene> read_scene(const nlohmann::json& document, const std::filesystem::path& folder,
                          const ModelSource& models);

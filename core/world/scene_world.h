@@ -15,9 +15,6 @@
 
 namespace camrig {
 
-/// The key of the caches of renderers: it differs between two worlds of one process; pictures never depend on it.
-std::uint64_t next_static_revision();
-
 /// The World of a scene. Steps and snapshots are in world.cpp, what commands do in world_actors.cpp, events in
 /// world_events.cpp.
 class SceneWorld final : public World, private WorldView {

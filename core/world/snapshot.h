@@ -59,9 +59,8 @@ struct Environment {
     friend bool operator==(const Environment&, const Environment&) = default;
 };
 
-/// What does not move between commands, shared by all snapshots until a command or an event changes it.
+/// What does not move between commands, shared by all snapshots until a command or an event puts another in its place.
 struct StaticSet {
-    std::uint64_t revision = 0;  ///< changes exactly when the content does; key of the renderer's caches
     std::vector<Instance> objects;
     std::vector<Light> lights;
     Environment environment;

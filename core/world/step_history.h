@@ -11,7 +11,7 @@
 
 namespace camrig {
 
-/// On what something hangs.
+/// What an attached thing hangs on, and where.
 struct Held {
     std::uint32_t carrier = 0;                          ///< id
     int node = -1;                                      ///< -1: the carrier's origin
@@ -34,14 +34,14 @@ struct MoverRecord {
 /// The world at one step: how the step came to its end, and what commands and events then made of it.
 struct StepRecord {
     TimeNs world_ns = 0;
-    std::vector<ActorState> arrived;  ///< of the movers of the step before, in their order
+    std::vector<ActorState> arrived;  ///< before commands and events; movers of the step before
     std::shared_ptr<const StaticSet> statics;
     std::vector<MoverRecord> movers;  ///< in the order in which they came
 };
 
 /// Where the mover of this record is, which stands on its own.
 Instance instance_of(const MoverRecord& mover);
-/// `own` hung where its carrier is.
+/// `own` in its place on the carrier.
 Instance hung_on(const Held& held, const Instance& carrier, Instance own, const glm::dquat& heading_from_model);
 
 /// The last steps of a world, complete: what was at any time of their span follows from them, in whatever order it is
@@ -49,7 +49,7 @@ Instance hung_on(const Held& held, const Instance& carrier, Instance own, const 
 /// there from its step on.
 class StepHistory {
 public:
-    /// So far back the world can be seen at least, as far as it has run.
+    /// How far back the world can be seen at least, once it has run so long.
     static constexpr TimeNs span_ns = 250 * ns_per_ms;
 
     /// The next step; returns memory to be used for another one.

@@ -1,7 +1,6 @@
 #include "core/world/world.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 
 #include "core/world/behaviour/stand_behaviour.h"
@@ -47,7 +46,6 @@ void SceneWorld::populate() {
     auto statics = std::make_shared<StaticSet>();
     statics->lights = scene_->lights;
     statics->environment = scene_->environment;
-    statics->revision = next_static_revision();
     for (const ObjectSpec& object : scene_->objects) add_object(object, *statics);
     statics_ = std::move(statics);
     for (const ActorSpec& actor : scene_->actors) add_actor(actor);
@@ -217,22 +215,13 @@ StateHash SceneWorld::state_hash() const {
     return {now_ns_, hash.value()};
 }
 
-std::uint64_t next_static_revision() {
-    static std::atomic<std::uint64_t> last{0};
-    return ++last;
-}
-
 Result<std::unique_ptr<World>> World::create(SceneRef scene, std::uint64_t seed) {
     CHECK(scene != nullptr);
     const KnownNames names = names_of(*scene);
     for (const ActorSpec& actor : scene->actors)
         if (auto good = check_actor(actor, names, actor.name); !good) return std::unexpected(good.error());
-    for (const ObjectSpec& object : scene->objects) {
-        if (!scene->models.contains(object.model))
-            return error(ErrorKind::not_found, object.name + ": no model '" + object.model + "'");
-        const Model& model = *scene->models.at(object.model).model;
-        if (auto good = check_clip(model, object.clip, object.name); !good) return std::unexpected(good.error());
-    }
+    for (const ObjectSpec& object : scene->objects)
+        if (auto good = check_object(object, names, object.name); !good) return std::unexpected(good.error());
     auto world = std::make_unique<SceneWorld>(std::move(scene), seed);
     world->populate();
     return world;

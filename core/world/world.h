@@ -26,7 +26,7 @@ struct Departure {
     Instance instance;
 };
 
-/// What tells two states of the actors and lights apart, at the world's last step.
+/// A hash of actors and lights at the world's last step: equal states have equal hashes.
 struct StateHash {
     TimeNs world_ns = 0;
     std::uint64_t value = 0;

@@ -129,7 +129,6 @@ struct ActionRun {
 
 StaticSet& SceneWorld::edit_statics() {
     auto copy = std::make_shared<StaticSet>(*statics_);
-    copy->revision = next_static_revision();
     StaticSet& edited = *copy;
     statics_ = std::move(copy);
     return edited;

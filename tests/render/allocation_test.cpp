@@ -129,8 +129,8 @@ std::uint64_t blocks_a_unit(const MediaFormat& format) {
         info.camera = std::make_shared<const std::string>("lobby");
         info.sequence = n;
         info.size = size;
-        info.same_as = n - 1;
-        info.changed_rows.add(13 * (n % 4), 13 * (n % 4) + 40);
+        info.damage = Damage::since(n - 1);
+        info.damage.add(13 * (n % 4), 13 * (n % 4) + 40);
         std::vector<std::byte> bytes(bytes_of(PixelFormat::rgba8, size));
         for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(i >> 6);
         frames.push_back(std::make_shared<const Frame>(std::move(info), std::move(bytes)));

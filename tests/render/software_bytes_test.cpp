@@ -575,7 +575,7 @@ TEST(Blending, WhatIsFartherIsDrawnFirst) {
     }
 }
 
-TEST(ChangedRows, OfTheHallAreAllThatChanged) {
+TEST(FrameDamage, OfTheHallIsAllThatChanged) {
     Film film("hall");
     const auto by = drawer(with_layers());
     std::vector<View> views;
@@ -604,7 +604,7 @@ TEST(ChangedRows, OfTheHallAreAllThatChanged) {
     EXPECT_LT(claims.unchanged_share(), 0.95) << "but somewhere";
 }
 
-TEST(ChangedRows, AreThoseOfMoversBeforeAndNow) {
+TEST(FrameDamage, IsWhereMoversWereAndAre) {
     TestWorld world = gallery();
     const SnapshotRef first = world.snapshot();
     const auto by = drawer(with_layers());

@@ -2,8 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "control/rpc/check_json.h"
-#include "core/world/scene_check.h"
+#include "control/rpc/methods.h"
 #include "tools/camrig/cli_commands.h"
 
 namespace camrig {

@@ -103,9 +103,6 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
             "where colours become YUV or BGR for readers: device (by a shader, before they are read back; a GPU or "
             "llvmpipe), host, or auto (default): on the device if it is a GPU; the same YUV and BGR")
         ->check(CLI::IsMember({"auto", "host", "device"}));
-    serve->add_flag_callback(
-        "--plain-jpeg", [options] { options->jpeg.strips = false; },
-        "no restart markers in JPEG: pictures are compressed in full each time, also where nothing moved");
     serve
         ->add_option("--ready-fd", options->ready_fd,
                      "writes one JSON line with control, http and rtsp here when ready")

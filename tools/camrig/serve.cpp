@@ -204,7 +204,7 @@ int run_serve(const ServeOptions& options) {
     // The engine's thread has no time for text, and the HTTP server's must not wait for it.
     WorkThread truth_text(max_truths_waiting);
     auto pool = std::make_shared<FramePool>();
-    LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool, options.jpeg});
+    LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
     engine_options.output_kinds = {"mjpeg", "device", "v4l2", "rtsp"};

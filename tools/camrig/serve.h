@@ -26,7 +26,6 @@ struct ServeOptions {
     std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
     std::vector<std::string> embed_origins;     ///< of pages that may show pictures: "http://name:port"
     EngineOptions engine;
-    JpegOptions jpeg;
     int ready_fd = -1;
 };
 

@@ -140,7 +140,7 @@ Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
             pending_.push_back(std::move(pending));
             continue;
         }
-        pending.change = shown_[view.camera].next(view.sequence, painted->layer, painted->drawn_rows);
+        pending.damage = shown_[view.camera].next(view.sequence, painted->damage);
         for (const PixelFormat format : color_formats) {
             if (!view.color_formats.contains(format)) continue;
             CHECK(makes(format, view));
@@ -180,7 +180,7 @@ FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs mon
     } else {
         read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
-    if (pending.change.same_as >= 0) frame->mark_changes(pending.change.same_as, pending.change.rows);
+    frame->set_damage(pending.damage);
     if (pending.kind == FrameKind::color && pending.format == PixelFormat::rgba8) finish_color(view, *frame);
     if (pending.kind == FrameKind::semantic) ids_to_classes(*scene_.placed().snapshot(), *frame);
     if (pending.kind == FrameKind::depth) {

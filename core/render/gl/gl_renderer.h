@@ -39,7 +39,7 @@ private:
         std::size_t buffer_offset = 0;
         ViewTransform transform;
         std::shared_ptr<const LensOnDevice> lens;  ///< null: none
-        ShownPicture::Change change{};
+        Damage damage{};
     };
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);

@@ -164,9 +164,9 @@ Result<PaintedView> ViewPainter::paint(const View& view, std::size_t index, GpuS
         make_view_transform(view.pose, plan.spec->size, plan.spec->intrinsics, plan.spec->near_m, plan.spec->far_m);
     painted.lens = plan.lens;
     // A lens puts rows elsewhere.
-    if (color != nullptr && prepared.changes.is_in_parts && plan.lens == nullptr) {
-        painted.layer = prepared.changes.shown_layer;
-        for (const PixelRect& rect : prepared.changes.rects) painted.drawn_rows.add(rect.y0, rect.y1);
+    if (color != nullptr && prepared.changes.is_in_parts && plan.lens == nullptr && prepared.changes.shown_layer != 0) {
+        painted.damage = Damage::since(static_cast<std::int64_t>(prepared.changes.shown_layer));
+        for (const PixelRect& rect : prepared.changes.rects) painted.damage.add(rect.y0, rect.y1);
     }
     return painted;
 }

@@ -21,9 +21,7 @@ struct PaintedView {
     PictureSource truth;  ///< ids and normals
     ViewTransform transform;
     std::shared_ptr<const LensOnDevice> lens;  ///< null: none
-    /// The kept picture that `color` is outside of `drawn_rows` (StaticLayers::Layer::number); 0: none.
-    std::uint64_t layer = 0;
-    ChangedRows drawn_rows;
+    Damage damage;                             ///< of `color` since a kept picture (StaticLayers::Layer::number)
 };
 
 struct PainterOptions {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/world/model_lights.h"
+
 namespace camrig {
 namespace {
 
@@ -47,7 +49,7 @@ void PlacedSurfaces::add(const Instance& instance, PreparedModels& models, Light
     has_only_triangles_ &= model.has_only_triangles;
     PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
-    const glm::dmat4 world = world_from_model(instance);
+    const glm::dmat4 world = world_from_model(instance.position, instance.orientation, instance.scale);
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
         PlacedSurface& surface = surfaces_.emplace_back();

@@ -38,12 +38,6 @@ std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
     return boxes;
 }
 
-glm::dmat4 world_from_model(const Instance& instance) {
-    glm::dmat4 result(glm::mat3_cast(instance.orientation) * instance.scale);
-    result[3] = glm::dvec4(instance.position, 1.0);
-    return result;
-}
-
 Box bounds_of(std::span<const glm::vec3> points) {
     Box box{points.front(), points.front()};
     for (const glm::vec3& point : points) {

@@ -22,8 +22,6 @@ struct JointBox {
 /// Per joint index that the vertices use; empty without a skin.
 std::vector<JointBox> joint_boxes_of(const Primitive& primitive);
 
-glm::dmat4 world_from_model(const Instance& instance);
-
 Box bounds_of(std::span<const glm::vec3> points);
 
 /// Bounds of a skinned primitive without skinning it.

@@ -288,7 +288,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
         find_changes(work);
     } else {
         work.rects.assign(1, work.whole);
-        if (work.frame != nullptr) work.history->picture.next(view.sequence, 0, {});
+        if (work.frame != nullptr) work.history->picture.next(view.sequence, {});
     }
     add_triangles(work, scratch);
     if (work.has_areas) scratch.areas.begin(size, bands);
@@ -315,10 +315,9 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
         if (channel.frame != nullptr) channel.stale = stale(*channel.frame);
     if (work.frame == nullptr) return;
     work.stale = stale(*work.frame);
-    ChangedRows rows;
-    for (const PixelRect& rect : work.rects) rows.add(rect.y0, rect.y1);
-    const auto change = work.history->picture.next(work.view->sequence, layer.number, rows);
-    if (change.same_as >= 0) work.frame->mark_changes(change.same_as, change.rows);
+    Damage since_layer = Damage::since(static_cast<std::int64_t>(layer.number));
+    for (const PixelRect& rect : work.rects) since_layer.add(rect.y0, rect.y1);
+    work.frame->set_damage(work.history->picture.next(work.view->sequence, since_layer));
 }
 
 void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {

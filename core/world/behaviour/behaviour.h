@@ -33,7 +33,8 @@ struct ActorState {
     std::vector<ClipPlay> clips;
 };
 
-/// What behaviours may see of the rest of the world: how it was at the step before, so that nobody's turn comes first.
+/// What behaviours may see of the rest of the world: how it was at the step before, so that the
+/// order in which actors are stepped does not matter.
 class WorldView {
 public:
     virtual ~WorldView() = default;
@@ -84,7 +85,7 @@ public:
     virtual void step(const StepContext& context, ActorState& state) = 0;
     /// Has done what it was to do. What never ends never arrives.
     virtual bool arrived() const { return false; }
-    /// Avoids others, so that they need to do but half of it.
+    /// Avoids others by itself, so that each of two does half of the avoiding (ORCA).
     virtual bool gives_way() const { return false; }
     /// Nothing: a disc of the actor's radius.
     virtual std::optional<Footprint> footprint() const { return std::nullopt; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <variant>
@@ -19,7 +20,7 @@ struct AtTime {
 };
 struct EveryTime {
     TimeNs period_ns = ns_per_s;
-    TimeNs first_ns = 0;
+    std::optional<TimeNs> first_ns;  ///< nullopt: after one period
 };
 /// An actor comes into an area or goes out of it.
 struct AtBorder {
@@ -30,7 +31,7 @@ struct AtBorder {
 };
 /// Two actors come closer than a distance.
 struct AtMeeting {
-    std::string actors[2];
+    std::array<std::string, 2> actors;
     double distance_m = 1.5;
 };
 /// Another event fires.

@@ -22,7 +22,7 @@ void EventTable::add(const EventSpec& spec, TimeNs now_ns, const std::vector<Wit
     entry.spec = std::make_shared<EventSpec>(spec);
     if (const auto* at = std::get_if<AtTime>(&spec.when)) entry.next_ns = at->at_ns;
     if (const auto* every = std::get_if<EveryTime>(&spec.when)) {
-        entry.next_ns = every->first_ns;
+        entry.next_ns = every->first_ns.value_or(every->period_ns);
         if (entry.next_ns < now_ns)
             entry.next_ns += (now_ns - entry.next_ns + every->period_ns - 1) / every->period_ns * every->period_ns;
     }

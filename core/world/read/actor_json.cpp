@@ -1,8 +1,8 @@
 #include "core/world/read/actor_json.h"
 
 #include "core/world/read/behaviour_json.h"
-#include "core/world/read/world_fields.h"
 #include "core/world/turn.h"
+#include "core/world/world_fields.h"
 
 namespace camrig {
 
@@ -22,17 +22,26 @@ auto behaviour_at(std::string fallback = {}) {
 
 template <auto member>
 auto attachment_at() {
-    auto entry = field_at<member>({.name = "attach",
-                                   .doc = "hangs it on a node of another actor: {actor, node, position, yaw_deg or "
-                                          "orientation}",
-                                   .shape = "Attachment",
-                                   .schema = R"({"$ref": "#/$defs/attachment"})"});
-    // It takes the place of the one before.
-    entry.read = [field = entry.field](JsonReader& reader, auto& changes) {
-        if (auto attachment = read_object<Attachment>(reader, field))
-            changes.change([made = std::move(*attachment)](auto& target) { target.*member = made; });
-    };
-    return entry;
+    return field_at<member>({.name = "attach",
+                             .doc = "hangs it on a node of another actor: {actor, node, position, yaw_deg or "
+                                    "orientation}",
+                             .shape = "Attachment",
+                             .schema = R"({"$ref": "#/$defs/attachment"})"});
+}
+
+/// What objects and actors have: what it is, and where.
+template <typename T>
+std::vector<FieldOf<T>> thing_fields(std::string position, std::string yaw) {
+    std::vector<FieldOf<T>> made{
+        name_at<&T::name>(
+            {.name = "name", .doc = "unique among objects and actors; its name in ground truth", .required = true}),
+        field_at<&T::model>({.name = "model", .doc = "a name of `models` of the scene", .required = true}),
+        name_at<&T::object_class>(
+            {.name = "class", .doc = "what ground truth calls it, as `person`", .fallback = "object"}),
+        vector_at<&T::position>({.name = "position", .doc = std::move(position), .fallback = "[0, 0, 0]"})};
+    add_orientation<&T::orientation>(made, yaw);
+    made.push_back(field_at<&T::scale>({.name = "scale", .doc = "of the model", .range = {1e-6, 1e6}}));
+    return made;
 }
 
 /// A vector that is told and never taken.
@@ -59,20 +68,21 @@ FieldTable<Attachment> fields_of(std::type_identity<Attachment>) {
     return table;
 }
 
+FieldTable<ObjectSpec> fields_of(std::type_identity<ObjectSpec>) {
+    static const std::vector<FieldOf<ObjectSpec>> table = [] {
+        auto made = thing_fields<ObjectSpec>("of its origin", "counter-clockwise from above; or orientation");
+        made.push_back(field_at<&ObjectSpec::clip>(
+            {.name = "clip", .doc = "an animation of the model, played in a loop", .fallback = "none: the rest pose"}));
+        made.push_back(attachment_at<&ObjectSpec::attach>());
+        return made;
+    }();
+    return table;
+}
+
 FieldTable<ActorSpec> fields_of(std::type_identity<ActorSpec>) {
     static const std::vector<FieldOf<ActorSpec>> table = [] {
-        std::vector<FieldOf<ActorSpec>> made{
-            name_at<&ActorSpec::name>(
-                {.name = "name", .doc = "unique among objects and actors; its name in ground truth", .required = true}),
-            field_at<&ActorSpec::model>({.name = "model", .doc = "a name of `models` of the scene", .required = true}),
-            name_at<&ActorSpec::object_class>(
-                {.name = "class", .doc = "what ground truth calls it, as `person`", .fallback = "object"}),
-            vector_at<&ActorSpec::position>({.name = "position",
-                                             .doc = "of its origin; where a route does not place it",
-                                             .fallback = "[0, 0, 0]"})};
-        add_orientation<&ActorSpec::orientation>(made,
-                                                 "where its front looks, counter-clockwise from +x; or orientation");
-        made.push_back(field_at<&ActorSpec::scale>({.name = "scale", .doc = "of the model", .range = {1e-6, 1e6}}));
+        auto made = thing_fields<ActorSpec>("of its origin; where a route does not place it",
+                                            "where its front looks, counter-clockwise from +x; or orientation");
         made.push_back(field_at<&ActorSpec::radius_m>({.name = "radius_m",
                                                        .doc = "of its body, for those who walk round it",
                                                        .unit = "m",
@@ -143,38 +153,27 @@ FieldTable<ActorReport> fields_of(std::type_identity<ActorReport>) {
     return table;
 }
 
-void read_attachment(JsonReader& reader, std::string_view key, std::optional<Attachment>& out) {
-    if (auto attachment = read_object<Attachment>(reader, {.name = std::string(key)})) out = std::move(*attachment);
-}
-
 Result<ActorSpec> read_actor(JsonReader& reader) {
-    return read_all<ActorSpec>(
-        fields_of(std::type_identity<ActorSpec>{}), reader, [](const ActorSpec& actor, JsonReader& keys) {
-            const bool is_placed = keys.has("position") || keys.has("yaw_deg") || keys.has("orientation");
-            if (is_placed && places_actor(actor.behaviour))
-                keys.fail("position", "its route places this actor; leave position and orientation out");
-        });
+    return read_all<ActorSpec>(reader, [](const ActorSpec& actor, JsonReader& keys) {
+        const bool is_placed = keys.has("position") || keys.has("yaw_deg") || keys.has("orientation");
+        if (is_placed && places_actor(actor.behaviour))
+            keys.fail("position", "its route places this actor; leave position and orientation out");
+    });
 }
 
 Result<ActorPatch> read_actor_patch(JsonReader& reader) {
-    return read_all<ActorPatch>(fields_of(std::type_identity<ActorPatch>{}), reader,
-                                [](const ActorPatch& patch, JsonReader& keys) {
-                                    if (patch.attach && patch.detach)
-                                        keys.fail("detach", "give either attach or detach");
-                                });
+    return read_all<ActorPatch>(reader, [](const ActorPatch& patch, JsonReader& keys) {
+        if (patch.attach && patch.detach) keys.fail("detach", "give either attach or detach");
+    });
 }
 
-Result<SteerSpec> read_steer(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
-    return read_all<SteerSpec>(fields_of(std::type_identity<SteerSpec>{}), reader,
-                               [](const SteerSpec& steer, JsonReader& keys) {
-                                   if (steer.velocity && glm::length(*steer.velocity) > max_speed_m_s)
-                                       keys.fail("velocity", "expected at most 1000 m/s");
-                                   if (steer.velocity && steer.position)
-                                       keys.fail("position", "give either velocity or position");
-                                   if (keys.has("seconds") && !steer.position)
-                                       keys.fail("seconds", "belongs to a position");
-                               });
+Result<SteerSpec> read_steer(const json& value, const std::string& path) {
+    return read_all<SteerSpec>(value, path, [](const SteerSpec& steer, JsonReader& keys) {
+        if (steer.velocity && glm::length(*steer.velocity) > max_speed_m_s)
+            keys.fail("velocity", "expected at most 1000 m/s");
+        if (steer.velocity && steer.position) keys.fail("position", "give either velocity or position");
+        if (keys.has("seconds") && !steer.position) keys.fail("seconds", "belongs to a position");
+    });
 }
 
 }  // namespace camrig

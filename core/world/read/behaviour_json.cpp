@@ -1,6 +1,6 @@
 #include "core/world/read/behaviour_json.h"
 
-#include "core/world/read/world_fields.h"
+#include "core/world/world_fields.h"
 
 namespace camrig {
 
@@ -87,31 +87,18 @@ std::vector<FieldOf<VehicleBehaviour>> vehicle_fields() {
         clip_at<&Vehicle::clip>()};
 }
 
-Result<SequenceStep> read_step(const json& value, std::string path);
+Result<SequenceStep> read_step(const json& value, const std::string& path);
 
 std::vector<FieldOf<SequenceBehaviour>> sequence_fields() {
-    FieldOf<SequenceBehaviour> steps{
-        .field = {
-            .name = "steps",
-            .type = "array of objects",
-            .doc = "1 to 64 behaviours, each may have `until`; sequences nest at most 4 deep",
-            .required = true,
-            .schema = R"({"type": "array", "items": {"$ref": "#/$defs/behaviour"}, "minItems": 1, "maxItems": 64})"}};
-    steps.read = [](JsonReader& reader, Changes<SequenceBehaviour>& changes) {
-        std::vector<SequenceStep> read;
-        const auto items = reader.array("steps", max_sequence_steps);
-        if (reader.ok() && items.empty()) reader.fail("steps", "expected 1 to 64 behaviours");
-        for (std::size_t i = 0; i < items.size(); ++i) {
-            auto step = read_step(items[i], item_path(reader.path_of("steps"), i));
-            if (step)
-                read.push_back(std::move(*step));
-            else
-                reader.fail(step.error());
-        }
-        changes.change([read = std::move(read)](SequenceBehaviour& sequence) { sequence.steps = read; });
-    };
-    return {std::move(steps), field_at<&SequenceBehaviour::repeat>(
-                                  {.name = "repeat", .doc = "begins again after the last one, which else goes on"})};
+    return {
+        list_at<&SequenceBehaviour::steps>(
+            {.name = "steps",
+             .doc = "1 to 64 behaviours, each may have `until`; sequences nest at most 4 deep",
+             .required = true,
+             .schema = R"({"type": "array", "items": {"$ref": "#/$defs/behaviour"}, "minItems": 1, "maxItems": 64})"},
+            max_sequence_steps, read_step),
+        field_at<&SequenceBehaviour::repeat>(
+            {.name = "repeat", .doc = "begins again after the last one, which else goes on"})};
 }
 
 std::vector<Kind<BehaviourSpec>> make_kinds() {
@@ -171,7 +158,11 @@ std::vector<Kind<BehaviourSpec>> make_kinds() {
         kind_of<BehaviourSpec, SteeredBehaviour>({.name = "steered", .doc = "moves as `actor.steer` says"},
                                                  {clip_at<&SteeredBehaviour::clip>()}),
         kind_of<BehaviourSpec, SequenceBehaviour>({.name = "sequence", .doc = "one behaviour after the other"},
-                                                  sequence_fields())};
+                                                  sequence_fields(),
+                                                  [](const SequenceBehaviour& sequence, JsonReader& reader) {
+                                                      if (sequence.steps.empty())
+                                                          reader.fail("steps", "expected 1 to 64 behaviours");
+                                                  })};
     CHECK(kinds.size() == std::variant_size_v<BehaviourSpec>);
     return kinds;
 }
@@ -190,8 +181,8 @@ Result<Until> read_until(const json& value, const std::string& path) {
 }
 
 /// A step is a behaviour with one key more.
-Result<SequenceStep> read_step(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
+Result<SequenceStep> read_step(const json& value, const std::string& path) {
+    JsonReader reader(value, path);
     SequenceStep step;
     if (const json* given = reader.find("until")) {
         if (auto until = read_until(*given, reader.path_of("until"))) {
@@ -213,13 +204,18 @@ const std::vector<Kind<BehaviourSpec>>& behaviour_kinds() {
     return kinds;
 }
 
+std::string_view type_name(const BehaviourSpec& behaviour) {
+    return behaviour_kinds()[behaviour.index()].description.name;
+}
+
+bool places_actor(const BehaviourSpec& behaviour) {
+    return std::holds_alternative<RouteBehaviour>(behaviour) || std::holds_alternative<VehicleBehaviour>(behaviour);
+}
+
 Result<BehaviourSpec> read_behaviour(const json& value, const std::string& path) {
-    JsonReader reader(value, path);
     if (value.is_object() && sequence_depth(value) > max_sequence_depth)
         return error(ErrorKind::invalid_argument, path + ".steps: sequences nest at most 4 deep");
-    BehaviourSpec behaviour = read_kind(behaviour_kinds(), reader, "type");
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return behaviour;
+    return read_whole_kind(behaviour_kinds(), value, path, "type");
 }
 
 }  // namespace camrig

@@ -38,33 +38,23 @@ Result<void> first_error(std::initializer_list<Result<void>> checks) {
     return {};
 }
 
-template <typename Value>
-std::string known_of(const std::map<std::string, Value>& entries) {
-    return known_names(entries);
-}
-std::string known_of(const std::set<std::string>& entries) {
-    std::map<std::string, int> names;
-    for (const auto& name : entries) names.emplace(name, 0);
-    return known_names(names);
-}
-
 /// `name` is one of `entries`.
 template <typename Entries>
 Result<void> check_in(const Entries& entries, const std::string& name, std::string_view what, const std::string& path) {
     if (entries.contains(name)) return {};
-    return unknown(path, what, name, known_of(entries));
+    return unknown(path, what, name, known_names(entries));
 }
 
 Result<void> check_light(const Scene& scene, const std::string& name, const std::string& path) {
-    std::map<std::string, int> lights;
-    for (const Light& light : scene.lights) lights.emplace(light.name, 0);
+    std::set<std::string> lights;
+    for (const Light& light : scene.lights) lights.insert(light.name);
     return check_in(lights, name, "light", path);
 }
 
 Result<void> check_node(const Model& model, const std::string& node, const std::string& path) {
     if (node.empty()) return {};
-    std::map<std::string, int> nodes;
-    for (const Node& n : model.nodes) nodes.emplace(n.name, 0);
+    std::set<std::string> nodes;
+    for (const Node& n : model.nodes) nodes.insert(n.name);
     if (nodes.contains(node)) return {};
     return refuse(ErrorKind::not_found, path,
                   "the model has no node '" + node.substr(0, 80) + "'; it has: " + known_names(nodes));
@@ -217,8 +207,10 @@ KnownNames names_of(const Scene& scene) {
 
 Result<void> check_clip(const Model& model, const std::string& clip, const std::string& path) {
     if (clip.empty() || model.find_animation(clip) >= 0) return {};
+    std::set<std::string> clips;
+    for (const Animation& animation : model.animations) clips.insert(animation.name);
     return refuse(ErrorKind::not_found, path,
-                  "the model has no clip '" + clip.substr(0, 80) + "'; it has: " + known_clips(model));
+                  "the model has no clip '" + clip.substr(0, 80) + "'; it has: " + known_names(clips));
 }
 
 Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model, const KnownNames& names,
@@ -234,6 +226,15 @@ Result<void> check_mount(const Mount& mount, const KnownNames& names, const std:
 
 Result<void> check_attachment(const Attachment& attachment, const KnownNames& names, const std::string& path) {
     return check_mount({.actor = attachment.actor, .node = attachment.node}, names, path);
+}
+
+Result<void> check_object(const ObjectSpec& object, const KnownNames& names, const std::string& path) {
+    const auto model = names.scene.models.find(object.model);
+    if (model == names.scene.models.end())
+        return unknown(key_of(path, "model"), "model", object.model, known_names(names.scene.models));
+    return first_error(
+        {check_clip(*model->second.model, object.clip, key_of(path, "clip")),
+         object.attach ? check_attachment(*object.attach, names, key_of(path, "attach")) : Result<void>()});
 }
 
 Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path) {

@@ -26,6 +26,7 @@ Result<void> check_behaviour(const BehaviourSpec& behaviour, const Model& model,
                              const std::string& path);
 Result<void> check_attachment(const Attachment& attachment, const KnownNames& names, const std::string& path);
 Result<void> check_mount(const Mount& mount, const KnownNames& names, const std::string& path);
+Result<void> check_object(const ObjectSpec& object, const KnownNames& names, const std::string& path);
 Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path);
 Result<void> check_event(const EventSpec& event, const KnownNames& names, const std::string& path);
 

@@ -3,7 +3,7 @@
 #include "core/world/camera_json.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
-#include "core/world/read/world_fields.h"
+#include "core/world/world_fields.h"
 
 namespace camrig {
 
@@ -18,65 +18,49 @@ auto required_name_at(const char* name, std::string doc) {
 
 Kind<Trigger> border_kind(bool enters) {
     const std::string name = enters ? "enter" : "leave";
-    auto kind = kind_of<Trigger, AtBorder>(
+    return kind_of<Trigger, AtBorder>(
         {.name = name,
          .doc = enters ? "when an actor crosses the border of an area inwards; who is born within has entered"
                        : "when an actor crosses the border of an area outwards"},
         {required_name_at<&AtBorder::area>(name.c_str(), "name of the area"),
          name_at<&AtBorder::actor>({.name = "actor", .doc = "which one", .fallback = "any"}),
-         name_at<&AtBorder::object_class>({.name = "class", .doc = "those of a class", .fallback = "any"})});
-    kind.read = [read = std::move(kind.read), enters](JsonReader& reader) {
-        Trigger trigger = read(reader);
-        std::get<AtBorder>(trigger).enters = enters;
-        return trigger;
-    };
-    return kind;
+         name_at<&AtBorder::object_class>({.name = "class", .doc = "those of a class", .fallback = "any"})},
+        {}, {.enters = enters, .area = {}, .actor = {}, .object_class = {}});
 }
 
-FieldOf<AtMeeting> meeting_names() {
-    FieldOf<AtMeeting> entry{
-        .field = {.name = "meet",
-                  .type = "[string, string]",
-                  .doc = "the names of two actors",
-                  .required = true,
-                  .schema = R"({"type": "array", "items": {"$ref": "#/$defs/name"}, "minItems": 2, "maxItems": 2,
-                                "uniqueItems": true})"}};
-    entry.read = [](JsonReader& reader, Changes<AtMeeting>& changes) {
-        const auto names = reader.array("meet", 2);
-        std::array<std::string, 2> actors;
-        bool good = names.size() == 2;
-        for (std::size_t i = 0; good && i < 2; ++i) {
-            good = names[i].is_string() && is_scene_name(names[i].get_ref<const std::string&>());
-            if (good) actors[i] = names[i].get<std::string>();
-        }
-        if (!good) reader.fail("meet", "expected the names of two actors");
-        if (reader.ok() && actors[0] == actors[1]) reader.fail("meet", "expected two different actors");
-        changes.change([actors](AtMeeting& meeting) { std::ranges::copy(actors, meeting.actors); });
-    };
-    return entry;
+void read_two_names(JsonReader& reader, std::string_view key, std::array<std::string, 2>& out) {
+    const auto names = reader.array(key, 2);
+    bool good = names.size() == 2;
+    for (std::size_t i = 0; good && i < 2; ++i) {
+        good = names[i].is_string() && is_scene_name(names[i].get_ref<const std::string&>());
+        if (good) out[i] = names[i].get<std::string>();
+    }
+    if (!good) reader.fail(key, "expected the names of two actors");
+    if (reader.ok(key) && out[0] == out[1]) reader.fail(key, "expected two different actors");
 }
 
 std::vector<Kind<Trigger>> make_triggers() {
-    auto every = kind_of<Trigger, EveryTime>(
-        {.name = "every_s", .doc = "again and again, at most once a step of the world"},
-        {seconds_at<&EveryTime::period_ns>({.name = "every_s", .doc = "period", .required = true, .range = {0.001}}),
-         seconds_at<&EveryTime::first_ns>({.name = "from_s", .doc = "first at", .fallback = "after one period"})});
-    every.read = [read = std::move(every.read)](JsonReader& reader) {
-        Trigger trigger = read(reader);
-        auto& time = std::get<EveryTime>(trigger);
-        if (!reader.has("from_s")) time.first_ns = time.period_ns;
-        return trigger;
-    };
     return {
         kind_of<Trigger, AtTime>({.name = "at_s", .doc = "once, at a world time"},
                                  {seconds_at<&AtTime::at_ns>({.name = "at_s", .doc = "when", .required = true})}),
-        std::move(every),
+        kind_of<Trigger, EveryTime>(
+            {.name = "every_s", .doc = "again and again, at most once a step of the world"},
+            {seconds_at<&EveryTime::period_ns>(
+                 {.name = "every_s", .doc = "period", .required = true, .range = {0.001}}),
+             seconds_at<&EveryTime::first_ns>({.name = "from_s", .doc = "first at", .fallback = "after one period"})}),
         border_kind(true),
         border_kind(false),
         kind_of<Trigger, AtMeeting>(
             {.name = "meet", .doc = "when two actors come near each other"},
-            {meeting_names(), field_at<&AtMeeting::distance_m>(
-                                  {.name = "distance_m", .doc = "how near", .unit = "m", .range = {0.01, 1000.0}})}),
+            {entry_by<&AtMeeting::actors>({.name = "meet",
+                                           .type = "[string, string]",
+                                           .doc = "the names of two actors",
+                                           .required = true,
+                                           .schema = R"({"type": "array", "items": {"$ref": "#/$defs/name"},
+                                                         "minItems": 2, "maxItems": 2, "uniqueItems": true})"},
+                                          read_two_names),
+             field_at<&AtMeeting::distance_m>(
+                 {.name = "distance_m", .doc = "how near", .unit = "m", .range = {0.01, 1000.0}})}),
         kind_of<Trigger, AfterEvent>(
             {.name = "event", .doc = "when another event has fired"},
             {required_name_at<&AfterEvent::event>("event", "name of the event; a circle of those is an error"),
@@ -86,8 +70,8 @@ std::vector<Kind<Trigger>> make_triggers() {
                                     {required_name_at<&AtArrival::actor>("arrived", "name of the actor")})};
 }
 
-Result<Trigger> read_trigger(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
+Result<Trigger> read_trigger(const json& value, const std::string& path) {
+    JsonReader reader(value, path);
     std::string names;
     for (const auto& kind : trigger_kinds()) names += (names.empty() ? "" : ", ") + kind.description.name;
     const Kind<Trigger>* given = nullptr;
@@ -124,20 +108,9 @@ std::vector<FieldOf<PickUpAction>> pick_up_fields() {
     return table;
 }
 
-FieldOf<UserAction> user_data() {
-    FieldOf<UserAction> entry{.field = {.name = "data",
-                                        .type = "any",
-                                        .doc = "any JSON up to 4096 bytes",
-                                        .fallback = "null",
-                                        .schema = R"({"description": "Any JSON, up to 4096 bytes."})"}};
-    entry.read = [](JsonReader& reader, Changes<UserAction>& changes) {
-        const json* value = reader.find("data");
-        if (!value) return;
-        std::string text = value->dump(-1, ' ', false, json::error_handler_t::replace);
-        if (text.size() > max_user_data_bytes) return reader.fail("data", "more than 4096 bytes of JSON");
-        changes.change([text = std::move(text)](UserAction& action) { action.data = text; });
-    };
-    return entry;
+void read_user_data(JsonReader& reader, std::string_view key, std::string& out) {
+    out = reader.find(key)->dump(-1, ' ', false, json::error_handler_t::replace);
+    if (out.size() > max_user_data_bytes) reader.fail(key, "more than 4096 bytes of JSON");
 }
 
 /// Of one actor, that the action names.
@@ -147,8 +120,8 @@ std::vector<FieldOf<T>> of_actor(std::vector<FieldOf<T>> others = {}) {
     return others;
 }
 
-Result<ActorSpec> read_spawned(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
+Result<ActorSpec> read_spawned(const json& value, const std::string& path) {
+    JsonReader reader(value, path);
     return read_actor(reader);
 }
 
@@ -225,37 +198,19 @@ std::vector<Kind<Action>> make_actions() {
                 if (!action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
             }),
         kind_of<Action, UserAction>(
-            {.name = "user", .doc = "tells clients something ([event.wait](control-protocol.md))"}, {user_data()})};
+            {.name = "user", .doc = "tells clients something ([event.wait](control-protocol.md))"},
+            {entry_by<&UserAction::data>({.name = "data",
+                                          .type = "any",
+                                          .doc = "any JSON up to 4096 bytes",
+                                          .fallback = "null",
+                                          .schema = R"({"description": "Any JSON, up to 4096 bytes."})"},
+                                         read_user_data)})};
     CHECK(kinds.size() == std::variant_size_v<Action>);
     return kinds;
 }
 
-Result<Action> read_action(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
-    Action action = read_kind(action_kinds(), reader, "action");
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return action;
-}
-
-FieldOf<EventSpec> event_actions() {
-    FieldOf<EventSpec> entry{
-        .field = {.name = "do",
-                  .type = "array of objects",
-                  .doc = "actions, done in this order; at most 64",
-                  .fallback = "[]",
-                  .schema = R"({"type": "array", "items": {"$ref": "#/$defs/action"}, "maxItems": 64})"}};
-    entry.read = [](JsonReader& reader, Changes<EventSpec>& changes) {
-        std::vector<Action> actions;
-        const auto items = reader.array("do", max_event_actions);
-        for (std::size_t i = 0; i < items.size(); ++i) {
-            if (auto action = read_action(items[i], item_path(reader.path_of("do"), i)))
-                actions.push_back(std::move(*action));
-            else
-                reader.fail(action.error());
-        }
-        changes.change([actions = std::move(actions)](EventSpec& event) { event.actions = actions; });
-    };
-    return entry;
+Result<Action> read_action(const json& value, const std::string& path) {
+    return read_whole_kind(action_kinds(), value, path, "action");
 }
 
 }  // namespace
@@ -278,14 +233,26 @@ FieldTable<EventSpec> fields_of(std::type_identity<EventSpec>) {
                                      .required = true,
                                      .schema = R"({"$ref": "#/$defs/trigger"})"},
                                     read_trigger),
-        event_actions(),
+        list_at<&EventSpec::actions>(
+            {.name = "do",
+             .doc = "actions, done in this order; at most 64",
+             .fallback = "[]",
+             .schema = R"({"type": "array", "items": {"$ref": "#/$defs/action"}, "maxItems": 64})"},
+            max_event_actions, read_action),
         field_at<&EventSpec::limit>(
             {.name = "limit", .doc = "how often it fires at most; 0: any number", .range = {.low = 0.0}})};
     return table;
 }
 
+std::string_view type_name(const Trigger& trigger) {
+    constexpr std::string_view names[] = {"at_s", "every_s", "border", "meet", "event", "arrived"};
+    static_assert(std::size(names) == std::variant_size_v<Trigger>);
+    if (const auto* border = std::get_if<AtBorder>(&trigger)) return border->enters ? "enter" : "leave";
+    return names[trigger.index()];
+}
+
 Result<EventSpec> read_event(JsonReader& reader) {
-    return read_all(fields_of(std::type_identity<EventSpec>{}), reader);
+    return read_all<EventSpec>(reader);
 }
 
 }  // namespace camrig

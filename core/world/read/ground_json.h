@@ -2,9 +2,7 @@
 
 #include <string>
 
-#include <nlohmann/json.hpp>
-
-#include "core/base/result.h"
+#include "core/base/field_of.h"
 #include "core/world/scene.h"
 
 namespace camrig {
@@ -14,9 +12,12 @@ inline constexpr std::size_t max_area_points = 2000;
 inline constexpr std::size_t max_area_obstacles = 1000;
 inline constexpr std::size_t max_area_corners = 4000;
 
-/// One of the `routes`, `areas` and `places` of a scene file; errors carry the JSON path.
+FieldTable<Route> fields_of(std::type_identity<Route>);
+FieldTable<Area> fields_of(std::type_identity<Area>);
+FieldTable<Place> fields_of(std::type_identity<Place>);
+
+/// One of the `routes` and `areas` of a scene file; errors carry the JSON path.
 Result<Route> read_route(const nlohmann::json& value, const std::string& path);
 Result<Area> read_area(const nlohmann::json& value, const std::string& path);
-Result<Place> read_place(const nlohmann::json& value, const std::string& path);
 
 }  // namespace camrig

@@ -1,82 +1,101 @@
 #include "core/world/read/light_json.h"
 
-#include "core/world/read/json_parts.h"
+#include "core/world/world_fields.h"
 
 namespace camrig {
-
-using nlohmann::json;
-
 namespace {
 
-void read_direction(JsonReader& reader, glm::dvec3& out) {
-    if (!read_vector(reader, "direction", out)) return reader.fail("direction", "is missing");
-    const double length = glm::length(out);
-    if (!(length > 1e-9)) return reader.fail("direction", "has no length");
-    out /= length;
+/// The sky and the ground, an object of their own.
+FieldOf<Environment> ambient() {
+    static const std::vector<FieldOf<Environment>> parts{
+        color_at<&Environment::ambient_sky>({.name = "sky", .doc = "from above"}),
+        color_at<&Environment::ambient_ground>({.name = "ground", .doc = "from below"})};
+    FieldOf<Environment> entry{
+        .field = {.name = "ambient",
+                  .type = "object",
+                  .doc = "light from everywhere: `sky` from above, `ground` from below; between "
+                         "them it changes with the normal",
+                  .fallback = "{\"sky\": " + parts[0].field.fallback + ", \"ground\": " + parts[1].field.fallback + "}",
+                  .parts = descriptions_of(parts)}};
+    entry.read = [](JsonReader& reader, Changes<Environment>& changes) {
+        const nlohmann::json* const json = reader.find("ambient");
+        if (!json) return;
+        JsonReader nested(*json, reader.path_of("ambient"));
+        read_fields(parts, nested, changes);
+        if (auto done = nested.finish(); !done) reader.fail(done.error());
+    };
+    return entry;
+}
+
+std::vector<FieldOf<Light>> light_fields(LightType type) {
+    const bool is_placed = type != LightType::directional, is_directed = type != LightType::point;
+    std::vector<FieldOf<Light>> table{
+        name_at<&Light::name>({.name = "name", .required = true}), color_at<&Light::color>({.name = "color"}),
+        field_at<&Light::intensity>({.name = "intensity",
+                                     .doc = "a white surface that faces a directional light of 1 is white at exposure "
+                                            "1; point and spot: at 1 m",
+                                     .range = {0.0, 1e9}})};
+    if (is_placed) {
+        table.push_back(vector_at<&Light::position>({.name = "position", .required = true}));
+        table.push_back(field_at<&Light::range>(
+            {.name = "range", .doc = "fades to nothing there; 0: unlimited", .unit = "m", .range = {0.0, 1e9}}));
+    }
+    if (is_directed) {
+        table.push_back(entry_by<&Light::direction>({.name = "direction",
+                                                     .type = "[x, y, z]",
+                                                     .doc = "the way the light travels; any length but 0",
+                                                     .required = true,
+                                                     .schema = R"({"$ref": "#/$defs/direction"})"},
+                                                    [](JsonReader& reader, std::string_view key, glm::dvec3& out) {
+                                                        read_vector(reader, key, out);
+                                                        const double length = glm::length(out);
+                                                        if (reader.ok(key) && !(length > 1e-9))
+                                                            reader.fail(key, "has no length");
+                                                        out /= length;
+                                                    }));
+    }
+    if (type == LightType::spot) {
+        table.push_back(degrees_at<&Light::inner_cone_rad>(
+            {.name = "inner_cone_deg", .doc = "half angle", .fallback = "0", .range = {0.0, 90.0}}));
+        table.push_back(degrees_at<&Light::outer_cone_rad>({.name = "outer_cone_deg",
+                                                            .doc = "half angle, over the inner one",
+                                                            .fallback = "45",
+                                                            .range = {0.0, 90.0}}));
+    }
+    return table;
+}
+
+void check_light_keys(const Light& light, JsonReader& reader) {
+    if (light.type == LightType::point && reader.has("direction")) reader.fail("direction", "a point light has none");
+    if (light.type == LightType::directional && reader.has("position"))
+        reader.fail("position", "a directional light has none");
+    if (light.type == LightType::spot && light.inner_cone_rad >= light.outer_cone_rad)
+        reader.fail("outer_cone_deg", "must be over inner_cone_deg");
+}
+
+Kind<Light> light_kind(LightType type, std::string name, std::string doc) {
+    Light initial;
+    initial.type = type;
+    return kind_of<Light, Light>({.name = std::move(name), .doc = std::move(doc)}, light_fields(type), check_light_keys,
+                                 initial);
 }
 
 }  // namespace
 
-Result<Environment> read_environment(const json& value, std::string path) {
-    Environment environment;
-    JsonReader reader(value, std::move(path));
-    optional_color(reader, "background", environment.background);
-    if (const json* ambient = reader.find("ambient")) {
-        JsonReader nested(*ambient, reader.path_of("ambient"));
-        optional_color(nested, "sky", environment.ambient_sky);
-        optional_color(nested, "ground", environment.ambient_ground);
-        if (auto done = nested.finish(); !done) reader.fail(done.error());
-    }
-    double exposure = 1.0;
-    optional_in_range(reader, "exposure", exposure, 1e-6, 1e6);
-    environment.exposure = static_cast<float>(exposure);
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return environment;
+FieldTable<Environment> fields_of(std::type_identity<Environment>) {
+    static const std::vector<FieldOf<Environment>> table{
+        color_at<&Environment::background>({.name = "background", .doc = "where nothing is"}), ambient(),
+        field_at<&Environment::exposure>(
+            {.name = "exposure", .doc = "factor on linear colour before the sRGB curve", .range = {1e-6, 1e6}})};
+    return table;
 }
 
-Result<Light> read_light(const json& value, std::string path) {
-    JsonReader reader(value, std::move(path));
-    Light light;
-    std::string type;
-    required_name(reader, "name", light.name);
-    reader.required("type", type);
-    optional_color(reader, "color", light.color);
-    double intensity = 1.0, range = 0.0, inner_deg = 0.0, outer_deg = 45.0;
-    optional_in_range(reader, "intensity", intensity, 0.0, 1e9);
-    const bool placed = type == "point" || type == "spot";
-    if (type == "directional")
-        light.type = LightType::directional;
-    else if (type == "spot")
-        light.type = LightType::spot;
-    else if (type == "point")
-        light.type = LightType::point;
-    else {
-        reader.allow_unknown();
-        if (reader.ok("type")) reader.fail("type", "'" + type.substr(0, 40) + "' is none of directional, point, spot");
-        if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    }
-    if (placed) {
-        if (!read_vector(reader, "position", light.position)) reader.fail("position", "is missing");
-        optional_in_range(reader, "range", range, 0.0, 1e9);
-    }
-    if (light.type == LightType::spot) {
-        optional_in_range(reader, "inner_cone_deg", inner_deg, 0.0, 90.0);
-        optional_in_range(reader, "outer_cone_deg", outer_deg, 0.0, 90.0);
-        if (reader.ok() && inner_deg >= outer_deg) reader.fail("outer_cone_deg", "must be over inner_cone_deg");
-    }
-    if (light.type != LightType::point) {
-        read_direction(reader, light.direction);
-    } else if (reader.has("direction")) {
-        reader.fail("direction", "a point light has none");
-    }
-    if (light.type == LightType::directional && reader.has("position"))
-        reader.fail("position", "a directional light has none");
-    light.intensity = static_cast<float>(intensity);
-    light.range = static_cast<float>(range);
-    light.inner_cone_rad = static_cast<float>(glm::radians(inner_deg));
-    light.outer_cone_rad = static_cast<float>(glm::radians(outer_deg));
-    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
-    return light;
+const std::vector<Kind<Light>>& light_kinds() {
+    static const std::vector<Kind<Light>> kinds{
+        light_kind(LightType::directional, "directional", "the sun: from one direction, everywhere"),
+        light_kind(LightType::point, "point", "from a point to all sides"),
+        light_kind(LightType::spot, "spot", "from a point into a cone")};
+    return kinds;
 }
 
 }  // namespace camrig

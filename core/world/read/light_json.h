@@ -1,16 +1,13 @@
 #pragma once
 
-#include <string>
-
-#include <nlohmann/json.hpp>
-
-#include "core/base/result.h"
+#include "core/base/kind.h"
 #include "core/world/snapshot.h"
 
 namespace camrig {
 
-/// The `environment` and one of the `lights` of a scene file; errors carry the JSON path.
-Result<Environment> read_environment(const nlohmann::json& value, std::string path);
-Result<Light> read_light(const nlohmann::json& value, std::string path);
+/// The `environment` of a scene file.
+FieldTable<Environment> fields_of(std::type_identity<Environment>);
+/// Its `lights`, by their `type`.
+const std::vector<Kind<Light>>& light_kinds();
 
 }  // namespace camrig

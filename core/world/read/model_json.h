@@ -5,15 +5,25 @@
 #include <map>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
-#include "core/base/result.h"
+#include "core/base/kind.h"
 #include "core/world/scene.h"
+#include "core/world/shape_model.h"
 
 namespace camrig {
 
 /// Finds the model that a scene names; load_model() outside tests.
 using ModelSource = std::function<Result<ModelRef>(const std::filesystem::path& file)>;
+
+/// An entry of `models` that names a file.
+struct ModelFile {
+    /// The axis of the file that points ahead.
+    enum class Front : std::uint8_t { plus_x, minus_x, plus_z, minus_z };
+    std::string file;
+    Front front = Front::plus_z;
+};
+FieldTable<ModelFile> fields_of(std::type_identity<ModelFile>);
+/// Entries that need none, by their `shape`. They have a front too.
+const std::vector<Kind<Shape>>& shape_kinds();
 
 /// Reads the entries of `models` of one scene file. Each model file is read once, whatever its names.
 class ModelReader {

@@ -17,15 +17,15 @@ public:
         const FrameInfo& info = frame->info();
         auto& earlier = frames_[info.camera_id];
         ++count;
-        if (info.same_as >= 0) {
+        if (const auto base = info.damage.base()) {
             ++named;
-            ASSERT_TRUE(earlier.contains(info.same_as)) << what << ": no frame " << info.same_as << " before";
-            const Frame& other = *earlier[info.same_as];
+            ASSERT_TRUE(earlier.contains(*base)) << what << ": no frame " << *base << " before";
+            const Frame& other = *earlier[*base];
             ASSERT_EQ(other.info().size, info.size) << what;
             const auto row_bytes = static_cast<std::size_t>(info.size.width) * 4;
             for (int y = 0; y < info.size.height; ++y) {
                 ++rows;
-                if (info.changed_rows.contains_band(y / ChangedRows::band_rows)) continue;
+                if (info.damage.contains_band(y / Damage::band_rows)) continue;
                 ++unchanged;
                 const std::size_t at = static_cast<std::size_t>(y) * row_bytes;
                 ASSERT_TRUE(

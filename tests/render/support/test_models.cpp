@@ -96,7 +96,6 @@ Light light_of(LightType type, float intensity, glm::dvec3 position, glm::dvec3 
 
 SnapshotRef TestWorld::snapshot(TimeNs world_ns) const {
     auto statics = std::make_shared<StaticSet>();
-    statics->revision = 1;
     statics->objects = objects;
     statics->lights = lights;
     statics->environment = environment;

@@ -25,10 +25,8 @@ public:
     void change(int first_row, int end_row) {
         FrameInfo info = frame_->info();
         std::vector<std::byte> bytes(frame_->bytes().begin(), frame_->bytes().end());
-        info.same_as = info.sequence;
-        ++info.sequence;
-        info.changed_rows.clear();
-        info.changed_rows.add(first_row, end_row);
+        info.damage = Damage::since(info.sequence++);
+        info.damage.add(first_row, end_row);
         const auto row_bytes = static_cast<std::size_t>(info.size.width) * 4;
         const auto from = static_cast<std::size_t>(first_row) * row_bytes;
         const auto to = static_cast<std::size_t>(std::min(end_row, info.size.height)) * row_bytes;
@@ -44,20 +42,19 @@ public:
         const auto draw = [&](std::uint64_t n, int below) {
             return static_cast<int>(random_bits(3, seed, n) % static_cast<unsigned>(below));
         };
-        ChangedRows rows;
-        const FrameRef before = frame_;
+        const FrameInfo before = frame_->info();
+        Damage damage = Damage::since(before.sequence);
         const int bands = draw(0, 5);
         for (int i = 0; i < bands; ++i) {
             const int first = draw(1 + 2 * static_cast<unsigned>(i), height);
             const int end = std::min(height, first + 1 + draw(2 + 2 * static_cast<unsigned>(i), height));
             change(first, end);
-            rows.add(first, end);
+            damage.add(first, end);
         }
         if (bands == 0) change(0, 0);
         FrameInfo info = frame_->info();
-        info.sequence = before->info().sequence + 1;
-        info.same_as = before->info().sequence;
-        info.changed_rows = rows;
+        info.sequence = before.sequence + 1;
+        info.damage = damage;
         frame_ = std::make_shared<const Frame>(info, std::vector(frame_->bytes().begin(), frame_->bytes().end()));
     }
     FrameRef as(PixelFormat format) { return converted(pool_, frame_, format, {}).value(); }
@@ -69,7 +66,7 @@ private:
 
 Frame without_memory(const Frame& frame) {
     FrameInfo info = frame.info();
-    info.same_as = -1;
+    info.damage = {};
     return Frame(info, {frame.bytes().begin(), frame.bytes().end()});
 }
 
@@ -149,7 +146,7 @@ TEST(JpegStrips, AFrameThatFollowsAnotherIsCompressedInFull) {
     };
     EXPECT_FALSE(sees_spoilt_row([](Film& film, Encoder&, FrameInfo&) { return film.frame(); })) << "it does follow";
     EXPECT_TRUE(sees_spoilt_row([](Film& film, Encoder&, FrameInfo& info) {
-        info.same_as = -1;
+        info.damage = {};
         return film.frame();
     })) << "not known";
     EXPECT_TRUE(sees_spoilt_row([](Film& film, Encoder&, FrameInfo& info) {
@@ -165,7 +162,7 @@ TEST(JpegStrips, AFrameThatFollowsAnotherIsCompressedInFull) {
         Film small({320, 224});
         small.change(0, 0);
         std::ignore = encoded(encoder, *small.frame());
-        info.same_as = small.frame()->info().sequence;
+        info.damage = Damage::since(small.frame()->info().sequence);
         return film.frame();
     })) << "of another size";
     EXPECT_TRUE(sees_spoilt_row([](Film& film, Encoder&, FrameInfo& info) {

@@ -321,5 +321,15 @@ TEST_F(SteppedRigTest, WhatIsBeingDrawnOfAStepThatIsGivenUpStillGoesOut) {
     for (const auto& sink : sinks) EXPECT_TRUE(sink->wait_for_units(2));
 }
 
+TEST(CameraTable, WhatWasFoundForACamerasTruthsGoesWithIt) {
+    CameraTable cameras;
+    CameraSpec spec;
+    spec.name = "lobby";
+    const std::weak_ptr<StandingObjects> found = cameras.add(spec).value()->standing;
+    ASSERT_FALSE(found.expired());
+    std::ignore = cameras.remove("lobby");
+    EXPECT_TRUE(found.expired());
+}
+
 }  // namespace
 }  // namespace camrig::rig_test

@@ -143,20 +143,19 @@ TEST(Converted, CarriesTheInstantAndGivesItsMemoryBack) {
     EXPECT_EQ(pool.idle_bytes(), 32U * 24 * 4 + 32 * 24 * 2);
 }
 
-TEST(Converted, KnowsWhichRowsChangedUnlessItIsScaled) {
+TEST(Converted, KeepsTheDamageUnlessItIsScaled) {
     FramePool pool;
     const Frame first = test::noise({33, 47});
     FrameInfo info = first.info();
     info.sequence += 1;
-    info.same_as = first.info().sequence;
-    info.changed_rows.add(16, 32);
+    info.damage = Damage::since(first.info().sequence);
+    info.damage.add(16, 32);
     std::vector<std::byte> bytes(first.bytes().begin(), first.bytes().end());
     std::fill(bytes.begin() + 16 * 33 * 4, bytes.begin() + 32 * 33 * 4, std::byte{77});
     const auto second = std::make_shared<const Frame>(info, std::move(bytes));
 
     const auto planes = converted(pool, second, PixelFormat::jpeg_i420, {}).value();
-    EXPECT_EQ(planes->info().same_as, first.info().sequence);
-    EXPECT_EQ(planes->info().changed_rows, info.changed_rows);
+    EXPECT_EQ(planes->info().damage, info.damage);
     const auto before = converted_bytes(first, PixelFormat::jpeg_i420);
     const auto differs = [&](int from, int to) {
         return !std::equal(before.begin() + from, before.begin() + to, planes->bytes().begin() + from);
@@ -168,17 +167,15 @@ TEST(Converted, KnowsWhichRowsChangedUnlessItIsScaled) {
     EXPECT_TRUE(differs(16 * 33, 32 * 33));
 
     const auto small = converted(pool, second, PixelFormat::rgba8, {16, 24}).value();
-    EXPECT_EQ(small->info().same_as, -1);
-    EXPECT_EQ(small->info().changed_rows, ChangedRows{});
-    EXPECT_EQ(converted(pool, second, PixelFormat::gray8, {16, 24}).value()->info().same_as, -1);
+    EXPECT_EQ(small->info().damage, Damage{});
+    EXPECT_EQ(converted(pool, second, PixelFormat::gray8, {16, 24}).value()->info().damage, Damage{});
 }
 
 /// The frame that follows, with new pixels in some rows.
 FrameRef changed(const FrameRef& frame, int first_row, int end_row) {
     FrameInfo info = frame->info();
-    info.same_as = info.sequence++;
-    info.changed_rows.clear();
-    info.changed_rows.add(first_row, end_row);
+    info.damage = Damage::since(info.sequence++);
+    info.damage.add(first_row, end_row);
     std::vector<std::byte> bytes(frame->bytes().begin(), frame->bytes().end());
     const std::ptrdiff_t row_bytes = 4 * std::ptrdiff_t{info.size.width};
     for (auto i = bytes.begin() + first_row * row_bytes; i != bytes.begin() + end_row * row_bytes; ++i)

@@ -175,6 +175,18 @@ TEST(CheckScene, TellsEveryErrorAtOnceAndBlamesNobodyElse) {
             StartsWith("actors[3].behaviour.clip: the model has no clip 'fly'")));
 }
 
+TEST(CheckScene, NameAndModelAreCheckedAlsoOfWhatIsWrongOtherwise) {
+    json scene = cases().at("scene");
+    scene["actors"].push_back(scene["actors"][1]);
+    scene["actors"][1]["scale"] = "big";
+    scene["actors"][1]["model"] = "none";
+    const std::string again = "actors[" + std::to_string(scene["actors"].size() - 1) + "].name: 'tom' is taken";
+    using testing::StartsWith;
+    EXPECT_THAT(errors_of(scene),
+                testing::UnorderedElementsAre(StartsWith("actors[1].model: no model 'none'"),
+                                              StartsWith("actors[1].scale: expected a number"), StartsWith(again)));
+}
+
 TEST(CheckScene, BeginsWithTheErrorThatLoadingEndsWith) {
     for (const json& edit : cases().at("wrong")) {
         const json scene = edited(edit);

@@ -55,9 +55,9 @@ void convert_to(benchmark::State& state, PixelFormat format) {
 /// The next frame of a standing camera: of each hundred rows so many changed since the last one, in one piece.
 FrameRef next_of(const Frame& frame, int percent) {
     FrameInfo info = frame.info();
-    info.same_as = info.sequence;
+    info.damage = Damage::since(info.sequence);
     const int rows = info.size.height * percent / 100;
-    info.changed_rows.add((info.size.height - rows) / 2, (info.size.height + rows) / 2);
+    info.damage.add((info.size.height - rows) / 2, (info.size.height + rows) / 2);
     return std::make_shared<const Frame>(info, std::vector(frame.bytes().begin(), frame.bytes().end()));
 }
 

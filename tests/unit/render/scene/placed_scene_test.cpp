@@ -153,23 +153,21 @@ TEST(SceneView, BlendedSurfacesComeFromFarToNearAndEqualOnesAsInTheScene) {
     EXPECT_THAT(order, ElementsAre(3, 1, 2, 0));
 }
 
-ChangedRows rows(int first, int end) {
-    ChangedRows made;
+Damage since(std::int64_t layer, int first, int end) {
+    Damage made = Damage::since(layer);
     made.add(first, end);
     return made;
 }
 
 TEST(ShownPicture, DiffersFromTheLastOneOfItsLayerWhereEitherHasSomethingElse) {
     ShownPicture picture;
-    EXPECT_EQ(picture.next(10, 4, rows(0, 16)).same_as, -1) << "nothing was before";
-    const auto change = picture.next(11, 4, rows(32, 48));
-    EXPECT_EQ(change.same_as, 10);
-    ChangedRows both = rows(0, 16);
-    both |= rows(32, 48);
-    EXPECT_EQ(change.rows, both);
-    EXPECT_EQ(picture.next(12, 5, {}).same_as, -1) << "another layer";
-    EXPECT_EQ(picture.next(13, 0, {}).same_as, -1) << "no layer";
-    EXPECT_EQ(picture.next(14, 0, {}).same_as, -1) << "nothing is known of two pictures without a layer";
+    EXPECT_EQ(picture.next(10, since(4, 0, 16)), Damage{}) << "nothing was before";
+    Damage both = since(10, 0, 16);
+    both.add(32, 48);
+    EXPECT_EQ(picture.next(11, since(4, 32, 48)), both);
+    EXPECT_EQ(picture.next(12, since(5, 0, 0)), Damage{}) << "another layer";
+    EXPECT_EQ(picture.next(13, {}), Damage{}) << "no layer";
+    EXPECT_EQ(picture.next(14, {}), Damage{}) << "nothing is known of two pictures without a layer";
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
-#include "core/world/read/json_parts.h"
+#include "core/world/world_fields.h"
 
 #include <array>
 #include <cmath>
 
-#include "core/base/field.h"
 #include "core/camera/pose.h"
 #include "core/world/turn.h"
 
@@ -19,24 +18,12 @@ bool is_scene_name(std::string_view name) {
     return good;
 }
 
-void required_name(JsonReader& reader, std::string_view key, std::string& out) {
+void read_name(JsonReader& reader, std::string_view key, std::string& out) {
     reader.required(key, out);
     if (reader.ok(key) && !is_scene_name(out)) reader.fail(key, "expected 1 to 64 printable characters");
 }
 
-void optional_name(JsonReader& reader, std::string_view key, std::string& out) {
-    if (reader.find(key)) required_name(reader, key, out);
-}
-
-void optional_in_range(JsonReader& reader, std::string_view key, double& out, double low, double high) {
-    reader.optional(key, out);
-    if (reader.ok(key) && !(out >= low && out <= high)) {
-        reader.fail(key, "must be " + Range{low, high}.words());
-    }
-}
-
-void optional_color(JsonReader& reader, std::string_view key, glm::vec3& out) {
-    if (!reader.has(key)) return;
+void read_color(JsonReader& reader, std::string_view key, glm::vec3& out) {
     std::array<double, 3> rgb{};
     reader.required(key, std::span<double>(rgb));
     for (const double part : rgb)
@@ -44,8 +31,7 @@ void optional_color(JsonReader& reader, std::string_view key, glm::vec3& out) {
     out = {rgb[0], rgb[1], rgb[2]};
 }
 
-bool read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
-    if (!reader.has(key)) return false;
+void read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
     std::array<double, 3> v{};
     reader.required(key, std::span<double>(v));
     for (const double part : v) {
@@ -53,16 +39,6 @@ bool read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
             reader.fail(key, "expected coordinates within 1e10 m of the origin");
     }
     out = {v[0], v[1], v[2]};
-    return true;
-}
-
-bool read_point(const nlohmann::json& value, glm::dvec3& out) {
-    bool good = value.is_array() && (value.size() == 2 || value.size() == 3);
-    for (std::size_t c = 0; good && c < value.size(); ++c) {
-        good = value[c].is_number() && std::abs(value[c].get<double>()) <= max_coordinate_m;
-        if (good) out[static_cast<glm::length_t>(c)] = value[c].get<double>();
-    }
-    return good;
 }
 
 bool read_orientation(JsonReader& reader, glm::dquat& out) {

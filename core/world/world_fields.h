@@ -6,13 +6,42 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "core/base/field_of.h"
+#include "core/base/number_text.h"
 #include "core/base/time.h"
-#include "core/world/read/json_parts.h"
 
-/// Entries of tables (core/base/field_of.h) for values of the world. $defs are those of scenes/schema.json.
+/// Values that scene files and commands share, and the entries of tables (core/base/field_of.h) for them. $defs are
+/// those of scenes/schema.json.
 namespace camrig {
 
+inline constexpr std::size_t max_scene_name_bytes = 64;
+inline constexpr double max_speed_m_s = 1000.0;
 inline constexpr double longest_s = 1e9;  // 31 years
+
+/// "objects[3]"
+std::string item_path(std::string_view list, std::size_t index);
+/// Names of things in a scene are free text that stays readable in messages and truth files.
+bool is_scene_name(std::string_view name);
+
+/// These read the value of a key that is there, and remember what is wrong in the reader.
+void read_name(JsonReader& reader, std::string_view key, std::string& out);
+void read_color(JsonReader& reader, std::string_view key, glm::vec3& out);
+void read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out);
+/// "yaw_deg" (about z, counter-clockwise) or "orientation": [x, y, z, w]. Whether one of them was there.
+bool read_orientation(JsonReader& reader, glm::dquat& out);
+
+/// The items of a list, each read by `read(json, path)`, which gives a Result; none when the key is absent.
+template <typename Item, typename Read>
+std::vector<Item> read_items(JsonReader& reader, std::string_view key, std::size_t max_items, Read read) {
+    std::vector<Item> items;
+    const auto given = reader.array(key, max_items);
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        if (auto item = read(given[i], item_path(reader.path_of(key), i)))
+            items.push_back(std::move(*item));
+        else
+            reader.fail(item.error());
+    }
+    return items;
+}
 
 /// The entry of a member, or of an optional one, that `get(reader, key, value)` reads when its key is there.
 template <auto member, typename Get>
@@ -42,7 +71,16 @@ template <auto member>
 auto name_at(Field field) {
     field.type = "string";
     field.schema = R"({"$ref": "#/$defs/name"})";
-    return entry_by<member>(std::move(field), required_name);
+    return entry_by<member>(std::move(field), read_name);
+}
+
+/// Free text, of several lines if need be.
+template <auto member>
+auto text_at(Field field) {
+    field.type = "string";
+    return entry_by<member>(std::move(field), [](JsonReader& reader, std::string_view key, std::string& out) {
+        reader.required(key, out);
+    });
 }
 
 /// A place or a velocity.
@@ -73,23 +111,48 @@ template <auto member>
 auto degrees_at(Field field) {
     field.type = "number";
     field.unit = "deg";
-    return entry_by<member>(std::move(field), [](JsonReader& reader, std::string_view key, double& out) {
-        reader.required(key, out);
-        out = glm::radians(out);
+    return entry_by<member>(std::move(field), []<typename T>(JsonReader& reader, std::string_view key, T& out) {
+        double degrees = 0.0;
+        reader.required(key, degrees);
+        out = static_cast<T>(glm::radians(degrees));
     });
+}
+
+/// What a vector is when it is not given, as documentation shows it: "[0.5, 0.5, 0.5]".
+template <auto member>
+std::string vector_fallback() {
+    using Pointer = MemberPointer<decltype(member)>;
+    if constexpr (is_optional<typename Pointer::Value>) {
+        return {};
+    } else {
+        const auto value = typename Pointer::Struct{}.*member;
+        std::string text;
+        for (glm::length_t i = 0; i < value.length(); ++i) text += (i > 0 ? ", " : "[") + number_text(double(value[i]));
+        return text + "]";
+    }
 }
 
 template <auto member>
 auto color_at(Field field) {
     field.type = "[r, g, b]";
     field.schema = R"({"$ref": "#/$defs/color"})";
-    return entry_by<member>(std::move(field), optional_color);
+    if (field.fallback.empty()) field.fallback = vector_fallback<member>();
+    return entry_by<member>(std::move(field), read_color);
+}
+
+/// A list, each of whose items is read by `read(json, path)`, which gives a Result.
+template <auto member, typename Read>
+auto list_at(Field field, std::size_t max_items, Read read) {
+    if (field.type.empty()) field.type = "array of objects";
+    return entry_by<member>(std::move(field), [max_items, read](JsonReader& reader, std::string_view key, auto& out) {
+        out = read_items<typename std::remove_cvref_t<decltype(out)>::value_type>(reader, key, max_items, read);
+    });
 }
 
 /// What is read from the JSON of the key by `read(json, path)`, which gives a Result.
 template <auto member, typename Read>
 auto nested_at(Field field, Read read) {
-    field.type = "object";
+    if (field.type.empty()) field.type = "object";
     return entry_by<member>(std::move(field), [read](JsonReader& reader, std::string_view key, auto& out) {
         auto made = read(*reader.find(key), reader.path_of(key));
         if (made)
