@@ -6,7 +6,6 @@
 #include "core/base/patch.h"
 #include "core/camera/camera_model.h"
 #include "core/world/camera_fields.h"
-#include "core/world/output_check.h"
 
 namespace camrig {
 namespace {
