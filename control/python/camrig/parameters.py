@@ -102,15 +102,15 @@ class Output(TypedDict, total=False):
     codec: Literal["h264", "mjpeg"]
     """`h264` or `mjpeg`: of rtsp"""
     quality: int
-    """1 to 100: of rtsp and mjpeg: of JPEG"""
+    """1 to 100: of rtsp and mjpeg: JPEG quality"""
     bitrate_kbps: int
-    """kbit/s; 16 to 200000: of rtsp: of h264; by default 0.15 bits per pixel"""
+    """kbit/s; 16 to 200000: of rtsp: with h264; by default 0.15 bits per pixel"""
     key_interval_s: float
-    """s; 0.01 to 60: of rtsp: of h264: a key frame at least so often"""
+    """s; 0.01 to 60: of rtsp: with h264: a key frame at least so often"""
     preset: Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"]
-    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: of h264"""
+    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264"""
     profile: Literal["baseline", "main", "high"]
-    """`baseline`, `main` or `high`: of rtsp: of h264"""
+    """`baseline`, `main` or `high`: of rtsp: with h264"""
 
 
 class CameraOptions(TypedDict, total=False):
