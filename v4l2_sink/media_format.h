@@ -5,14 +5,18 @@
 
 #include <linux/videodev2.h>
 
+#include "core/base/field.h"
 #include "core/stream/frame_bus.h"
 
 namespace camrig {
 
-/// Chroma of a device's MJPG: 4:2:2 unless its user wants otherwise. Most webcams send that, and some readers
-/// (guvcview) take it for granted.
-inline ChromaSampling mjpg_sampling_of(const OutputSpec& output) {
-    return output.subsampling == to_string(ChromaSampling::yuv420) ? ChromaSampling::yuv420 : ChromaSampling::yuv422;
+/// Options of outputs that are devices, of either kind.
+inline Field video_number_field() {
+    return {.name = "number", .doc = "N of /dev/videoN", .required = true, .range = {0, 255}};
+}
+/// 4:2:2 unless its user wants otherwise: most webcams send that, and some readers (guvcview) take it for granted.
+inline Field subsampling_field(std::string option = {}) {
+    return {.name = "subsampling", .doc = "chroma of MJPG", .option = std::move(option)};
 }
 
 /// The bus's name for a V4L2 format of this size, for devices of either kind; nothing for a fourcc that is none of

@@ -164,7 +164,8 @@ std::string python_parameters() {
 
     out += "\n\n";
     put_dictionary(out, "Attachment", descriptions_of<Attachment>());
-    for (const KindsDescription& described : kinds_of_methods()) put_kinds(out, described);
+    for (const KindsDescription& described : kinds_of_methods())
+        if (described.name != "output") put_kinds(out, described);  // Output is above, with the options of all kinds
     put_actors(out);
 
     out +=

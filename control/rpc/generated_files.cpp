@@ -4,6 +4,7 @@
 
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/rpc_server.h"
+#include "core/base/output_family.h"
 #include "core/world/camera_fields.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
@@ -68,9 +69,12 @@ std::vector<ObjectDescription> objects_of_scenes() {
 }
 
 std::vector<KindsDescription> kinds_of_methods() {
+    std::vector<KindDescription> outputs;
+    for (const OutputFamily& family : output_families()) outputs.push_back(family.kind.description);
     return {{"behaviour", "type", descriptions_of(behaviour_kinds())},
             {"trigger", "", descriptions_of(trigger_kinds())},
-            {"action", "action", descriptions_of(action_kinds())}};
+            {"action", "action", descriptions_of(action_kinds())},
+            {"output", "kind", std::move(outputs)}};
 }
 
 std::vector<KindsDescription> kinds_of_scenes() {

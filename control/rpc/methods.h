@@ -6,7 +6,6 @@
 
 #include "control/rpc/method.h"
 #include "control/rpc/rpc_server.h"
-#include "control/rpc/work_thread.h"
 #include "core/base/field_of.h"
 #include "core/world/scene_check.h"
 
@@ -37,7 +36,7 @@ void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply
             std::function<void()> job = [done, to_json_of_reply, value = std::move(*reply)] {
                 done(unless_out_of_memory([&] { return RpcResult(to_json_of_reply(value)); }));
             };
-            if (!replies->post(job)) job();
+            if (!replies->post(std::move(job))) job();
         }});
 }
 

@@ -1,7 +1,7 @@
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/methods.h"
-#include "control/rpc/token.h"
 #include "core/base/json_reader.h"
+#include "core/base/token.h"
 
 namespace camrig {
 namespace {

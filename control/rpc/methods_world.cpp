@@ -79,7 +79,7 @@ std::string read_scene_name(JsonReader& reader) {
 
 /// Reading files and decoding pictures has a thread of its own; the engine gets the finished scene.
 void post_reading(RpcContext& context, const RpcReply& done, std::function<void()> job) {
-    if (context.loader->post(job)) return;
+    if (context.loader->post(std::move(job))) return;
     done(error(ErrorKind::resource_exhausted,
                std::to_string(max_scenes_waiting) + " scenes wait to be read already; ask again later"));
 }

@@ -8,7 +8,6 @@
 
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/methods.h"
-#include "control/rpc/work_thread.h"
 
 namespace camrig {
 namespace {
@@ -128,8 +127,8 @@ std::filesystem::path real_place(const std::filesystem::path& path) {
 
 RpcServer::RpcServer(RpcContext context)
     : context_([&] {
-          context.loader = std::make_shared<WorkThread>(max_scenes_waiting);
-          context.replies = std::make_shared<WorkThread>(max_replies_waiting);
+          context.loader = std::make_shared<WorkerPool>(1, max_scenes_waiting);
+          context.replies = std::make_shared<WorkerPool>(1, max_replies_waiting);
           context.budget = ByteBudget::create(
               context.limits.total_reply_bytes,
               "the rig has " + in_mib(context.limits.total_reply_bytes) +

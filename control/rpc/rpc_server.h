@@ -15,10 +15,9 @@
 #include "core/base/result.h"
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
+#include "core/stream/worker_pool.h"
 
 namespace camrig {
-
-class WorkThread;
 
 /// What the methods work on; all of it must outlive the server's stop().
 struct RpcContext {
@@ -39,8 +38,8 @@ struct RpcContext {
     // Made by the server: what all answers and the pictures being made for them count against; one thread reads scenes,
     // one turns the engine's replies into text.
     std::shared_ptr<ByteBudget> budget = {};
-    std::shared_ptr<WorkThread> loader = {};
-    std::shared_ptr<WorkThread> replies = {};
+    std::shared_ptr<WorkerPool> loader = {};
+    std::shared_ptr<WorkerPool> replies = {};
 };
 
 /// Decodes JSON-RPC text, checks it against the method table and runs the methods. Knows no transport; any thread.

@@ -12,7 +12,7 @@
 
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/rpc_server.h"
-#include "control/rpc/token.h"
+#include "core/base/token.h"
 
 namespace camrig {
 namespace asio = boost::asio;

@@ -16,6 +16,8 @@
 
 #include "control/rpc/json_rpc.h"
 #include "control/server/connection.h"
+#include "core/base/clock.h"
+#include "core/base/log_pace.h"
 #include "core/base/unix_listener.h"
 
 namespace camrig {
@@ -76,7 +78,7 @@ struct ControlServer::Impl {
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
     std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0}, wrong_tokens{0};
-    std::chrono::steady_clock::time_point next_token_log{};  ///< a wrong token is told again from then on
+    LogPace token_log;
     std::thread thread;
     std::mutex stop_mutex;
 };
@@ -188,10 +190,8 @@ void ControlServer::Impl::closed(Connection* connection) {
 
 void ControlServer::Impl::count_wrong_token(const std::string& peer) {
     ++wrong_tokens;
-    const auto now = std::chrono::steady_clock::now();
-    if (now < next_token_log) return;
-    next_token_log = now + std::chrono::seconds(1);
-    spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, wrong_tokens.load());
+    if (token_log.due(monotonic_now_ns()))
+        spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, wrong_tokens.load());
 }
 
 void ControlServer::Impl::begin_stop() {

@@ -34,6 +34,10 @@ public:
     TimeNs time_of_frame(std::int64_t n) const;
     /// The smallest n >= 0 with time_of_frame(n) >= t_ns.
     std::int64_t first_frame_at_or_after(TimeNs t_ns) const;
+    /// How many frames are due until t_ns, that time included; also the number of the first one after it.
+    std::int64_t frames_until(TimeNs t_ns) const { return first_frame_at_or_after(t_ns + 1); }
+    /// When the first frame after `after_ns` is due.
+    TimeNs next_due_ns(TimeNs after_ns) const { return time_of_frame(frames_until(after_ns)); }
 
     /// "25" or "30000/1001".
     std::string to_string() const;

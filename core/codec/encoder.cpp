@@ -7,8 +7,10 @@ std::span<const Named<Codec>> names_of(std::type_identity<Codec>) {
     return names;
 }
 
-std::string_view to_string(ChromaSampling sampling) {
-    return sampling == ChromaSampling::yuv422 ? "4:2:2" : "4:2:0";
+std::span<const Named<ChromaSampling>> names_of(std::type_identity<ChromaSampling>) {
+    static constexpr Named<ChromaSampling> names[] = {{ChromaSampling::yuv422, "4:2:2"},
+                                                      {ChromaSampling::yuv420, "4:2:0"}};
+    return names;
 }
 
 }  // namespace camrig

@@ -26,8 +26,7 @@ public:
 
 /// How many pixels share a chroma sample in a JPEG: 2x2 or 2x1.
 enum class ChromaSampling : std::uint8_t { yuv420, yuv422 };
-/// "4:2:0", "4:2:2".
-std::string_view to_string(ChromaSampling sampling);
+std::span<const Named<ChromaSampling>> names_of(std::type_identity<ChromaSampling>);
 
 struct JpegOptions {
     /// Restart markers after every 16 rows, and only those rows are compressed that may differ from the last frame

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "core/base/clock.h"
+#include "core/base/output_family.h"
 
 namespace camrig {
 namespace {
@@ -39,7 +40,7 @@ Result<CameraReply> CameraDesk::run(CreateCamera& command) {
 }
 
 Result<CameraEntry*> CameraDesk::add_camera(CameraSpec spec) {
-    if (auto good = check_outputs(spec); !good) return std::unexpected(good.error());
+    if (auto good = check_free(spec); !good) return std::unexpected(good.error());
     auto entry = rig_.cameras.add(std::move(spec));
     if (entry) start_camera(**entry);
     return entry;
@@ -50,7 +51,7 @@ void CameraDesk::start_camera(CameraEntry& entry) {
     // time 0 that is frame 0 itself.
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
     const Rate& rate = entry.spec().rate;
-    const std::int64_t next = rate.first_frame_at_or_after(now_ns + 1);
+    const std::int64_t next = rate.frames_until(now_ns);
     rig_.schedule.set(entry.id, rate, now_ns, next);
     renew_latest(entry, next - 1);
     rig_.bus.add_camera(stream_of(entry));
@@ -61,34 +62,28 @@ Result<void> CameraDesk::check_mount(const CameraPatch& patch) {
     return world_.world_of_now().check_mount(**patch.mount, "mount");
 }
 
-Result<void> CameraDesk::check_outputs(const CameraSpec& spec) {
+Result<void> CameraDesk::check_free(const CameraSpec& spec) {
     for (const OutputSpec& output : spec.outputs) {
-        if (std::ranges::find(rig_.options.output_kinds, output.kind) == rig_.options.output_kinds.end()) {
-            std::string kinds;
-            for (const auto& kind : rig_.options.output_kinds) kinds += (kinds.empty() ? "" : ", ") + kind;
-            return error(ErrorKind::unsupported, "outputs: this rig has no '" + output.kind + "'; it has: " + kinds);
-        }
-        if (!output.number) continue;
+        const OutputFamily& family = family_of(output);
+        if (!family.is_key_of_rig) continue;
         for (const auto& [id, entry] : rig_.cameras.all()) {
             if (*entry.name == spec.name) continue;
-            for (const OutputSpec& taken : entry.spec().outputs) {
-                if (taken.kind != output.kind || taken.number != output.number) continue;
-                return error(ErrorKind::already_exists, "outputs: " + output.kind + " number " +
-                                                            std::to_string(*output.number) + " belongs to camera " +
-                                                            *entry.name + "; choose another");
-            }
+            for (const OutputSpec& taken : entry.spec().outputs)
+                if (is_same_output(taken, output))
+                    return error(ErrorKind::already_exists, "outputs: " + output.kind + " " + family.key + " " +
+                                                                key_of(output).dump() + " belongs to camera " +
+                                                                *entry.name + "; choose another");
         }
     }
     return {};
 }
 
 Result<void> CameraDesk::check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present) {
-    if (!rig_.options.check_output) return {};
     for (const OutputSpec& output : spec.outputs) {
-        const bool is_there = std::ranges::any_of(
-            present, [&](const OutputSpec& one) { return one.kind == output.kind && one.number == output.number; });
-        if (is_there) continue;
-        if (auto good = rig_.options.check_output(spec.name, output); !good) return at("outputs", good.error());
+        const auto& can_open = family_of(output).can_open;
+        if (!can_open) continue;
+        if (std::ranges::any_of(present, [&](const OutputSpec& one) { return is_same_output(one, output); })) continue;
+        if (auto good = can_open(output, spec.name); !good) return at("outputs", good.error());
     }
     return {};
 }
@@ -119,7 +114,7 @@ Result<CameraReply> CameraDesk::run(SetCamera& command) {
     const std::shared_ptr<const CameraSpec> old = entry.camera.spec();
     auto changed = entry.camera.changed(command.patch, now_ns, command.duration_ns);
     if (!changed) return std::unexpected(changed.error());
-    if (auto good = check_outputs(*changed->spec()); !good) return std::unexpected(good.error());
+    if (auto good = check_free(*changed->spec()); !good) return std::unexpected(good.error());
     if (auto good = check_new_outputs(*changed->spec(), old->outputs); !good) return std::unexpected(good.error());
     if (auto good = rig_.cameras.replace(entry, std::move(*changed)); !good) return std::unexpected(good.error());
 
@@ -182,7 +177,7 @@ Result<void> CameraDesk::add_cameras_of(const Scene& scene) {
     added_.clear();
     for (const CameraSpec& spec : scene.cameras) {
         if (rig_.cameras.find(spec.name)) continue;
-        const auto good = check_outputs(spec);
+        const auto good = check_free(spec);
         const auto entry = good ? rig_.cameras.add(spec) : Result<CameraEntry*>(std::unexpected(good.error()));
         if (!entry) {
             for (const CameraId id : added_) std::ignore = rig_.cameras.remove(std::string(*rig_.cameras.at(id).name));

@@ -29,9 +29,10 @@ private:
     void start_camera(CameraEntry& entry);
     /// What a camera is to be mounted on is there.
     Result<void> check_mount(const CameraPatch& patch);
-    /// Every output is of a kind somebody serves, and no number is taken twice.
-    Result<void> check_outputs(const CameraSpec& spec);
-    /// Those that `present` has not: can they be served on this machine?
+    /// What a rig has once (a device's number) is no other camera's.
+    Result<void> check_free(const CameraSpec& spec);
+    /// Those that `present` has not: can this machine open them? Of a scene's cameras this is not asked: they are made
+    /// all the same.
     Result<void> check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present);
     /// The camera's newest picture shows the world of now with its present spec.
     void renew_latest(CameraEntry& entry, std::int64_t sequence);

@@ -186,7 +186,7 @@ void DrawDesk::end_work(const View& view) {
 }
 
 void DrawDesk::hear() {
-    for (auto& done : finished_->take()) done();
+    for (auto& done : finished_->take_all()) done();
 }
 
 void DrawDesk::hand_out(TimeNs monotonic_ns) {
@@ -262,7 +262,7 @@ void DrawDesk::hear_of(Lane& lane, int cost_class, DrawnViews& drawn) {
 void DrawDesk::finish() {
     for (hear(); !is_idle(); hear()) {
         hand_out(monotonic_now_ns());
-        finished_->wait();
+        if (const auto done = finished_->wait()) (*done)();
     }
 }
 

@@ -48,7 +48,7 @@ public:
     /// Hears what has been drawn.
     void hear();
     /// hear() has something to hear.
-    bool has_news() const { return !finished_->empty(); }
+    bool has_news() const { return !finished_->is_empty(); }
     /// Gives lanes that have nothing to do what is next, at this time (CLOCK_MONOTONIC).
     void hand_out(TimeNs monotonic_ns);
     /// A view of the camera waits or is being drawn.

@@ -10,30 +10,6 @@
 
 namespace camrig {
 
-void DrawnTasks::put(std::function<void()> done) {
-    {
-        std::lock_guard lock(mutex_);
-        tasks_.push_back(std::move(done));
-    }
-    came_.notify_one();
-    wake_();
-}
-
-std::vector<std::function<void()>> DrawnTasks::take() {
-    std::lock_guard lock(mutex_);
-    return std::exchange(tasks_, {});
-}
-
-bool DrawnTasks::empty() const {
-    std::lock_guard lock(mutex_);
-    return tasks_.empty();
-}
-
-void DrawnTasks::wait() {
-    std::unique_lock lock(mutex_);
-    came_.wait(lock, [this] { return !tasks_.empty(); });
-}
-
 Result<std::unique_ptr<DrawLane>> ThreadedLane::start(const Options& options, MakeRenderer make,
                                                       std::shared_ptr<DrawnTasks> drawn) {
     std::unique_ptr<ThreadedLane> lane(new ThreadedLane(std::move(drawn)));
@@ -48,11 +24,7 @@ Result<std::unique_ptr<DrawLane>> ThreadedLane::start(const Options& options, Ma
 }
 
 ThreadedLane::~ThreadedLane() {
-    {
-        std::lock_guard lock(mutex_);
-        stops_ = true;
-    }
-    posted_.notify_one();
+    const auto not_drawn = tasks_.close_and_take();
     thread_.join();
 }
 
@@ -71,33 +43,21 @@ void ThreadedLane::run(const Options& options, const MakeRenderer& make,
     description_ = renderer_->description();
     started({});
 
-    std::unique_lock lock(mutex_);
-    while (true) {
-        posted_.wait(lock, [this] { return stops_ || !tasks_.empty(); });
-        if (stops_) break;
-        DrawTask task = std::move(tasks_.front());
-        tasks_.pop_front();
-        lock.unlock();
-        task.draw(*renderer_);
-        task.draw = nullptr;  // what it holds goes on this thread, before the engine hears of it
+    while (auto task = tasks_.wait()) {
+        task->draw(*renderer_);
+        task->draw = nullptr;  // what it holds goes on this thread, before the engine hears of it
         const RenderCounters counters = renderer_->counters();
-        lock.lock();
-        counters_ = counters;
-        lock.unlock();
-        drawn_->put(std::move(task.done));
-        lock.lock();
+        {
+            std::lock_guard lock(mutex_);
+            counters_ = counters;
+        }
+        CHECK(drawn_->put(std::move(task->done)));
     }
-    tasks_.clear();
-    lock.unlock();
     renderer_.reset();
 }
 
 void ThreadedLane::post(DrawTask task) {
-    {
-        std::lock_guard lock(mutex_);
-        tasks_.push_back(std::move(task));
-    }
-    posted_.notify_one();
+    CHECK(tasks_.put(std::move(task)));
 }
 
 RenderCounters ThreadedLane::counters() const {

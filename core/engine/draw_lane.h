@@ -1,7 +1,6 @@
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -9,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/bounded_queue.h"
 #include "core/base/result.h"
 #include "core/render/renderer.h"
 
@@ -20,30 +20,16 @@ struct DrawTask {
     std::function<void()> done;           ///< afterwards, on the engine's
 };
 
-/// Tasks that lanes have drawn, on their way back to the engine. Any thread puts, the engine's takes.
-class DrawnTasks {
-public:
-    /// `wake` is called, from any thread, for each that comes.
-    explicit DrawnTasks(std::function<void()> wake) : wake_(std::move(wake)) {}
-    void put(std::function<void()> done);
-    /// All that are there, in the order they came.
-    std::vector<std::function<void()>> take();
-    bool empty() const;
-    /// Sleeps until there is one.
-    void wait();
-
-private:
-    const std::function<void()> wake_;
-    mutable std::mutex mutex_;
-    std::condition_variable came_;
-    std::vector<std::function<void()>> tasks_;
-};
+/// What lanes have drawn, on its way back to the engine: DrawTask::done of each. Any thread puts, the engine's takes.
+using DrawnTasks = BoundedQueue<std::function<void()>>;
+/// Whoever posts bounds how many there are (DrawDesk); so many are a bug.
+inline constexpr std::size_t max_draw_tasks = 1'000'000;
 
 /// Draws tasks one after the other with a renderer of its own.
 class DrawLane {
 public:
     virtual ~DrawLane() = default;
-    /// Engine's thread; never blocks. Whoever posts bounds how many there are.
+    /// Engine's thread; never blocks.
     virtual void post(DrawTask task) = 0;
     /// As of the end of the last task. Any thread.
     virtual RenderCounters counters() const = 0;
@@ -86,11 +72,9 @@ private:
     const std::shared_ptr<DrawnTasks> drawn_;
     std::unique_ptr<Renderer> renderer_;  ///< made and destroyed on the thread; others ask it constant questions only
     std::string description_;
-    mutable std::mutex mutex_;  ///< of what follows
-    std::condition_variable posted_;
-    std::deque<DrawTask> tasks_;
-    RenderCounters counters_;
-    bool stops_ = false;
+    BoundedQueue<DrawTask> tasks_{max_draw_tasks};
+    mutable std::mutex mutex_;
+    RenderCounters counters_;  ///< guarded by it
     std::thread thread_;
 };
 

@@ -56,7 +56,7 @@ Engine::~Engine() {
 
 void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus,
                  std::function<void(Result<void>)> started) {
-    const auto drawn = std::make_shared<DrawnTasks>([queue = queue_] { queue->wake(); });
+    const auto drawn = std::make_shared<DrawnTasks>(max_draw_tasks, [queue = queue_] { queue->wake(); });
     auto lanes = start_lanes(options.renderer, drawn);
     if (!lanes) return started(std::unexpected(lanes.error()));
     renderer_description_ = lanes->front()->description();
@@ -65,7 +65,7 @@ void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bu
     if (!rig) return started(std::unexpected(rig.error()));
     started({});
 
-    while (!queue_->closed()) {
+    while (!queue_->is_closed()) {
         queue_->wait_until((*rig)->wake_time_ns());
         const TimeNs turn_end_ns = monotonic_now_ns() + command_turn_ns;
         while (auto message = queue_->take()) {
@@ -89,8 +89,8 @@ void Engine::refuse(Message& message, const Error& why) {
 
 void Engine::post(Command command) {
     Message message(std::move(command));
-    if (!queue_->put(message)) {
-        refuse(message, queue_->closed()
+    if (!queue_->put(std::move(message))) {
+        refuse(message, queue_->is_closed()
                             ? Error{ErrorKind::unavailable, "the rig shuts down"}
                             : Error{ErrorKind::resource_exhausted,
                                     std::to_string(max_queued_commands) + " commands are waiting; send slower"});
@@ -99,7 +99,7 @@ void Engine::post(Command command) {
 
 void Engine::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
     Message message(Fetch{std::move(request), std::move(done)});
-    if (!queue_->put(message))
+    if (!queue_->put(std::move(message)))
         refuse(message, {ErrorKind::resource_exhausted, "too many requests are waiting; send slower"});
 }
 

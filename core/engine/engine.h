@@ -8,9 +8,9 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/bounded_queue.h"
 #include "core/base/result.h"
 #include "core/engine/command.h"
-#include "core/engine/command_queue.h"
 #include "core/render/renderer_factory.h"
 #include "core/stream/local_frame_bus.h"
 
@@ -21,11 +21,6 @@ struct EngineOptions {
     OverloadPolicy overload = OverloadPolicy::drop;
     Quality quality = Quality::simple;
     std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
-    /// Kinds of OutputSpec that somebody serves; others are refused.
-    std::vector<std::string> output_kinds = {"mjpeg"};
-    /// Whether this machine can serve an output that a command wishes and the camera has not yet; else the command
-    /// fails with this error. Cameras of a scene are made all the same. Engine's thread; must not wait. Empty: it can.
-    std::function<Result<void>(const std::string& camera, const OutputSpec& output)> check_output;
     RendererOptions renderer;
 };
 
@@ -59,7 +54,7 @@ private:
     static void refuse(Message& message, const Error& why);
 
     /// Shared with whoever still holds a frame when the engine goes: its last act is to wake the queue.
-    const std::shared_ptr<CommandQueue<Message>> queue_ = std::make_shared<CommandQueue<Message>>(max_queued_commands);
+    const std::shared_ptr<BoundedQueue<Message>> queue_ = std::make_shared<BoundedQueue<Message>>(max_queued_commands);
     std::string renderer_description_;
     std::thread thread_;
 };

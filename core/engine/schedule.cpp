@@ -7,7 +7,7 @@ namespace camrig {
 void Schedule::set(CameraId camera, const Rate& rate, TimeNs after_ns, std::int64_t first_sequence) {
     Entry& entry = entries_[camera];
     entry.rate = rate;
-    entry.next = rate.first_frame_at_or_after(after_ns + 1);
+    entry.next = rate.frames_until(after_ns);
     entry.sequence_offset = first_sequence - entry.next;
 }
 
@@ -40,7 +40,7 @@ TimeNs Schedule::choose_instant(TimeNs now_ns) const {
     TimeNs chosen = max_time_ns;
     for (const auto& [camera, entry] : entries_) {
         if (entry.next_ns() > now_ns) continue;
-        const TimeNs newest = entry.rate.time_of_frame(entry.rate.first_frame_at_or_after(now_ns + 1) - 1);
+        const TimeNs newest = entry.rate.time_of_frame(entry.rate.frames_until(now_ns) - 1);
         chosen = std::min(chosen, newest);
     }
     return chosen;

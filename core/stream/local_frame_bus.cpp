@@ -5,6 +5,9 @@
 namespace camrig {
 namespace {
 
+/// An output has one job waiting at most, a picture on request one; so many are a bug.
+constexpr std::size_t max_jobs = 1'000'000;
+
 Error unknown_camera(std::string_view name, const std::vector<CameraStream>& known) {
     std::string names;
     for (const auto& camera : known) {
@@ -21,7 +24,7 @@ Error unknown_camera(std::string_view name, const std::vector<CameraStream>& kno
 }  // namespace
 
 LocalFrameBus::LocalFrameBus(Options options)
-    : options_(std::move(options)), pool_(std::make_unique<WorkerPool>(options_.workers)) {}
+    : options_(std::move(options)), pool_(std::make_unique<WorkerPool>(options_.workers, max_jobs)) {}
 
 LocalFrameBus::~LocalFrameBus() {
     {

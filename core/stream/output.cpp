@@ -14,13 +14,8 @@ namespace {
 /// How long a sink that is unavailable is left alone before it is opened again.
 constexpr TimeNs reopen_after_ns = ns_per_s;
 
-/// Ticks of `rate` from 0 up to and including world_ns.
-std::int64_t ticks_until(const Rate& rate, TimeNs world_ns) {
-    return rate.first_frame_at_or_after(world_ns + 1);
-}
-
 bool takes(const Reader& reader, TimeNs world_ns) {
-    return !reader.options.rate || ticks_until(*reader.options.rate, world_ns) != reader.ticks_taken;
+    return !reader.options.rate || reader.options.rate->frames_until(world_ns) != reader.ticks_taken;
 }
 
 }  // namespace
@@ -82,7 +77,7 @@ void Output::offer(const FrameRef& frame, const std::shared_ptr<DeliveryLatch>& 
         std::lock_guard lock(mutex_);
         for (const auto& reader : readers_) {
             if (!takes(*reader, world_ns)) continue;
-            if (reader->options.rate) reader->ticks_taken = ticks_until(*reader->options.rate, world_ns);
+            if (reader->options.rate) reader->ticks_taken = reader->options.rate->frames_until(world_ns);
             reader->stats->offered.fetch_add(1, std::memory_order_relaxed);
             item.takers.push_back(reader);
         }
@@ -92,31 +87,21 @@ void Output::offer(const FrameRef& frame, const std::shared_ptr<DeliveryLatch>& 
     item.frame = frame;
     item.latch = latch;
     if (latch) item.hold = latch->hold("encoding of camera " + camera_.name + " (" + describe(format()) + ")");
-    std::optional<Item> replaced;
-    bool idle = false;
-    {
-        std::lock_guard lock(slot_mutex_);
-        replaced = std::exchange(slot_, std::move(item));
-        idle = !std::exchange(busy_, true);
-    }
-    if (replaced) {
+    if (const auto replaced = slot_.put(std::move(item))) {
         dropped_.fetch_add(1, std::memory_order_relaxed);
         for (const auto& reader : replaced->takers) reader->stats->dropped.fetch_add(1, std::memory_order_relaxed);
     }
-    if (idle) pool_.post([self = shared_from_this()] { self->run(); });
+}
+
+void Output::post_run() {
+    pool_.post([self = shared_from_this()] { self->run(); });
 }
 
 void Output::run() {
-    std::optional<Item> item;
-    {
-        std::lock_guard lock(slot_mutex_);
-        item = std::exchange(slot_, std::nullopt);
-        if (!item) busy_ = false;
-    }
+    auto item = slot_.take();
     if (!item) return;
     deliver(std::move(*item));
-    // One frame per turn: a busy output does not keep the others of the pool waiting.
-    pool_.post([self = shared_from_this()] { self->run(); });
+    post_run();  // one frame per turn: a busy output does not keep the others of the pool waiting
 }
 
 void Output::deliver(Item item) {

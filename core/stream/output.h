@@ -4,9 +4,9 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
+#include "core/base/latest_slot.h"
 #include "core/stream/frame_bus.h"
 #include "core/stream/transcoder.h"
 #include "core/stream/worker_pool.h"
@@ -26,7 +26,7 @@ struct Reader {
     TimeNs retry_at_ns = 0;
 };
 
-/// All readers of one camera in one MediaFormat: mailbox -> transcode once -> every reader's sink.
+/// All readers of one camera in one MediaFormat: latest frame -> transcode once -> every reader's sink.
 ///
 /// offer() is the engine's and never blocks; the rest runs as one job at a time on the worker pool. When the pool is
 /// behind, the newest frame wins and the readers' books say so.
@@ -61,6 +61,7 @@ private:
         std::vector<std::shared_ptr<Reader>> takers;
     };
 
+    void post_run();
     void run();
     void deliver(Item item);
     Result<void> write(Reader& reader, const MediaUnit& unit);
@@ -70,9 +71,7 @@ private:
     const std::unique_ptr<Transcoder> transcoder_;
     WorkerPool& pool_;
 
-    std::mutex slot_mutex_;
-    std::optional<Item> slot_;  ///< latest wins
-    bool busy_ = false;         ///< a job is queued or running
+    LatestSlot<Item> slot_{[this] { post_run(); }};
 
     mutable std::mutex mutex_;  ///< guards readers_
     std::vector<std::shared_ptr<Reader>> readers_;

@@ -6,7 +6,7 @@
 
 namespace camrig {
 
-WorkerPool::WorkerPool(int threads) {
+WorkerPool::WorkerPool(int threads, std::size_t max_waiting) : jobs_(max_waiting) {
     for (int i = 0; i < std::max(threads, 1); ++i) {
         threads_.emplace_back([this] { run(); });
         pthread_setname_np(threads_.back().native_handle(), "camrig-worker");
@@ -14,34 +14,19 @@ WorkerPool::WorkerPool(int threads) {
 }
 
 WorkerPool::~WorkerPool() {
-    {
-        std::lock_guard lock(mutex_);
-        stopping_ = true;
-    }
-    wake_.notify_all();
-    for (auto& thread : threads_) thread.join();
+    jobs_.close();
+    for (auto& thread : threads_)
+        if (thread.joinable()) thread.join();
 }
 
-void WorkerPool::post(std::function<void()> job) {
-    {
-        std::lock_guard lock(mutex_);
-        jobs_.push_back(std::move(job));
-    }
-    wake_.notify_one();
+void WorkerPool::stop() {
+    const auto dropped = jobs_.close_and_take();  // what they hold may answer somebody
+    for (auto& thread : threads_)
+        if (thread.joinable()) thread.join();
 }
 
 void WorkerPool::run() {
-    for (;;) {
-        std::function<void()> job;
-        {
-            std::unique_lock lock(mutex_);
-            wake_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
-            if (jobs_.empty()) return;
-            job = std::move(jobs_.front());
-            jobs_.pop_front();
-        }
-        job();
-    }
+    while (auto job = jobs_.wait()) (*job)();
 }
 
 }  // namespace camrig

@@ -1,35 +1,34 @@
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <cstddef>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
 
+#include "core/base/bounded_queue.h"
+
 namespace camrig {
 
-/// A fixed number of threads that run jobs in the order they came. Any thread may post.
-///
-/// The queue needs no bound of its own: each Output has at most one job in it, and each one-off request is bounded by
-/// its caller.
+/// Threads that run jobs in the order they came. Any thread may post; a job must not stop its own pool.
 class WorkerPool {
 public:
-    explicit WorkerPool(int threads);
-    /// Runs what is queued, then joins.
+    using Job = std::function<void()>;
+
+    WorkerPool(int threads, std::size_t max_waiting);
+    /// Runs what waits, then ends the threads.
     ~WorkerPool();
     WorkerPool(const WorkerPool&) = delete;
     WorkerPool& operator=(const WorkerPool&) = delete;
 
-    void post(std::function<void()> job);
+    /// False, and the job is left untouched, when `max_waiting` jobs wait or the pool ends.
+    bool post(Job&& job) { return jobs_.put(std::move(job)); }
+    /// Ends after the jobs in progress; waiting ones are destroyed without being run. Twice is fine.
+    void stop();
 
 private:
     void run();
 
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    std::deque<std::function<void()>> jobs_;
-    bool stopping_ = false;
+    BoundedQueue<Job> jobs_;
     std::vector<std::thread> threads_;
 };
 

@@ -1,7 +1,7 @@
 #include "core/world/camera_fields.h"
 
+#include "core/base/output_family.h"
 #include "core/world/camera_json.h"
-#include "core/world/output_check.h"
 
 namespace camrig {
 namespace {
@@ -85,18 +85,18 @@ void read_outputs(JsonReader& reader, CameraPatch& patch) {
     const auto items = reader.array("outputs", max_outputs_per_camera);
     for (std::size_t i = 0; i < items.size(); ++i) {
         JsonReader nested(items[i], reader.path_of("outputs") + "[" + std::to_string(i) + "]");
-        Changes<OutputSpec> changes;
-        read_fields(fields_of(std::type_identity<OutputSpec>{}), nested, changes);
-        if (auto done = nested.finish(); !done) reader.fail(done.error());
-        changes.apply_to(outputs.emplace_back());
+        OutputSpec output = read_output(nested);
+        if (auto done = nested.finish(); !done)
+            reader.fail(done.error());
+        else
+            outputs.push_back(std::move(output));
     }
     patch.outputs = std::move(outputs);
 }
 
 json outputs_to_json(const CameraSpec& spec) {
     json outputs = json::array();
-    for (const OutputSpec& output : spec.outputs)
-        outputs.push_back(write_fields(fields_of(std::type_identity<OutputSpec>{}), output));
+    for (const OutputSpec& output : spec.outputs) outputs.push_back(output_to_json(output));
     return outputs;
 }
 
@@ -117,16 +117,6 @@ std::vector<Field> lens_parts() {
         {.name = "coefficients", .type = "array of numbers", .doc = "as many as the model has; pinhole has none"}};
     for (Field& field : descriptions_of<LensSampling>()) parts.push_back(std::move(field));
     return parts;
-}
-
-/// A word of an output: empty is not given.
-template <auto member>
-FieldOf<OutputSpec> word_at(Field field) {
-    auto entry = field_at<member>(std::move(field));
-    entry.write = [](const OutputSpec& output) {
-        return (output.*member).empty() ? json(nullptr) : json(output.*member);
-    };
-    return entry;
 }
 
 std::vector<Entry> make_camera_fields() {
@@ -240,7 +230,7 @@ std::vector<Entry> make_camera_fields() {
                    .type = "array of objects",
                    .doc = "at most 16, no two the same, see outputs",
                    .fallback = "[]",
-                   .parts = descriptions_of<OutputSpec>(),
+                   .parts = output_fields(),
                    .shape = "Output",
                    .schema = outputs_schema},
          .read = read_outputs,
@@ -326,38 +316,6 @@ FieldTable<Mount> fields_of(std::type_identity<Mount>) {
              .doc =
                  "a node of its model: the frame is at the node and turns as the node does in its clips; at rest, one "
                  "without a turn of its own has the axes of the actor. Empty: the actor's own frame, at its origin"}),
-    };
-    return table;
-}
-
-FieldTable<OutputSpec> fields_of(std::type_identity<OutputSpec>) {
-    using O = OutputSpec;
-    static const std::vector<FieldOf<O>> table{
-        field_at<&O::kind>({.name = "kind", .required = true, .choices = {"v4l2", "device", "rtsp", "mjpeg"}}),
-        field_at<&O::number>({.name = "number", .doc = "v4l2 and device: N of /dev/videoN", .range = {0, 255}}),
-        word_at<&O::format>(
-            {.name = "format", .doc = "of v4l2", .fallback = "YUYV", .choices = {"YUYV", "YU12", "MJPG", "BGR3"}}),
-        word_at<&O::subsampling>({.name = "subsampling",
-                                  .doc = "chroma of MJPG, of device and of v4l2 with format `MJPG`",
-                                  .fallback = "4:2:2",
-                                  .choices = {"4:2:2", "4:2:0"}}),
-        word_at<&O::codec>({.name = "codec", .doc = "of rtsp", .fallback = "h264", .choices = {"h264", "mjpeg"}}),
-        field_at<&O::quality>({.name = "quality", .doc = "of mjpeg", .fallback = "90", .range = {1, 100}}),
-        field_at<&O::bitrate_kbps>({.name = "bitrate_kbps",
-                                    .doc = "of rtsp h264; by default 0.15 bits per pixel",
-                                    .unit = "kbit/s",
-                                    .range = {16, 200'000}}),
-        field_at<&O::key_interval_s>({.name = "key_interval_s",
-                                      .doc = "of rtsp h264: a key frame at least so often",
-                                      .unit = "s",
-                                      .fallback = "2",
-                                      .range = {0.01, 60}}),
-        word_at<&O::preset>({.name = "preset",
-                             .doc = "of rtsp h264",
-                             .fallback = "superfast",
-                             .choices = {"ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"}}),
-        word_at<&O::profile>(
-            {.name = "profile", .doc = "of rtsp h264", .fallback = "main", .choices = {"baseline", "main", "high"}}),
     };
     return table;
 }

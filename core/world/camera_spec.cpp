@@ -5,7 +5,6 @@
 
 #include "core/camera/camera_model.h"
 #include "core/world/camera_fields.h"
-#include "core/world/output_check.h"
 
 namespace camrig {
 namespace {

@@ -5,8 +5,6 @@
 namespace camrig {
 namespace {
 
-constexpr std::size_t min_token_length = 8;
-constexpr std::size_t max_token_length = 256;
 constexpr std::string_view cookie_name = "camrig_token=";
 
 char lower(char c) {
@@ -33,25 +31,6 @@ bool is_four_numbers(std::string_view text) {
 }
 
 }  // namespace
-
-Result<void> check_token(std::string_view token) {
-    constexpr std::string_view good = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~+/=";
-    if (token.size() >= min_token_length && token.size() <= max_token_length &&
-        token.find_first_not_of(good) == std::string_view::npos)
-        return {};
-    return error(ErrorKind::invalid_argument,
-                 "token: use " + std::to_string(min_token_length) + " to " + std::to_string(max_token_length) +
-                     " letters, digits and - . _ ~ + / = without spaces (e.g. from: openssl rand -hex 24)");
-}
-
-bool equal_in_constant_time(std::string_view left, std::string_view right) {
-    unsigned difference = left.size() == right.size() ? 0U : 1U;
-    if (right.empty()) return left.empty();
-    for (std::size_t i = 0; i < left.size(); ++i)
-        difference |= static_cast<unsigned>(static_cast<unsigned char>(left[i]) ^
-                                            static_cast<unsigned char>(right[i % right.size()]));
-    return difference == 0;
-}
 
 std::string_view token_of(std::string_view authorization, const std::string* query_token, std::string_view cookie) {
     constexpr std::string_view scheme = "bearer ";

@@ -16,13 +16,6 @@ struct RequestOrigin {
     std::optional<std::string_view> sec_fetch_site;
 };
 
-/// Tokens travel in URLs, headers and cookies, so they are 8 to 256 of the characters that survive in all three:
-/// letters, digits and - . _ ~ + / = .
-Result<void> check_token(std::string_view token);
-
-/// Same time for every wrong guess of the same length.
-bool equal_in_constant_time(std::string_view left, std::string_view right);
-
 /// The token a request carries: `Authorization: Bearer T`, else the query's `token`, else the cookie `camrig_token`
 /// (set when a page was opened with ?token=, so that its pictures and scripts need none). Empty: none.
 std::string_view token_of(std::string_view authorization, const std::string* query_token, std::string_view cookie);

@@ -11,6 +11,8 @@
 #include <boost/beast/http/read.hpp>
 #include <spdlog/spdlog.h>
 
+#include "core/base/clock.h"
+#include "core/base/token.h"
 #include "rtsp_out/http/access.h"
 #include "rtsp_out/http/asking_page.h"
 #include "rtsp_out/http/send.h"
@@ -70,7 +72,7 @@ HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket,
       peer_(describe(peer)),
       stream_(std::move(socket)),
       buffer_(2 * state.options.limits.header_bytes),
-      bell_(Doorbell::create(stream_.get_executor())) {
+      event_(std::make_shared<AsyncEvent>(stream_.get_executor())) {
     state_.connections.insert(this);
     ++state_.counts.connections_open;
     ++state_.counts.connections_total;
@@ -83,7 +85,7 @@ HttpConnection::~HttpConnection() {
 void HttpConnection::close() {
     if (std::exchange(is_closed_, true)) return;
     end_waiting();
-    bell_->disconnect();
+    event_->disconnect();
     stream_.close();
     state_.connections.erase(this);
     --state_.counts.connections_open;
@@ -129,11 +131,9 @@ asio::awaitable<bool> HttpConnection::serve_one() {
     const bool body_wanted = !reply && request.route.kind == RouteKind::rpc && request.method == "POST";
     if (body_wanted) reply = co_await read_body(parser, request);
     if (!reply) end_waiting();
-    if (!reply && request.method == "GET") {
-        if (request.route.kind == RouteKind::stream) co_return co_await run_stream(open_stream(request), request);
-        if (request.route.kind == RouteKind::live) co_return co_await run_stream(open_live(request), request);
-    }
-    if (!reply) reply = co_await answer(state_, bell_, request);
+    const bool is_stream = request.route.kind == RouteKind::stream || request.route.kind == RouteKind::live;
+    if (!reply && is_stream && request.method == "GET") co_return co_await run_stream(request);
+    if (!reply) reply = co_await answer(state_, event_, request);
     if (!parser.is_done()) reply->close = true;  // a body that nobody asked for stays unread
     co_return co_await send(std::move(*reply), request);
 }
@@ -167,8 +167,8 @@ std::optional<Reply> HttpConnection::check_access(const Message& message, HttpRe
                  field(message, http::field::cookie).value_or(""));
     // Looking is open on loopback, so a wrong key (of a rig that was here before, say) is as good as none.
     const std::string& key = state_.options.command_key;
-    request.may_command = !token.empty() || key.empty() || equal_in_constant_time(given, key);
-    if (token.empty() || equal_in_constant_time(given, token)) return std::nullopt;
+    request.may_command = !token.empty() || key.empty() || equal_tokens(given, key);
+    if (token.empty() || equal_tokens(given, token)) return std::nullopt;
     return error_reply(
         {ErrorKind::unauthorized, std::string(given.empty() ? "a token is needed" : "this is not the token") +
                                       ": send 'Authorization: Bearer TOKEN' or add ?token=TOKEN to the URL"});
@@ -216,11 +216,11 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
         if (const auto params = stream_params(request.target); !params) return error_reply(params.error());
         if (const auto camera = state_.options.bus->find(request.route.camera); !camera)
             return error_reply(camera.error());
-        return MjpegStream::head();
+        return PictureStream::head(PictureStream::Form::mjpeg);
     }
     if (request.route.kind == RouteKind::live && request.method == "HEAD") {
         if (const auto params = live_params(request.target); !params) return error_reply(params.error());
-        return LiveStream::head();
+        return PictureStream::head(PictureStream::Form::live);
     }
     return std::nullopt;
 }
@@ -244,26 +244,24 @@ asio::awaitable<std::optional<Reply>> HttpConnection::read_body(Parser& parser, 
     co_return std::nullopt;
 }
 
-Result<std::unique_ptr<MjpegStream>> HttpConnection::open_stream(const HttpRequest& request) {
+Result<std::unique_ptr<PictureStream>> HttpConnection::open_stream(const HttpRequest& request) {
+    if (request.route.kind == RouteKind::live) {
+        const auto params = live_params(request.target);
+        if (!params) return std::unexpected(params.error());
+        return PictureStream::open_live(state_, event_, *params, peer_);
+    }
     const auto params = stream_params(request.target);
     if (!params) return std::unexpected(params.error());
-    return MjpegStream::open(state_, bell_, request.route.camera, *params, peer_);
+    return PictureStream::open_mjpeg(state_, event_, request.route.camera, *params, peer_);
 }
 
-Result<std::unique_ptr<LiveStream>> HttpConnection::open_live(const HttpRequest& request) {
-    const auto params = live_params(request.target);
-    if (!params) return std::unexpected(params.error());
-    return LiveStream::open(state_, bell_, *params, peer_);
-}
-
-template <typename Stream>
-asio::awaitable<bool> HttpConnection::run_stream(Result<std::unique_ptr<Stream>> opened, const HttpRequest& request) {
-    if (!opened) co_return co_await send(error_reply(opened.error()), request);
+asio::awaitable<bool> HttpConnection::run_stream(const HttpRequest& request) {
+    const auto stream = open_stream(request);
+    if (!stream) co_return co_await send(error_reply(stream.error()), request);
     ++state_.counts.requests;
     asio::co_spawn(stream_.get_executor(), watch_peer(),
                    [self = shared_from_this()](std::exception_ptr) { self->close(); });
-    const std::unique_ptr<Stream> stream = std::move(*opened);
-    co_await stream->run(stream_, request.version, request.embeds);
+    co_await (*stream)->run(stream_, request.version, request.embeds);
     co_return false;
 }
 
@@ -298,11 +296,8 @@ asio::awaitable<void> HttpConnection::hold_back(const Message& message, const Ta
             .empty())
         co_return;
     ++state_.counts.wrong_tokens;
-    const auto now = std::chrono::steady_clock::now();
-    if (now >= state_.next_token_log) {
-        state_.next_token_log = now + std::chrono::seconds(1);
+    if (state_.token_log.due(monotonic_now_ns()))
         spdlog::warn("http: {} has sent a wrong token; {} since the start", peer_, state_.counts.wrong_tokens.load());
-    }
     asio::steady_timer pause(stream_.get_executor(), state_.options.limits.wrong_token);
     co_await pause.async_wait(quiet);
 }

@@ -12,10 +12,9 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
-#include "rtsp_out/http/doorbell.h"
+#include "rtsp_out/http/async_event.h"
 #include "rtsp_out/http/handlers.h"
-#include "rtsp_out/http/live_stream.h"
-#include "rtsp_out/http/mjpeg_stream.h"
+#include "rtsp_out/http/picture_stream.h"
 #include "rtsp_out/http/reply.h"
 #include "rtsp_out/http/server_state.h"
 
@@ -44,11 +43,9 @@ private:
 
     /// One request; false when it was the last.
     boost::asio::awaitable<bool> serve_one();
-    Result<std::unique_ptr<MjpegStream>> open_stream(const HttpRequest& request);
-    Result<std::unique_ptr<LiveStream>> open_live(const HttpRequest& request);
+    Result<std::unique_ptr<PictureStream>> open_stream(const HttpRequest& request);
     /// Sends a stream to its end, or says why there is none.
-    template <typename Stream>
-    boost::asio::awaitable<bool> run_stream(Result<std::unique_ptr<Stream>> opened, const HttpRequest& request);
+    boost::asio::awaitable<bool> run_stream(const HttpRequest& request);
     boost::asio::awaitable<bool> send(Reply reply, const HttpRequest& request);
     boost::asio::awaitable<std::optional<Reply>> read_body(Parser& parser, HttpRequest& request);
     /// Fills `request` from the header fields, or says why it is refused.
@@ -74,7 +71,7 @@ private:
     boost::beast::flat_buffer buffer_;
     std::optional<std::list<HttpConnection*>::iterator> waiting_;  ///< its place in ServerState::waiting
     bool is_closed_ = false;
-    const std::shared_ptr<Doorbell> bell_;
+    const AsyncEventRef event_;
 };
 
 }  // namespace camrig

@@ -87,7 +87,7 @@ Reply too_many_fetches() {
     return error_reply({ErrorKind::resource_exhausted, "too many pictures are being made at once; try again"});
 }
 
-asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
+asio::awaitable<Reply> picture(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     auto wanted = fetch_request(request.route, request.target);
     if (!wanted) co_return error_reply(wanted.error());
     const auto ticket = FetchTicket::begin(state);
@@ -99,10 +99,10 @@ asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bel
         *claim = std::move(*claimed);
         return {};
     };
-    auto later = std::make_shared<Later<Result<MediaUnit>>>(bell);
+    const auto slot = make_answer_slot<Result<MediaUnit>>(event);
     state.options.fetcher->fetch(std::move(*wanted),
-                                 [later, ticket](Result<MediaUnit> unit) { later->set(std::move(unit)); });
-    auto got = co_await later->wait_for(state.options.limits.reply_time);
+                                 [slot, ticket](Result<MediaUnit> unit) { slot->put(std::move(unit)); });
+    auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
     if (!got) co_return error_reply(got.error());
     if (!*got) co_return error_reply(got->error());
     Reply reply = picture_reply(**got, request);
@@ -112,26 +112,26 @@ asio::awaitable<Reply> picture(ServerState& state, std::shared_ptr<Doorbell> bel
     co_return reply;
 }
 
-asio::awaitable<Reply> truth(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
+asio::awaitable<Reply> truth(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     if (!state.options.hooks.truth) co_return not_built_in("truth");
     auto wanted = fetch_request(request.route, request.target);
     if (!wanted) co_return error_reply(wanted.error());
     const auto ticket = FetchTicket::begin(state);
     if (!ticket) co_return too_many_fetches();
-    auto later = std::make_shared<Later<Result<std::string>>>(bell);
+    const auto slot = make_answer_slot<Result<std::string>>(event);
     state.options.hooks.truth(wanted->camera, wanted->min_ns,
-                              [later, ticket](Result<std::string> text) { later->set(std::move(text)); });
-    auto got = co_await later->wait_for(state.options.limits.reply_time);
+                              [slot, ticket](Result<std::string> text) { slot->put(std::move(text)); });
+    auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
     if (!got) co_return error_reply(got.error());
     if (!*got) co_return error_reply(got->error());
     co_return json_reply(std::move(**got));
 }
 
-asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
+asio::awaitable<Reply> rpc(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
-    auto later = std::make_shared<Later<RpcText>>(bell);
-    state.options.hooks.rpc(request.body, request.may_command, [later](RpcText text) { later->set(std::move(text)); });
-    auto got = co_await later->wait_for(state.options.limits.rpc_time);
+    const auto slot = make_answer_slot<RpcText>(event);
+    state.options.hooks.rpc(request.body, request.may_command, [slot](RpcText text) { slot->put(std::move(text)); });
+    auto got = co_await wait_for_answer(slot, event, state.options.limits.rpc_time);
     if (!got) co_return error_reply(got.error());
     if (got->pieces.empty()) {
         Reply nothing;
@@ -144,38 +144,32 @@ asio::awaitable<Reply> rpc(ServerState& state, std::shared_ptr<Doorbell> bell, c
     co_return reply;
 }
 
-asio::awaitable<Reply> metrics(ServerState& state, std::shared_ptr<Doorbell> bell) {
+asio::awaitable<Reply> metrics(ServerState& state, AsyncEventRef event) {
     RigReport report;
     if (state.options.hooks.stats) {
-        auto later = std::make_shared<Later<RigReport>>(bell);
-        state.options.hooks.stats([later](RigReport made) { later->set(std::move(made)); });
-        auto got = co_await later->wait_for(state.options.limits.reply_time);
+        const auto slot = make_answer_slot<RigReport>(event);
+        state.options.hooks.stats([slot](RigReport made) { slot->put(std::move(made)); });
+        auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
         if (!got) co_return error_reply(got.error());
         report = std::move(*got);
     }
     co_return text_reply("text/plain; version=0.0.4; charset=utf-8", to_prometheus(report, state.counts.read()));
 }
 
-Reply healthz(ServerState& state) {
-    if (!state.options.hooks.healthz) return text_reply("text/plain; charset=utf-8", "ok\n");
-    auto health = state.options.hooks.healthz();
-    return health ? text_reply("text/plain; charset=utf-8", std::move(*health)) : error_reply(health.error(), 503);
-}
-
-asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
+asio::awaitable<Reply> dispatch(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     const RouteKind kind = request.route.kind;
-    if (kind == RouteKind::picture || kind == RouteKind::depth_npy) co_return co_await picture(state, bell, request);
-    if (kind == RouteKind::truth) co_return co_await truth(state, bell, request);
+    if (kind == RouteKind::picture || kind == RouteKind::depth_npy) co_return co_await picture(state, event, request);
+    if (kind == RouteKind::truth) co_return co_await truth(state, event, request);
     // The page may read its own query; everything else says what it does not understand.
     if (kind == RouteKind::file) co_return file_reply(state, request);
     if (auto known = no_params(request.target); !known) co_return error_reply(known.error());
     switch (kind) {
         case RouteKind::rpc:
-            co_return co_await rpc(state, bell, request);
+            co_return co_await rpc(state, event, request);
         case RouteKind::metrics:
-            co_return co_await metrics(state, bell);
+            co_return co_await metrics(state, event);
         case RouteKind::healthz:
-            co_return healthz(state);
+            co_return text_reply("text/plain; charset=utf-8", "ok\n");
         default:
             co_return cameras_reply(state);
     }
@@ -183,10 +177,10 @@ asio::awaitable<Reply> dispatch(ServerState& state, std::shared_ptr<Doorbell> be
 
 }  // namespace
 
-asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request) {
+asio::awaitable<Reply> answer(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     std::string what;
     try {
-        co_return co_await dispatch(state, bell, request);
+        co_return co_await dispatch(state, event, request);
     } catch (const std::bad_alloc&) {
         co_return error_reply({ErrorKind::resource_exhausted, "the rig has no memory for this answer; try again"});
     } catch (const std::exception& thrown) {

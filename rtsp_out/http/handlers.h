@@ -6,7 +6,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
-#include "rtsp_out/http/doorbell.h"
+#include "rtsp_out/http/async_event.h"
 #include "rtsp_out/http/reply.h"
 #include "rtsp_out/http/route.h"
 #include "rtsp_out/http/server_state.h"
@@ -27,7 +27,7 @@ struct HttpRequest {
     bool may_command = false;  ///< POST /rpc: not only look
 };
 
-/// Answers everything but streams. Server's thread; waits on `bell`; throws nothing.
-boost::asio::awaitable<Reply> answer(ServerState& state, std::shared_ptr<Doorbell> bell, const HttpRequest& request);
+/// Answers everything but streams. Server's thread; waits on `event`; throws nothing.
+boost::asio::awaitable<Reply> answer(ServerState& state, AsyncEventRef event, const HttpRequest& request);
 
 }  // namespace camrig

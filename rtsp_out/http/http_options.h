@@ -37,10 +37,9 @@ struct HttpHooks {
     using Truth =
         std::function<void(std::string camera, TimeNs min_ns, std::function<void(Result<std::string>)> reply)>;
 
-    Rpc rpc;                                       ///< JSON-RPC text in and out. No pieces: "204 No Content"
-    Stats stats;                                   ///< for /metrics
-    Truth truth;                                   ///< JSON text of /cameras/NAME/truth
-    std::function<Result<std::string>()> healthz;  ///< a line of text; an error is 503. Absent: "ok"
+    Rpc rpc;      ///< JSON-RPC text in and out. No pieces: "204 No Content"
+    Stats stats;  ///< for /metrics
+    Truth truth;  ///< JSON text of /cameras/NAME/truth
     std::function<std::optional<StaticFile>(std::string_view path)> files;  ///< the web page. Absent: there is none
 };
 

@@ -18,6 +18,8 @@
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
+#include "core/base/clock.h"
+#include "core/base/token.h"
 #include "rtsp_out/http/access.h"
 #include "rtsp_out/http/connection.h"
 #include "rtsp_out/http/server_state.h"
@@ -122,10 +124,8 @@ asio::awaitable<void> HttpServer::Impl::accept_all() {
             admit(std::move(socket));
             continue;
         }
-        if (const auto now = std::chrono::steady_clock::now(); now >= state.next_accept_log) {
-            state.next_accept_log = now + std::chrono::seconds(1);
+        if (state.accept_log.due(monotonic_now_ns()))
             spdlog::warn("http: a connection could not be taken: {}", failed.message());
-        }
         pause.expires_after(accept_pause);
         co_await pause.async_wait(quiet);
     }

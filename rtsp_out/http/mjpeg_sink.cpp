@@ -8,48 +8,25 @@ namespace camrig {
 
 Result<void> MjpegSink::open(const StreamInfo& info) {
     CHECK(info.stats != nullptr);
-    std::lock_guard lock(mutex_);
     stats_ = info.stats;
     return {};
 }
 
 Result<void> MjpegSink::write(const MediaUnit& unit) {
-    std::optional<InFlight> replaced;
-    {
-        std::lock_guard lock(mutex_);
-        CHECK(stats_ != nullptr && unit.bytes != nullptr);
-        if (abandoned_ || ended_) {
-            stats_->dropped.fetch_add(1, std::memory_order_relaxed);
-            return {};
-        }
-        replaced = std::exchange(slot_, InFlight{unit, unit.latch ? unit.latch->hold(who_) : DeliveryLatch::Hold{}});
-        if (replaced) stats_->dropped.fetch_add(1, std::memory_order_relaxed);
-    }
-    bell_->ring();
+    CHECK(stats_ != nullptr && unit.bytes != nullptr);
+    const auto without_place =
+        is_ended_ ? std::optional<InFlight>(InFlight{}) : slot_.put({unit, hold_if(unit.latch, who_)});
+    if (without_place) stats_->dropped.fetch_add(1, std::memory_order_relaxed);
     return {};
 }
 
 void MjpegSink::close() noexcept {
-    {
-        std::lock_guard lock(mutex_);
-        ended_ = true;
-    }
-    bell_->ring();
-}
-
-std::optional<MjpegSink::InFlight> MjpegSink::take() {
-    std::lock_guard lock(mutex_);
-    return std::exchange(slot_, std::nullopt);
-}
-
-bool MjpegSink::ended() const {
-    std::lock_guard lock(mutex_);
-    return ended_;
+    is_ended_ = true;
+    event_->set();
 }
 
 void MjpegSink::sent(InFlight&& item, std::size_t bytes) {
     const InFlight done = std::move(item);  // its hold goes last, when the books are right
-    std::lock_guard lock(mutex_);
     stats_->delivered.fetch_add(1, std::memory_order_relaxed);
     stats_->bytes.fetch_add(bytes, std::memory_order_relaxed);
     stats_->last_latency_ns.store(monotonic_now_ns() - done.unit.info.monotonic_ns, std::memory_order_relaxed);
@@ -57,16 +34,11 @@ void MjpegSink::sent(InFlight&& item, std::size_t bytes) {
 
 void MjpegSink::dropped(InFlight&& item) {
     const InFlight done = std::move(item);
-    std::lock_guard lock(mutex_);
     stats_->dropped.fetch_add(1, std::memory_order_relaxed);
 }
 
 void MjpegSink::abandon() {
-    std::optional<InFlight> waiting;
-    std::lock_guard lock(mutex_);
-    abandoned_ = true;
-    waiting = std::exchange(slot_, std::nullopt);
-    if (waiting) stats_->dropped.fetch_add(1, std::memory_order_relaxed);
+    if (const auto waiting = slot_.close()) stats_->dropped.fetch_add(1, std::memory_order_relaxed);
 }
 
 }  // namespace camrig

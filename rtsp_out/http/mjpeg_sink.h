@@ -1,12 +1,12 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
 #include "core/stream/sink.h"
-#include "rtsp_out/http/doorbell.h"
+#include "rtsp_out/http/async_event.h"
 
 namespace camrig {
 
@@ -23,8 +23,8 @@ public:
         DeliveryLatch::Hold hold;
     };
 
-    MjpegSink(std::shared_ptr<Doorbell> bell, const std::string& camera, const std::string& peer)
-        : bell_(std::move(bell)), who_("MJPEG reader " + peer + " of camera " + camera) {}
+    MjpegSink(AsyncEventRef event, const std::string& camera, const std::string& peer)
+        : event_(std::move(event)), who_("MJPEG reader " + peer + " of camera " + camera) {}
     ~MjpegSink() override { abandon(); }
 
     Result<void> open(const StreamInfo& info) override;
@@ -32,22 +32,19 @@ public:
     /// No more units will come; the one that waits may still be taken.
     void close() noexcept override;
 
-    std::optional<InFlight> take();
-    bool ended() const;
+    std::optional<InFlight> take() { return slot_.take(); }
+    bool ended() const { return is_ended_; }
     void sent(InFlight&& item, std::size_t bytes);
     void dropped(InFlight&& item);
     /// The client is gone: drops what waits and whatever still comes.
     void abandon();
 
 private:
-    const std::shared_ptr<Doorbell> bell_;
+    const AsyncEventRef event_;
     const std::string who_;
-
-    mutable std::mutex mutex_;  ///< guards what follows; holds are released outside of it
-    std::shared_ptr<ReaderStats> stats_;
-    std::optional<InFlight> slot_;
-    bool ended_ = false;
-    bool abandoned_ = false;
+    std::shared_ptr<ReaderStats> stats_;  ///< from open() on, so before there is a unit
+    LatestSlot<InFlight> slot_{[event = event_] { event->set(); }};
+    std::atomic<bool> is_ended_{false};
 };
 
 }  // namespace camrig

@@ -38,9 +38,10 @@ Result<Integer> parse_integer(std::string_view name, const std::string& text, In
     return value;
 }
 
-Result<int> quality_of(const Target& target) {
+Result<std::optional<int>> quality_of(const Target& target) {
     const std::string* text = target.find("quality");
-    return text ? parse_integer<int>("quality", *text, 1, 100) : default_jpeg_quality;
+    if (!text) return std::nullopt;
+    return parse_integer<int>("quality", *text, 1, 100);
 }
 
 Result<std::optional<Rate>> rate_of(const Target& target) {
@@ -140,7 +141,7 @@ Result<LiveParams> live_params(const Target& target) {
     if (!rate) return std::unexpected(rate.error());
     auto quality = quality_of(target);
     if (!quality) return std::unexpected(quality.error());
-    LiveParams params{std::move(*cameras), 0, *rate, *quality};
+    LiveParams params{std::move(*cameras), 0, *rate, quality->value_or(default_jpeg_quality)};
     if (const std::string* text = target.find("width")) {
         const auto found = std::ranges::find(live_widths, *text, [](int width) { return std::to_string(width); });
         if (found == std::end(live_widths))
@@ -163,7 +164,7 @@ Result<FetchRequest> fetch_request(const HttpRoute& route, const Target& target)
     if (jpeg) {
         auto quality = quality_of(target);
         if (!quality) return std::unexpected(quality.error());
-        request.format.quality = *quality;
+        request.format.quality = quality->value_or(default_jpeg_quality);
     }
     if (const std::string* text = target.find("min_ns")) {
         auto min_ns = parse_integer<TimeNs>("min_ns", *text, 0, max_time_ns);

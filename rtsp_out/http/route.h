@@ -39,7 +39,7 @@ Result<HttpRoute> route_of(std::string_view path);
 /// `?fps=` and `?quality=` of a stream.
 struct StreamParams {
     std::optional<Rate> rate;
-    int quality = default_jpeg_quality;
+    std::optional<int> quality;  ///< default: the camera's (MjpegOutput)
 };
 Result<StreamParams> stream_params(const Target& target);
 

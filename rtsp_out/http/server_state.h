@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/byte_budget.h"
+#include "core/base/log_pace.h"
 #include "core/stream/sink.h"
 #include "rtsp_out/http/http_options.h"
 
@@ -44,8 +45,7 @@ struct ServerState {
         "too many large pictures are being made or sent at once; read those that are due, try again");
     std::set<HttpConnection*> connections;  ///< open ones
     std::list<HttpConnection*> waiting;     ///< those without a whole request in work, the longest waiting first
-    std::chrono::steady_clock::time_point next_token_log{};  ///< a wrong token is told again from then on
-    std::chrono::steady_clock::time_point next_accept_log{};
+    LogPace token_log, accept_log;
     bool stopping = false;
 };
 

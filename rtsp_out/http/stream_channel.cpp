@@ -4,22 +4,21 @@
 
 namespace camrig {
 
-StreamChannel::StreamChannel(ServerState& state, std::shared_ptr<Doorbell> bell, std::string camera,
-                             EncodingShare share)
-    : state_(state), bell_(std::move(bell)), camera_(std::move(camera)), share_(std::move(share)) {}
+StreamChannel::StreamChannel(ServerState& state, AsyncEventRef event, std::string camera, EncodingShare share)
+    : state_(state), event_(std::move(event)), camera_(std::move(camera)), share_(std::move(share)) {}
 
 StreamChannel::~StreamChannel() {
     if (sink_) sink_->abandon();
     subscription_.reset();
 }
 
-Result<std::unique_ptr<StreamChannel>> StreamChannel::open(ServerState& state, std::shared_ptr<Doorbell> bell,
+Result<std::unique_ptr<StreamChannel>> StreamChannel::open(ServerState& state, AsyncEventRef event,
                                                            const std::string& camera, const MediaFormat& format,
                                                            const std::optional<Rate>& rate, const std::string& peer) {
     auto share = EncodingShare::take(state, camera, format);
     if (!share) return std::unexpected(share.error());
-    std::unique_ptr<StreamChannel> channel(new StreamChannel(state, bell, camera, std::move(*share)));
-    channel->sink_ = std::make_shared<MjpegSink>(bell, camera, peer);
+    std::unique_ptr<StreamChannel> channel(new StreamChannel(state, event, camera, std::move(*share)));
+    channel->sink_ = std::make_shared<MjpegSink>(event, camera, peer);
     SubscribeOptions options{"mjpeg", peer, rate};
     // The sink is closed before on_end is called, and that says all the stream needs.
     auto subscription = state.options.bus->subscribe(camera, format, std::move(options), channel->sink_, {});
@@ -35,9 +34,9 @@ void StreamChannel::fetch() {
     FetchRequest request;
     request.camera = camera_;
     request.format = share_.format();
-    fetched_ = std::make_shared<Later<Result<MediaUnit>>>(bell_);
+    fetched_ = make_answer_slot<Result<MediaUnit>>(event_);
     state_.options.fetcher->fetch(std::move(request),
-                                  [later = fetched_, ticket](Result<MediaUnit> unit) { later->set(std::move(unit)); });
+                                  [slot = fetched_, ticket](Result<MediaUnit> unit) { slot->put(std::move(unit)); });
 }
 
 std::optional<StreamChannel::Picture> StreamChannel::next() {

@@ -23,7 +23,7 @@ public:
         std::optional<MjpegSink::InFlight> item;  ///< absent: it was fetched
     };
 
-    static Result<std::unique_ptr<StreamChannel>> open(ServerState& state, std::shared_ptr<Doorbell> bell,
+    static Result<std::unique_ptr<StreamChannel>> open(ServerState& state, AsyncEventRef event,
                                                        const std::string& camera, const MediaFormat& format,
                                                        const std::optional<Rate>& rate, const std::string& peer);
     ~StreamChannel();
@@ -32,7 +32,7 @@ public:
 
     /// Asks for the latest due frame, unless it is being made.
     void fetch();
-    /// What the client has not seen yet; nothing: the bell will ring.
+    /// What the client has not seen yet; nothing: the event will be set.
     std::optional<Picture> next();
     void sent(Picture&& picture, bool failed);
     /// The camera is gone or has another size: nothing more will come, once next() is empty.
@@ -41,16 +41,16 @@ public:
     const std::string& camera() const { return camera_; }
 
 private:
-    StreamChannel(ServerState& state, std::shared_ptr<Doorbell> bell, std::string camera, EncodingShare share);
+    StreamChannel(ServerState& state, AsyncEventRef event, std::string camera, EncodingShare share);
 
     ServerState& state_;
-    const std::shared_ptr<Doorbell> bell_;
+    const AsyncEventRef event_;
     const std::string camera_;
     const EncodingShare share_;
     std::shared_ptr<MjpegSink> sink_;
     Subscription subscription_;
-    std::shared_ptr<Later<Result<MediaUnit>>> fetched_;  ///< null: no fetch under way
-    std::optional<std::int64_t> last_sequence_;          ///< what the client has
+    std::shared_ptr<LatestSlot<Result<MediaUnit>>> fetched_;  ///< null: no fetch under way
+    std::optional<std::int64_t> last_sequence_;               ///< what the client has
 };
 
 }  // namespace camrig

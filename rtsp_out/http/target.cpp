@@ -2,47 +2,29 @@
 
 #include <algorithm>
 
+#include "core/base/percent.h"
+
 namespace camrig {
 namespace {
-
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
 
 bool is_printable(char c) {
     return c >= 0x20 && c <= 0x7e;
 }
 
 /// Undoes %XX. Decoded bytes outside printable ASCII (NUL, line ends, UTF-8) name nothing that exists here.
-Result<std::string> percent_decode(std::string_view text, std::string_view what, bool slash_allowed) {
-    std::string out;
-    out.reserve(text.size());
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        char c = text[i];
-        if (c == ' ') return error(ErrorKind::invalid_argument, std::string(what) + ": a space must be written as %20");
-        if (c == '%') {
-            const int high = i + 1 < text.size() ? hex_digit(text[i + 1]) : -1;
-            const int low = i + 2 < text.size() ? hex_digit(text[i + 2]) : -1;
-            if (high < 0 || low < 0)
-                return error(ErrorKind::invalid_argument,
-                             std::string(what) + ": '%' must be followed by two hexadecimal digits");
-            c = static_cast<char>(high * 16 + low);
-            i += 2;
-            if (c == '/' && !slash_allowed)
-                return error(ErrorKind::invalid_argument, std::string(what) + ": an encoded '/' is not allowed");
-        }
-        if (!is_printable(c))
-            return error(ErrorKind::invalid_argument, std::string(what) + ": only printable ASCII is allowed");
-        out += c;
-    }
-    return out;
+Result<std::string> decoded(std::string_view text, const std::string& what) {
+    if (text.contains(' ')) return error(ErrorKind::invalid_argument, what + ": a space must be written as %20");
+    auto out = percent_decode(text);
+    if (!out) return error(ErrorKind::invalid_argument, what + ": '%' must be followed by two hexadecimal digits");
+    if (!std::ranges::all_of(*out, is_printable))
+        return error(ErrorKind::invalid_argument, what + ": only printable ASCII is allowed");
+    return std::move(*out);
 }
 
 Result<std::string> parse_path(std::string_view raw) {
-    auto path = percent_decode(raw, "path", false);
+    for (const char* slash : {"%2f", "%2F"})
+        if (raw.contains(slash)) return error(ErrorKind::invalid_argument, "path: an encoded '/' is not allowed");
+    auto path = decoded(raw, "path");
     if (!path) return path;
     for (const std::string_view segment : segments_of(*path)) {
         if (segment == "." || segment == "..")
@@ -63,10 +45,9 @@ Result<void> parse_query(std::string_view raw, Target& target) {
             return error(ErrorKind::invalid_argument,
                          "query: more than " + std::to_string(max_query_parameters) + " parameters");
         const std::size_t equals = pair.find('=');
-        auto name = percent_decode(pair.substr(0, equals), "query", true);
+        auto name = decoded(pair.substr(0, equals), "query");
         if (!name) return std::unexpected(name.error());
-        auto value = percent_decode(equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1),
-                                    "query", true);
+        auto value = decoded(equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1), "query");
         if (!value) return std::unexpected(value.error());
         if (target.find(*name) != nullptr)
             return error(ErrorKind::invalid_argument, "query: parameter '" + *name + "' is given twice");

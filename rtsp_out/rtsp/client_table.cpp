@@ -7,7 +7,7 @@
 
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/rtsp_mount.h"
-#include "rtsp_out/rtsp/tcp_followers.h"
+#include "rtsp_out/rtsp/tcp_flush.h"
 
 namespace camrig {
 namespace {
@@ -79,7 +79,6 @@ bool ClientTable::make_room(const std::string& address) {
         goes = oldest;
     else
         return true;
-    ++over_limit_;
     if (!goes) return false;
     close(goes->first, goes->second);
     return true;
@@ -131,9 +130,8 @@ void ClientTable::add(GstRTSPClient* client) {
     record.guard = std::move(guard);
     record.address = gst_rtsp_connection_get_ip(gst_rtsp_client_get_connection(client));
     record.quiet_since_ns = monotonic_now_ns();
-    record.number = ++total_;
+    record.number = ++last_number_;
     clients_.emplace(client, std::move(record));
-    open_ = clients_.size();
     g_signal_connect(client, "closed", G_CALLBACK(on_closed), this);
     const auto ask = +[](GstRTSPClient* asking, GstRTSPContext* context, void* table) {
         return static_cast<ClientTable*>(table)->on_ask(asking, context);
@@ -200,7 +198,7 @@ void ClientTable::read_answer(GstRTSPClient* client, Client& record, const GstRT
 
 void ClientTable::on_setup(GstRTSPClient* client, GstRTSPContext* context, void* table) {
     if (!is_tcp(context->trans)) return;
-    swallow_followers(context->trans);
+    drop_flush_buffers(context->trans);
     auto& clients = static_cast<ClientTable*>(table)->clients_;
     if (const auto found = clients.find(client); found != clients.end()) {
         found->second.is_sent_to = true;
@@ -234,7 +232,6 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
         self->departed_.push_back(
             {GObjectHandle<GstRTSPClient>(GST_RTSP_CLIENT(g_object_ref(client))), monotonic_now_ns()});
     self->clients_.erase(found);
-    self->open_ = self->clients_.size();
 }
 
 void ClientTable::let_go(TimeNs monotonic_ns) {

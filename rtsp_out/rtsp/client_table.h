@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <deque>
 #include <functional>
 #include <map>
@@ -10,10 +9,10 @@
 
 #include <gst/rtsp-server/rtsp-server.h>
 
+#include "core/base/log_pace.h"
 #include "rtsp_out/rtsp/bounded_connection.h"
 #include "rtsp_out/rtsp/failed_logins.h"
 #include "rtsp_out/rtsp/gst_handle.h"
-#include "rtsp_out/rtsp/log_pace.h"
 #include "rtsp_out/rtsp/mount_path.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
@@ -52,8 +51,6 @@ public:
     /// Those who have asked for this path or what lies under it.
     std::vector<GObjectHandle<GstRTSPClient>> clients_of(const std::string& path) const;
     std::vector<GObjectHandle<GstRTSPClient>> all() const;
-    /// Any thread.
-    RtspCounts counts() const { return {open_.load(), total_.load(), over_limit_.load()}; }
 
 private:
     struct Client {
@@ -92,7 +89,7 @@ private:
     FailedLogins failed_logins_;
     LogPace log_pace_;
     std::deque<Departed> departed_;
-    std::atomic<std::uint64_t> open_{0}, total_{0}, over_limit_{0};
+    std::uint64_t last_number_ = 0;
 };
 
 /// Closes a connection from the main loop, not from inside one of its callbacks.

@@ -16,7 +16,7 @@ constexpr int min_key_request_ms = 500;
 /// More slices than this cost quality and gain no latency worth it.
 constexpr std::int64_t pixels_per_thread = 1'000'000;
 
-int key_interval_frames(const H264Options& options, const Rate& rate) {
+int key_interval_frames(const RtspOutput& options, const Rate& rate) {
     return std::max(1, static_cast<int>(std::lround(options.key_interval_s * rate.hertz())));
 }
 
@@ -25,16 +25,16 @@ int encoder_threads(ImageSize size) {
     return static_cast<int>(std::min(cores, 1 + size.pixels() / pixels_per_thread));
 }
 
-std::string with_caps(std::string element, const H264Options& options) {
+std::string with_caps(std::string element, const RtspOutput& options) {
     const std::string profile = options.profile == "baseline" ? "constrained-baseline" : options.profile;
     return std::move(element) + " ! video/x-h264,stream-format=byte-stream,alignment=au,profile=" + profile;
 }
 
-bool is_fast(const H264Options& options) {
+bool is_fast(const RtspOutput& options) {
     return options.preset.ends_with("fast") && options.preset != "fast" && options.preset != "faster";
 }
 
-H264Encoder x264(const H264Options& options, ImageSize size, const Rate& rate, const std::string& common) {
+H264Encoder x264(const RtspOutput& options, ImageSize size, const Rate& rate, const std::string& common) {
     return {"x264enc",
             with_caps("x264enc name=enc tune=zerolatency speed-preset=" + options.preset +
                           " key-int-max=" + std::to_string(key_interval_frames(options, rate)) +
@@ -43,7 +43,7 @@ H264Encoder x264(const H264Options& options, ImageSize size, const Rate& rate, c
             PixelFormat::i420};
 }
 
-H264Encoder openh264(const H264Options& options, ImageSize size, const Rate& rate, int kbps) {
+H264Encoder openh264(const RtspOutput& options, ImageSize size, const Rate& rate, int kbps) {
     return {
         "openh264enc",
         with_caps("openh264enc name=enc usage-type=camera rate-control=bitrate bitrate=" + std::to_string(kbps * 1000) +
@@ -56,7 +56,7 @@ H264Encoder openh264(const H264Options& options, ImageSize size, const Rate& rat
 
 // The two hardware encoders are written from their documentation (GStreamer 1.22) and were not run: no machine with
 // one was at hand.
-H264Encoder nvidia(const H264Options& options, const Rate& rate, const std::string& common) {
+H264Encoder nvidia(const RtspOutput& options, const Rate& rate, const std::string& common) {
     return {"nvh264enc",
             with_caps("nvh264enc name=enc zerolatency=true repeat-sequence-header=true bframes=0 rc-mode=cbr preset=" +
                           std::string(is_fast(options) ? "low-latency-hp" : "low-latency-hq") +
@@ -65,7 +65,7 @@ H264Encoder nvidia(const H264Options& options, const Rate& rate, const std::stri
             PixelFormat::nv12};
 }
 
-H264Encoder va_api(const H264Options& options, const Rate& rate, const std::string& common) {
+H264Encoder va_api(const RtspOutput& options, const Rate& rate, const std::string& common) {
     return {"vah264enc",
             with_caps("vah264enc name=enc b-frames=0 rate-control=cbr target-usage=" +
                           std::string(is_fast(options) ? "7" : "4") +
@@ -81,9 +81,9 @@ int default_bitrate_kbps(ImageSize size, const Rate& rate) {
     return std::max(min_default_kbps, static_cast<int>(std::lround(bits / 1000)));
 }
 
-Result<H264Encoder> choose_h264_encoder(const std::vector<std::string>& elements, const H264Options& options,
+Result<H264Encoder> choose_h264_encoder(const std::vector<std::string>& elements, const RtspOutput& options,
                                         ImageSize size, const Rate& rate) {
-    const int kbps = options.bitrate_kbps > 0 ? options.bitrate_kbps : default_bitrate_kbps(size, rate);
+    const int kbps = options.bitrate_kbps.value_or(default_bitrate_kbps(size, rate));
     const std::string common = " bitrate=" + std::to_string(kbps) +
                                " min-force-key-unit-interval=" + std::to_string(min_key_request_ms * 1'000'000);
     std::string tried;

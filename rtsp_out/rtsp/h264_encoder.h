@@ -7,17 +7,9 @@
 #include "core/base/rate.h"
 #include "core/base/result.h"
 #include "core/frame/pixel_format.h"
+#include "rtsp_out/rtsp/rtsp_output.h"
 
 namespace camrig {
-
-/// What a camera's H.264 stream is to be like.
-struct H264Options {
-    int bitrate_kbps = 0;              ///< 0: from size and rate, see default_bitrate_kbps()
-    double key_interval_s = 2.0;       ///< a key frame at least so often
-    std::string preset = "superfast";  ///< x264's names, ultrafast .. slow; other encoders take what is nearest
-    std::string profile = "main";      ///< baseline, main or high
-    friend bool operator==(const H264Options&, const H264Options&) = default;
-};
 
 /// 0.15 bits per pixel, at least 200 kbit/s: 1.2 Mbit/s for 640x480 at 25, 7.8 Mbit/s for 1920x1080 at 25.
 int default_bitrate_kbps(ImageSize size, const Rate& rate);
@@ -34,7 +26,7 @@ inline const std::vector<std::string> h264_elements = {"nvh264enc", "vah264enc",
 
 /// The first of `elements` that GStreamer has, set up for the least latency: no reordering, no look-ahead, every
 /// picture comes out as soon as it went in. unsupported: none is installed.
-Result<H264Encoder> choose_h264_encoder(const std::vector<std::string>& elements, const H264Options& options,
+Result<H264Encoder> choose_h264_encoder(const std::vector<std::string>& elements, const RtspOutput& options,
                                         ImageSize size, const Rate& rate);
 
 }  // namespace camrig

@@ -6,9 +6,9 @@
 
 #include <gst/rtsp-server/rtsp-server.h>
 
+#include "core/base/log_pace.h"
 #include "core/base/result.h"
 #include "rtsp_out/rtsp/gst_handle.h"
-#include "rtsp_out/rtsp/log_pace.h"
 
 namespace camrig {
 

@@ -54,13 +54,13 @@ GstCapsHandle caps_of(const MediaFormat& format, ImageSize size, const Rate& rat
 
 }  // namespace
 
-struct MediaFeed::Passage {
+struct MediaFeed::PendingPicture {
     FrameInfo info;
     std::shared_ptr<ReaderStats> stats;
     DeliveryLatch::Hold hold;
     std::size_t sent_bytes = 0;  ///< 0: it never came out of the encoder
 
-    ~Passage() {
+    ~PendingPicture() {
         if (sent_bytes == 0) {
             stats->dropped.fetch_add(1, std::memory_order_relaxed);
         } else {
@@ -166,20 +166,20 @@ Result<void> MediaFeed::write(const MediaUnit& unit) {
         (sent ? stats_->delivered : stats_->dropped).fetch_add(1, std::memory_order_relaxed);
         return {};
     }
-    auto passage = std::make_shared<Passage>();
-    passage->info = unit.info;
-    passage->stats = stats_;
+    auto pending = std::make_shared<PendingPicture>();
+    pending->info = unit.info;
+    pending->stats = stats_;
     lockstep_ = unit.latch != nullptr;
     last_new_ns_ = monotonic_now_ns();
-    if (playing_) passage->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
-    push(unit, unit.info.monotonic_ns, std::move(passage));
+    if (playing_) pending->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
+    push(unit, unit.info.monotonic_ns, std::move(pending));
     return {};
 }
 
 void MediaFeed::close() noexcept {}
 
 /// With the mutex held.
-void MediaFeed::push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<Passage> passage) {
+void MediaFeed::push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending) {
     stamp_ns = std::max({stamp_ns, options_.timeline.base_ns(), last_stamp_ns_ + min_step_ns});
     const TimeNs pts = options_.timeline.pts_of(stamp_ns);
     const FrameInfo& info = unit.info;
@@ -187,7 +187,7 @@ void MediaFeed::push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<Pas
         {pts,
          {info.sequence, info.world_ns, info.monotonic_ns, options_.timeline.realtime_of(info.monotonic_ns)},
          unit.bytes,
-         std::move(passage)});
+         std::move(pending)});
     if (on_way_.size() > max_on_way) on_way_.pop_front();
     GstBuffer* buffer = buffer_of(unit);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pts);
@@ -228,7 +228,7 @@ GstPadProbeReturn MediaFeed::on_encoded(GstPad* pad, GstPadProbeInfo* info, void
     return GST_PAD_PROBE_OK;
 }
 
-/// The encoded picture in memory that carries its passage, with its times inside if it is H.264.
+/// The encoded picture in memory that carries its books, with its times inside if it is H.264.
 GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
     // An encoder may shift its stamps and its segment alike; running time stays.
     GstEvent* event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
@@ -247,9 +247,9 @@ GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
         entry->bytes = std::make_shared<const std::vector<std::byte>>(with_frame_times(bytes, entry->times));
         gst_buffer_unmap(encoded, &map);
     }
-    if (entry->passage) entry->passage->sent_bytes = entry->bytes->size();
+    if (entry->pending) entry->pending->sent_bytes = entry->bytes->size();
     const BytesRef bytes = entry->bytes;
-    GstBuffer* buffer = wrapped(bytes->data(), bytes->size(), std::make_pair(bytes, std::move(entry->passage)));
+    GstBuffer* buffer = wrapped(bytes->data(), bytes->size(), std::make_pair(bytes, std::move(entry->pending)));
     constexpr int what = GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS;
     gst_buffer_copy_into(buffer, encoded, static_cast<GstBufferCopyFlags>(what), 0, static_cast<gsize>(-1));
     return buffer;
@@ -257,7 +257,7 @@ GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
 
 /// The picture of this stamp. What went in before it and did not come out was dropped.
 std::optional<MediaFeed::Entry> MediaFeed::take_entry(TimeNs pts) {
-    std::deque<Entry> gone;  // freed without the mutex: passages let go of latches
+    std::deque<Entry> gone;  // freed without the mutex: pending pictures let go of latches
     std::lock_guard lock(mutex_);
     while (!on_way_.empty() && on_way_.front().pts < pts) {
         gone.push_back(std::move(on_way_.front()));

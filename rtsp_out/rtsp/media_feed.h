@@ -71,18 +71,18 @@ public:
 
 private:
     /// The books of one picture on its way: delivered, or dropped when it never left the encoder.
-    struct Passage;
+    struct PendingPicture;
     struct Entry {
         TimeNs pts = 0;
         FrameTimes times;
         BytesRef bytes;  ///< JPEG only
-        std::shared_ptr<Passage> passage;
+        std::shared_ptr<PendingPicture> pending;
     };
 
     MediaFeed(Options options, GstElement* bin);
     void start();
     void first_picture(Result<MediaUnit> unit);
-    void push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<Passage> passage);
+    void push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
     GstBuffer* buffer_of(const MediaUnit& unit) const;
     GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
     std::optional<Entry> take_entry(TimeNs pts);

@@ -1,7 +1,5 @@
 #include "rtsp_out/rtsp/rtsp_mount.h"
 
-#include <algorithm>
-
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/media_pipeline.h"
 #include "rtsp_out/rtsp/rtsp_access.h"
@@ -14,34 +12,26 @@ constexpr const char* feed_key = "camrig-feed";
 constexpr int max_jpeg_side = 2040;
 constexpr int jpeg_side_unit = 8;
 
-const OutputSpec* wish_for(const CameraStream& camera, std::string_view codec) {
-    const auto found = std::ranges::find_if(camera.outputs, [&](const OutputSpec& output) {
-        return output.kind == "rtsp" && (output.codec.empty() ? "h264" : output.codec) == codec;
-    });
-    return found == camera.outputs.end() ? nullptr : &*found;
-}
-
-H264Options h264_options(const OutputSpec* wish) {
-    H264Options options;
-    if (!wish) return options;
-    if (wish->bitrate_kbps) options.bitrate_kbps = *wish->bitrate_kbps;
-    if (wish->key_interval_s) options.key_interval_s = *wish->key_interval_s;
-    if (!wish->preset.empty()) options.preset = wish->preset;
-    if (!wish->profile.empty()) options.profile = wish->profile;
-    return options;
+/// What the camera's output of this codec says, or the defaults.
+RtspOutput options_for(const CameraStream& camera, RtspCodec codec) {
+    for (const OutputSpec& output : camera.outputs) {
+        if (output.kind != "rtsp") continue;
+        if (auto options = options_of<RtspOutput>(output); options.codec == codec) return options;
+    }
+    return {.codec = codec};
 }
 
 }  // namespace
 
-std::string RtspMount::path_of(Kind kind, const std::string& camera) {
-    return "/" + camera + (kind == Kind::mjpeg ? "/mjpeg" : "");
+std::string RtspMount::path_of(RtspCodec codec, const std::string& camera) {
+    return "/" + camera + (codec == RtspCodec::mjpeg ? "/mjpeg" : "");
 }
 
-Result<RtspMount::Plan> RtspMount::plan(Kind kind, const CameraStream& camera, const RtspOptions& options) {
-    Plan plan{path_of(kind, camera.name), "", camera, {}};
-    if (kind == Kind::h264) {
-        const auto encoder = choose_h264_encoder(options.h264_elements, h264_options(wish_for(camera, "h264")),
-                                                 camera.size, camera.rate);
+Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const CameraStream& camera, const RtspOptions& options) {
+    Plan plan{path_of(codec, camera.name), "", camera, {}};
+    const RtspOutput wish = options_for(camera, codec);
+    if (codec == RtspCodec::h264) {
+        const auto encoder = choose_h264_encoder(options.h264_elements, wish, camera.size, camera.rate);
         if (!encoder) return std::unexpected(encoder.error());
         plan.format.pixels = encoder->pixels;
         plan.launch = "( appsrc name=src ! " + encoder->launch +
@@ -55,9 +45,8 @@ Result<RtspMount::Plan> RtspMount::plan(Kind kind, const CameraStream& camera, c
                                                  camera.size.to_string() + "; use H.264 at /" + camera.name +
                                                  " or MJPEG over HTTP at /cameras/" + camera.name + "/stream.mjpg");
     }
-    const OutputSpec* wish = wish_for(camera, "mjpeg");
     plan.format.codec = Codec::jpeg;
-    plan.format.quality = wish && wish->quality ? *wish->quality : default_jpeg_quality;
+    plan.format.quality = wish.quality;
     plan.launch = "( appsrc name=src ! rtpjpegpay name=pay0 pt=26 )";
     return plan;
 }

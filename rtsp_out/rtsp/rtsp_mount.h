@@ -9,6 +9,7 @@
 
 #include "rtsp_out/rtsp/media_feed.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
+#include "rtsp_out/rtsp/rtsp_output.h"
 
 namespace camrig {
 
@@ -19,10 +20,8 @@ namespace camrig {
 /// media's own thread calls is guarded.
 class RtspMount {
 public:
-    enum class Kind : std::uint8_t { h264, mjpeg };
-
-    /// How the mount of this kind is to be, from the camera's wishes. unsupported: the camera's pictures do not fit the
-    /// format, or nothing is there to encode them; the message names what works.
+    /// How the mount of this codec is to be, from the camera's wishes. unsupported: the camera's pictures do not fit
+    /// the format, or nothing is there to encode them; the message names what works.
     struct Plan {
         std::string path;
         std::string launch;
@@ -33,8 +32,8 @@ public:
                    a.camera.size == b.camera.size && a.camera.rate == b.camera.rate;
         }
     };
-    static Result<Plan> plan(Kind kind, const CameraStream& camera, const RtspOptions& options);
-    static std::string path_of(Kind kind, const std::string& camera);
+    static Result<Plan> plan(RtspCodec codec, const CameraStream& camera, const RtspOptions& options);
+    static std::string path_of(RtspCodec codec, const std::string& camera);
 
     /// `addresses`: where it may send from by UDP, and the groups it may send to.
     RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts,

@@ -40,13 +40,6 @@ struct RtspOptions {
     RtspLimits limits;
 };
 
-/// Counts since the start.
-struct RtspCounts {
-    std::uint64_t connections_open = 0;
-    std::uint64_t connections_total = 0;
-    std::uint64_t connections_refused = 0;  ///< over the limit; the same for strangers who made room
-};
-
 inline constexpr const char* rtsp_user = "camrig";
 
 }  // namespace camrig

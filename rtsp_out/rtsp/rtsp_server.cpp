@@ -1,6 +1,5 @@
 #include "rtsp_out/rtsp/rtsp_server.h"
 
-#include <atomic>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -18,8 +17,8 @@
 namespace camrig {
 namespace {
 
-/// How often idle streams are looked after, and dead sessions.
-constexpr guint housekeeping_ms = 100;
+/// How often idle streams and dead sessions are looked after.
+constexpr guint regular_work_ms = 100;
 /// Between the end of a stream (BYE) and the end of its connections.
 constexpr guint farewell_ms = 200;
 /// Where UDP ports are looked for, each mount in a range of its own.
@@ -27,7 +26,7 @@ constexpr int first_udp_port = 20'000;
 constexpr int udp_ports = 1'000;
 /// A stream takes some twenty descriptors, and GLib ends the process where it finds none.
 constexpr int descriptors_of_a_stream = 40;
-constexpr std::array kinds = {RtspMount::Kind::h264, RtspMount::Kind::mjpeg};
+constexpr std::array codecs = {RtspCodec::h264, RtspCodec::mjpeg};
 
 using Task = std::function<void()>;
 
@@ -82,7 +81,7 @@ struct RtspServer::Impl final : CameraObserver {
     void unmount(const std::string& path);
     Result<void> refusal(const std::string& path) const;
     GObjectHandle<GstRTSPAddressPool> addresses();
-    void keep_house();
+    void do_regular_work();
 
     const RtspOptions options;
     GMainContext* const context;
@@ -159,20 +158,20 @@ void RtspServer::Impl::run() {
     ::pthread_setname_np(::pthread_self(), "camrig-rtsp");
     g_main_context_push_thread_default(context);
     listener->start(context);
-    attach(g_timeout_source_new(housekeeping_ms), context, run_again, [this] { keep_house(); });
+    attach(g_timeout_source_new(regular_work_ms), context, run_again, [this] { do_regular_work(); });
     g_main_loop_run(loop);
     g_main_context_pop_thread_default(context);
 }
 
 void RtspServer::Impl::mount(const CameraStream& camera, bool is_there) {
-    for (const auto kind : kinds) {
-        const std::string path = RtspMount::path_of(kind, camera.name);
+    for (const RtspCodec codec : codecs) {
+        const std::string path = RtspMount::path_of(codec, camera.name);
         refused.erase(path);
         if (!is_there) {
             unmount(path);
             continue;
         }
-        auto plan = RtspMount::plan(kind, camera, options);
+        auto plan = RtspMount::plan(codec, camera, options);
         if (!plan) {
             unmount(path);
             refused.emplace(path, plan.error());
@@ -234,7 +233,7 @@ Result<void> RtspServer::Impl::refusal(const std::string& path) const {
     return error(ErrorKind::not_found, "Not Found; there are: " + paths);
 }
 
-void RtspServer::Impl::keep_house() {
+void RtspServer::Impl::do_regular_work() {
     const TimeNs now_ns = monotonic_now_ns();
     for (const auto& [path, one] : mounted)
         for (const auto& feed : one->feeds()) feed->repeat_if_idle(now_ns);
@@ -289,9 +288,6 @@ const char* RtspServer::scheme() const {
 }
 void RtspServer::stop() {
     impl_->stop();
-}
-RtspCounts RtspServer::counts() const {
-    return impl_->clients.counts();
 }
 
 }  // namespace camrig

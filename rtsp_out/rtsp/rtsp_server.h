@@ -21,7 +21,6 @@ public:
     std::uint16_t port() const;
     /// "rtsp" or "rtsps".
     const char* scheme() const;
-    RtspCounts counts() const;
     /// Ends all streams, closes all connections and joins. May be called twice.
     void stop();
 

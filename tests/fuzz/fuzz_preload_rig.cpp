@@ -93,7 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         request.type = data[at] % 16;
         const std::size_t sent = data[at] >= 0xf0 ? length : sizeof request;  // now and then a wrong size
         host.receive(hostile.session, std::as_bytes(std::span(&request, 1)).first(std::min(sent, sizeof request)));
-        for (const auto& task : tasks->take()) task();
+        tasks->run();
         hostile.drain();
         at += 2 + length;
     }

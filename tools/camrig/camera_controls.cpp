@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 #include <linux/videodev2.h>
 
@@ -26,40 +27,33 @@ struct CameraControl {
     void (*write)(std::int32_t value, CameraPatch& patch);
 };
 
+/// One that stands for a member of the camera's image controls, in steps of 1 / steps_per_unit.
+template <auto member, int steps_per_unit = 1>
+CameraControl image_control(DeviceControl control) {
+    return {std::move(control),
+            [](const CameraSpec& spec) { return whole(static_cast<double>(spec.controls.*member) * steps_per_unit); },
+            [](std::int32_t value, CameraPatch& patch) {
+                patch.change([value](CameraSpec& spec) {
+                    using Member = std::remove_reference_t<decltype(spec.controls.*member)>;
+                    spec.controls.*member = static_cast<Member>(value / double{steps_per_unit});
+                });
+            }};
+}
+
 // The names are those of the kernel's uvcvideo of old, which usb_cam and many scripts go by.
 const std::vector<CameraControl>& camera_controls() {
     using enum DeviceControl::Kind;
     static const std::vector<CameraControl> all{
-        {{V4L2_CID_BRIGHTNESS, integer, "Brightness", -100, 100, 1, 0, 0, {}},
-         [](const CameraSpec& spec) { return whole(spec.controls.brightness * 100); },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.brightness = value / 100.0; });
-         }},
-        {{V4L2_CID_CONTRAST, integer, "Contrast", 0, 200, 1, 100, 0, {}},
-         [](const CameraSpec& spec) { return whole(spec.controls.contrast * 100); },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.contrast = value / 100.0; });
-         }},
-        {{V4L2_CID_SATURATION, integer, "Saturation", 0, 200, 1, 100, 0, {}},
-         [](const CameraSpec& spec) { return whole(spec.controls.saturation * 100); },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.saturation = value / 100.0; });
-         }},
-        {{V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}},
-         [](const CameraSpec& spec) { return std::int32_t{spec.controls.auto_white_balance}; },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.auto_white_balance = value != 0; });
-         }},
-        {{V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}},
-         [](const CameraSpec& spec) { return whole(spec.controls.gain_db * 10); },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.gain_db = value / 10.0; });
-         }},
-        {{V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}},
-         [](const CameraSpec& spec) { return whole(spec.controls.white_balance_k); },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.white_balance_k = value; });
-         }},
+        image_control<&ImageControls::brightness, 100>(
+            {V4L2_CID_BRIGHTNESS, integer, "Brightness", -100, 100, 1, 0, 0, {}}),
+        image_control<&ImageControls::contrast, 100>({V4L2_CID_CONTRAST, integer, "Contrast", 0, 200, 1, 100, 0, {}}),
+        image_control<&ImageControls::saturation, 100>(
+            {V4L2_CID_SATURATION, integer, "Saturation", 0, 200, 1, 100, 0, {}}),
+        image_control<&ImageControls::auto_white_balance>(
+            {V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}}),
+        image_control<&ImageControls::gain_db, 10>({V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}}),
+        image_control<&ImageControls::white_balance_k>(
+            {V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}}),
         {{V4L2_CID_EXPOSURE_AUTO,
           menu,
           "Exposure, Auto",

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "tools/camrig/cli_commands.h"
+#include "tools/camrig/outputs.h"
 #include "tools/camrig/version.h"
 
 namespace camrig {
@@ -47,6 +48,7 @@ std::string unexpected_word(const CLI::App& app) {
 }  // namespace
 
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
+    register_outputs();
     CliContext context{.out = hooks.out, .err = hooks.err};
     CLI::App app("camrig: a rig of virtual cameras that programs take for real ones", "camrig");
     app.require_subcommand(1);

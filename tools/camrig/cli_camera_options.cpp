@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "core/base/output_family.h"
 #include "core/world/camera_fields.h"
 #include "tools/camrig/cli_context.h"
 
@@ -81,16 +82,6 @@ Result<json> lens_of(const std::string& text) {
     return lens;
 }
 
-json rtsp_output_of(const CameraOptions& options) {
-    json output{{"kind", "rtsp"}, {"codec", options.rtsp}};
-    if (options.rtsp_bitrate_kbps) output["bitrate_kbps"] = *options.rtsp_bitrate_kbps;
-    if (options.rtsp_key_interval_s) output["key_interval_s"] = *options.rtsp_key_interval_s;
-    if (!options.rtsp_preset.empty()) output["preset"] = options.rtsp_preset;
-    if (!options.rtsp_profile.empty()) output["profile"] = options.rtsp_profile;
-    if (options.rtsp_quality) output["quality"] = *options.rtsp_quality;
-    return output;
-}
-
 /// A number, a text, a truth value; of parameters that may be null, "none" is null.
 json scalar_of(const Field& field, const std::string& text) {
     const bool is_none = field.is_nullable() && text == "none";
@@ -153,13 +144,35 @@ void add_from_table(CLI::App& command, CameraOptions::FromTable& given) {
     if (field.type == "number" || field.type == "integer") option->check(CLI::Number);
 }
 
+/// Returns the option that wishes the output.
+CLI::Option* add_output(CLI::App& command, const OutputFamily& family, CameraOptions::GivenOutput& given) {
+    const KindDescription& kind = family.kind.description;
+    given.kind = kind.name;
+    CLI::Option* wish = family.key.empty() ? command.add_flag("--" + kind.name, given.is_on, kind.doc) : nullptr;
+    for (const Field& field : kind.fields) {
+        auto& option = given.options.emplace_back(field);
+        const bool is_key = field.name == family.key;
+        const std::string name = is_key                 ? kind.name
+                                 : field.option.empty() ? kind.name + "-" + field.option_text()
+                                                        : field.option;
+        auto* added = command.add_option("--" + name, option.values, words_of(field))->expected(1);
+        if (field.type == "number" || field.type == "integer") added->check(CLI::Number);
+        if (is_key) wish = added->description(kind.doc + "; " + words_of(field));
+        if (wish && !is_key) added->needs(wish);
+    }
+    return wish;
+}
+
 json outputs_of(const CameraOptions& options) {
     json outputs = json::array();
-    if (options.v4l2) outputs.push_back({{"kind", "v4l2"}, {"number", *options.v4l2}});
-    if (options.device) outputs.push_back({{"kind", "device"}, {"number", *options.device}});
-    if (options.device && !options.subsampling.empty()) outputs.back()["subsampling"] = options.subsampling;
-    if (!options.rtsp.empty()) outputs.push_back(rtsp_output_of(options));
-    if (options.mjpeg) outputs.push_back({{"kind", "mjpeg"}});
+    for (const auto& [kind, is_on, given] : options.outputs) {
+        json output = json::object();
+        for (const auto& [field, values, on, off] : given)
+            if (!values.empty()) output[field.name] = scalar_of(field, values.front());
+        if (output.empty() && !is_on) continue;
+        output["kind"] = kind;
+        outputs.push_back(std::move(output));
+    }
     return outputs;
 }
 
@@ -196,22 +209,9 @@ void CameraOptions::add_to(CLI::App& command) {
                      ->excludes(glass);
     command.add_option("--calibration-camera", calibration_camera, "which camera of a FILE with several, e.g. cam1")
         ->needs(file);
-    auto* module_output = command.add_option("--v4l2", v4l2, "N: also as /dev/videoN by v4l2loopback");
-    auto* user_output = command.add_option("--device", device, "N: also as /dev/videoN for camrig exec");
-    command.add_option("--subsampling", subsampling, "4:2:2 or 4:2:0: chroma of the MJPG of --device")
-        ->needs(user_output);
-    auto* rtsp_output = command.add_option("--rtsp", rtsp, "h264 or mjpeg: also by RTSP");
-    for (auto* option :
-         {command.add_option("--rtsp-bitrate-kbps", rtsp_bitrate_kbps, "of H.264: 16 to 200000"),
-          command.add_option("--rtsp-key-interval-s", rtsp_key_interval_s, "of H.264: a key frame at least so often"),
-          command.add_option("--rtsp-preset", rtsp_preset,
-                             "of H.264: ultrafast, superfast, veryfast, faster, fast, medium or slow"),
-          command.add_option("--rtsp-profile", rtsp_profile, "of H.264: baseline, main or high"),
-          command.add_option("--rtsp-quality", rtsp_quality, "of MJPEG: 1 to 100")})
-        option->needs(rtsp_output);
-    auto* mjpeg_output = command.add_flag("--mjpeg", mjpeg, "also as an MJPEG output");
     auto* none = command.add_flag("--no-outputs", no_outputs, "none of these any more");
-    for (auto* output : {module_output, user_output, rtsp_output, mjpeg_output}) output->excludes(none);
+    for (const OutputFamily& family : output_families())
+        add_output(command, family, outputs.emplace_back())->excludes(none);
 }
 
 bool CameraOptions::has_pose() const {

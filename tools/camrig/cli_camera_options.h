@@ -25,15 +25,17 @@ struct CameraOptions {
         bool is_on = false, is_off = false;
     };
     std::deque<FromTable> from_table;
-    std::string size, fps, position, look_at, orientation, intrinsics, lens, rtsp;
+    /// One of each family: --KIND with the value of its key, if it has one, and --KIND-OPTION.
+    struct GivenOutput {
+        std::string kind;
+        bool is_on = false;  ///< of a family without a key
+        std::deque<FromTable> options;
+    };
+    std::deque<GivenOutput> outputs;
+    std::string size, fps, position, look_at, orientation, intrinsics, lens;
     std::optional<std::string> mount;
     std::string calibration, calibration_camera;
-    std::string rtsp_preset, rtsp_profile, subsampling;
-    std::optional<int> rtsp_bitrate_kbps, rtsp_quality;
-    std::optional<double> rtsp_key_interval_s;
     std::optional<double> pan_deg, tilt_deg, roll_deg;
-    std::optional<int> v4l2, device;
-    bool mjpeg = false;
     bool no_outputs = false;
 
     void add_to(CLI::App& command);

@@ -7,7 +7,7 @@
 #include <optional>
 #include <ostream>
 
-#include "control/rpc/token.h"
+#include "core/base/token.h"
 
 namespace camrig {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "control/rpc/token.h"
+#include "core/base/token.h"
 #include "tools/camrig/cli_commands.h"
 #include "tools/probe/probe.h"
 

@@ -237,15 +237,12 @@ Result<std::int64_t> Recorder::record(Progress& progress) {
     std::int64_t frames = 0, instants = 0;
     for (TimeNs now_ns = start_ns; stop_asked == 0;) {
         TimeNs next_ns = max_time_ns;
-        const auto due_ns = [&](const RecordedCamera& camera) {
-            return camera.rate.time_of_frame(camera.rate.first_frame_at_or_after(now_ns + 1));
-        };
-        for (const RecordedCamera& camera : cameras_) next_ns = std::min(next_ns, due_ns(camera));
+        for (const RecordedCamera& camera : cameras_) next_ns = std::min(next_ns, camera.rate.next_due_ns(now_ns));
         if (next_ns > end_ns || (options_.frames && instants >= *options_.frames)) break;
         const auto stepped = client_.call("world.step", {{"nanoseconds", next_ns - now_ns}});
         if (!stepped) return std::unexpected(stepped.error());
         for (const RecordedCamera& camera : cameras_) {
-            if (due_ns(camera) != next_ns) continue;
+            if (camera.rate.next_due_ns(now_ns) != next_ns) continue;
             if (auto taken = take(camera, next_ns); !taken) return std::unexpected(taken.error());
             ++frames;
         }

@@ -2,17 +2,14 @@
 
 #include <spdlog/spdlog.h>
 
-#include "v4l2_sink/media_format.h"
+#include "v4l2_sink/preload/device_output.h"
 
 namespace camrig {
 
 Result<std::unique_ptr<DeviceOutputs>> DeviceOutputs::create(FrameBus& bus, CommandPort& commands,
                                                              const std::string& socket_path) {
     auto controls = std::make_shared<CameraControls>(commands);
-    DeviceServerOptions options;
-    options.socket_path = socket_path;
-    options.controls = controls;
-    auto server = DeviceServer::create(bus, std::move(options));
+    auto server = DeviceServer::create(bus, socket_path, controls);
     if (!server) return std::unexpected(server.error());
     std::unique_ptr<DeviceOutputs> outputs(new DeviceOutputs(bus, std::move(controls), std::move(*server)));
     bus.add_observer(outputs.get());
@@ -34,43 +31,32 @@ DeviceOutputs::~DeviceOutputs() {
 
 void DeviceOutputs::camera_added(const CameraStream& camera) {
     controls_->refresh(camera.name);
-    plug(camera, true);
+    update(camera, true);
 }
 
 void DeviceOutputs::camera_changed(const CameraStream& camera) {
-    plug(camera, true);
+    update(camera, true);
 }
 
 void DeviceOutputs::camera_removed(const CameraStream& camera) {
     controls_->forget(camera.name);
-    plug(camera, false);
+    update(camera, false);
 }
 
 void DeviceOutputs::camera_adjusted(const CameraStream& camera) {
     controls_->refresh(camera.name);
 }
 
-void DeviceOutputs::plug(const CameraStream& camera, bool is_there) {
-    std::map<int, ChromaSampling> wanted;
-    for (const OutputSpec& output : camera.outputs)
-        if (is_there && output.kind == "device" && output.number)
-            wanted.emplace(*output.number, mjpg_sampling_of(output));
-    for (auto it = plugged_.begin(); it != plugged_.end();) {
-        const auto kept = wanted.find(it->first);
-        if (it->second.camera != camera.name || (kept != wanted.end() && kept->second == it->second.mjpg_sampling)) {
-            ++it;
-            continue;
+void DeviceOutputs::update(const CameraStream& camera, bool is_there) {
+    const CameraOutputs::Change change = outputs_.update(camera, is_there);
+    for (const auto& ended : {change.gone, change.changed})
+        for (const OutputSpec& output : ended) server_->remove_device(options_of<DeviceOutput>(output).number);
+    for (const auto& begun : {change.changed, change.added}) {
+        for (const OutputSpec& output : begun) {
+            const auto options = options_of<DeviceOutput>(output);
+            if (const auto added = server_->add_device(options.number, camera.name, options.subsampling); !added)
+                spdlog::error("camera {}: /dev/video{}: {}", camera.name, options.number, added.error().message);
         }
-        server_->remove_device(it->first);
-        it = plugged_.erase(it);
-    }
-    for (const auto& [number, mjpg_sampling] : wanted) {
-        if (plugged_.contains(number)) continue;
-        if (const auto added = server_->add_device(number, camera.name, mjpg_sampling); !added) {
-            spdlog::error("camera {}: /dev/video{}: {}", camera.name, number, added.error().message);
-            continue;
-        }
-        plugged_.emplace(number, Plugged{camera.name, mjpg_sampling});
     }
 }
 

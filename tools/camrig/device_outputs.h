@@ -1,20 +1,17 @@
 #pragma once
 
-#include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "core/base/result.h"
-#include "core/stream/frame_bus.h"
+#include "core/stream/camera_outputs.h"
 #include "tools/camrig/camera_controls.h"
 #include "v4l2_sink/preload/device_server.h"
 
 namespace camrig {
 
-/// Plugs cameras with an output {kind: "device", number: N} in as /dev/videoN and out again, as they come, change and
-/// go. The few small files of a device are written before the call returns: who has the answer to camera.create finds
-/// /dev/videoN.
+/// Opens the outputs {kind: "device"} of the cameras of a bus, as cameras come, change and go. The few small files of a
+/// device are written before the call returns: who has the answer to camera.create finds /dev/videoN.
 class DeviceOutputs final : public CameraObserver {
 public:
     /// `commands`: where the devices' controls go; it must outlive the bus's cameras.
@@ -29,16 +26,12 @@ public:
 
 private:
     DeviceOutputs(FrameBus& bus, std::shared_ptr<CameraControls> controls, std::unique_ptr<DeviceServer> server);
-    void plug(const CameraStream& camera, bool is_there);
+    void update(const CameraStream& camera, bool is_there);
 
     FrameBus& bus_;
     const std::shared_ptr<CameraControls> controls_;
     const std::unique_ptr<DeviceServer> server_;
-    struct Plugged {
-        std::string camera;
-        ChromaSampling mjpg_sampling;
-    };
-    std::map<int, Plugged> plugged_;  ///< by number; the bus calls observers one at a time
+    CameraOutputs outputs_{"device"};
 };
 
 }  // namespace camrig

@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) {
     const auto exec = [](const std::vector<std::string>& command, const std::string& control) {
-        return camrig::exec_with_devices(command, {.library = {}, .socket = camrig::device_socket_of(control)});
+        return camrig::exec_with_devices(command, camrig::device_socket_of(control));
     };
     return camrig::run_cli({argv + 1, argv + argc},
                            {camrig::run_serve, std::cout, std::cerr, exec, camrig::exec_python, camrig::exec_view});

@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <mutex>
 #include <new>
 #include <string_view>
@@ -15,18 +14,17 @@
 #include <unistd.h>
 
 #include "control/rpc/rpc_server.h"
-#include "control/rpc/work_thread.h"
 #include "control/server/control_server.h"
 #include "control/web/page_files.h"
 #include "core/base/clock.h"
 #include "core/base/command_key.h"
+#include "core/base/token.h"
 #include "core/stream/local_frame_bus.h"
 #include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
 #include "tools/camrig/descriptors.h"
-#include "tools/camrig/device_outputs.h"
-#include "tools/camrig/loopback_outputs.h"
+#include "tools/camrig/outputs.h"
 #include "tools/camrig/rig_folder.h"
 #include "tools/camrig/version.h"
 
@@ -34,27 +32,12 @@
 namespace camrig {
 namespace {
 
-constexpr std::size_t max_token_bytes = 4096;
 constexpr std::size_t max_truths_waiting = 64;
 constexpr int max_heaps = 2;
 
 int fail(const Error& why) {
     std::fprintf(stderr, "camrig: %s\n", why.message.c_str());
     return 1;
-}
-
-Result<std::string> read_token(const std::filesystem::path& file) {
-    if (file.empty()) return std::string();
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return error(ErrorKind::not_found, "--token-file " + file.string() + ": cannot be read");
-    std::string token(max_token_bytes + 1, '\0');
-    stream.read(token.data(), static_cast<std::streamsize>(token.size()));
-    token.resize(static_cast<std::size_t>(stream.gcount()));
-    if (token.size() > max_token_bytes)
-        return error(ErrorKind::invalid_argument, "--token-file " + file.string() + ": longer than 4096 bytes");
-    while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
-    if (token.empty()) return error(ErrorKind::invalid_argument, "--token-file " + file.string() + ": is empty");
-    return token;
 }
 
 /// While it lives, and its is_over() was not called, a program without memory ends with a message instead of an
@@ -191,8 +174,8 @@ int run_serve(const ServeOptions& options) {
     mallopt(M_ARENA_MAX, max_heaps);
     StopSignal stop;
 
-    auto token = read_token(options.token_file);
-    if (!token) return fail(token.error());
+    auto token = options.token_file.empty() ? Result<std::string>(std::string()) : read_token_file(options.token_file);
+    if (!token) return fail(at("--token-file", token.error()).error());
     auto access = network_access(options, *token);
     if (!access) return fail(access.error());
     auto folder = RigFolder::claim(options.control);
@@ -202,22 +185,20 @@ int run_serve(const ServeOptions& options) {
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
 
     // The engine's thread has no time for text, and the HTTP server's must not wait for it.
-    WorkThread truth_text(max_truths_waiting);
+    WorkerPool truth_text(1, max_truths_waiting);
     auto pool = std::make_shared<FramePool>();
     LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
-    engine_options.output_kinds = {"mjpeg", "device", "v4l2", "rtsp"};
-    engine_options.check_output = [](const std::string& camera, const OutputSpec& output) {
-        return output.kind == "v4l2" ? check_loopback(*output.number, camera) : Result<void>();
-    };
     auto engine = Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 
-    auto devices = DeviceOutputs::create(bus, **engine, device_socket_of(options.control));
-    if (!devices) return fail(devices.error());
-    auto loopback = std::make_unique<LoopbackOutputs>(
-        bus, **engine, LoopbackHost::Options{.always_subscribed = options.engine.mode == RunMode::lockstep});
+    auto outputs = open_outputs({.bus = bus,
+                                 .fetcher = **engine,
+                                 .commands = **engine,
+                                 .device_socket = device_socket_of(options.control),
+                                 .is_lockstep = options.engine.mode == RunMode::lockstep});
+    if (!outputs) return fail(outputs.error());
 
     Facts facts;
     facts.add("version", version);
@@ -263,7 +244,7 @@ int run_serve(const ServeOptions& options) {
                 std::function<void()> job = [reply, truth = std::move(*truth)] {
                     reply(truth_to_json(*truth).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
                 };
-                if (!truth_text.post(job)) job();
+                if (!truth_text.post(std::move(job))) job();
             }});
     };
     http_options.hooks.files = [](std::string_view path) -> std::optional<StaticFile> {
@@ -324,8 +305,7 @@ int run_serve(const ServeOptions& options) {
     (*http)->stop();
     rpc.stop();
     truth_text.stop();
-    loopback.reset();
-    devices->reset();
+    outputs->clear();
     engine->reset();
     return 0;
 }

@@ -12,7 +12,7 @@
 #include <camrig/error.h>
 #include <unistd.h>
 
-#include "control/rpc/token.h"
+#include "core/base/token.h"
 #include "tools/view/panels.h"
 #include "tools/view/window.h"
 

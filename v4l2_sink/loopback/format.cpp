@@ -10,8 +10,8 @@ std::string LoopbackFormat::to_string() const {
     return name + " " + size.to_string();
 }
 
-LoopbackFormat loopback_format_of(const CameraStream& camera, const OutputSpec& output) {
-    LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate, mjpg_sampling_of(output)};
+LoopbackFormat loopback_format_of(const CameraStream& camera, const LoopbackOutput& output) {
+    LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate, output.subsampling};
     if (output.format == "YU12") format.fourcc = V4L2_PIX_FMT_YUV420;
     if (output.format == "MJPG") format.fourcc = V4L2_PIX_FMT_MJPEG;
     if (output.format == "BGR3") format.fourcc = V4L2_PIX_FMT_BGR24;

@@ -7,6 +7,7 @@
 #include <linux/videodev2.h>
 
 #include "core/stream/frame_bus.h"
+#include "v4l2_sink/loopback/loopback_output.h"
 
 namespace camrig {
 
@@ -23,8 +24,8 @@ struct LoopbackFormat {
     friend bool operator==(const LoopbackFormat&, const LoopbackFormat&) = default;
 };
 
-/// The format of an output {kind: "v4l2"} of this camera, whose width and height are even.
-LoopbackFormat loopback_format_of(const CameraStream& camera, const OutputSpec& output);
+/// The format of an output of this camera, whose width and height are even.
+LoopbackFormat loopback_format_of(const CameraStream& camera, const LoopbackOutput& output);
 /// In which form the bus gives pictures of this format; nothing for a fourcc that is none of ours.
 std::optional<MediaFormat> media_format_of(const LoopbackFormat& format);
 /// How V4L2 says it, with BT.601 limited range (MJPG: JFIF; BGR3: full range) in the colour fields.

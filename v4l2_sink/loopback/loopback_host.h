@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "core/stream/frame_bus.h"
@@ -45,34 +46,47 @@ public:
     void tick(TimeNs monotonic_ns);
     /// To be polled for POLLPRI.
     std::vector<int> watch_fds() const;
-    bool is_idle() const { return entries_.empty(); }
+    bool is_idle() const { return devices_.empty(); }
 
 private:
-    struct Entry {
-        std::optional<LoopbackWish> wish;  ///< none: only waits to be removed
-        bool is_own = false;               ///< this rig made it, and will remove it
-        TimeNs made_ns = 0;
-        TimeNs retry_ns = 0;  ///< when to try again what failed
-        std::string complaint;
-        std::shared_ptr<LoopbackSink> sink;  ///< null: not open
-        LoopbackFormat shown;                ///< while open; differs from the wish while a program holds the device
-        TimeNs reopen_ns = 0;                ///< then: when to look whether it still does
-        std::optional<Subscription> subscription;
+    /// Not open; will be, at Device::retry_ns.
+    struct Closed {};
+    /// Open, and shows its camera's pictures.
+    struct Open {
+        std::shared_ptr<LoopbackSink> sink;
+        LoopbackFormat shown;  ///< differs from the wish while a program holds the device
+        std::optional<Subscription> subscription = {};
         bool is_read = false;
         bool is_fetching = false;
-        TimeNs refresh_ns = 0;
+        TimeNs refresh_ns = 0;  ///< when to fetch a picture again that nobody reads
+    };
+    /// Closed, and no camera wants it: removed at Device::retry_ns if it is the rig's.
+    struct Leaving {};
+
+    struct Device {
+        std::variant<Closed, Open, Leaving> state;
+        LoopbackWish wish;    ///< the last one, when Leaving
+        bool is_own = false;  ///< this rig made it, and will remove it
+        TimeNs made_ns = 0;
+        TimeNs retry_ns = 0;   ///< when to try again what failed
+        TimeNs reopen_ns = 0;  ///< while another format is shown: when to look whether a program still holds it
+        std::string complaint;
     };
 
-    void open(int number, Entry& entry, TimeNs monotonic_ns);
-    Result<std::unique_ptr<LoopbackDevice>> try_open(Entry& entry, TimeNs monotonic_ns);
-    void attend(int number, Entry& entry, TimeNs monotonic_ns);
-    void subscribe(int number, Entry& entry, TimeNs monotonic_ns);
-    void fetch(int number, Entry& entry);
-    void follow_wish(int number, Entry& entry, bool may_reopen, TimeNs monotonic_ns);
-    void close(Entry& entry);
-    /// True if nothing of it is left to do.
-    bool discard(int number, Entry& entry, TimeNs monotonic_ns);
-    void complain(int number, Entry& entry, const Error& why, TimeNs monotonic_ns);
+    void open(Device& device, TimeNs monotonic_ns);
+    Result<std::unique_ptr<LoopbackDevice>> try_open(Device& device, TimeNs monotonic_ns);
+    void close(Device& device);
+    /// An open device's turn.
+    void attend(Device& device, TimeNs monotonic_ns);
+    void subscribe(Device& device, Open& open, TimeNs monotonic_ns);
+    void fetch(const Device& device, Open& open);
+    /// Opens the device anew if it shows another format than is wished and nobody holds it. Null: it could not.
+    Open* follow_wish(Device& device, bool may_reopen, TimeNs monotonic_ns);
+    /// The device of this number if it is open with this sink, for what comes back from other threads; else null.
+    Device* find(int number, const std::weak_ptr<LoopbackSink>& sink);
+    /// True if nothing is left to do.
+    bool remove(Device& device, TimeNs monotonic_ns);
+    void complain(Device& device, const Error& why, TimeNs monotonic_ns);
 
     FrameBus& bus_;
     FrameFetcher& fetcher_;
@@ -80,7 +94,7 @@ private:
     const LoopbackModule module_;
     const std::shared_ptr<TaskQueue> tasks_;
     const Options options_;
-    std::map<int, Entry> entries_;
+    std::map<int, Device> devices_;  ///< by number
 };
 
 }  // namespace camrig

@@ -24,21 +24,32 @@ Result<void> check_loopback(int number, const std::string& camera, LoopbackKerne
     return good;
 }
 
-LoopbackServer::LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options,
-                               LoopbackKernel& kernel)
-    : host_(std::make_unique<LoopbackHost>(bus, fetcher, kernel, tasks_, options)), thread_([this] { run(); }) {}
+LoopbackServer::LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options)
+    : bus_(bus),
+      host_(std::make_unique<LoopbackHost>(bus, fetcher, linux_kernel(), tasks_, options)),
+      thread_([this] { run(); }) {
+    bus_.add_observer(this);
+}
 
 LoopbackServer::~LoopbackServer() {
+    bus_.remove_observer(this);
     tasks_->post([this] { stopping_ = true; });
     thread_.join();
 }
 
-void LoopbackServer::set(LoopbackWish wish) {
-    tasks_->post([this, wish = std::move(wish)] { host_->set(wish, monotonic_now_ns()); });
-}
-
-void LoopbackServer::unset(int number) {
-    tasks_->post([this, number] { host_->unset(number, monotonic_now_ns()); });
+void LoopbackServer::update(const CameraStream& camera, bool is_there) {
+    const CameraOutputs::Change change = outputs_.update(camera, is_there);
+    for (const OutputSpec& output : change.gone)
+        tasks_->post(
+            [this, number = options_of<LoopbackOutput>(output).number] { host_->unset(number, monotonic_now_ns()); });
+    // A device goes on with another format, size or rate as far as its readers allow it.
+    for (const auto& present : {change.added, change.changed, change.kept}) {
+        for (const OutputSpec& output : present) {
+            const auto options = options_of<LoopbackOutput>(output);
+            LoopbackWish wish{options.number, camera.name, loopback_format_of(camera, options)};
+            tasks_->post([this, wish = std::move(wish)] { host_->set(wish, monotonic_now_ns()); });
+        }
+    }
 }
 
 void LoopbackServer::run() {
@@ -47,8 +58,7 @@ void LoopbackServer::run() {
         for (const int fd : host_->watch_fds()) polled.push_back({fd, POLLPRI, 0});
         // Without devices there is nothing to do until somebody wants one.
         ::poll(polled.data(), polled.size(), host_->is_idle() ? -1 : tick_ms);
-        if ((polled.front().revents & POLLIN) != 0)
-            for (const auto& task : tasks_->take()) task();
+        if ((polled.front().revents & POLLIN) != 0) tasks_->run();
         host_->tick(monotonic_now_ns());
     }
     host_.reset();

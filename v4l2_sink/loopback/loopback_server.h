@@ -3,7 +3,7 @@
 #include <memory>
 #include <thread>
 
-#include "core/stream/frame_bus.h"
+#include "core/stream/camera_outputs.h"
 #include "v4l2_sink/loopback/kernel.h"
 #include "v4l2_sink/loopback/loopback_host.h"
 
@@ -14,22 +14,26 @@ namespace camrig {
 /// run.
 Result<void> check_loopback(int number, const std::string& camera, LoopbackKernel& kernel = linux_kernel());
 
-/// The rig's devices of the kernel module v4l2loopback: one thread of its own; calls from any thread never wait.
-/// What cannot be done is logged, with what to run, and tried again: a module that is loaded later is used then.
-class LoopbackServer {
+/// Opens the outputs {kind: "v4l2"} of the cameras of a bus, as cameras come, change and go: the rig's devices of the
+/// kernel module v4l2loopback. One thread of its own; the bus never waits for it. What cannot be done is logged, with
+/// what to run, and tried again: a module that is loaded later is used then.
+class LoopbackServer final : public CameraObserver {
 public:
     /// Bus and fetcher must outlive the server.
-    LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options,
-                   LoopbackKernel& kernel = linux_kernel());
+    LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options);
     /// Devices that the rig made are removed.
-    ~LoopbackServer();
+    ~LoopbackServer() override;
 
-    void set(LoopbackWish wish);
-    void unset(int number);
+    void camera_added(const CameraStream& camera) override { update(camera, true); }
+    void camera_changed(const CameraStream& camera) override { update(camera, true); }
+    void camera_removed(const CameraStream& camera) override { update(camera, false); }
 
 private:
+    void update(const CameraStream& camera, bool is_there);
     void run();
 
+    FrameBus& bus_;
+    CameraOutputs outputs_{"v4l2"};
     const std::shared_ptr<TaskQueue> tasks_ = std::make_shared<TaskQueue>();
     std::unique_ptr<LoopbackHost> host_;  ///< the thread's
     bool stopping_ = false;               ///< the thread's

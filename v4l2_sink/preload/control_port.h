@@ -42,16 +42,4 @@ public:
                      std::function<void(Result<void>)> done) = 0;
 };
 
-/// A camera without controls.
-class NoControls final : public ControlPort {
-public:
-    std::vector<DeviceControl> list(std::string_view) override { return {}; }
-    Result<std::int32_t> get(std::string_view, std::uint32_t) override {
-        return error(ErrorKind::not_found, "this camera has no controls");
-    }
-    void set(std::string_view, std::span<const DeviceControlValue>, std::function<void(Result<void>)> done) override {
-        done(error(ErrorKind::not_found, "this camera has no controls"));
-    }
-};
-
 }  // namespace camrig

@@ -39,7 +39,7 @@ void DeviceControls::describe(const std::string& camera, camrig_description& des
     }
 }
 
-int DeviceControls::get(DeviceSession& session, const std::string& camera, const camrig_request& request) {
+Handled DeviceControls::get(DeviceSession& session, const std::string& camera, const camrig_request& request) {
     const auto value = port_->get(camera, request.u.control_id);
     if (!value) return errno_of(value.error());
     camrig_reply reply{};
@@ -49,7 +49,7 @@ int DeviceControls::get(DeviceSession& session, const std::string& camera, const
     return answered;
 }
 
-int DeviceControls::set(const SessionRef& session, const std::string& camera, const camrig_request& request) {
+Handled DeviceControls::set(const SessionRef& session, const std::string& camera, const camrig_request& request) {
     const camrig_controls_set& wish = request.u.controls;
     if (wish.count == 0 || wish.count > camrig_max_controls) return EINVAL;
     std::vector<DeviceControlValue> values;
@@ -79,7 +79,7 @@ int DeviceControls::set(const SessionRef& session, const std::string& camera, co
     return answered;
 }
 
-int DeviceControls::menu(DeviceSession& session, const std::string& camera, const camrig_request& request) {
+Handled DeviceControls::menu(DeviceSession& session, const std::string& camera, const camrig_request& request) {
     for (const DeviceControl& control : port_->list(camera)) {
         if (control.id != request.u.menu.id || control.kind != DeviceControl::Kind::menu) continue;
         const std::int64_t entry = std::int64_t{request.u.menu.index} - control.minimum;
@@ -93,7 +93,7 @@ int DeviceControls::menu(DeviceSession& session, const std::string& camera, cons
     return EINVAL;
 }
 
-int DeviceControls::subscribe(DeviceSession& session, const camrig_request& request) {
+Handled DeviceControls::subscribe(DeviceSession& session, const camrig_request& request) {
     const camrig_subscribe& wish = request.u.subscribe;
     const auto controls = controls_of(session.description);
     if (std::ranges::find(controls, wish.id, &camrig_control::id) == controls.end()) return EINVAL;

@@ -12,7 +12,7 @@
 namespace camrig {
 
 /// The controls of all devices: wishes of programs go to the rig's ControlPort, changes to all who subscribed to them.
-/// Device server's thread. What answers a request returns 0, an errno value or `answered`.
+/// Device server's thread.
 class DeviceControls {
 public:
     using SessionRef = std::shared_ptr<DeviceSession>;
@@ -24,11 +24,11 @@ public:
 
     /// Fills in the list of controls.
     void describe(const std::string& camera, camrig_description& description);
-    int get(DeviceSession& session, const std::string& camera, const camrig_request& request);
+    Handled get(DeviceSession& session, const std::string& camera, const camrig_request& request);
     /// Answered once the rig has done it.
-    int set(const SessionRef& session, const std::string& camera, const camrig_request& request);
-    int menu(DeviceSession& session, const std::string& camera, const camrig_request& request);
-    static int subscribe(DeviceSession& session, const camrig_request& request);
+    Handled set(const SessionRef& session, const std::string& camera, const camrig_request& request);
+    Handled menu(DeviceSession& session, const std::string& camera, const camrig_request& request);
+    static Handled subscribe(DeviceSession& session, const camrig_request& request);
     /// Somebody other than a program changed these.
     void changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
 

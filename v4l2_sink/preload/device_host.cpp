@@ -78,7 +78,7 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
     const bool introduced = session->number.has_value();
     if (introduced == (request.type == camrig_request_hello)) return end(session);
 
-    int problem = 0;
+    Handled problem = 0;
     switch (request.type) {
         case camrig_request_hello:
             problem = hello(session, request);
@@ -123,12 +123,8 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
         default:
             return end(session);
     }
-    if (problem == answered) {
-    } else if (problem != 0) {
-        session->fail(request.serial, problem);
-    } else {
-        session->reply(request.serial, camrig_reply{});
-    }
+    if (problem && *problem != 0) session->fail(request.serial, *problem);
+    if (problem && *problem == 0) session->reply(request.serial, camrig_reply{});
     if (session->dead) end(session);
 }
 
@@ -163,7 +159,7 @@ int DeviceHost::describe(DeviceSession& session, const DeviceState& device, int 
     return 0;
 }
 
-int DeviceHost::hello(const SessionRef& session, const camrig_request& request) {
+Handled DeviceHost::hello(const SessionRef& session, const camrig_request& request) {
     const auto device = devices_.find(static_cast<int>(request.u.hello.number));
     if (request.u.hello.number > camrig_max_device_number || device == devices_.end()) return ENODEV;
     if (request.u.hello.protocol != CAMRIG_DEVICE_PROTOCOL) return EPROTO;
@@ -202,7 +198,7 @@ camrig_format DeviceHost::format_of(const DeviceSession& session) const {
     return device.format && offered(session.description, *device.format) ? *device.format : session.format;
 }
 
-int DeviceHost::get_format(const SessionRef& session, const camrig_request& request) {
+Handled DeviceHost::get_format(const SessionRef& session, const camrig_request& request) {
     session->format = format_of(*session);
     camrig_reply reply{};
     reply.u.format = session->format;
@@ -210,7 +206,7 @@ int DeviceHost::get_format(const SessionRef& session, const camrig_request& requ
     return answered;
 }
 
-int DeviceHost::set_format(const SessionRef& session, const camrig_request& request) {
+Handled DeviceHost::set_format(const SessionRef& session, const camrig_request& request) {
     if (!offered(session->description, request.u.format)) return EINVAL;
     if (session->owns_buffers && std::memcmp(&session->format, &request.u.format, 12) != 0) return EBUSY;
     if (owned_by_another(*session)) return EBUSY;
@@ -233,13 +229,13 @@ bool DeviceHost::owned_by_another(const DeviceSession& session) const {
     });
 }
 
-int DeviceHost::acquire(const SessionRef& session) {
+Handled DeviceHost::acquire(const SessionRef& session) {
     if (owned_by_another(*session)) return EBUSY;
     session->owns_buffers = true;
     return 0;
 }
 
-int DeviceHost::stream_on(const SessionRef& session, const camrig_request& request) {
+Handled DeviceHost::stream_on(const SessionRef& session, const camrig_request& request) {
     if (!offered(session->description, request.u.format) || session->ring) return EINVAL;
     if (owned_by_another(*session)) return EBUSY;
     const DeviceState& device = devices_.at(*session->number);
@@ -279,7 +275,7 @@ void DeviceHost::unplug(const std::shared_ptr<FedRing>& ring) {
         if (session->ring == ring) end(session);
 }
 
-int DeviceHost::set_priority(const SessionRef& session, std::uint32_t priority) {
+Handled DeviceHost::set_priority(const SessionRef& session, std::uint32_t priority) {
     if (priority > V4L2_PRIORITY_RECORD) return EINVAL;
     session->priority = priority;
     share_priorities(*session->number);

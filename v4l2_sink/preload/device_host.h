@@ -47,13 +47,13 @@ public:
 
 private:
     using SessionRef = std::shared_ptr<DeviceSession>;
-    int hello(const SessionRef& session, const camrig_request& request);
-    int get_format(const SessionRef& session, const camrig_request& request);
-    int set_format(const SessionRef& session, const camrig_request& request);
-    int acquire(const SessionRef& session);
-    int stream_on(const SessionRef& session, const camrig_request& request);
+    Handled hello(const SessionRef& session, const camrig_request& request);
+    Handled get_format(const SessionRef& session, const camrig_request& request);
+    Handled set_format(const SessionRef& session, const camrig_request& request);
+    Handled acquire(const SessionRef& session);
+    Handled stream_on(const SessionRef& session, const camrig_request& request);
     void stream_off(const SessionRef& session);
-    int set_priority(const SessionRef& session, std::uint32_t priority);
+    Handled set_priority(const SessionRef& session, std::uint32_t priority);
 
     int describe(DeviceSession& session, const DeviceState& device, int number);
     camrig_format format_of(const DeviceSession& session) const;

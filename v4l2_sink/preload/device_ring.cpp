@@ -144,8 +144,7 @@ void DeviceRing::close() noexcept {}
 
 std::uint32_t DeviceRing::next_sequence(const FrameInfo& info) {
     // With a lower rate than the camera's, the ticks of that rate are counted: a gap is a loss, never the rate.
-    std::int64_t sequence =
-        rate_ ? rate_->first_frame_at_or_after(std::max<TimeNs>(info.world_ns, 0) + 1) : info.sequence;
+    std::int64_t sequence = rate_ ? rate_->frames_until(info.world_ns) : info.sequence;
     sequence += sequence_offset_;
     if (sequence <= last_sequence_) {  // after repeated pictures, or a world that was loaded anew
         sequence_offset_ += last_sequence_ + 1 - sequence;

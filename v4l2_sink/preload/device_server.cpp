@@ -1,6 +1,5 @@
 #include "v4l2_sink/preload/device_server.h"
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <future>
@@ -68,10 +67,7 @@ private:
 
     void handle(int fd) {
         if (fd == listener_.fd()) return accept_one();
-        if (fd == tasks_->fd()) {
-            for (const auto& task : tasks_->take()) task();
-            return;
-        }
+        if (fd == tasks_->fd()) return tasks_->run();
         const auto connection = connections_.find(fd);
         if (connection == connections_.end()) return;
         const auto session = connection->second;
@@ -110,15 +106,16 @@ private:
     bool stopping_ = false;
 };
 
-Result<std::unique_ptr<DeviceServer>> DeviceServer::create(FrameBus& bus, DeviceServerOptions options) {
-    const std::string path = options.socket_path;
-    auto listener = UnixListener::listen(path, {.name = "device socket", .type = SOCK_SEQPACKET});
+Result<std::unique_ptr<DeviceServer>> DeviceServer::create(FrameBus& bus, const std::string& socket_path,
+                                                           std::shared_ptr<ControlPort> controls) {
+    auto listener = UnixListener::listen(socket_path, {.name = "device socket", .type = SOCK_SEQPACKET});
     if (!listener) return std::unexpected(listener.error());
-    auto tree = DeviceTree::create(path);
+    auto tree = DeviceTree::create(socket_path);
     if (!tree) return std::unexpected(tree.error());
     auto tasks = std::make_shared<TaskQueue>();
-    auto loop = std::make_unique<Loop>(std::move(*listener), bus, std::move(options.controls), tasks);
-    return std::unique_ptr<DeviceServer>(new DeviceServer(path, std::move(*tree), std::move(loop), std::move(tasks)));
+    auto loop = std::make_unique<Loop>(std::move(*listener), bus, std::move(controls), tasks);
+    return std::unique_ptr<DeviceServer>(
+        new DeviceServer(socket_path, std::move(*tree), std::move(loop), std::move(tasks)));
 }
 
 DeviceServer::DeviceServer(std::string socket_path, DeviceTree tree, std::unique_ptr<Loop> loop,
@@ -139,12 +136,11 @@ Result<void> DeviceServer::add_device(int number, const std::string& camera, Chr
         return error(ErrorKind::invalid_argument, "device number " + std::to_string(number) + ": must be 0 to " +
                                                       std::to_string(camrig_max_device_number));
     std::lock_guard lock(mutex_);
-    for (const auto& [taken, by] : numbers_)
-        if (taken == number)
-            return error(ErrorKind::already_exists,
-                         "device number " + std::to_string(number) + " is camera " + by + "; choose another");
+    if (const auto taken = numbers_.find(number); taken != numbers_.end())
+        return error(ErrorKind::already_exists,
+                     "device number " + std::to_string(number) + " is camera " + taken->second + "; choose another");
     if (auto added = tree_.add(number, camera); !added) return added;
-    numbers_.emplace_back(number, camera);
+    numbers_.emplace(number, camera);
     tasks_->post([loop = loop_.get(), number, camera, mjpg_sampling] {
         loop->host().add_device(number, camera, mjpg_sampling);
     });
@@ -153,7 +149,7 @@ Result<void> DeviceServer::add_device(int number, const std::string& camera, Chr
 
 void DeviceServer::remove_device(int number) {
     std::lock_guard lock(mutex_);
-    const auto known = std::ranges::find(numbers_, number, &std::pair<int, std::string>::first);
+    const auto known = numbers_.find(number);
     if (known == numbers_.end()) return;
     tree_.remove(number, known->second);
     numbers_.erase(known);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -16,11 +17,6 @@
 
 namespace camrig {
 
-struct DeviceServerOptions {
-    std::string socket_path;
-    std::shared_ptr<ControlPort> controls = std::make_shared<NoControls>();
-};
-
 /// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open
 /// a device. One thread of its own; calls from any thread.
 class DeviceServer {
@@ -28,13 +24,13 @@ public:
     static constexpr int max_connections = 1100;
 
     /// already_exists: another rig serves this socket. The bus must outlive the server.
-    static Result<std::unique_ptr<DeviceServer>> create(FrameBus& bus, DeviceServerOptions options);
+    static Result<std::unique_ptr<DeviceServer>> create(FrameBus& bus, const std::string& socket_path,
+                                                        std::shared_ptr<ControlPort> controls);
     /// Programs see their devices unplugged.
     ~DeviceServer();
 
     /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
-    Result<void> add_device(int number, const std::string& camera,
-                            ChromaSampling mjpg_sampling = ChromaSampling::yuv422);
+    Result<void> add_device(int number, const std::string& camera, ChromaSampling mjpg_sampling);
     void remove_device(int number);
     /// Somebody other than a device's program changed these controls: sends events to those who subscribed.
     void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
@@ -52,7 +48,7 @@ private:
     const std::shared_ptr<TaskQueue> tasks_;
     mutable std::mutex mutex_;  ///< guards tree_ and numbers_
     DeviceTree tree_;
-    std::vector<std::pair<int, std::string>> numbers_;
+    std::map<int, std::string> numbers_;  ///< and the cameras that have them
     std::unique_ptr<Loop> loop_;
     std::thread thread_;
 };

@@ -22,7 +22,8 @@ namespace camrig {
 struct FedRing {
     std::string camera;
     camrig_format format{};  ///< rate 0/0: the camera's own
-    ChromaSampling mjpg_sampling = ChromaSampling::yuv422;
+    MediaFormat media;
+    std::optional<Rate> rate;  ///< lower than the camera's own
     std::shared_ptr<DeviceRing> ring;
     Subscription subscription;
 };
@@ -34,8 +35,10 @@ struct DeviceState {
     std::optional<camrig_format> format;  ///< as last set by anybody; new openers start with it
 };
 
-/// What handling a request gives when the reply was sent or will be; else 0 or an errno value.
-inline constexpr int answered = -1;
+/// What handling a request gives: the errno value that its reply tells, 0 for success; or that the reply, with more in
+/// it, was sent or will be.
+using Handled = std::optional<int>;
+inline constexpr std::nullopt_t answered = std::nullopt;
 
 /// With a zero at the end, cut to fit.
 void copy_text(std::span<char> to, std::string_view text);

@@ -13,9 +13,11 @@ namespace camrig {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr const char* library_name = "libcamrig_device.so";
-}
 
+constexpr const char* library_name = "libcamrig_device.so";
+
+/// $CAMRIG_DEVICE_LIBRARY, else beside this program, else ../lib/camrig, else in the build tree of this program; empty
+/// when it is nowhere.
 std::string find_device_library() {
     if (const char* given = std::getenv("CAMRIG_DEVICE_LIBRARY"); given != nullptr && *given != '\0') return given;
     std::error_code problem;
@@ -28,12 +30,14 @@ std::string find_device_library() {
     return {};
 }
 
-int exec_with_devices(const std::vector<std::string>& command, const ExecOptions& options) {
+}  // namespace
+
+int exec_with_devices(const std::vector<std::string>& command, const std::string& device_socket) {
     if (command.empty()) {
         std::fprintf(stderr, "camrig exec: no command; use: camrig exec -- COMMAND...\n");
         return 2;
     }
-    const std::string library = options.library.empty() ? find_device_library() : options.library;
+    const std::string library = find_device_library();
     if (library.empty() || ::access(library.c_str(), R_OK) != 0) {
         std::fprintf(stderr, "camrig exec: %s not found; set CAMRIG_DEVICE_LIBRARY to its path\n", library_name);
         return 1;
@@ -41,7 +45,7 @@ int exec_with_devices(const std::vector<std::string>& command, const ExecOptions
     const char* before = std::getenv("LD_PRELOAD");
     const std::string preload = before != nullptr && *before != '\0' ? library + ":" + before : library;
     ::setenv("LD_PRELOAD", preload.c_str(), 1);
-    ::setenv("CAMRIG_DEVICE_SOCKET", options.socket.c_str(), 1);
+    ::setenv("CAMRIG_DEVICE_SOCKET", device_socket.c_str(), 1);
 
     std::vector<char*> arguments;
     for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));

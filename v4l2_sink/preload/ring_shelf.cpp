@@ -22,26 +22,25 @@ Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, cons
                           static_cast<std::uint32_t>(stream->rate.den())};
     if (same_rate(format.rate, own)) key.rate = {0, 0};
 
+    const auto media = media_format_of(format, mjpg_sampling);
+    if (!media) return error(ErrorKind::invalid_argument, "a pixel format that devices do not have");
     std::erase_if(rings_, [](const auto& ring) { return ring.expired(); });
     for (const auto& known : rings_)
-        if (auto ring = known.lock(); ring && ring->camera == camera && ring->mjpg_sampling == mjpg_sampling &&
+        if (auto ring = known.lock(); ring && ring->camera == camera && ring->media == *media &&
                                       std::memcmp(&ring->format, &key, sizeof key) == 0)
             return ring;
 
-    std::optional<Rate> rate;
-    if (key.rate.num != 0) {
-        const auto lower = Rate::create(key.rate.num, key.rate.den);
-        if (!lower) return std::unexpected(lower.error());
-        rate = *lower;
-    }
-    const auto media = media_format_of(format, mjpg_sampling);
-    if (!media) return error(ErrorKind::invalid_argument, "a pixel format that devices do not have");
-    auto memory = DeviceRing::create(media->size, picture_bytes(format), rate);
-    if (!memory) return std::unexpected(memory.error());
     auto ring = std::make_shared<FedRing>();
     ring->camera = camera;
     ring->format = key;
-    ring->mjpg_sampling = mjpg_sampling;
+    ring->media = *media;
+    if (key.rate.num != 0) {
+        const auto lower = Rate::create(key.rate.num, key.rate.den);
+        if (!lower) return std::unexpected(lower.error());
+        ring->rate = *lower;
+    }
+    auto memory = DeviceRing::create(media->size, picture_bytes(format), ring->rate);
+    if (!memory) return std::unexpected(memory.error());
     ring->ring = std::move(*memory);
     if (auto fed = feed(ring); !fed) return std::unexpected(fed.error());
     rings_.push_back(ring);
@@ -49,22 +48,17 @@ Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, cons
 }
 
 Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
-    SubscribeOptions options;
-    options.kind = "device";
-    options.peer = "ring " + std::to_string(ring->format.width) + "x" + std::to_string(ring->format.height);
-    if (ring->format.rate.num != 0) {
-        const auto rate = Rate::create(ring->format.rate.num, ring->format.rate.den);
-        if (!rate) return std::unexpected(rate.error());
-        options.rate = *rate;
-        options.peer += " at " + rate->to_string() + "/s";  // rings of one size differ by their rates
-    }
-    auto subscription =
-        bus_.subscribe(ring->camera, *media_format_of(ring->format, ring->mjpg_sampling), std::move(options),
-                       ring->ring, [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error&) {
-                           tasks->post([this, weak] {
-                               if (auto held = weak.lock()) ended(held);
-                           });
-                       });
+    // Rings of one size differ by their rates.
+    SubscribeOptions options{
+        .kind = "device",
+        .peer = "ring " + ring->media.size.to_string() + (ring->rate ? " at " + ring->rate->to_string() + "/s" : ""),
+        .rate = ring->rate};
+    const auto on_end = [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error&) {
+        tasks->post([this, weak] {
+            if (auto held = weak.lock()) ended(held);
+        });
+    };
+    auto subscription = bus_.subscribe(ring->camera, ring->media, std::move(options), ring->ring, on_end);
     if (!subscription) return std::unexpected(subscription.error());
     ring->subscription = std::move(*subscription);
     return {};

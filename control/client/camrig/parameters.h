@@ -105,15 +105,15 @@ struct Controls {
 /// Of a camera: outputs.
 struct Output {
     std::string kind = {};  ///< `v4l2`, `device`, `rtsp` or `mjpeg`
-    std::optional<int> number = {};  ///< 0 to 255: v4l2 and device: N of /dev/videoN
+    std::optional<int> number = {};  ///< 0 to 255: of v4l2 and device: N of /dev/videoN
     std::optional<std::string> format = {};  ///< `YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2
-    std::optional<std::string> subsampling = {};  ///< `4:2:2` or `4:2:0`: chroma of MJPG, of device and of v4l2 with format `MJPG`
+    std::optional<std::string> subsampling = {};  ///< `4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG
     std::optional<std::string> codec = {};  ///< `h264` or `mjpeg`: of rtsp
-    std::optional<int> quality = {};  ///< 1 to 100: of mjpeg
-    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp h264; by default 0.15 bits per pixel
-    std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp h264: a key frame at least so often
-    std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp h264
-    std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp h264
+    std::optional<int> quality = {};  ///< 1 to 100: of rtsp and mjpeg: JPEG quality
+    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp: with h264; by default 0.15 bits per pixel
+    std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp: with h264: a key frame at least so often
+    std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264
+    std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp: with h264
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {

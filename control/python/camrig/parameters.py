@@ -94,23 +94,23 @@ class Output(TypedDict, total=False):
     kind: Literal["v4l2", "device", "rtsp", "mjpeg"]
     """`v4l2`, `device`, `rtsp` or `mjpeg`"""
     number: int
-    """0 to 255: v4l2 and device: N of /dev/videoN"""
+    """0 to 255: of v4l2 and device: N of /dev/videoN"""
     format: Literal["YUYV", "YU12", "MJPG", "BGR3"]
     """`YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2"""
     subsampling: Literal["4:2:2", "4:2:0"]
-    """`4:2:2` or `4:2:0`: chroma of MJPG, of device and of v4l2 with format `MJPG`"""
+    """`4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG"""
     codec: Literal["h264", "mjpeg"]
     """`h264` or `mjpeg`: of rtsp"""
     quality: int
-    """1 to 100: of mjpeg"""
+    """1 to 100: of rtsp and mjpeg: JPEG quality"""
     bitrate_kbps: int
-    """kbit/s; 16 to 200000: of rtsp h264; by default 0.15 bits per pixel"""
+    """kbit/s; 16 to 200000: of rtsp: with h264; by default 0.15 bits per pixel"""
     key_interval_s: float
-    """s; 0.01 to 60: of rtsp h264: a key frame at least so often"""
+    """s; 0.01 to 60: of rtsp: with h264: a key frame at least so often"""
     preset: Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"]
-    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp h264"""
+    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264"""
     profile: Literal["baseline", "main", "high"]
-    """`baseline`, `main` or `high`: of rtsp h264"""
+    """`baseline`, `main` or `high`: of rtsp: with h264"""
 
 
 class CameraOptions(TypedDict, total=False):

@@ -1,9 +1,12 @@
 #include "core/world/gltf/resources.h"
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <string>
 
+#include "core/base/base64.h"
+#include "core/base/percent.h"
 #include "core/world/gltf/limits.h"
 
 namespace camrig::gltf {
@@ -11,57 +14,25 @@ namespace {
 
 constexpr std::size_t max_uri_bytes = 1024;
 
-int base64_digit(char c) {
-    if (c >= 'A' && c <= 'Z') return c - 'A';
-    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-    if (c >= '0' && c <= '9') return c - '0' + 52;
-    if (c == '+' || c == '-') return 62;
-    if (c == '/' || c == '_') return 63;
-    return -1;
-}
-
+/// Also without padding, and in the alphabet of URLs (RFC 4648, section 5).
 std::vector<std::byte> decode_base64(std::string_view text, std::string_view place) {
     while (!text.empty() && text.back() == '=') text.remove_suffix(1);
     require(text.size() % 4 != 1, place, "the base64 data is cut short");
-    std::vector<std::byte> out;
-    out.reserve(text.size() / 4 * 3 + 2);
-    std::uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        const int digit = base64_digit(c);
-        require(digit >= 0, place, "the data: URI is not base64");
-        bits = (bits << 6) | static_cast<std::uint32_t>(digit);
-        count += 6;
-        if (count >= 8) {
-            count -= 8;
-            out.push_back(static_cast<std::byte>((bits >> count) & 0xFF));
-        }
-    }
-    return out;
+    std::string strict(text);
+    std::ranges::replace(strict, '-', '+');
+    std::ranges::replace(strict, '_', '/');
+    strict.resize((strict.size() + 3) / 4 * 4, '=');
+    auto bytes = base64_decode(strict);
+    require(bytes.has_value(), place, "the data: URI is not base64");
+    return std::move(*bytes);
 }
 
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
-std::string percent_decode(std::string_view uri, std::string_view place) {
-    std::string out;
-    for (std::size_t i = 0; i < uri.size(); ++i) {
-        char c = uri[i];
-        if (c == '%') {
-            const int high = i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;
-            const int low = i + 2 < uri.size() ? hex_digit(uri[i + 2]) : -1;
-            require(high >= 0 && low >= 0, place, "a '%' of the URI is not followed by two hex digits");
-            c = static_cast<char>(high * 16 + low);
-            i += 2;
-        }
-        require(static_cast<unsigned char>(c) >= 0x20, place, "the URI has a control character");
-        out += c;
-    }
-    return out;
+std::string decoded(std::string_view uri, std::string_view place) {
+    auto out = percent_decode(uri);
+    require(out.has_value(), place, "a '%' of the URI is not followed by two hex digits");
+    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+    require(std::ranges::none_of(*out, is_control), place, "the URI has a control character");
+    return std::move(*out);
 }
 
 bool is_below(const std::filesystem::path& base, const std::filesystem::path& file) {
@@ -102,7 +73,7 @@ std::vector<std::byte> load_uri(std::string_view uri, const std::filesystem::pat
         return decode_base64(uri.substr(comma + 1), place);
     }
     require(!uri.empty() && uri.size() <= max_uri_bytes, place, "the URI is empty or too long");
-    const std::string name = percent_decode(uri, place);
+    const std::string name = decoded(uri, place);
     const std::filesystem::path relative(name);
     const std::string shown = "'" + name.substr(0, 100) + "' ";
     require(!base.empty(), place, shown + "names a file, but this model came without a folder");

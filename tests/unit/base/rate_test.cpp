@@ -43,6 +43,20 @@ TEST(Rate, FirstFrameAtOrAfterIsTheInverseOfTimeOfFrame) {
     }
 }
 
+TEST(Rate, TheNextFrameIsTheFirstOneAfterATimeAndThoseUntilItAreCounted) {
+    const Rate ntsc = *Rate::create(30000, 1001);
+    EXPECT_EQ(ntsc.frames_until(-1), 0);
+    EXPECT_EQ(ntsc.frames_until(0), 1);
+    EXPECT_EQ(ntsc.next_due_ns(-1), 0);
+    for (const std::int64_t n : {1, 2, 3, 1'000'000, 1 << 30}) {
+        const TimeNs due_ns = ntsc.time_of_frame(n);
+        EXPECT_EQ(ntsc.frames_until(due_ns - 1), n);
+        EXPECT_EQ(ntsc.frames_until(due_ns), n + 1);
+        EXPECT_EQ(ntsc.next_due_ns(due_ns - 1), due_ns);
+        EXPECT_EQ(ntsc.next_due_ns(due_ns), ntsc.time_of_frame(n + 1));
+    }
+}
+
 TEST(Rate, NumbersAreTakenAsTheDecimalThatNamesThem) {
     EXPECT_EQ(Rate::from_number(0.1).value(), Rate::create(1, 10).value());
     EXPECT_EQ(Rate::from_number(29.97).value(), Rate::create(2997, 100).value());

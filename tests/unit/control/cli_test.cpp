@@ -109,11 +109,17 @@ TEST_F(Cli, TheOptionsOfAnRtspOutput) {
     EXPECT_THAT(no_output.err, HasSubstr("--rtsp"));
 }
 
-TEST_F(Cli, TheSubsamplingOfADevice) {
+TEST_F(Cli, TheOptionsOfOtherOutputs) {
     const json camera =
         json_of({"camera", "create", "a", "--position", "1,2,3", "--device", "5", "--subsampling", "4:2:0"});
     EXPECT_EQ(camera["outputs"], json::parse(R"([{"kind": "device", "number": 5, "subsampling": "4:2:0"}])"));
     EXPECT_EQ(run({"camera", "set", "a", "--subsampling", "4:2:0"}).code, 2);
+    const json loopback =
+        json_of({"camera", "set", "a", "--v4l2", "6", "--v4l2-format", "MJPG", "--v4l2-subsampling", "4:2:0"});
+    EXPECT_EQ(loopback["outputs"],
+              json::parse(R"([{"kind": "v4l2", "number": 6, "format": "MJPG", "subsampling": "4:2:0"}])"));
+    EXPECT_EQ(json_of({"camera", "set", "a", "--mjpeg", "--mjpeg-quality", "70"})["outputs"],
+              json::parse(R"([{"kind": "mjpeg", "quality": 70}])"));
 }
 
 TEST_F(Cli, ZoomAndControlsAreSetOneByOne) {

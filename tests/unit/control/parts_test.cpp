@@ -1,13 +1,7 @@
-#include <filesystem>
-#include <fstream>
-#include <future>
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include "control/client/endpoint.h"
-#include "control/rpc/token.h"
-#include "control/rpc/work_thread.h"
 #include "control/server/line_buffer.h"
 #include "core/base/base64.h"
 
@@ -60,56 +54,6 @@ TEST(LineBuffer, ALineOfTheLimitPassesAndALongerOneDoesNot) {
     complete.append("12345\n");
     EXPECT_EQ(complete.next_line(), std::nullopt);
     EXPECT_TRUE(complete.too_long());
-}
-
-TEST(Token, TheFilesOneLineIsTheToken) {
-    const auto file = std::filesystem::temp_directory_path() / ("camrig_token_" + std::to_string(::getpid()));
-    const auto read = [&](const std::string& content) {
-        std::ofstream(file, std::ios::binary) << content;
-        return read_token_file(file);
-    };
-    EXPECT_EQ(read("secret-token\n").value(), "secret-token");
-    EXPECT_EQ(read("secret-token").value(), "secret-token");
-    EXPECT_FALSE(read("short\n"));
-    EXPECT_FALSE(read(""));
-    EXPECT_FALSE(read("two lines\nof text"));
-    EXPECT_FALSE(read(std::string(300, 'a')));
-    std::filesystem::remove(file);
-    EXPECT_THAT(read_token_file(file).error().message, testing::HasSubstr(file.string()));
-}
-
-TEST(Token, OnlyTheSameTokenIsEqual) {
-    EXPECT_TRUE(equal_tokens("secret-token", "secret-token"));
-    for (const char* wrong : {"", "secret-toke", "secret-tokenx", "Secret-token", "secret-tokensecret-token"})
-        EXPECT_FALSE(equal_tokens(wrong, "secret-token")) << wrong;
-    EXPECT_FALSE(equal_tokens("x", ""));
-}
-
-TEST(WorkThread, RunsJobsInOrderAndRefusesMoreThanFit) {
-    WorkThread thread(1);
-    std::promise<void> started, go;
-    std::vector<int> order;
-    std::function<void()> first = [&] {
-        started.set_value();
-        go.get_future().wait();
-        order.push_back(1);
-    };
-    ASSERT_TRUE(thread.post(first));
-    started.get_future().wait();
-    std::promise<void> finished;
-    std::function<void()> second = [&] {
-        order.push_back(2);
-        finished.set_value();
-    };
-    std::function<void()> third = [&] { order.push_back(3); };
-    EXPECT_TRUE(thread.post(second));
-    EXPECT_FALSE(thread.post(third));
-    EXPECT_TRUE(third);
-    go.set_value();
-    finished.get_future().wait();
-    EXPECT_EQ(order, (std::vector{1, 2}));
-    thread.stop();
-    EXPECT_FALSE(thread.post(third));
 }
 
 TEST(Endpoint, HostAndPortAreTcpAndAllElseIsAPath) {

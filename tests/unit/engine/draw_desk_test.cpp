@@ -95,7 +95,7 @@ protected:
 
     using Drawn = std::pair<std::string, std::int64_t>;
     std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
-    std::shared_ptr<DrawnTasks> finished = std::make_shared<DrawnTasks>([] {});
+    std::shared_ptr<DrawnTasks> finished = std::make_shared<DrawnTasks>(max_draw_tasks);
     std::array<HeldLane*, 2> lane_{};
     std::vector<Drawn> drawn;
     std::vector<std::pair<std::string, DropReason>> dropped;

@@ -29,7 +29,7 @@ private:
 /// A rig whose one lane draws on the test's thread.
 inline Result<std::unique_ptr<Rig>> make_rig(SceneRef scene, const EngineOptions& options,
                                              std::unique_ptr<Renderer> renderer, LocalFrameBus& bus) {
-    const auto drawn = std::make_shared<DrawnTasks>([] {});
+    const auto drawn = std::make_shared<DrawnTasks>(max_draw_tasks);
     std::vector<std::unique_ptr<DrawLane>> lanes;
     lanes.push_back(std::make_unique<InlineLane>(std::move(renderer), drawn));
     return Rig::create(std::move(scene), options, std::move(lanes), drawn, bus, [] {});

@@ -256,7 +256,7 @@ private:
 class SteppedRigTest : public testing::Test {
 protected:
     void SetUp() override {
-        const auto finished = std::make_shared<DrawnTasks>([] {});
+        const auto finished = std::make_shared<DrawnTasks>(max_draw_tasks);
         std::vector<std::unique_ptr<DrawLane>> lanes;
         auto made_lane = std::make_unique<HoldableLane>(std::make_unique<NotingRenderer>(pool, drawn), finished);
         lane = made_lane.get();

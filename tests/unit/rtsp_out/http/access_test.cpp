@@ -14,23 +14,6 @@ bool host_allowed(std::string_view host, std::string_view configured = "127.0.0.
     return check_origin({"GET", host, {}, {}}, configured, token).has_value();
 }
 
-TEST(Access, TokensMustSurviveUrlHeaderAndCookie) {
-    EXPECT_TRUE(check_token("0123456789abcdefABCDEF+/=-._~"));
-    for (const std::string bad : {"", "short", "with space", "semi;colon", "quote\"d123", "line\nend123", "ünïcode12"})
-        EXPECT_FALSE(check_token(bad)) << bad;
-    EXPECT_FALSE(check_token(std::string(1000, 'a')));
-}
-
-TEST(Access, ComparisonTakesOnlyEqualTokens) {
-    EXPECT_TRUE(equal_in_constant_time("secret-token", "secret-token"));
-    EXPECT_FALSE(equal_in_constant_time("secret-tokeN", "secret-token"));
-    EXPECT_FALSE(equal_in_constant_time("secret-token-", "secret-token"));
-    EXPECT_FALSE(equal_in_constant_time("secret-toke", "secret-token"));
-    EXPECT_FALSE(equal_in_constant_time("", "secret-token"));
-    // Repetition must not look equal: the guess is compared modulo the token's length.
-    EXPECT_FALSE(equal_in_constant_time("abab", "ab"));
-}
-
 TEST(Access, TokenComesFromHeaderThenQueryThenCookie) {
     const std::string query = "q";
     EXPECT_EQ(token_of("Bearer h", &query, "camrig_token=c"), "h");

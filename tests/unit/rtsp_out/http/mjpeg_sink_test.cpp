@@ -22,10 +22,10 @@ protected:
     }
 
     boost::asio::io_context io;
-    std::shared_ptr<Doorbell> bell = Doorbell::create(io.get_executor());
+    AsyncEventRef event = std::make_shared<AsyncEvent>(io.get_executor());
     std::shared_ptr<ReaderStats> stats = std::make_shared<ReaderStats>();
     std::shared_ptr<DeliveryLatch> latch = DeliveryLatch::create();
-    MjpegSink sink{bell, "lobby", "127.0.0.1:5123"};
+    MjpegSink sink{event, "lobby", "127.0.0.1:5123"};
 };
 
 TEST_F(MjpegSinkTest, TheNewestUnitReplacesTheWaitingOneAndTheBooksSaySo) {
@@ -76,7 +76,7 @@ TEST_F(MjpegSinkTest, AUnitThatWaitsWhenTheCameraGoesMayStillBeSent) {
 }
 
 TEST_F(MjpegSinkTest, BellsMayRingAfterTheirServerIsGone) {
-    bell->disconnect();
+    event->disconnect();
     io.stop();
     EXPECT_TRUE(sink.write(unit(0)));
     sink.close();

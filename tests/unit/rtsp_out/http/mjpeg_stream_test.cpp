@@ -72,6 +72,24 @@ TEST_F(MjpegStreamTest, PartsFollowThePublishedFrames) {
     EXPECT_EQ(server->counts().first_parts, 1U);
 }
 
+TEST_F(MjpegStreamTest, TheCamerasOutputSaysTheQuality) {
+    bus.known.front().outputs = {{.kind = "mjpeg", .options = {{"quality", 70}}}};
+    start();
+    TestClient plain(server->port());
+    open(plain);
+    plain.read_part();
+    EXPECT_EQ(bus.reader()->format.quality, 70);
+}
+
+TEST_F(MjpegStreamTest, AReaderMayAskForAnotherQualityThanTheCamerasOutputSays) {
+    bus.known.front().outputs = {{.kind = "mjpeg", .options = {{"quality", 70}}}};
+    start();
+    TestClient asking(server->port());
+    open(asking, "?quality=55");
+    asking.read_part();
+    EXPECT_EQ(bus.reader()->format.quality, 55);
+}
+
 TEST_F(MjpegStreamTest, TheFetchedPictureIsNotSentAgainWhenTheBusBringsItToo) {
     fetcher.make = nullptr;
     start();

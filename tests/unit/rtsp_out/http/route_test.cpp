@@ -69,7 +69,7 @@ TEST(Route, OtherPathsBelowCamerasAreNotFoundAndTheErrorSaysWhatThereIs) {
 
 TEST(Route, StreamParametersAreChecked) {
     EXPECT_FALSE(stream_of("")->rate);
-    EXPECT_EQ(stream_of("")->quality, default_jpeg_quality);
+    EXPECT_FALSE(stream_of("")->quality);
     EXPECT_EQ(*stream_of("fps=30000/1001")->rate, *Rate::create(30000, 1001));
     EXPECT_EQ(*stream_of("fps=0.5&quality=1&token=x&t=123")->rate, *Rate::create(1, 2));
     for (const char* bad : {"fps=0", "fps=x", "fps=", "fps=2000", "fps=-1", "quality=0", "quality=101", "quality=5x",

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/base/log_pace.h"
 #include "rtsp_out/rtsp/failed_logins.h"
-#include "rtsp_out/rtsp/log_pace.h"
 
 namespace camrig {
 namespace {

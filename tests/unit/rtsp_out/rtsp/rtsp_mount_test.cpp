@@ -16,28 +16,21 @@ class RtspMountPlan : public testing::Test {
 protected:
     static void SetUpTestSuite() { gst_init(nullptr, nullptr); }
 
-    Result<RtspMount::Plan> plan(RtspMount::Kind kind, ImageSize size = {640, 480},
-                                 std::vector<OutputSpec> outputs = {}) {
+    Result<RtspMount::Plan> plan(RtspCodec codec, ImageSize size = {640, 480}, std::vector<OutputSpec> outputs = {}) {
         CameraStream camera{CameraId{1}, "lobby", size, *Rate::create(25, 1), std::move(outputs)};
-        return RtspMount::plan(kind, camera, options_);
+        return RtspMount::plan(codec, camera, options_);
     }
     RtspOptions options_;
 };
 
-OutputSpec rtsp_output(std::string codec = "") {
-    OutputSpec output;
-    output.kind = "rtsp";
-    output.codec = std::move(codec);
-    return output;
+OutputSpec rtsp_output(nlohmann::json options) {
+    return {.kind = "rtsp", .options = std::move(options)};
 }
 
 TEST_F(RtspMountPlan, ACamerasOptionsReachItsEncoder) {
-    OutputSpec wish = rtsp_output();
-    wish.bitrate_kbps = 777;
-    wish.key_interval_s = 0.4;
-    wish.preset = "medium";
-    wish.profile = "baseline";
-    const auto made = plan(RtspMount::Kind::h264, {640, 480}, {rtsp_output("mjpeg"), wish});
+    const OutputSpec output =
+        rtsp_output({{"bitrate_kbps", 777}, {"key_interval_s", 0.4}, {"preset", "medium"}, {"profile", "baseline"}});
+    const auto made = plan(RtspCodec::h264, {640, 480}, {rtsp_output({{"codec", "mjpeg"}}), output});
     ASSERT_TRUE(made) << made.error().message;
     EXPECT_THAT(made->launch, HasSubstr("bitrate=777 "));
     EXPECT_THAT(made->launch, HasSubstr("key-int-max=10 "));
@@ -48,7 +41,7 @@ TEST_F(RtspMountPlan, ACamerasOptionsReachItsEncoder) {
 
 TEST_F(RtspMountPlan, WithoutX264AnotherEncoderIsTaken) {
     options_.h264_elements = {"no_such_encoder", "openh264enc"};
-    const auto made = plan(RtspMount::Kind::h264);
+    const auto made = plan(RtspCodec::h264);
     ASSERT_TRUE(made) << made.error().message;
     EXPECT_THAT(made->launch, HasSubstr("openh264enc"));
     EXPECT_THAT(made->launch, Not(HasSubstr("x264enc")));
@@ -56,25 +49,24 @@ TEST_F(RtspMountPlan, WithoutX264AnotherEncoderIsTaken) {
 
 TEST_F(RtspMountPlan, WithoutAnyEncoderTheErrorSaysWhatToInstall) {
     options_.h264_elements = {"no_such_encoder"};
-    const auto made = plan(RtspMount::Kind::h264);
+    const auto made = plan(RtspCodec::h264);
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().kind, ErrorKind::unsupported);
     EXPECT_THAT(made.error().message, HasSubstr("gstreamer1.0-plugins-ugly"));
 }
 
 TEST_F(RtspMountPlan, MjpegTakesTheQualityThatHttpHas) {
-    const auto made = plan(RtspMount::Kind::mjpeg);
+    const auto made = plan(RtspCodec::mjpeg);
     ASSERT_TRUE(made);
     EXPECT_EQ(made->format.codec, Codec::jpeg);
     EXPECT_EQ(made->format.quality, default_jpeg_quality);
-    OutputSpec wish = rtsp_output("mjpeg");
-    wish.quality = 30;
-    EXPECT_EQ(plan(RtspMount::Kind::mjpeg, {640, 480}, {wish})->format.quality, 30);
+    const OutputSpec output = rtsp_output({{"codec", "mjpeg"}, {"quality", 30}});
+    EXPECT_EQ(plan(RtspCodec::mjpeg, {640, 480}, {output})->format.quality, 30);
 }
 
 TEST_F(RtspMountPlan, MjpegOfASizeThatRtpCannotCarryIsRefusedWithAWayOut) {
     for (const ImageSize size : {ImageSize{2048, 480}, {640, 2048}, {644, 480}, {640, 481}}) {
-        const auto made = plan(RtspMount::Kind::mjpeg, size);
+        const auto made = plan(RtspCodec::mjpeg, size);
         ASSERT_FALSE(made) << size.to_string();
         EXPECT_EQ(made.error().kind, ErrorKind::unsupported);
         EXPECT_THAT(made.error().message, HasSubstr(size.to_string()));
@@ -82,16 +74,14 @@ TEST_F(RtspMountPlan, MjpegOfASizeThatRtpCannotCarryIsRefusedWithAWayOut) {
         EXPECT_THAT(made.error().message, HasSubstr("H.264 at /lobby"));
     }
     for (const ImageSize size : {ImageSize{2040, 2040}, {16, 16}, {648, 488}})
-        EXPECT_TRUE(plan(RtspMount::Kind::mjpeg, size)) << size.to_string();
+        EXPECT_TRUE(plan(RtspCodec::mjpeg, size)) << size.to_string();
 }
 
 TEST_F(RtspMountPlan, APoseDoesNotChangeAStreamButSizeRateAndOptionsDo) {
-    const auto first = plan(RtspMount::Kind::h264);
-    EXPECT_EQ(*first, *plan(RtspMount::Kind::h264));
-    EXPECT_NE(*first, *plan(RtspMount::Kind::h264, {320, 240}));
-    OutputSpec wish = rtsp_output();
-    wish.bitrate_kbps = 500;
-    EXPECT_NE(*first, *plan(RtspMount::Kind::h264, {640, 480}, {wish}));
+    const auto first = plan(RtspCodec::h264);
+    EXPECT_EQ(*first, *plan(RtspCodec::h264));
+    EXPECT_NE(*first, *plan(RtspCodec::h264, {320, 240}));
+    EXPECT_NE(*first, *plan(RtspCodec::h264, {640, 480}, {rtsp_output({{"bitrate_kbps", 500}})}));
 }
 
 TEST(RtspClientTable, ThePathOfAMountIsFoundInTheUrlsThatClientsUse) {

@@ -200,12 +200,7 @@ TEST_P(LoopbackDeviceOf, FailedPictureNamesTheCallAndTheDevice) {
 TEST(LoopbackFormat, EachNameHasItsPictures) {
     CameraStream camera;
     camera.size = {64, 48};
-    const auto format_of = [&](const char* name) {
-        OutputSpec output;
-        output.format = name;
-        return loopback_format_of(camera, output);
-    };
-    EXPECT_EQ(media_format_of(format_of(""))->pixels, PixelFormat::yuyv);
+    const auto format_of = [&](const char* name) { return loopback_format_of(camera, {.number = 1, .format = name}); };
     EXPECT_EQ(media_format_of(format_of("YUYV"))->pixels, PixelFormat::yuyv);
     EXPECT_EQ(media_format_of(format_of("YU12"))->pixels, PixelFormat::i420);
     EXPECT_EQ(media_format_of(format_of("BGR3"))->pixels, PixelFormat::bgr24);

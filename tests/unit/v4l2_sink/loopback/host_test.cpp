@@ -31,7 +31,7 @@ public:
     void start() { host = std::make_unique<LoopbackHost>(bus, bus, kernel, tasks, options_); }
     void tick(TimeNs later_ns = 250 * ns_per_ms) {
         now_ns += later_ns;
-        for (const auto& task : tasks->take()) task();
+        tasks->run();
         host->tick(now_ns);
     }
     /// A device that has its first picture.

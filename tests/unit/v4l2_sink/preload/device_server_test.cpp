@@ -59,9 +59,7 @@ camrig_reply ask(int fd, const camrig_request& request) {
 
 TEST(DeviceServer, OneSocketHasOneRig) {
     TestRig rig;
-    DeviceServerOptions options;
-    options.socket_path = rig.server->socket_path();
-    const auto second = DeviceServer::create(rig.bus, options);
+    const auto second = DeviceServer::create(rig.bus, rig.server->socket_path(), rig.controls);
     ASSERT_FALSE(second);
     EXPECT_EQ(second.error().kind, ErrorKind::already_exists);
 }
@@ -69,41 +67,38 @@ TEST(DeviceServer, OneSocketHasOneRig) {
 TEST(DeviceServer, ASocketLeftByAKilledRigIsTakenOver) {
     const TemporaryFolder folder;
     LocalFrameBus bus({1, std::make_shared<FramePool>()});
-    DeviceServerOptions options;
-    options.socket_path = folder / "s";
+    const std::string path = folder / "s";
     {
         const UniqueFd dead(::socket(AF_UNIX, SOCK_SEQPACKET, 0));
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
-        std::strcpy(address.sun_path, options.socket_path.c_str());
+        std::strcpy(address.sun_path, path.c_str());
         ASSERT_EQ(::bind(dead.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     }
-    EXPECT_TRUE(DeviceServer::create(bus, options));
+    EXPECT_TRUE(DeviceServer::create(bus, path, std::make_shared<StoredControls>()));
 }
 
 TEST(DeviceServer, AFileInTheWayIsNotRemoved) {
     const TemporaryFolder folder;
     LocalFrameBus bus({1, std::make_shared<FramePool>()});
-    DeviceServerOptions options;
-    options.socket_path = folder / "notes.txt";
-    std::ofstream(options.socket_path) << "mine";
-    EXPECT_FALSE(DeviceServer::create(bus, options));
-    EXPECT_TRUE(std::filesystem::exists(options.socket_path));
+    const std::string path = folder / "notes.txt";
+    std::ofstream(path) << "mine";
+    EXPECT_FALSE(DeviceServer::create(bus, path, std::make_shared<StoredControls>()));
+    EXPECT_TRUE(std::filesystem::exists(path));
 }
 
 TEST(DeviceServer, ASocketWithAFullBacklogIsSomebodys) {
     const TemporaryFolder folder;
     LocalFrameBus bus({1, std::make_shared<FramePool>()});
-    DeviceServerOptions options;
-    options.socket_path = folder / "s";
+    const std::string path = folder / "s";
     const UniqueFd busy(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    std::strcpy(address.sun_path, options.socket_path.c_str());
+    std::strcpy(address.sun_path, path.c_str());
     ASSERT_EQ(::bind(busy.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     ASSERT_EQ(::listen(busy.get(), 0), 0);
-    const UniqueFd first = connect_to(options.socket_path);
-    const auto second = DeviceServer::create(bus, options);
+    const UniqueFd first = connect_to(path);
+    const auto second = DeviceServer::create(bus, path, std::make_shared<StoredControls>());
     ASSERT_FALSE(second);
     EXPECT_EQ(second.error().kind, ErrorKind::already_exists);
 }
@@ -214,12 +209,12 @@ TEST(DeviceServer, ASubscriberThatDoesNotReadKeepsItsDeviceAndGetsTheNewestValue
 
 TEST(DeviceServer, NumbersAreGivenOnceAndWithinRange) {
     TestRig rig;
-    EXPECT_EQ(rig.server->add_device(10, "lobby").error().kind, ErrorKind::already_exists);
-    EXPECT_EQ(rig.server->add_device(256, "lobby").error().kind, ErrorKind::invalid_argument);
-    EXPECT_EQ(rig.server->add_device(-1, "lobby").error().kind, ErrorKind::invalid_argument);
-    EXPECT_TRUE(rig.server->add_device(255, "lobby"));
+    EXPECT_EQ(rig.server->add_device(10, "lobby", ChromaSampling::yuv422).error().kind, ErrorKind::already_exists);
+    EXPECT_EQ(rig.server->add_device(256, "lobby", ChromaSampling::yuv422).error().kind, ErrorKind::invalid_argument);
+    EXPECT_EQ(rig.server->add_device(-1, "lobby", ChromaSampling::yuv422).error().kind, ErrorKind::invalid_argument);
+    EXPECT_TRUE(rig.server->add_device(255, "lobby", ChromaSampling::yuv422));
     rig.server->remove_device(10);
-    EXPECT_TRUE(rig.server->add_device(10, "gate"));
+    EXPECT_TRUE(rig.server->add_device(10, "gate", ChromaSampling::yuv422));
 }
 
 TEST(DeviceServer, TheTreeShowsWhatDevAndSysWouldShow) {

@@ -30,10 +30,7 @@ int main(int argc, char** argv) {
     std::signal(SIGTERM, [](int) { stop = true; });
     std::signal(SIGINT, [](int) { stop = true; });
     LocalFrameBus bus({2, std::make_shared<FramePool>()});
-    DeviceServerOptions options;
-    options.socket_path = argv[1];
-    options.controls = std::make_shared<StoredControls>();
-    auto server = DeviceServer::create(bus, options);
+    auto server = DeviceServer::create(bus, argv[1], std::make_shared<StoredControls>());
     if (!server) {
         std::fprintf(stderr, "%s\n", server.error().message.c_str());
         return 1;
@@ -49,7 +46,7 @@ int main(int argc, char** argv) {
         CameraStream camera{static_cast<CameraId>(i), name, {width, height}, *Rate::parse(rate)};
         bus.add_camera(camera);
         lockstep = lockstep || std::strstr(rest, "lockstep") != nullptr;
-        if (auto added = (*server)->add_device(number, name); !added) {
+        if (auto added = (*server)->add_device(number, name, ChromaSampling::yuv422); !added) {
             std::fprintf(stderr, "%s\n", added.error().message.c_str());
             return 1;
         }

@@ -129,13 +129,10 @@ public:
     explicit TestRig(ImageSize size = {320, 240}, Rate rate = *Rate::create(30, 1))
         : maker({CameraId{1}, "lobby", size, rate}) {
         bus.add_camera(maker.camera());
-        DeviceServerOptions options;
-        options.socket_path = folder / "devices.sock";
-        options.controls = controls;
-        auto created = DeviceServer::create(bus, options);
+        auto created = DeviceServer::create(bus, folder / "devices.sock", controls);
         CHECK(created.has_value());
         server = std::move(*created);
-        CHECK(server->add_device(10, "lobby").has_value());
+        CHECK(server->add_device(10, "lobby", ChromaSampling::yuv422).has_value());
     }
     /// Shows the next picture of the camera; in lockstep under a latch.
     void show(const std::shared_ptr<DeliveryLatch>& latch = nullptr) {

@@ -1,4 +1,4 @@
-#include "rtsp_out/rtsp/tcp_followers.h"
+#include "rtsp_out/rtsp/tcp_flush.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ protected:
         gst_rtsp_stream_transport_set_message_sent_full(
             transport_.get(), +[](GstRTSPStreamTransport*, void* sent) { ++static_cast<Sent*>(sent)->written; }, &sent_,
             nullptr);
-        swallow_followers(transport_.get());
+        drop_flush_buffers(transport_.get());
     }
 
     GObjectHandle<GstElement> payloader_;
@@ -46,10 +46,10 @@ protected:
     Sent sent_;
 };
 
-TEST_F(TcpReader, AFollowerIsWrittenAtOnceAndReachesNobody) {
-    GstBuffer* follower = gst_buffer_new();
-    EXPECT_TRUE(gst_rtsp_stream_transport_send_rtp(transport_.get(), follower));
-    gst_buffer_unref(follower);
+TEST_F(TcpReader, AFlushBufferIsWrittenAtOnceAndReachesNobody) {
+    GstBuffer* flush = gst_buffer_new();
+    EXPECT_TRUE(gst_rtsp_stream_transport_send_rtp(transport_.get(), flush));
+    gst_buffer_unref(flush);
     EXPECT_EQ(sent_.written, 1);
     EXPECT_EQ(sent_.rtp_lists + sent_.rtcp_lists, 0);
 }

@@ -1,4 +1,4 @@
-#include "control/rpc/token.h"
+#include "core/base/token.h"
 
 #include <fstream>
 #include <iterator>
@@ -12,6 +12,15 @@ constexpr std::string_view token_characters = "abcdefghijklmnopqrstuvwxyzABCDEFG
 
 }  // namespace
 
+Result<void> check_token(std::string_view token) {
+    if (token.size() >= min_token_length && token.size() <= max_token_length &&
+        token.find_first_not_of(token_characters) == std::string_view::npos)
+        return {};
+    return error(ErrorKind::invalid_argument,
+                 "token: use " + std::to_string(min_token_length) + " to " + std::to_string(max_token_length) +
+                     " letters, digits and - . _ ~ + / = without spaces (e.g. from: openssl rand -hex 24)");
+}
+
 Result<std::string> read_token_file(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
     std::string token(max_token_length + 3, '\0');
@@ -20,13 +29,7 @@ Result<std::string> read_token_file(const std::filesystem::path& file) {
         return error(ErrorKind::unavailable, file.string() + ": cannot be read; it must hold the token");
     token.resize(static_cast<std::size_t>(stream.gcount()));
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
-    if (token.size() < min_token_length || token.size() > max_token_length ||
-        token.find_first_not_of(token_characters) != std::string::npos) {
-        return error(ErrorKind::invalid_argument,
-                     file.string() +
-                         ": must hold one line of 8 to 256 letters, digits and - . _ ~ + / = "
-                         "(make one with: openssl rand -hex 24)");
-    }
+    if (auto good = check_token(token); !good) return at(file.string(), good.error());
     return token;
 }
 

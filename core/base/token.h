@@ -8,8 +8,11 @@
 
 namespace camrig {
 
-/// The token of --token-file: the file's one line, 8 to 256 of letters, digits and - . _ ~ + / = (it also travels in
-/// URLs).
+/// Tokens travel in URLs, headers and cookies, so they are 8 to 256 of the characters that survive in all three:
+/// letters, digits and - . _ ~ + / = .
+Result<void> check_token(std::string_view token);
+
+/// The token of --token-file: the file's one line.
 Result<std::string> read_token_file(const std::filesystem::path& file);
 
 /// The time does not depend on where two tokens differ.

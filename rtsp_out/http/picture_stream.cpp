@@ -1,0 +1,152 @@
+#include "rtsp_out/http/picture_stream.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+#include "rtsp_out/http/mjpeg_output.h"
+#include "rtsp_out/http/multipart.h"
+
+namespace camrig {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+
+namespace {
+
+constexpr std::string_view sign_of_life = "Content-Type: text/plain\r\nContent-Length: 0\r\n\r\n\r\n--frame\r\n";
+
+/// The camera's picture at `width`, in its own proportions; never larger than it is.
+ImageSize scaled_to(const ImageSize& own, int width) {
+    if (width == 0 || width >= own.width) return {};
+    const std::int64_t height = (std::int64_t{own.height} * width + own.width / 2) / own.width;
+    return {width, static_cast<int>(std::clamp<std::int64_t>(height, min_image_size.height, max_image_size.height))};
+}
+
+MediaFormat jpeg_of(int quality, ImageSize size = {}) {
+    MediaFormat format;
+    format.codec = Codec::jpeg;
+    format.quality = quality;
+    format.size = size;
+    return format;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PictureStream>> PictureStream::open_mjpeg(ServerState& state, AsyncEventRef event,
+                                                                 const std::string& camera, const StreamParams& params,
+                                                                 const std::string& peer) {
+    const auto found = state.options.bus->find(camera);
+    if (!found) return std::unexpected(found.error());
+    std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::mjpeg));
+    const int quality = params.quality.value_or(mjpeg_options_of(found->outputs).quality);
+    if (auto added = stream->add(camera, jpeg_of(quality), params.rate, peer); !added)
+        return std::unexpected(added.error());
+    return stream;
+}
+
+Result<std::unique_ptr<PictureStream>> PictureStream::open_live(ServerState& state, AsyncEventRef event,
+                                                                const LiveParams& params, const std::string& peer) {
+    std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::live));
+    for (const std::string& name : params.cameras) {
+        const auto camera = state.options.bus->find(name);
+        if (!camera) return std::unexpected(camera.error());
+        const MediaFormat format = jpeg_of(params.quality, scaled_to(camera->size, params.width));
+        if (auto added = stream->add(name, format, params.rate, peer); !added) return std::unexpected(added.error());
+    }
+    return stream;
+}
+
+Result<void> PictureStream::add(const std::string& camera, const MediaFormat& format, const std::optional<Rate>& rate,
+                                const std::string& peer) {
+    auto channel = StreamChannel::open(state_, event_, camera, format, rate, peer);
+    if (!channel) return std::unexpected(channel.error());
+    channels_.push_back(std::move(*channel));
+    return {};
+}
+
+Reply PictureStream::head(Form form) {
+    Reply reply;
+    reply.content_type =
+        std::string(form == Form::mjpeg ? "multipart/x-mixed-replace" : "multipart/mixed") + "; boundary=frame";
+    reply.fields = {{"Cache-Control", "no-store"}, {"X-Accel-Buffering", "no"}};
+    reply.endless = true;
+    reply.close = true;
+    return reply;
+}
+
+asio::awaitable<void> PictureStream::run(beast::tcp_stream& socket, unsigned http_version, bool embeddable) {
+    Reply opening = head(form_);
+    opening.embeddable = embeddable;
+    for (const auto& channel : channels_) channel->fetch();
+    repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
+    Failure failed = co_await send_text(socket, head_of(opening, http_version, false) + std::string(boundary_line));
+    bool ended = false;
+    while (!failed && !ended) {
+        int sent = 0;
+        failed = co_await send_round(socket, sent, ended);
+        if (!failed && ended) failed = co_await send_text(socket, closing);
+        if (!failed && !ended && sent == 0) failed = co_await wait(socket);
+    }
+    if (failed == beast::error::timeout) {
+        ++state_.counts.stalled;
+        spdlog::info("a reader of {} took nothing for {} ms and is closed",
+                     form_ == Form::mjpeg ? "camera " + channels_.front()->camera()
+                                          : std::to_string(channels_.size()) + " cameras",
+                     state_.options.limits.stalled_after.count());
+    }
+}
+
+asio::awaitable<PictureStream::Failure> PictureStream::send_text(beast::tcp_stream& socket, std::string_view text) {
+    const std::string kept(text);
+    SendPieces pieces{asio::buffer(kept)};
+    co_return co_await send_all(socket, pieces, state_.options.limits.stalled_after);
+}
+
+asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stream& socket, const MediaUnit& unit,
+                                                                 const std::string& camera) {
+    const std::string head = form_ == Form::live ? part_head(unit, camera) : part_head(unit);
+    SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), unit.bytes->size()),
+                      asio::buffer(after_picture)};
+    const Failure failed = co_await send_all(socket, pieces, state_.options.limits.stalled_after);
+    repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
+    co_return failed;
+}
+
+asio::awaitable<PictureStream::Failure> PictureStream::send_round(beast::tcp_stream& socket, int& sent, bool& ended) {
+    for (const auto& channel : channels_) {
+        auto picture = channel->next();
+        if (!picture) {
+            ended = ended || channel->ended();
+            continue;
+        }
+        const Failure failed = co_await send_part(socket, picture->unit, channel->camera());
+        if (form_ == Form::mjpeg) {
+            last_ = picture->unit;
+            last_->latch.reset();
+        }
+        channel->sent(std::move(*picture), static_cast<bool>(failed));
+        if (failed) co_return failed;
+        ++sent;
+    }
+    co_return Failure{};
+}
+
+asio::awaitable<PictureStream::Failure> PictureStream::wait(beast::tcp_stream& socket) {
+    const auto left = repeat_at_ - Clock::now();
+    if (left > Clock::duration::zero()) {
+        const Wake wake = co_await event_->wait_for(left);
+        if (wake == Wake::disconnected) co_return asio::error::operation_aborted;
+        co_return Failure{};
+    }
+    repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
+    // A first picture that failed is asked for again.
+    for (const auto& channel : channels_)
+        if (!channel->has_picture()) channel->fetch();
+    if (form_ == Form::live) co_return co_await send_text(socket, sign_of_life);
+    if (!last_) co_return Failure{};
+    ++state_.counts.repeated_parts;
+    co_return co_await send_part(socket, *last_, {});
+}
+
+}  // namespace camrig

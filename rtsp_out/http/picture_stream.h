@@ -1,0 +1,74 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rtsp_out/http/reply.h"
+#include "rtsp_out/http/route.h"
+#include "rtsp_out/http/send.h"
+#include "rtsp_out/http/stream_channel.h"
+
+namespace camrig {
+
+/// Pictures of cameras for one client on one connection, as the parts of one answer (multipart.h says in which form).
+///
+/// The first part of a camera is its latest due frame, so that a reader opens even when the world stands still. Of
+/// several cameras each takes its turn with its newest picture, so a slow client sees all of them at a lower rate. The
+/// stream ends when a camera is deleted or changes its size; the client asks again. Lives on the server's thread.
+class PictureStream {
+public:
+    enum class Form : std::uint8_t {
+        /// Of one camera, for all who read MJPEG (multipart/x-mixed-replace). Without a new picture for
+        /// HttpLimits::repeat_after the last one is repeated, so that time limits of the reader do not end it.
+        mjpeg,
+        /// Of several cameras, for the web page's grid (multipart/mixed), because browsers open only six connections to
+        /// a host. Each part says by X-Camera whose it is; an empty one without it shows that the stream lives.
+        live,
+    };
+
+    static Result<std::unique_ptr<PictureStream>> open_mjpeg(ServerState& state, AsyncEventRef event,
+                                                             const std::string& camera, const StreamParams& params,
+                                                             const std::string& peer);
+    static Result<std::unique_ptr<PictureStream>> open_live(ServerState& state, AsyncEventRef event,
+                                                            const LiveParams& params, const std::string& peer);
+    ~PictureStream() { --state_.counts.streams_open; }
+    PictureStream(const PictureStream&) = delete;
+    PictureStream& operator=(const PictureStream&) = delete;
+
+    /// The head of the answer, also for HEAD.
+    static Reply head(Form form);
+    /// Sends until the client or one of the cameras goes.
+    boost::asio::awaitable<void> run(boost::beast::tcp_stream& socket, unsigned http_version, bool embeddable);
+
+private:
+    using Clock = std::chrono::steady_clock;
+    using Failure = boost::beast::error_code;
+
+    PictureStream(ServerState& state, AsyncEventRef event, Form form)
+        : state_(state), event_(std::move(event)), form_(form) {
+        ++state_.counts.streams_open;
+    }
+    Result<void> add(const std::string& camera, const MediaFormat& format, const std::optional<Rate>& rate,
+                     const std::string& peer);
+    boost::asio::awaitable<Failure> send_text(boost::beast::tcp_stream& socket, std::string_view text);
+    boost::asio::awaitable<Failure> send_part(boost::beast::tcp_stream& socket, const MediaUnit& unit,
+                                              const std::string& camera);
+    /// One picture of each camera that has one; `ended` when a camera has none and never will.
+    boost::asio::awaitable<Failure> send_round(boost::beast::tcp_stream& socket, int& sent, bool& ended);
+    /// Until there may be a picture, or until it is time for a sign of life.
+    boost::asio::awaitable<Failure> wait(boost::beast::tcp_stream& socket);
+
+    ServerState& state_;
+    const AsyncEventRef event_;
+    const Form form_;
+    std::vector<std::unique_ptr<StreamChannel>> channels_;
+    std::optional<MediaUnit> last_;  ///< mjpeg: what the client shows
+    Clock::time_point repeat_at_;
+};
+
+}  // namespace camrig

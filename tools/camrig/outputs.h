@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/engine/command.h"
+#include "core/stream/frame_bus.h"
+
+namespace camrig {
+
+/// What outputs are opened with; all of it must outlive them.
+struct OutputHost {
+    FrameBus& bus;
+    FrameFetcher& fetcher;
+    CommandPort& commands;      ///< where the controls of devices go
+    std::string device_socket;  ///< of user-space devices
+    bool is_lockstep = false;
+};
+
+/// Makes the families of outputs known to all who read cameras. Before there are other threads.
+void register_outputs();
+
+/// From now on, and until what it gives is destroyed, opens the outputs of the cameras of the bus, as cameras come,
+/// change and go.
+Result<std::vector<std::unique_ptr<CameraObserver>>> open_outputs(const OutputHost& host);
+
+}  // namespace camrig

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/base/output_family.h"
+#include "core/codec/encoder.h"
+
+namespace camrig {
+
+/// The options of an output {kind: "device"}: /dev/video<number> in user space.
+struct DeviceOutput {
+    int number = 0;
+    ChromaSampling subsampling = ChromaSampling::yuv422;  ///< of MJPG
+};
+FieldTable<DeviceOutput> fields_of(std::type_identity<DeviceOutput>);
+
+OutputFamily device_family();
+
+}  // namespace camrig
