@@ -35,7 +35,7 @@ public:
         changed_.notify_one();
         return true;
     }
-    /// Ends a wait_until() without a value.
+    /// Ends the one reader's wait_until() without a value.
     void wake() {
         {
             std::lock_guard lock(mutex_);

@@ -24,7 +24,7 @@ public:
         if (!std::exchange(is_told_, true)) wake_reader_();
         return replaced;
     }
-    /// The reader, until there is nothing.
+    /// The reader calls it until it gives nothing; only then is it woken again.
     std::optional<T> take() {
         std::lock_guard lock(mutex_);
         if (!value_) is_told_ = false;

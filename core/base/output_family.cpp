@@ -38,12 +38,17 @@ const OutputFamily& family_of(const OutputSpec& output) {
     return *found;
 }
 
+json all_options_of(const OutputSpec& output) {
+    json options = output.options;
+    for (const Field& field : family_of(output).kind.description.fields)
+        if (!options.contains(field.name)) options[field.name] = field.fallback;
+    return options;
+}
+
 json key_of(const OutputSpec& output) {
     const OutputFamily& family = family_of(output);
     if (family.key.empty()) return nullptr;
-    const auto given = output.options.find(family.key);
-    if (given != output.options.end()) return *given;
-    return std::ranges::find(family.kind.description.fields, family.key, &Field::name)->fallback;
+    return all_options_of(output).at(family.key);
 }
 
 bool is_same_output(const OutputSpec& a, const OutputSpec& b) {

@@ -25,7 +25,8 @@ struct OutputFamily {
     bool is_key_of_rig = false;  ///< the whole rig has one output for each value, as of a device number
     /// Whether a camera of this size can have one. Empty: any can.
     std::function<Result<void>(ImageSize)> fits = {};
-    /// Whether this machine can open this one for the camera of that name. Must not wait. Empty: it can.
+    /// Whether this machine can open this one for the camera of that name; the engine's thread asks before a command
+    /// changes a camera's outputs, and must not wait. Empty: it can.
     std::function<Result<void>(const OutputSpec&, const std::string& camera)> can_open = {};
 };
 
@@ -48,7 +49,7 @@ Kind<nlohmann::json> output_kind(KindDescription description, std::function<void
             }};
 }
 
-/// The options of an output as the T of its family; what was not given has its default.
+/// The options of an output as the T of its own family; what was not given has its default.
 template <HasFields T>
 T options_of(const OutputSpec& output) {
     JsonReader reader(output.options, output.kind);
@@ -62,6 +63,8 @@ void set_output_families(std::vector<OutputFamily> families);
 const std::vector<OutputFamily>& output_families();
 /// Of a valid output.
 const OutputFamily& family_of(const OutputSpec& output);
+/// Its options, with the defaults of those that were not given.
+nlohmann::json all_options_of(const OutputSpec& output);
 /// The value of its family's key, given or by default; null where the family has none.
 nlohmann::json key_of(const OutputSpec& output);
 /// Are both of one family, with the same key?

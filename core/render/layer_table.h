@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
@@ -41,8 +42,10 @@ public:
             stale_ += entry.bytes > 0;
             drop(entry);
             entry.key = key;
+            entry.refused_at.reset();
             return nullptr;
         }
+        if (entry.refused_at && *entry.refused_at + kept_instants > instant_) return nullptr;
         return &entry.layer;
     }
 
@@ -68,10 +71,12 @@ public:
         }
         bytes_ += bytes;
     }
-    /// Frees what is kept of it, as if the camera were new.
-    void drop(Layer& layer) {
+    /// Frees what is kept of it: there was no room. The camera gets none for a while.
+    void refuse(Layer& layer) {
         for (auto& [camera, entry] : entries_) {
-            if (&entry.layer == &layer) drop(entry);
+            if (&entry.layer != &layer) continue;
+            drop(entry);
+            entry.refused_at = instant_;
         }
     }
     void count_kept() { ++kept_; }
@@ -103,6 +108,7 @@ private:
         Layer layer;
         std::int64_t bytes = 0;
         std::uint64_t used_at = 0;
+        std::optional<std::uint64_t> refused_at;
     };
 
     void drop(Entry& entry) {

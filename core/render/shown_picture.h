@@ -12,8 +12,9 @@ public:
     /// A layer is of one revision of the camera: image controls and everything else are as they were.
     Damage next(std::int64_t sequence, const Damage& since_layer) {
         const Damage damage = Damage::between(sequence_, since_layer_, since_layer);
+        // What was drawn twice names no picture: a command may have changed it in between.
+        since_layer_ = sequence == sequence_ ? Damage{} : since_layer;
         sequence_ = sequence;
-        since_layer_ = since_layer;
         return damage;
     }
 

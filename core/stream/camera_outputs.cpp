@@ -21,7 +21,9 @@ CameraOutputs::Change CameraOutputs::update(const CameraStream& camera, bool is_
         if (find(now, output) == now.end()) change.gone.push_back(output);
     for (const OutputSpec& output : now) {
         const auto old = find(before, output);
-        auto& list = old == before.end() ? change.added : *old == output ? change.kept : change.changed;
+        auto& list = old == before.end()                              ? change.added
+                     : all_options_of(*old) == all_options_of(output) ? change.kept
+                                                                      : change.changed;
         list.push_back(output);
     }
     return change;

@@ -33,7 +33,7 @@ std::vector<Named> cameras() {
     return {{"barrel", {.size = size, .focal_px = 98, .lens = barrel}},
             {"folds in the picture", {.size = size, .focal_px = 70, .lens = folding}},
             {"pincushion", {.size = size, .focal_px = 110, .lens = pincushion}},
-            {"rational", {.size = size, .focal_px = 80, .lens = rational}},
+            {"rational, no whole groups of pixels", {.size = {157, 119}, .focal_px = 80, .lens = rational}},
             {"off centre", {.size = size, .intrinsics = Intrinsics{90, 97, 20, 100}, .lens = barrel}},
             {"fisheye of 90 deg", {.size = size, .focal_px = 130, .lens = fisheye}},
             {"fisheye of 180 deg", {.size = size, .focal_px = 51, .lens = fisheye}},
@@ -137,6 +137,20 @@ TEST(LensVertices, AreWhereTheCameraModelSeesThem) {
         EXPECT_LT(most, 0.5 / 256.0 + 1e-3) << name;
         EXPECT_GT(seen, 5000) << name;
     }
+}
+
+TEST(RayTriangles, ShowAnEdgeThatIsBentIntoThePictureFromItsEndsBesideIt) {
+    const TestCamera camera{.size = {1920, 1080}, .focal_px = 1000, .lens = {LensModel::plumb_bob, {0.1, 0, 0, 0, 0}}};
+    const CameraModel model = camera.model();
+    const auto at = [&](double x, double y) {
+        const glm::dvec3 p = *model.ray({x, y}) * 4.0;
+        return glm::vec3(p.z, -p.x, -p.y);
+    };
+    Material white = colored(glm::vec3(1.0f), true);
+    white.double_sided = true;
+    TestWorld world;
+    world.objects = {instance_of(model_of(triangles({at(-0.502, 450), at(-0.502, 630), at(-20, 540)}), white))};
+    EXPECT_EQ(drawn(world, camera).red(0, 540), 255);
 }
 
 TEST(LensRays, AreThoseOfTheCameraModelWithinTheBoundsOfTheirTiles) {

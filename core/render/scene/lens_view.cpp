@@ -118,7 +118,7 @@ void LensView::find_seen() {
 void LensView::find_bend() {
     constexpr int radii = 32, turns = 8, ways = 4;
     // Between the places that are looked at it may be bent a little more. Edges that are bent less are short.
-    constexpr double step = 0.01, between = 1.3, most_bend_px = 1.0, most_share = 0.25;
+    constexpr double step = 0.01, between = 1.3, most_share = 0.25;
     const LensMap& lens = model_.lens();
     const bool is_angular = lens.formula().is_angular;
     double most = 0.0;

@@ -49,6 +49,7 @@ public:
     /// length on the ideal plane; wherever the lens sees it, if it is no longer than short_length().
     double bend() const { return bend_; }
     double short_length() const { return short_length_; }
+    static constexpr double most_bend_px = 1.0;  ///< of an edge of that length
 
     /// Pixels x0 <= x < x1 of row y whose ray() is none; by rows.
     struct BlindRun {

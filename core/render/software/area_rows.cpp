@@ -1,7 +1,6 @@
 #include "core/render/software/area_rows.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/render/software/channels.h"
 #include "core/render/software/coverage.h"

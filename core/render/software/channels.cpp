@@ -80,8 +80,8 @@ DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& trian
                     : glm::dvec3(draw.optical_from_local * glm::dvec4(draw.positions[corner.vertex], 1.0));
     }
     const glm::dvec3 normal = glm::cross(at[1] - at[0], at[2] - at[0]);
-    if (normal == glm::dvec3(0.0)) return depth_of_stroke(geometry, triangle);
     if (geometry.rays() != nullptr) return depth_along_rays(*geometry.rays(), at, normal);
+    if (normal == glm::dvec3(0.0)) return depth_of_stroke(geometry, triangle);
     const Intrinsics& k = geometry.transform().intrinsics;
     DepthOfPixels made{.right = normal.x / k.fx, .down = normal.y / k.fy, .offset = glm::dot(normal, at[0])};
     made.ahead = normal.z - made.right * k.cx - made.down * k.cy;

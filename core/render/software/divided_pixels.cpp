@@ -74,7 +74,7 @@ public:
         // What the middle hides may show beyond the edge.
         const float hidden = edges_.hidden(x, y);
         if (edge.has_middle() && hidden > 0.0f && hidden >= depth_(next_y)[next_x] * hidden_below) return {};
-        return DividedPixel{edge.places_with_middle<Isa>(), edge.has_middle() ? next : edge.triangle + 1};
+        return DividedPixel{edge.places_with_middle<Isa>(), next};
     }
 
 private:

@@ -208,8 +208,8 @@ void LensRays::Grid::add(int column, int row, const glm::vec3& ray) {
 }
 
 LensRays::LensRays(const LensView& lens, bool wide) : size_(lens.model().size()), is_wide_(lens.is_wide()) {
-    // One more in each direction, whole groups of lanes.
-    const ImageSize more{cells_of(size_.width + 1, lane_count) * lane_count, size_.height + 1};
+    // A group of lanes more and a row more.
+    const ImageSize more{(cells_of(size_.width, lane_count) + 1) * lane_count, size_.height + 1};
     x_ = Plane<float>(more);
     y_ = Plane<float>(more);
     z_ = Plane<float>(is_wide_ ? more : ImageSize{more.width, 1});

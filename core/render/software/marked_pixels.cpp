@@ -25,14 +25,6 @@ CAMRIG_LANES void remember(const EdgeMarks& marks, std::uint32_t& known, std::ui
     }
 }
 
-/// An edge that ends in a pixel does not divide it.
-void remember_end(const EdgeMarks& marks, const ScreenVertex& end) {
-    const int x = (end.x + subpixels / 2) >> 8, y = (end.y + subpixels / 2) >> 8;
-    const PixelRect& rect = marks.rect;
-    if (x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1)
-        marks.edges->numbers()(y)[x] = OutlineEdges::several;
-}
-
 void mark_edge(const EdgeMarks& to, std::uint32_t number) {
     const auto [a, b] = ends_of_edge(to.geometry, number);
     const ScreenVertex &top = a->y < b->y ? *a : *b, &bottom = a->y < b->y ? *b : *a;
@@ -42,7 +34,9 @@ void mark_edge(const EdgeMarks& to, std::uint32_t number) {
     if (y0 > y1) return;
     const double height = bottom.y - top.y, scale = height > 0.0 ? 1.0 / height : 0.0;
     const double width = bottom.x - top.x, deeper = static_cast<double>(bottom.depth) - static_cast<double>(top.depth);
-    bool is_seen_anywhere = false;
+    const auto ends_in = [](const ScreenVertex& end, int x, int y) {
+        return (end.x + half) >> 8 == x && (end.y + half) >> 8 == y;
+    };
     for (int y = y0; y <= y1; ++y) {
         const double from = std::max(0.0, (y * subpixels - half - top.y) * scale);
         const double till = height > 0.0 ? std::min(1.0, (y * subpixels + half - top.y) * scale) : 1.0;
@@ -60,17 +54,16 @@ void mark_edge(const EdgeMarks& to, std::uint32_t number) {
             marks[x / MarkedPixels::word_bits] |= std::uint64_t{is_seen} << (x % MarkedPixels::word_bits);
             if (to.edges == nullptr) continue;
             if (is_seen) {
-                remember(to, to.edges->numbers()(y)[x], number);
-                is_seen_anywhere = true;
+                // One that ends in a pixel does not divide it.
+                std::uint32_t& known = to.edges->numbers()(y)[x];
+                remember(to, known, number);
+                if (ends_in(top, x, y) || ends_in(bottom, x, y)) known = OutlineEdges::several;
             } else {
                 float& hidden = to.edges->hidden()(y)[x];
                 hidden = std::max(hidden, nearest);
             }
         }
     }
-    if (!is_seen_anywhere) return;
-    remember_end(to, top);
-    remember_end(to, bottom);
 }
 
 /// The bits of pixels x0 <= x < x1 in a word of a row.

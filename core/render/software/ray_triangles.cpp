@@ -22,7 +22,9 @@ template <typename Isa>
 CAMRIG_LANES void place_body(const LensNumbers& lens, ImageSize size, const glm::dmat4& m, const glm::vec3* positions,
                              std::span<const std::uint32_t> which, LensVertex* to) {
     const float* const from = &positions->x;
-    const double right = size.width - 0.5, bottom = size.height - 0.5;
+    // A short edge between two vertices beside the picture may be bent into it.
+    constexpr double margin = LensView::most_bend_px + double{rounding_subpixels} / subpixels;
+    const double left = -0.5 - margin, right = size.width - 0.5 + margin, bottom = size.height - 0.5 + margin;
     for (std::size_t i = 0; i < which.size(); i += lane_count) {
         const IntLanes at = indices_at(which.data() + i, which.size() - i);
         const Doubles local_x = widened(gathered<Isa>(from, at * 3));
@@ -47,8 +49,8 @@ CAMRIG_LANES void place_body(const LensNumbers& lens, ImageSize size, const glm:
         const Doubles py = (v * factor + widened(seen_at.aside_y)) * lens.k.fy + lens.k.cy;
         // Beyond the end of the lens a place says nothing about what lies between it and others.
         const IntLanes is_shown = seen_at.radius <= lens.end * rounded_end;
-        const IntLanes beside = ((px < Doubles{} + -0.5) & outside_left) | ((Doubles{} + right < px) & outside_right) |
-                                ((py < Doubles{} + -0.5) & outside_top) | ((Doubles{} + bottom < py) & outside_bottom);
+        const IntLanes beside = ((px < Doubles{} + left) & outside_left) | ((Doubles{} + right < px) & outside_right) |
+                                ((py < Doubles{} + left) & outside_top) | ((Doubles{} + bottom < py) & outside_bottom);
         const IntLanes beyond =
             is_shown ? beside : (IntLanes{} + outside_end) | ((seen_at.radius > lens.seen) & outside_lens);
         const IntLanes bits = is_placed ? beyond : (is_near & outside_near) | (~in_guard & outside_guard);

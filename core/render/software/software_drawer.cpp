@@ -396,7 +396,7 @@ void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
     if (has_room) {
         layers_.charge(*work.layer, bytes);
     } else {
-        layers_.drop(*work.layer);
+        layers_.refuse(*work.layer);
     }
 }
 

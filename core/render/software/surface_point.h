@@ -263,8 +263,9 @@ public:
     CAMRIG_LANES ScreenShares<Lanes> shares(int, int) const {
         const auto second = this->edge_from(2, 0), third = this->edge_from(0, 1);
         ScreenShares<Lanes> made = this->shares_of(second, third);
-        made.second = narrowed(second.at(x_at_, y_at_) * this->inverse_area_);
-        made.third = narrowed(third.at(x_at_, y_at_) * this->inverse_area_);
+        // Beside the triangle: what its border has. A sliver's values go anywhere within a pixel.
+        made.second = clamp01(narrowed(second.at(x_at_, y_at_) * this->inverse_area_));
+        made.third = min(clamp01(narrowed(third.at(x_at_, y_at_) * this->inverse_area_)), 1.0f - made.second);
         for (Lanes* step : {&made.second_dx, &made.third_dx, &made.second_dy, &made.third_dy}) *step = *step * share_;
         return made;
     }

@@ -44,6 +44,14 @@ TEST_F(CameraOutputsTest, AChangeOfACameraSaysWhatBeganEndedAndStayed) {
     EXPECT_EQ(change.added, Outputs{lamp(4)});
 }
 
+TEST_F(CameraOutputsTest, AnOptionLeftOutIsItsDefault) {
+    const OutputSpec bare{.kind = "lamp", .options = {{"pin", 1}}};
+    outputs.update(camera("lobby", {bare}), true);
+    EXPECT_EQ(outputs.update(camera("lobby", {lamp(1)}), true).kept, Outputs{lamp(1)});
+    EXPECT_EQ(outputs.update(camera("lobby", {lamp(1, "green")}), true).changed, Outputs{lamp(1, "green")});
+    EXPECT_EQ(outputs.update(camera("lobby", {bare}), true).changed, Outputs{bare});
+}
+
 TEST_F(CameraOutputsTest, ACameraThatGoesEndsItsOutputsAndNoOthers) {
     outputs.update(camera("lobby", {lamp(1)}), true);
     outputs.update(camera("gate", {lamp(2)}), true);
