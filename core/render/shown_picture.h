@@ -12,15 +12,17 @@ public:
     /// A layer is of one revision of the camera: image controls and everything else are as they were.
     Damage next(std::int64_t sequence, const Damage& since_layer) {
         const Damage damage = Damage::between(sequence_, since_layer_, since_layer);
-        // What was drawn twice names no picture: a command may have changed it in between.
-        since_layer_ = sequence == sequence_ ? Damage{} : since_layer;
+        // A picture that a command changed is drawn again under its number, which names no base then.
+        is_drawn_anew_ = sequence == sequence_ && (is_drawn_anew_ || since_layer.base() != since_layer_.base());
         sequence_ = sequence;
+        since_layer_ = is_drawn_anew_ ? Damage{} : since_layer;
         return damage;
     }
 
 private:
     std::int64_t sequence_ = -1;
     Damage since_layer_;
+    bool is_drawn_anew_ = false;
 };
 
 }  // namespace camrig

@@ -170,5 +170,18 @@ TEST(ShownPicture, DiffersFromTheLastOneOfItsLayerWhereEitherHasSomethingElse) {
     EXPECT_EQ(picture.next(14, {}), Damage{}) << "nothing is known of two pictures without a layer";
 }
 
+TEST(ShownPicture, ThatIsDrawnAnewUnderItsNumberIsNoBase) {
+    ShownPicture picture;
+    picture.next(10, since(4, 0, 16));
+    picture.next(11, since(4, 0, 16));
+    // A command turned the camera: a reader may have either picture 11.
+    EXPECT_EQ(picture.next(11, {}), Damage{});
+    picture.next(11, since(5, 0, 16));
+    EXPECT_EQ(picture.next(12, since(5, 0, 16)), Damage{});
+    EXPECT_EQ(picture.next(13, since(5, 0, 16)).base(), 12);
+    EXPECT_EQ(picture.next(13, since(5, 0, 16)).base(), 13) << "the same picture, in another form";
+    EXPECT_EQ(picture.next(14, since(5, 0, 16)).base(), 13);
+}
+
 }  // namespace
 }  // namespace camrig
