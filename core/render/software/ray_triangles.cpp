@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/render/software/lens_formula.h"
+#include "core/render/software/local_points.h"
 #include "core/render/software/ray_coverage.h"
 
 namespace camrig {
@@ -21,19 +22,13 @@ constexpr std::int32_t rounding_subpixels = 2;
 template <typename Isa>
 CAMRIG_LANES void place_body(const LensNumbers& lens, ImageSize size, const glm::dmat4& m, const glm::vec3* positions,
                              std::span<const std::uint32_t> which, LensVertex* to) {
-    const float* const from = &positions->x;
     // A short edge between two vertices beside the picture may be bent into it.
     constexpr double margin = LensView::most_bend_px + double{rounding_subpixels} / subpixels;
     const double left = -0.5 - margin, right = size.width - 0.5 + margin, bottom = size.height - 0.5 + margin;
     for (std::size_t i = 0; i < which.size(); i += lane_count) {
         const IntLanes at = indices_at(which.data() + i, which.size() - i);
-        const Doubles local_x = widened(gathered<Isa>(from, at * 3));
-        const Doubles local_y = widened(gathered<Isa>(from + 1, at * 3));
-        const Doubles local_z = widened(gathered<Isa>(from + 2, at * 3));
-        const auto row = [&](int r) __attribute__((always_inline)) {
-            return local_x * m[0][r] + local_y * m[1][r] + local_z * m[2][r] + m[3][r];
-        };
-        const Doubles x = row(0), y = row(1), z = row(2), far = Doubles{} + farthest_m;
+        const auto [x, y, z] = transformed<Isa>(m, positions, at);
+        const Doubles far = Doubles{} + farthest_m;
         const Doubles w = lens.is_wide ? sqrt(x * x + y * y + z * z) : z;
         const Doubles reach = lens.is_wide ? far : z * lens.guard;
         // Not of a number: never inside.

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "core/render/software/lanes.h"
+#include "core/render/software/local_points.h"
 
 namespace camrig {
 namespace {
@@ -29,20 +30,14 @@ CAMRIG_LANES void store_vertices(IntLanes x, IntLanes y, Lanes depth, Lanes inve
 template <typename Isa>
 CAMRIG_LANES void project_body(const ViewTransform& t, const glm::dmat4& m, const glm::vec3* positions,
                                std::span<const std::uint32_t> which, ScreenVertex* to, std::int32_t* outside) {
-    static_assert(sizeof(ScreenVertex) == 16 && sizeof(glm::vec3) == 12);
+    static_assert(sizeof(ScreenVertex) == 16);
     const double left = t.intrinsics.cx + 0.5, right = t.size.width - 0.5 - t.intrinsics.cx;
     const double top = t.intrinsics.cy + 0.5, bottom = t.size.height - 0.5 - t.intrinsics.cy;
     const double guard_x = guard_px - std::abs(t.intrinsics.cx), guard_y = guard_px - std::abs(t.intrinsics.cy);
-    const float* const from = &positions->x;
     for (std::size_t i = 0; i < which.size(); i += lane_count) {
         const IntLanes at = indices_at(which.data() + i, which.size() - i);
-        const Doubles local_x = widened(gathered<Isa>(from, at * 3));
-        const Doubles local_y = widened(gathered<Isa>(from + 1, at * 3));
-        const Doubles local_z = widened(gathered<Isa>(from + 2, at * 3));
-        const auto row = [&](int r) __attribute__((always_inline)) {
-            return local_x * m[0][r] + local_y * m[1][r] + local_z * m[2][r] + m[3][r];
-        };
-        const Doubles x = row(0) * t.intrinsics.fx, y = row(1) * t.intrinsics.fy, z = row(2);
+        const PointLanes point = transformed<Isa>(m, positions, at);
+        const Doubles x = point.x * t.intrinsics.fx, y = point.y * t.intrinsics.fy, z = point.z;
         // Not of a number: never inside.
         const IntLanes in_guard = (magnitude(x) <= z * guard_x) & (magnitude(y) <= z * guard_y);
         const IntLanes beyond = ((x < z * -left) & outside_left) | ((z * right < x) & outside_right) |
