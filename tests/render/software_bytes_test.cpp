@@ -188,8 +188,8 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
     constexpr ImageSize size{40, 30};
     constexpr double focal = 30.0, near_m = 0.05;
     constexpr int side = 16;
-    double squares = 0.0, worst = 0.0;
-    int count = 0;
+    double squares = 0.0;
+    int count = 0, off = 0;
     for (std::uint64_t round = 0; round < 12; ++round) {
         std::vector<glm::vec3> corners;
         std::uint64_t drawn_numbers = 0;
@@ -197,19 +197,19 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
             return low + (high - low) * random(40 + round, drawn_numbers++);
         };
         for (int i = 0; i < 14; ++i) {
-            const glm::vec3 first(at(-1.0, 9.0), at(-4.0, 4.0), at(-3.0, 3.0));
+            const glm::vec3 first{at(-1.0, 9.0), at(-4.0, 4.0), at(-3.0, 3.0)};
             const double reach = i % 3 == 0 ? 0.1 : 3.0;
             for (int k = 0; k < 3; ++k)
-                corners.push_back(first + glm::vec3(at(-3.0, 3.0), at(-reach, reach), at(-3.0, 3.0)));
+                corners.push_back(first + glm::vec3{at(-3.0, 3.0), at(-reach, reach), at(-3.0, 3.0)});
         }
-        Primitive mesh = triangles(corners);
-        for (std::size_t i = 0; i < corners.size(); ++i)
-            mesh.colors.emplace_back(static_cast<float>(i / 3 + 1) / 16.0f, 0.0f, 0.0f, 1.0f);
-        Material material = colored(glm::vec3(1.0f), true);
-        material.double_sided = true;
         const double origin = round % 2 == 0 ? 0.0 : 1e6;
         TestWorld world;
-        world.objects = {instance_of(model_of(mesh, material), glm::dvec3(origin))};
+        for (std::size_t i = 0; i < corners.size(); i += 3) {
+            Material material = colored(glm::vec3(static_cast<float>(i / 3 + 1) / 16.0f, 0.0f, 0.0f), true);
+            material.double_sided = true;
+            world.objects.push_back(instance_of(
+                model_of(triangles({corners[i], corners[i + 1], corners[i + 2]}), material), glm::dvec3(origin)));
+        }
         const Picture picture = drawn(
             world, {.eye = glm::dvec3(origin), .size = size, .focal_px = focal, .antialias = Antialias::coverage});
         for (int y = 0; y < size.height; ++y) {
@@ -231,15 +231,16 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
                 }
                 const double error = std::abs(linear_of(picture.red(x, y)) - seen);
                 squares += error * error;
-                worst = std::max(worst, error);
+                off += error > 0.05 ? 1 : 0;
                 ++count;
             }
         }
     }
-    std::printf("rms %.4f, max %.3f\n", std::sqrt(squares / count), worst);
-    EXPECT_LT(std::sqrt(squares / count), 0.01);
-    // All are of one draw: where they cross, no pixel is marked.
-    EXPECT_LT(worst, 0.25);
+    std::printf("rms %.4f, %d of %d pixels off by more than 0.05\n", std::sqrt(squares / count), off, count);
+    EXPECT_LT(std::sqrt(squares / count), 0.008);
+    // Corners lie on a grid of 1/256 of a pixel, which tilts what is seen from its edge: where such cross, the line
+    // between them moves.
+    EXPECT_LE(off, 15);
 }
 
 TEST(HardGeometry, WhatHasNoAreaOrIsNoNumberIsNotDrawnAndHarmsNothing) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/render/software/coverage.h"
 #include "core/render/software/lanes.h"
 #include "core/render/software/rows.h"
 
@@ -25,7 +26,7 @@ CAMRIG_LANES void remember(const EdgeMarks& marks, std::uint32_t& known, std::ui
     }
 }
 
-void mark_edge(const EdgeMarks& to, std::uint32_t number) {
+void mark_edge(const EdgeMarks& to, std::uint32_t number, float reach) {
     const auto [a, b] = ends_of_edge(to.geometry, number);
     const ScreenVertex &top = a->y < b->y ? *a : *b, &bottom = a->y < b->y ? *b : *a;
     const PixelRect& rect = to.rect;
@@ -46,7 +47,7 @@ void mark_edge(const EdgeMarks& to, std::uint32_t number) {
         const int x0 =
             std::max<int>(rect.x0, static_cast<int>(std::floor((std::min(xa, xb) + slack - 1.0) / subpixels)));
         const int x1 = std::min<int>(rect.x1 - 1, static_cast<int>(std::floor((std::max(xa, xb) + slack) / subpixels)));
-        const auto nearest = static_cast<float>(std::max(za, zb));
+        const float nearest = static_cast<float>(std::max(za, zb)) + reach;
         const float* const shown = to.depth(y);
         std::uint64_t* const marks = to.pixels.row(y);
         for (int x = x0; x <= x1; ++x) {
@@ -149,8 +150,12 @@ void mark_outlines(const ViewGeometry& geometry, std::uint32_t first_triangle, s
     const EdgeMarks marks{geometry, rect, depth, to, edges};
     for (std::uint32_t triangle = first_triangle; triangle < first_triangle + count; ++triangle) {
         const unsigned outline = geometry.triangles()[triangle].outline;
+        if (outline == 0) continue;
+        // The triangle itself may be so much nearer at the middle of a pixel than at its edge.
+        const Setup setup = set_up(geometry, triangle);
+        const float reach = depth_steps(setup, depth_plane(setup)).reach();
         for (std::uint32_t i = 0; i < 3; ++i)
-            if ((outline >> i & 1) != 0) mark_edge(marks, edge_number(triangle, i));
+            if ((outline >> i & 1) != 0) mark_edge(marks, edge_number(triangle, i), reach);
     }
 }
 
