@@ -36,7 +36,7 @@ template <HasFields T>
 Kind<nlohmann::json> output_kind(KindDescription description, std::function<void(const T&, JsonReader&)> check = {}) {
     description.fields = descriptions_of(fields_of(std::type_identity<T>{}));
     return {std::move(description), [check = std::move(check)](JsonReader& reader) {
-                const FieldTable<T> table = fields_of(std::type_identity<T>{});
+                const auto& table = fields_of(std::type_identity<T>{});
                 Changes<T> changes;
                 read_fields(table, reader, changes);
                 T value;

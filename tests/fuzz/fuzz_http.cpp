@@ -35,7 +35,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const bool of_camera = !route->camera.empty();
     CHECK(of_camera == (route->kind == RouteKind::stream || route->kind == RouteKind::picture ||
                         route->kind == RouteKind::depth_npy || route->kind == RouteKind::truth));
-    if (const auto params = stream_params(*target)) CHECK(params->quality >= 1 && params->quality <= 100);
+    if (const auto params = stream_params(*target)) {
+        const int quality = params->quality.value_or(1);
+        CHECK(quality >= 1 && quality <= 100);
+    }
     if (const auto request = fetch_request(*route, *target)) CHECK(request->min_ns >= 0);
     static_cast<void>(no_params(*target));
     return 0;
