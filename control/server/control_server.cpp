@@ -18,6 +18,7 @@
 #include "control/server/connection.h"
 #include "core/base/clock.h"
 #include "core/base/log_pace.h"
+#include "core/base/tcp_listener.h"
 #include "core/base/unix_listener.h"
 
 namespace camrig {
@@ -97,28 +98,18 @@ Result<void> ControlServer::Impl::listen_unix() {
 
 Result<void> ControlServer::Impl::listen_tcp() {
     if (!options.tcp_port) return {};
-    const std::string place = "control over TCP on " + options.host + ":" + std::to_string(*options.tcp_port);
+    auto listener = camrig::listen_tcp({.name = "control over TCP",
+                                        .port_option = "--tcp",
+                                        .host = options.host,
+                                        .port = *options.tcp_port,
+                                        .asks_for_token = !options.token.empty()});
+    if (!listener) return std::unexpected(listener.error());
     boost::system::error_code failed;
-    const auto found =
-        tcp::resolver(loop).resolve(options.host, std::to_string(*options.tcp_port), tcp::resolver::passive, failed);
-    if (failed || found.empty())
-        return error(ErrorKind::unavailable, place + ": no address of this machine: " + failed.message());
-    const tcp::endpoint endpoint = *found.begin();
-    if (!endpoint.address().is_loopback() && options.token.empty()) {
-        return error(ErrorKind::invalid_argument,
-                     place + ": is not loopback, so others could steer the rig; give a --token-file");
-    }
-    // Each call does nothing once an earlier one has failed.
-    const auto step = [&failed](auto&& call) {
-        if (!failed) call();
-    };
-    step([&] { tcp_acceptor.open(endpoint.protocol(), failed); });
-    step([&] { tcp_acceptor.set_option(tcp::acceptor::reuse_address(true), failed); });
-    step([&] { tcp_acceptor.bind(endpoint, failed); });
-    step([&] { tcp_acceptor.listen(tcp::acceptor::max_listen_connections, failed); });
-    step([&] { tcp_port = tcp_acceptor.local_endpoint(failed).port(); });
-    tcp_address = endpoint.address().to_string();
-    if (failed) return error(ErrorKind::unavailable, place + ": " + failed.message());
+    tcp_acceptor.assign(listener->family == AF_INET ? tcp::v4() : tcp::v6(), listener->fd.get(), failed);
+    if (failed) return error(ErrorKind::unavailable, "control over TCP: " + failed.message());
+    listener->fd.release();
+    tcp_address = std::move(listener->address);
+    tcp_port = listener->port;
     return {};
 }
 

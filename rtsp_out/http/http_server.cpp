@@ -19,6 +19,7 @@
 #include <sys/socket.h>
 
 #include "core/base/clock.h"
+#include "core/base/tcp_listener.h"
 #include "core/base/token.h"
 #include "rtsp_out/http/access.h"
 #include "rtsp_out/http/connection.h"
@@ -35,26 +36,6 @@ namespace {
 constexpr auto quiet = asio::as_tuple(asio::use_awaitable);
 /// Pause after accept() failed for lack of file descriptors or memory; others may give some back.
 constexpr std::chrono::milliseconds accept_pause{100};
-
-Result<tcp::endpoint> resolve(asio::io_context& io, const HttpOptions& options) {
-    Failure failed;
-    const auto address = asio::ip::make_address(options.host, failed);
-    if (!failed) return tcp::endpoint(address, options.port);
-    tcp::resolver resolver(io);
-    const auto found = resolver.resolve(options.host, std::to_string(options.port), tcp::resolver::passive, failed);
-    if (failed || found.empty())
-        return error(ErrorKind::invalid_argument,
-                     "http: host '" + options.host + "' is not an address of this machine: " + failed.message());
-    return found.begin()->endpoint();
-}
-
-Result<void> check_options(const HttpOptions& options, const tcp::endpoint& endpoint) {
-    if (!options.token.empty()) return check_token(options.token);
-    if (endpoint.address().is_loopback()) return {};
-    return error(ErrorKind::invalid_argument, "http: host " + options.host +
-                                                  " can be reached by others, so it needs a token; give --token-file, "
-                                                  "or use --host 127.0.0.1");
-}
 
 /// Pictures go out at once, and no more of them waits in the kernel than the peer is about to take.
 void tune(tcp::socket& socket, const HttpLimits& limits) {
@@ -100,19 +81,21 @@ struct HttpServer::Impl {
 };
 
 Result<void> HttpServer::Impl::listen() {
-    const auto endpoint = resolve(io, state.options);
-    if (!endpoint) return std::unexpected(endpoint.error());
-    if (auto good = check_options(state.options, *endpoint); !good) return good;
+    const HttpOptions& options = state.options;
+    if (!options.token.empty())
+        if (auto good = check_token(options.token); !good) return good;
+    auto listener = listen_tcp({.name = "http",
+                                .port_option = "--http",
+                                .host = options.host,
+                                .port = options.port,
+                                .asks_for_token = !options.token.empty()});
+    if (!listener) return std::unexpected(listener.error());
     Failure failed;
-    acceptor.open(endpoint->protocol(), failed);
-    if (!failed) acceptor.set_option(tcp::acceptor::reuse_address(true), failed);
-    if (!failed) acceptor.bind(*endpoint, failed);
-    if (!failed) acceptor.listen(asio::socket_base::max_listen_connections, failed);
-    if (failed)
-        return error(ErrorKind::unavailable, "http: cannot listen on " + describe(*endpoint) + ": " + failed.message() +
-                                                 "; choose another --http PORT (0: any free one)");
-    address = endpoint->address().to_string();
-    port = acceptor.local_endpoint(failed).port();
+    acceptor.assign(listener->family == AF_INET ? tcp::v4() : tcp::v6(), listener->fd.get(), failed);
+    if (failed) return error(ErrorKind::unavailable, "http: " + failed.message());
+    listener->fd.release();
+    address = std::move(listener->address);
+    port = listener->port;
     return {};
 }
 

@@ -21,17 +21,14 @@ struct Endpoint {
     guint16 port = 0;
 };
 
-Endpoint endpoint_of(GSocketAddress* made) {
-    const GObjectHandle<GSocketAddress> address(made);
-    if (!address || !G_IS_INET_SOCKET_ADDRESS(made)) return {};
-    gchar* text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(made)));
-    Endpoint endpoint{text, g_inet_socket_address_get_port(G_INET_SOCKET_ADDRESS(made))};
+Endpoint peer_of(GSocket* socket) {
+    const GObjectHandle<GSocketAddress> address(g_socket_get_remote_address(socket, nullptr));
+    if (!address || !G_IS_INET_SOCKET_ADDRESS(address.get())) return {};
+    auto* const inet = G_INET_SOCKET_ADDRESS(address.get());
+    gchar* text = g_inet_address_to_string(g_inet_socket_address_get_address(inet));
+    Endpoint endpoint{text, g_inet_socket_address_get_port(inet)};
     g_free(text);
     return endpoint;
-}
-
-Endpoint peer_of(GSocket* socket) {
-    return endpoint_of(g_socket_get_remote_address(socket, nullptr));
 }
 
 }  // namespace
@@ -44,15 +41,12 @@ bool descriptors_are_short(int reserve) {
     return !lowest || static_cast<rlim_t>(lowest.get()) + static_cast<rlim_t>(reserve) > limit.rlim_cur;
 }
 
-Result<std::unique_ptr<RtspListener>> RtspListener::create(GstRTSPServer* server, Hooks hooks) {
+Result<std::unique_ptr<RtspListener>> RtspListener::create(GstRTSPServer* server, TcpListener listener, Hooks hooks) {
     GError* failed = nullptr;
-    GObjectHandle<GSocket> socket(gst_rtsp_server_create_socket(server, nullptr, &failed));
-    if (!socket) return error(ErrorKind::unavailable, take_message(failed));
-    std::unique_ptr<RtspListener> listener(new RtspListener(server, std::move(hooks), std::move(socket)));
-    Endpoint own = endpoint_of(g_socket_get_local_address(listener->socket_.get(), nullptr));
-    listener->address_ = std::move(own.address);
-    listener->port_ = own.port;
-    return listener;
+    GObjectHandle<GSocket> socket(g_socket_new_from_fd(listener.fd.get(), &failed));
+    if (!socket) return error(ErrorKind::unavailable, "rtsp: " + take_message(failed));
+    listener.fd.release();
+    return std::unique_ptr<RtspListener>(new RtspListener(server, listener, std::move(hooks), std::move(socket)));
 }
 
 RtspListener::~RtspListener() {

@@ -8,6 +8,7 @@
 
 #include "core/base/log_pace.h"
 #include "core/base/result.h"
+#include "core/base/tcp_listener.h"
 #include "rtsp_out/rtsp/gst_handle.h"
 
 namespace camrig {
@@ -30,8 +31,7 @@ public:
         std::function<void(GSocket* socket)> prepare;               ///< before the server has it
     };
 
-    /// Listens where the server was told to. unavailable: the port is taken.
-    static Result<std::unique_ptr<RtspListener>> create(GstRTSPServer* server, Hooks hooks);
+    static Result<std::unique_ptr<RtspListener>> create(GstRTSPServer* server, TcpListener listener, Hooks hooks);
     ~RtspListener();
     RtspListener(const RtspListener&) = delete;
     RtspListener& operator=(const RtspListener&) = delete;
@@ -50,8 +50,12 @@ private:
         TimeNs until_ns = 0;
     };
 
-    RtspListener(GstRTSPServer* server, Hooks hooks, GObjectHandle<GSocket> socket)
-        : server_(server), hooks_(std::move(hooks)), socket_(std::move(socket)) {}
+    RtspListener(GstRTSPServer* server, const TcpListener& listener, Hooks hooks, GObjectHandle<GSocket> socket)
+        : server_(server),
+          hooks_(std::move(hooks)),
+          socket_(std::move(socket)),
+          address_(listener.address),
+          port_(listener.port) {}
     void listen();
     void accept_one();
     void pause(const std::string& why);
@@ -60,8 +64,8 @@ private:
     GstRTSPServer* const server_;
     const Hooks hooks_;
     const GObjectHandle<GSocket> socket_;
-    std::string address_;
-    std::uint16_t port_ = 0;
+    const std::string address_;
+    const std::uint16_t port_;
     GMainContext* context_ = nullptr;  ///< null: not started, or stopped
     GSource* source_ = nullptr;        ///< null: paused or stopped
     std::deque<Waiting> waiting_;

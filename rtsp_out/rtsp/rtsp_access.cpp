@@ -65,29 +65,4 @@ GObjectHandle<GstRTSPAuth> create_rtsp_auth(const RtspOptions& options) {
     return auth;
 }
 
-bool is_any_address(const std::string& host) {
-    GInetAddress* address = g_inet_address_new_from_string(host.c_str());
-    if (!address) return false;
-    const bool any = g_inet_address_get_is_any(address);
-    g_object_unref(address);
-    return any;
-}
-
-bool is_loopback_address(const std::string& host) {
-    if (host == "localhost") return true;
-    GInetAddress* address = g_inet_address_new_from_string(host.c_str());
-    if (!address) return false;
-    const bool loopback = g_inet_address_get_is_loopback(address);
-    g_object_unref(address);
-    return loopback;
-}
-
-Result<void> check_rtsp_host(const RtspOptions& options) {
-    if (!options.token.empty() || is_loopback_address(options.host)) return {};
-    return error(ErrorKind::invalid_argument,
-                 "rtsp: host " + options.host +
-                     " can be reached by others, so it needs a token; give --token-file, or "
-                     "use --host 127.0.0.1");
-}
-
 }  // namespace camrig

@@ -16,10 +16,4 @@ GObjectHandle<GstRTSPAuth> create_rtsp_auth(const RtspOptions& options);
 /// What makes all connections TLS; null where none is given.
 Result<GObjectHandle<GTlsCertificate>> load_rtsp_certificate(const RtspOptions& options);
 
-/// Without a token only an address of this machine's loopback will do.
-Result<void> check_rtsp_host(const RtspOptions& options);
-bool is_loopback_address(const std::string& host);
-/// "0.0.0.0" or "::".
-bool is_any_address(const std::string& host);
-
 }  // namespace camrig

@@ -1,8 +1,8 @@
 #include "rtsp_out/rtsp/rtsp_mount.h"
 
 #include "core/base/clock.h"
+#include "core/base/tcp_listener.h"
 #include "rtsp_out/rtsp/media_pipeline.h"
-#include "rtsp_out/rtsp/rtsp_access.h"
 
 namespace camrig {
 namespace {

@@ -100,16 +100,16 @@ struct RtspServer::Impl final : CameraObserver {
 };
 
 Result<void> RtspServer::Impl::listen() {
-    if (auto good = check_rtsp_host(options); !good) return good;
     auto certificate = load_rtsp_certificate(options);
     if (!certificate) return std::unexpected(certificate.error());
+    auto opened = listen_tcp({.name = "rtsp",
+                              .port_option = "--rtsp",
+                              .host = options.host,
+                              .port = options.port,
+                              .asks_for_token = !options.token.empty()});
+    if (!opened) return std::unexpected(opened.error());
 
     server.reset(gst_rtsp_server_new());
-    // GLib takes localhost for ::1 first, whatever the machine says of it (2.74), and many clients know 127.0.0.1 only.
-    const std::string address = options.host == "localhost" ? "127.0.0.1" : options.host;
-    gst_rtsp_server_set_address(server.get(), address.c_str());
-    gst_rtsp_server_set_service(server.get(), std::to_string(options.port).c_str());
-    gst_rtsp_server_set_backlog(server.get(), 128);
     mounts.reset(gst_rtsp_server_get_mount_points(server.get()));
     sessions.reset(gst_rtsp_server_get_session_pool(server.get()));
     if (const auto auth = create_rtsp_auth(options)) gst_rtsp_server_set_auth(server.get(), auth.get());
@@ -118,12 +118,8 @@ Result<void> RtspServer::Impl::listen() {
     gst_rtsp_thread_pool_set_max_threads(threads.get(), 0);
     gst_rtsp_server_set_thread_pool(server.get(), threads.get());
 
-    auto made = RtspListener::create(server.get(), listener_hooks(std::move(*certificate)));
-    if (!made) {
-        return error(ErrorKind::unavailable, "rtsp: cannot listen on " + options.host + ":" +
-                                                 std::to_string(options.port) + ": " + made.error().message +
-                                                 "; choose another --rtsp PORT (0: any free one)");
-    }
+    auto made = RtspListener::create(server.get(), std::move(*opened), listener_hooks(std::move(*certificate)));
+    if (!made) return std::unexpected(made.error());
     listener = std::move(*made);
 
     g_signal_connect(server.get(), "client-connected",
