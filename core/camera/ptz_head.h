@@ -1,0 +1,120 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/base/time.h"
+#include "core/camera/axis_motion.h"
+#include "core/camera/pose.h"
+#include "core/camera/ptz_spec.h"
+
+namespace camrig {
+
+/// Angles in degrees, pan positive to the left and in (-180, 180], tilt upwards; zoom as the factor of the focal
+/// length.
+struct PtzPosition {
+    double pan_deg = 0.0;
+    double tilt_deg = 0.0;
+    double zoom = 1.0;
+    friend bool operator==(const PtzPosition&, const PtzPosition&) = default;
+};
+
+/// What a head says of itself, as its encoders have it.
+struct PtzStatus {
+    PtzPosition position;
+    bool is_turning = false;  ///< from the command on, its latency included, until it stands
+    bool is_zooming = false;
+};
+
+/// How an axis is to move; what is empty stays as it is.
+enum class PtzMode : std::uint8_t { absolute, relative, continuous };
+
+struct PtzMove {
+    PtzMode mode = PtzMode::absolute;
+    /// absolute: where to; relative: by how much; continuous: degrees a second.
+    std::optional<double> pan_deg = {}, tilt_deg = {};
+    /// absolute: the factor; relative: its multiple; continuous: of the head's own zoom speed, -1 to 1.
+    std::optional<double> zoom = {};
+    double speed = 1.0;                  ///< share of the head's speed: over 0, at most 1
+    std::optional<TimeNs> timeout = {};  ///< of a continuous move: it stops by itself
+};
+
+/// A pan/tilt/zoom head as a function of world time: what it was told so far, and what follows from that for any time.
+///
+/// Each axis goes as fast as its limits let it and both angles of a move arrive together. Zoom goes by equal factors a
+/// second. A command takes the place of what its axes do, from its latency on; what is pending then is given up. States
+/// may be asked for in any order. Random numbers (where it stops) are functions of seed, axis and stop.
+///
+/// A value; any thread.
+class PtzHead {
+public:
+    /// Stands at pan 0 and tilt 0, or the nearest to that within its limits, at the wide end.
+    explicit PtzHead(const PtzSpec& spec);
+
+    /// invalid_argument: beyond the limits of an absolute move; others end there.
+    Result<void> move(const PtzMove& move, TimeNs now_ns);
+    void stop(bool pan_and_tilt, bool zoom, TimeNs now_ns);
+
+    /// Where it truly is.
+    PtzPosition at(TimeNs world_ns) const;
+    PtzStatus status(TimeNs world_ns) const;
+    /// World time from which it stands; the largest there is when it never will.
+    TimeNs arrives_ns() const;
+    const PtzSpec& spec() const { return spec_; }
+
+private:
+    /// One motion of an axis, from a time on, and how far it is from where it believes to be, before and after.
+    struct Segment {
+        TimeNs told_ns = 0, begin_ns = 0;
+        AxisMotion motion;
+        double error_from = 0.0, error_to = 0.0;
+
+        AxisState motor(TimeNs world_ns) const;
+        double error(TimeNs world_ns) const;
+        TimeNs end_ns() const;
+    };
+    struct AxisOptions {
+        std::optional<PtzLimits> limits;  ///< nullopt: it turns without end
+        double repeatability = 0.0, backlash = 0.0;
+        std::uint64_t seed = 0, stream = 0;  ///< of random numbers
+    };
+    class Axis {
+    public:
+        explicit Axis(AxisOptions options);
+        AxisState motor(TimeNs world_ns) const { return segment(world_ns).motor(world_ns); }
+        /// Where it is, with its errors; within its limits.
+        double position(TimeNs world_ns) const;
+        bool is_moving(TimeNs world_ns) const;
+        TimeNs end_ns() const { return segments_.back().end_ns(); }
+        /// The nearest to it that it can come to.
+        double within(double target) const;
+        /// The same; without limits, of the positions that are the same turned round, the nearest to `from`.
+        double nearest(double target, double from) const;
+        void go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion);
+        void go_at_speed(TimeNs told_ns, TimeNs begin_ns, double speed, const AxisLimits& limits);
+        void brake(TimeNs told_ns, TimeNs begin_ns, double acceleration);
+
+    private:
+        const Segment& segment(TimeNs world_ns) const;
+
+        AxisOptions options_;
+        std::vector<Segment> segments_;  ///< by begin_ns; never empty
+        std::uint64_t stops_ = 0;
+    };
+
+    AxisLimits angle_limits(const PtzMove& move, TimeNs begin_ns) const;
+    AxisLimits zoom_limits(double share) const;
+    double zoom_of(TimeNs world_ns) const;
+    void turn(const PtzMove& move, TimeNs now_ns);
+    void run_zoom(const PtzMove& move, TimeNs now_ns);
+
+    PtzSpec spec_;
+    Axis pan_, tilt_;
+    Axis zoom_;  ///< natural logarithm of the factor
+};
+
+/// world_from_link of a camera on a head whose base (at pan 0 and tilt 0) is there.
+Pose turned_by(const Pose& base, const PtzPosition& head);
+
+}  // namespace camrig
