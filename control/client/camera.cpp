@@ -77,6 +77,11 @@ json Camera::truth(std::int64_t min_ns) const {
     return connections_->call("truth.get", params);
 }
 
+json Camera::ptz(const std::string& action, json params) const {
+    params["camera"] = name_;
+    return connections_->call("ptz." + action, params);
+}
+
 void Camera::snapshot(const std::filesystem::path& file) const {
     const std::string ending = file.extension();
     FrameRequest request;

@@ -26,6 +26,11 @@ std::vector<SharedObject> shared_objects() {
                   "x ahead, y left, z up, and so is what look_at names; it moves with every picture. When the actor is "
                   "removed the camera stays where it was, and follows again when an actor of this name comes."),
         object_of(
+            "ptz",
+            "A pan/tilt/zoom head under the camera. `pose` is where it looks with the head at pan and tilt 0, and "
+            "zoom multiplies the camera's focal length; world_pose is where it looks now. The methods ptz.* move "
+            "it; a change of these figures puts it back to its begin."),
+        object_of(
             "intrinsics",
             "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 "
             "is the middle."),

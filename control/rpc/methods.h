@@ -13,6 +13,7 @@
 namespace camrig {
 
 std::vector<Method> camera_methods(RpcContext& context);
+std::vector<Method> ptz_methods(RpcContext& context);
 std::vector<Method> world_methods(RpcContext& context);
 std::vector<Method> frame_methods(RpcContext& context);
 std::vector<Method> actor_methods(RpcContext& context);

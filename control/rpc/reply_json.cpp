@@ -17,6 +17,7 @@ std::string hex_text(std::uint64_t bits) {
 json to_json(const CameraReply& report) {
     json value = camera_to_json(report.camera.spec_at(report.now.world_ns));
     value["world_pose"] = pose_to_json(report.now.pose);
+    value["shown_intrinsics"] = json_of(report.now.intrinsics);
     value["id"] = static_cast<std::uint32_t>(report.id);
     value["sequence"] = report.sequence;
     value["readers"] = report.readers;

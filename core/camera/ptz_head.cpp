@@ -29,17 +29,17 @@ TimeNs later_by(TimeNs from_ns, double seconds) {
 }
 
 /// In (-180, 180].
-double wrapped(double deg) {
-    const double turns = std::ceil((deg - 180.0) / 360.0);
-    return deg - 360.0 * turns;
+double wrapped(double angle) {
+    const double turns = std::ceil((angle - 180.0) / 360.0);
+    return angle - 360.0 * turns;
 }
 
 double clamped(double value, const PtzLimits& limits) {
     return std::clamp(value, limits.low, limits.high);
 }
 
-double rounded(double deg, double quantum) {
-    return quantum > 0.0 ? quantum * std::round(deg / quantum) : deg;
+double rounded(double angle, double quantum) {
+    return quantum > 0.0 ? quantum * std::round(angle / quantum) : angle;
 }
 
 }  // namespace
@@ -118,11 +118,21 @@ void PtzHead::Axis::brake(TimeNs told_ns, TimeNs begin_ns, double acceleration) 
     go(told_ns, begin_ns, AxisMotion::stop(motor(begin_ns), acceleration));
 }
 
+PtzHead::Axis PtzHead::Axis::standing(TimeNs last_ns) const {
+    const TimeNs when_ns = end_ns() == never_ns ? last_ns : end_ns();
+    Axis axis = *this;
+    axis.segments_ = {{.motion = AxisMotion(motor(when_ns).position),
+                       .error_from = segment(when_ns).error(when_ns),
+                       .error_to = segment(when_ns).error(when_ns)}};
+    return axis;
+}
+
 PtzHead::PtzHead(const PtzSpec& spec)
     : spec_(spec),
       pan_({spec.pan_limits_deg, spec.repeatability_deg, spec.backlash_deg, spec.seed, 0}),
       tilt_({spec.tilt_limits_deg, spec.repeatability_deg, spec.backlash_deg, spec.seed, 1}),
-      zoom_({.limits = PtzLimits{0.0, portable::log(spec.zoom_max)}}) {}
+      zoom_({.limits = PtzLimits{0.0, portable::log(spec.zoom_max)}}),
+      home_(at(0)) {}
 
 AxisLimits PtzHead::angle_limits(const PtzMove& move, TimeNs begin_ns) const {
     const bool is_slowed = spec_.is_proportional && move.mode != PtzMode::absolute;
@@ -150,6 +160,36 @@ Result<void> PtzHead::move(const PtzMove& move, TimeNs now_ns) {
     }
     if (move.pan_deg || move.tilt_deg) turn(move, now_ns);
     if (move.zoom) run_zoom(move, now_ns);
+    return {};
+}
+
+void PtzHead::go_to(const PtzPosition& position, TimeNs now_ns) {
+    const PtzMove there{.pan_deg = position.pan_deg, .tilt_deg = position.tilt_deg, .zoom = position.zoom};
+    turn(there, now_ns);
+    run_zoom(there, now_ns);
+}
+
+void PtzHead::aim(const PtzPosition& at, double speed, TimeNs now_ns) {
+    turn({.pan_deg = at.pan_deg, .tilt_deg = at.tilt_deg, .speed = speed}, now_ns);
+}
+
+Result<void> PtzHead::set_preset(const std::string& name, TimeNs now_ns) {
+    if (presets_.size() >= max_presets && !presets_.contains(name))
+        return error(ErrorKind::resource_exhausted,
+                     "the head has " + std::to_string(max_presets) + " presets already; remove one");
+    presets_[name] = status(now_ns).position;
+    return {};
+}
+
+Result<void> PtzHead::go_to_preset(const std::string& name, TimeNs now_ns) {
+    const auto found = presets_.find(name);
+    if (found == presets_.end()) return error(ErrorKind::not_found, "there is no preset '" + name + "'");
+    go_to(found->second, now_ns);
+    return {};
+}
+
+Result<void> PtzHead::remove_preset(const std::string& name) {
+    if (presets_.erase(name) == 0) return error(ErrorKind::not_found, "there is no preset '" + name + "'");
     return {};
 }
 
@@ -221,6 +261,13 @@ PtzStatus PtzHead::status(TimeNs world_ns) const {
 
 TimeNs PtzHead::arrives_ns() const {
     return std::max({pan_.end_ns(), tilt_.end_ns(), zoom_.end_ns()});
+}
+
+PtzHead PtzHead::standing(TimeNs last_ns) const {
+    PtzHead head = *this;
+    for (Axis PtzHead::* const axis : {&PtzHead::pan_, &PtzHead::tilt_, &PtzHead::zoom_})
+        head.*axis = (this->*axis).standing(last_ns);
+    return head;
 }
 
 Pose turned_by(const Pose& base, const PtzPosition& head) {

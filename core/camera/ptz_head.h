@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -54,13 +56,29 @@ public:
 
     /// invalid_argument: beyond the limits of an absolute move; others end there.
     Result<void> move(const PtzMove& move, TimeNs now_ns);
+    /// Turns to the nearest to that within its limits; zoom stays.
+    void aim(const PtzPosition& at, double speed, TimeNs now_ns);
     void stop(bool pan_and_tilt, bool zoom, TimeNs now_ns);
+
+    static constexpr std::size_t max_presets = 256;
+    /// Remembers where it believes to be at that time. resource_exhausted: there are as many as there may be.
+    Result<void> set_preset(const std::string& name, TimeNs now_ns);
+    /// not_found: there is none of that name; so of the next.
+    Result<void> go_to_preset(const std::string& name, TimeNs now_ns);
+    Result<void> remove_preset(const std::string& name);
+    const std::map<std::string, PtzPosition>& presets() const { return presets_; }
+    void set_home(TimeNs now_ns) { home_ = status(now_ns).position; }
+    /// At first where it stood in the beginning.
+    void go_home(TimeNs now_ns) { go_to(home_, now_ns); }
 
     /// Where it truly is.
     PtzPosition at(TimeNs world_ns) const;
     PtzStatus status(TimeNs world_ns) const;
     /// World time from which it stands; the largest there is when it never will.
     TimeNs arrives_ns() const;
+    /// Of another world, whose time begins at 0: it stands where it comes to; what never ends, where it was at that
+    /// time.
+    PtzHead standing(TimeNs last_ns) const;
     const PtzSpec& spec() const { return spec_; }
 
 private:
@@ -94,6 +112,7 @@ private:
         void go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion);
         void go_at_speed(TimeNs told_ns, TimeNs begin_ns, double speed, const AxisLimits& limits);
         void brake(TimeNs told_ns, TimeNs begin_ns, double acceleration);
+        Axis standing(TimeNs last_ns) const;
 
     private:
         const Segment& segment(TimeNs world_ns) const;
@@ -106,12 +125,15 @@ private:
     AxisLimits angle_limits(const PtzMove& move, TimeNs begin_ns) const;
     AxisLimits zoom_limits(double share) const;
     double zoom_of(TimeNs world_ns) const;
+    void go_to(const PtzPosition& position, TimeNs now_ns);
     void turn(const PtzMove& move, TimeNs now_ns);
     void run_zoom(const PtzMove& move, TimeNs now_ns);
 
     PtzSpec spec_;
     Axis pan_, tilt_;
     Axis zoom_;  ///< natural logarithm of the factor
+    std::map<std::string, PtzPosition> presets_;
+    PtzPosition home_;
 };
 
 /// world_from_link of a camera on a head whose base (at pan 0 and tilt 0) is there.

@@ -162,6 +162,73 @@ Result<std::vector<CameraReply>> CameraDesk::run(ListCameras&) {
     return reports;
 }
 
+Result<PtzReply> CameraDesk::tell_head(const std::string& camera,
+                                       const std::function<Result<void>(PtzHead&, const Camera&, TimeNs)>& tell) {
+    auto found = rig_.cameras.find(camera);
+    if (!found) return std::unexpected(found.error());
+    CameraEntry& entry = **found;
+    const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
+    world_.world_of_now();  // what events did to the camera until now comes before
+    auto told = entry.camera.with_head([&](PtzHead& head) { return tell(head, entry.camera, now_ns); });
+    if (!told) return std::unexpected(told.error());
+    if (auto good = rig_.cameras.replace(entry, std::move(*told)); !good) return std::unexpected(good.error());
+    return head_of(entry, now_ns);
+}
+
+Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) const {
+    const auto head = entry.camera.head();
+    if (!head) return std::unexpected(head.error());
+    return PtzReply{(*head)->status(now_ns), (*head)->at(now_ns), now_ns, (*head)->arrives_ns(), (*head)->presets()};
+}
+
+Result<PtzReply> CameraDesk::run(MovePtz& command) {
+    return tell_head(command.camera,
+                     [&](PtzHead& head, const Camera&, TimeNs now_ns) { return head.move(command.move, now_ns); });
+}
+
+Result<PtzReply> CameraDesk::run(AimPtz& command) {
+    return tell_head(command.camera, [&](PtzHead& head, const Camera& camera, TimeNs now_ns) -> Result<void> {
+        const auto aim = camera.aim(command.x, command.y, now_ns);
+        if (!aim) return std::unexpected(aim.error());
+        head.aim(*aim, command.speed, now_ns);
+        return {};
+    });
+}
+
+Result<PtzReply> CameraDesk::run(PtzPresets& command) {
+    return tell_head(command.camera, [&](PtzHead& head, const Camera&, TimeNs now_ns) -> Result<void> {
+        switch (command.action) {
+            using enum PtzPresets::Action;
+            case set:
+                return head.set_preset(command.preset, now_ns);
+            case go_to:
+                return head.go_to_preset(command.preset, now_ns);
+            case remove:
+                return head.remove_preset(command.preset);
+            case set_home:
+                head.set_home(now_ns);
+                break;
+            case go_home:
+                head.go_home(now_ns);
+                break;
+        }
+        return {};
+    });
+}
+
+Result<PtzReply> CameraDesk::run(StopPtz& command) {
+    return tell_head(command.camera, [&](PtzHead& head, const Camera&, TimeNs now_ns) -> Result<void> {
+        head.stop(command.pan_tilt, command.zoom, now_ns);
+        return {};
+    });
+}
+
+Result<PtzReply> CameraDesk::run(GetPtz& command) {
+    auto found = rig_.cameras.find(command.camera);
+    if (!found) return std::unexpected(found.error());
+    return head_of(**found, rig_.world_now_ns(monotonic_now_ns()));
+}
+
 CameraReply CameraDesk::report_of(const CameraEntry& entry) const {
     // Alone, a camera needs only the time; where its actor is now, the world would have to be asked.
     const Snapshot alone{.world_ns = rig_.world_now_ns(monotonic_now_ns()), .statics = {}, .movers = {}};

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <string>
+
 #include "core/engine/rig_state.h"
 #include "core/engine/world_desk.h"
 
@@ -15,6 +18,11 @@ public:
     Result<Applied> run(DeleteCamera& command);
     Result<CameraReply> run(GetCamera& command);
     Result<std::vector<CameraReply>> run(ListCameras& command);
+    Result<PtzReply> run(MovePtz& command);
+    Result<PtzReply> run(AimPtz& command);
+    Result<PtzReply> run(PtzPresets& command);
+    Result<PtzReply> run(StopPtz& command);
+    Result<PtzReply> run(GetPtz& command);
 
     /// Adds the cameras of a scene that are not there: all of them or none. They take part from begin_world() on.
     Result<void> add_cameras_of(const Scene& scene);
@@ -39,6 +47,10 @@ private:
     /// The camera's newest picture is drawn, for who reads it.
     void show_latest(CameraEntry& entry);
     CameraReply report_of(const CameraEntry& entry) const;
+    /// What its head is told now, and how it stands then.
+    Result<PtzReply> tell_head(const std::string& camera,
+                               const std::function<Result<void>(PtzHead&, const Camera&, TimeNs)>& tell);
+    Result<PtzReply> head_of(const CameraEntry& entry, TimeNs now_ns) const;
 
     RigState& rig_;
     WorldDesk& world_;

@@ -74,14 +74,18 @@ Result<void> CameraTable::replace(CameraEntry& entry, Camera camera) {
 
 void CameraTable::show(CameraEntry& entry, std::int64_t sequence, SnapshotRef snapshot, TimeNs monotonic_ns) {
     LatestDue& latest = entry.latest;
-    latest.state = entry.camera.at(*snapshot);
-    latest.spec = entry.camera.spec();
-    latest.spec_revision = entry.spec_revision;
-    if (latest.state.intrinsics != latest.spec->intrinsics) {
-        auto zooming = std::make_shared<CameraSpec>(*latest.spec);
-        zooming->intrinsics = latest.state.intrinsics;
-        latest.spec = std::move(zooming);
-        latest.spec_revision = ++last_revision_;
+    const CameraState before = std::exchange(latest.state, entry.camera.at(*snapshot));
+    // A camera that is zoomed in and stands is the same from picture to picture.
+    const bool is_as_before = latest.of_revision == entry.spec_revision && latest.state.intrinsics == before.intrinsics;
+    if (!is_as_before) {
+        latest.spec = entry.camera.spec();
+        latest.spec_revision = latest.of_revision = entry.spec_revision;
+        if (latest.state.intrinsics != latest.spec->intrinsics) {
+            auto zooming = std::make_shared<CameraSpec>(*latest.spec);
+            zooming->intrinsics = latest.state.intrinsics;
+            latest.spec = std::move(zooming);
+            latest.spec_revision = ++last_revision_;
+        }
     }
     latest.sequence = sequence;
     latest.monotonic_ns = monotonic_ns;

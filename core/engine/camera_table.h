@@ -22,6 +22,7 @@ namespace camrig {
 struct LatestDue {
     std::shared_ptr<const CameraSpec> spec;  ///< as it was at that instant, with the intrinsics of it
     std::uint64_t spec_revision = 0;
+    std::uint64_t of_revision = 0;  ///< of the camera's spec that it was made from
     std::int64_t sequence = -1;
     CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -89,6 +90,43 @@ struct DeleteCamera {
 struct GetCamera {
     using Reply = CameraReply;
     std::string name;
+};
+struct PtzReply {
+    PtzStatus status;
+    PtzPosition true_position;
+    TimeNs world_ns = 0;    ///< time of both
+    TimeNs arrives_ns = 0;  ///< world time from which it stands; of what never ends, the largest there is
+    std::map<std::string, PtzPosition> presets;
+};
+struct MovePtz {
+    using Reply = PtzReply;
+    std::string camera;
+    PtzMove move;
+};
+/// Points the camera at what its picture shows at a place; x to the right and y up, in halves of the picture.
+struct AimPtz {
+    using Reply = PtzReply;
+    std::string camera;
+    double x = 0.0, y = 0.0;
+    double speed = 1.0;
+};
+/// What a head does with places that it remembers.
+struct PtzPresets {
+    using Reply = PtzReply;
+    enum class Action : std::uint8_t { set, go_to, remove, set_home, go_home };
+    std::string camera;
+    std::string preset = {};
+    Action action = Action::go_to;
+};
+struct StopPtz {
+    using Reply = PtzReply;
+    std::string camera;
+    bool pan_tilt = true;
+    bool zoom = true;
+};
+struct GetPtz {
+    using Reply = PtzReply;
+    std::string camera;
 };
 struct ListCameras {
     using Reply = std::vector<CameraReply>;
@@ -180,7 +218,8 @@ struct Request {
 
 using Command =
     std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
-                 Request<ListCameras>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>,
+                 Request<ListCameras>, Request<MovePtz>, Request<AimPtz>, Request<PtzPresets>, Request<StopPtz>,
+                 Request<GetPtz>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>,
                  Request<StepWorld>, Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
                  Request<SteerActors>, Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>,
                  Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;

@@ -1,5 +1,9 @@
 #include "core/world/camera.h"
 
+#include <glm/trigonometric.hpp>
+
+#include "core/base/portable_math.h"
+#include "core/camera/lens_map.h"
 #include "core/world/mount.h"
 #include "core/world/step_history.h"
 
@@ -8,7 +12,14 @@ namespace camrig {
 static_assert(Timeline<Pose>::kept_ns >= StepHistory::span_ns);
 
 Camera::Camera(CameraSpec spec)
-    : spec_(std::make_shared<const CameraSpec>(std::move(spec))), pose_(spec_->pose), intrinsics_(spec_->intrinsics) {}
+    : spec_(std::make_shared<const CameraSpec>(std::move(spec))), pose_(spec_->pose), intrinsics_(spec_->intrinsics) {
+    if (spec_->ptz) head_.emplace(*spec_->ptz);
+}
+
+TimeNs Camera::arrives_ns() const {
+    const TimeNs alone_ns = std::max(pose_.arrives_ns(), intrinsics_.arrives_ns());
+    return head_ ? std::max(alone_ns, head_->arrives_ns()) : alone_ns;
+}
 
 Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const {
     const bool turns = patch.pan_rad || patch.tilt_rad;
@@ -26,6 +37,7 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
     } else if (patch.pose || turns) {
         next.pose_.go_to(after.pose, begin_ns, duration_ns);
     }
+    if (after.ptz != before.ptz) next.head_ = after.ptz ? std::optional<PtzHead>(*after.ptz) : std::nullopt;
     const Intrinsics &from = before.intrinsics, &to = after.intrinsics;
     if ((patch.optics || patch.zoom) && after.size == before.size)
         next.intrinsics_.go_to(to, begin_ns, from.cx == to.cx && from.cy == to.cy ? duration_ns : 0);
@@ -34,8 +46,40 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
     return next;
 }
 
+Result<const PtzHead*> Camera::head() const {
+    if (head_) return &*head_;
+    return error(
+        ErrorKind::unsupported,
+        "camera " + spec_->name + " has no head; give it one, as by camrig camera set " + spec_->name + " --ptz dome");
+}
+
+Result<Camera> Camera::with_head(const std::function<Result<void>(PtzHead&)>& tell) const {
+    if (auto there = head(); !there) return std::unexpected(there.error());
+    Camera next = *this;
+    if (auto told = tell(*next.head_); !told) return std::unexpected(told.error());
+    return next;
+}
+
+Result<PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) const {
+    const auto head = this->head();
+    if (!head) return std::unexpected(head.error());
+    const auto lens = LensMap::create(spec_->lens);
+    if (!lens) return std::unexpected(lens.error());
+    const PtzPosition now = (*head)->status(world_ns).position;
+    const Intrinsics k = intrinsics_.at(world_ns);
+    const auto [width, height] = spec_->size;
+    const glm::dvec2 pixel(0.5 * (width - 1 + x * width), 0.5 * (height - 1 - y * height));
+    const auto ideal = lens->undistort({(pixel.x - k.cx) / (k.fx * now.zoom), (pixel.y - k.cy) / (k.fy * now.zoom)});
+    if (!ideal) return error(ErrorKind::invalid_argument, "x: the lens shows nothing there");
+    const glm::dvec3 seen = link_from_optical() * lens->direction_from_ideal(*ideal);
+    const glm::dvec3 from_base = turned_by(Pose{}, now).orientation * seen;
+    return PtzPosition{glm::degrees(portable::atan2(from_base.y, from_base.x)),
+                       glm::degrees(portable::atan2(from_base.z, glm::length(glm::dvec2(from_base)))), now.zoom};
+}
+
 Camera Camera::in_another_world(const Snapshot& last) const {
     Camera camera(*spec_);
+    if (head_) camera.head_ = head_->standing(last.world_ns);
     if (spec_->mount) camera.left_ = Timeline(frame_in(last));
     return camera;
 }
@@ -52,8 +96,15 @@ Pose Camera::frame_in(const Snapshot& world) const {
 }
 
 CameraState Camera::at(const Snapshot& world) const {
-    const Pose pose = pose_.at(world.world_ns);
-    return {world.world_ns, spec_->mount ? in_world(frame_in(world), pose) : pose, intrinsics_.at(world.world_ns)};
+    CameraState state{world.world_ns, pose_.at(world.world_ns), intrinsics_.at(world.world_ns)};
+    if (head_) {
+        const PtzPosition turned = head_->at(world.world_ns);
+        state.pose = turned_by(state.pose, turned);
+        state.intrinsics.fx *= turned.zoom;
+        state.intrinsics.fy *= turned.zoom;
+    }
+    if (spec_->mount) state.pose = in_world(frame_in(world), state.pose);
+    return state;
 }
 
 CameraSpec Camera::spec_at(TimeNs world_ns) const {

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/camera/camera_state.h"
+#include "core/camera/ptz_head.h"
 #include "core/camera/timeline.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
@@ -23,12 +24,20 @@ public:
     /// Where its last command brings it: pose and intrinsics are those from arrives_ns() on. Never null.
     const std::shared_ptr<const CameraSpec>& spec() const { return spec_; }
     /// World time from which it is where its last command sent it.
-    TimeNs arrives_ns() const { return std::max(pose_.arrives_ns(), intrinsics_.arrives_ns()); }
+    TimeNs arrives_ns() const;
 
     /// As patch_camera_spec() changes it at begin_ns. Pose and focal length come there over duration_ns, all else
     /// changes at once; so do intrinsics of another size or principal point. A motion of what the patch does not
     /// name goes on.
     Result<Camera> changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const;
+    /// With its head told something. unsupported: it has none.
+    Result<Camera> with_head(const std::function<Result<void>(PtzHead&)>& tell) const;
+    /// unsupported: it has none.
+    Result<const PtzHead*> head() const;
+    /// Where its head would look at what the picture of that time shows at a place: x to the right and y up, in halves
+    /// of the picture from its middle. unsupported: it has no head. invalid_argument: the lens shows nothing there.
+    Result<PtzPosition> aim(double x, double y, TimeNs world_ns) const;
+
     /// Of another world, whose time begins at 0: it has arrived, and what it was mounted on last stays where it was.
     Camera in_another_world(const Snapshot& last) const;
     /// What it is mounted on has gone from the world, and was this then: the camera stays there.
@@ -44,8 +53,9 @@ private:
     Pose frame_in(const Snapshot& world) const;
 
     std::shared_ptr<const CameraSpec> spec_;
-    Timeline<Pose> pose_;  ///< in the frame of its mount
-    Timeline<Intrinsics> intrinsics_;
+    Timeline<Pose> pose_;              ///< in the frame of its mount, without its head
+    Timeline<Intrinsics> intrinsics_;  ///< without its head
+    std::optional<PtzHead> head_;
     Timeline<Pose> left_{Pose{}};  ///< world_from_mount while what it is mounted on is not there
 };
 

@@ -15,6 +15,7 @@
 #include "core/camera/intrinsics.h"
 #include "core/camera/lens.h"
 #include "core/camera/pose.h"
+#include "core/camera/ptz_spec.h"
 #include "core/world/camera_sampling.h"
 
 namespace camrig {
@@ -50,8 +51,11 @@ struct CameraSpec {
     double zoom = 1.0;
     double optics_zoom = 1.0;  ///< the zoom that the optics were given at
     Intrinsics intrinsics;     ///< derived from size, optics and zoom
-    Pose pose;                 ///< world_from_link; of a mounted camera frame_from_link, in the frame of its mount
+    /// world_from_link; of a mounted camera frame_from_link, in the frame of its mount; of one on a head, with the head
+    /// at pan and tilt 0.
+    Pose pose;
     std::optional<Mount> mount;
+    std::optional<PtzSpec> ptz;  ///< the head that turns and zooms it; nullopt: none
     Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::automatic;

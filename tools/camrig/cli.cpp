@@ -63,6 +63,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_serve_command(app, context, hooks);
     add_check_command(app, context);
     add_camera_commands(app, context);
+    add_ptz_commands(app, context);
     add_world_commands(app, context);
     add_actor_commands(app, context);
     add_event_commands(app, context);

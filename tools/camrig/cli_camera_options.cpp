@@ -101,7 +101,7 @@ Result<json> object_of(const Field& field, const std::vector<std::string>& given
         json value;
         if (sign != std::string::npos)
             value = is_text ? json(text.substr(sign + 1)) : json::parse(text.substr(sign + 1), nullptr, false);
-        if (sign == 0 || (!is_text && !value.is_number() && !value.is_boolean()))
+        if (sign == 0 || (!is_text && !value.is_number() && !value.is_boolean() && !value.is_array()))
             return error(ErrorKind::invalid_argument, "--" + field.option_text() + ": \"" + text +
                                                           "\" must be NAME=VALUE with a number, true or false, e.g. " +
                                                           field.parts.back().name + "=1");

@@ -34,6 +34,9 @@ public:
     Frame instances(std::int64_t min_ns = 0) const;
     /// The truth of the latest due frame, as docs/truth.md explains it: camera, pose and every object in view.
     nlohmann::json truth(std::int64_t min_ns = 0) const;
+    /// What the head of the camera is told, or asked: the method ptz.ACTION ("move", "aim", "stop", "status",
+    /// "preset_set", ...) with its parameters; answers where the head is, as docs/control-protocol.md says.
+    nlohmann::json ptz(const std::string& action, nlohmann::json params = nlohmann::json::object()) const;
     /// Writes the latest due frame, as the rig encodes it, to a .jpg, .jpeg or .png file.
     void snapshot(const std::filesystem::path& file) const;
     /// Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (H.264) or rtsp-mjpeg.

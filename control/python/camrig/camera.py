@@ -12,6 +12,7 @@ import numpy as np
 from .errors import CamrigError
 from .frame import Frame, data_of, frame_of, frame_params
 from .projection import Projection
+from .ptz import Ptz
 from .spec import camera_params, takes_camera_options
 
 if TYPE_CHECKING:
@@ -64,6 +65,11 @@ class Camera:
     def truth(self, min_ns: int | None = None) -> dict[str, Any]:
         """The truth of the latest due frame: camera, pose and every object in view."""
         return self._rig.call("truth.get", camera=self.name, **_optional(min_ns=min_ns))
+
+    @property
+    def ptz(self) -> Ptz:
+        """Its pan/tilt/zoom head, if it has one."""
+        return Ptz(self._rig, self.name)
 
     def projection(self) -> Projection:
         """Calibration and place of this moment together; of an instant, ``camrig.Projection.of(truth)``."""

@@ -42,7 +42,7 @@ class Projection:
     @classmethod
     def of(cls, reply: Mapping[str, Any]) -> Projection:
         """Of what camera.get or truth.get answers."""
-        k, lens, pose = reply["intrinsics"], reply["lens"], reply.get("world_pose", reply["pose"])
+        k, lens, pose = reply.get("shown_intrinsics", reply["intrinsics"]), reply["lens"], reply.get("world_pose", reply["pose"])
         world_from_camera = np.eye(4)
         world_from_camera[:3, :3] = rotation(pose["orientation"]) @ OPTICAL_FROM_BODY.T
         world_from_camera[:3, 3] = pose["position"]

@@ -101,6 +101,43 @@ Result<std::vector<CameraReply>> FakeRig::run(ListCameras&) {
     return all;
 }
 
+Result<PtzReply> FakeRig::tell_head(const std::string& name, const std::function<Result<void>(PtzHead&)>& tell) {
+    std::lock_guard lock(mutex_);
+    auto state = find(name);
+    if (!state) return std::unexpected(state.error());
+    auto camera = state->camera.with_head(tell);
+    if (!camera) return std::unexpected(camera.error());
+    cameras_[name].camera = *camera;
+    const PtzHead& head = **camera->head();
+    return PtzReply{head.status(0), head.at(0), 0, head.arrives_ns(), head.presets()};
+}
+
+Result<PtzReply> FakeRig::run(MovePtz& command) {
+    return tell_head(command.camera, [&](PtzHead& head) { return head.move(command.move, 0); });
+}
+
+Result<PtzReply> FakeRig::run(AimPtz& command) {
+    return tell_head(command.camera, [&](PtzHead& head) -> Result<void> {
+        head.aim({command.x, command.y, 1.0}, command.speed, 0);
+        return {};
+    });
+}
+
+Result<PtzReply> FakeRig::run(PtzPresets& command) {
+    return tell_head(command.camera, [&](PtzHead& head) { return head.set_preset(command.preset, 0); });
+}
+
+Result<PtzReply> FakeRig::run(StopPtz& command) {
+    return tell_head(command.camera, [&](PtzHead& head) -> Result<void> {
+        head.stop(command.pan_tilt, command.zoom, 0);
+        return {};
+    });
+}
+
+Result<PtzReply> FakeRig::run(GetPtz& command) {
+    return tell_head(command.camera, [](PtzHead&) -> Result<void> { return {}; });
+}
+
 Result<WorldState> FakeRig::run(LoadWorld& command) {
     std::lock_guard lock(mutex_);
     world_.scene = command.scene->name;

@@ -38,6 +38,12 @@ private:
     Result<Applied> run(DeleteCamera& command);
     Result<CameraReply> run(GetCamera& command);
     Result<std::vector<CameraReply>> run(ListCameras&);
+    Result<PtzReply> run(MovePtz& command);
+    Result<PtzReply> run(AimPtz& command);
+    Result<PtzReply> run(PtzPresets& command);
+    Result<PtzReply> run(StopPtz& command);
+    Result<PtzReply> run(GetPtz& command);
+    Result<PtzReply> tell_head(const std::string& name, const std::function<Result<void>(PtzHead&)>& tell);
     Result<WorldState> run(LoadWorld& command);
     Result<WorldState> run(GetWorld&);
     Result<WorldState> run(PauseWorld&);

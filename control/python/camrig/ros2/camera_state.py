@@ -34,7 +34,7 @@ class CameraState:
 
     @classmethod
     def of(cls, reply: Mapping[str, Any]) -> CameraState:
-        intrinsics, lens, pose = reply["intrinsics"], reply.get("lens") or {}, reply.get("world_pose", reply["pose"])
+        intrinsics, lens, pose = reply.get("shown_intrinsics", reply["intrinsics"]), reply.get("lens") or {}, reply.get("world_pose", reply["pose"])
         model = lens.get("model", "pinhole")
         coefficients = tuple(float(c) for c in lens.get("coefficients", ()))
         if model == "pinhole":  # ROS has no name for it: plumb_bob of zeros

@@ -1,0 +1,63 @@
+"""The pan/tilt/zoom head of a camera."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .rig import Rig
+
+
+class Ptz:
+    """Moves the head of a camera that has one (``ptz={"preset": "dome"}``) and tells where it is.
+
+    All calls answer at once with the status: ``pan_deg``, ``tilt_deg`` and ``zoom`` as the head believes, ``true`` as it is,
+    ``turning``, ``zooming``, ``arrives_ns``, ``presets``. Pan is positive to the left, tilt upwards.
+    """
+
+    def __init__(self, rig: Rig, camera: str) -> None:
+        self._rig = rig
+        self._camera = camera
+
+    def status(self) -> dict[str, Any]:
+        return self._call("status")
+
+    def move(
+        self,
+        *,
+        pan_deg: float | None = None,
+        tilt_deg: float | None = None,
+        zoom: float | None = None,
+        mode: str = "absolute",
+        speed: float | None = None,
+        timeout_s: float | None = None,
+    ) -> dict[str, Any]:
+        """``absolute``: to these angles and this zoom; ``relative``: by them; ``continuous``: degrees a second, and a share
+        of the zoom's speed, until another command, a limit or ``timeout_s``. ``speed``: share of the head's."""
+        return self._call("move", pan_deg=pan_deg, tilt_deg=tilt_deg, zoom=zoom, mode=mode, speed=speed, timeout_s=timeout_s)
+
+    def aim(self, x: float, y: float, speed: float | None = None) -> dict[str, Any]:
+        """What the picture shows at x to the right and y up (halves of the picture from its middle) comes to its middle."""
+        return self._call("aim", x=x, y=y, speed=speed)
+
+    def stop(self, pan_tilt: bool = True, zoom: bool = True) -> dict[str, Any]:
+        return self._call("stop", pan_tilt=pan_tilt, zoom=zoom)
+
+    def preset_set(self, preset: str) -> dict[str, Any]:
+        return self._call("preset_set", preset=preset)
+
+    def preset_goto(self, preset: str) -> dict[str, Any]:
+        return self._call("preset_goto", preset=preset)
+
+    def preset_remove(self, preset: str) -> dict[str, Any]:
+        return self._call("preset_remove", preset=preset)
+
+    def home_set(self) -> dict[str, Any]:
+        return self._call("home_set")
+
+    def home_goto(self) -> dict[str, Any]:
+        return self._call("home_goto")
+
+    def _call(self, action: str, **params: Any) -> dict[str, Any]:
+        given = {key: value for key, value in params.items() if value is not None}
+        return self._rig.call(f"ptz.{action}", camera=self._camera, **given)

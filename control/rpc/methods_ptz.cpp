@@ -1,0 +1,192 @@
+#include "control/rpc/method_fields.h"
+#include "control/rpc/methods.h"
+
+namespace camrig {
+
+std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>) {
+    static constexpr Named<PtzMode> names[] = {
+        {PtzMode::absolute, "absolute"}, {PtzMode::relative, "relative"}, {PtzMode::continuous, "continuous"}};
+    return names;
+}
+
+FieldTable<PtzMove> fields_of(std::type_identity<PtzMove>) {
+    static const std::vector<FieldOf<PtzMove>> table{
+        field_at<&PtzMove::mode>({.name = "mode",
+                                  .doc = "absolute: to these angles and this zoom; relative: by these angles, the zoom "
+                                         "by this factor; continuous: so many degrees a second, the zoom by this "
+                                         "share of its speed (-1 to 1), until another command, a limit or timeout_s"}),
+        field_at<&PtzMove::pan_deg>({.name = "pan_deg",
+                                     .doc = "positive is to the left",
+                                     .unit = "deg",
+                                     .fallback = "goes on as it does",
+                                     .range = {-1e5, 1e5}}),
+        field_at<&PtzMove::tilt_deg>({.name = "tilt_deg",
+                                      .doc = "positive is upwards",
+                                      .unit = "deg",
+                                      .fallback = "goes on as it does",
+                                      .range = {-1e5, 1e5}}),
+        field_at<&PtzMove::zoom>(
+            {.name = "zoom", .doc = "of the focal length", .fallback = "goes on as it does", .range = {-1, 1000}}),
+        field_at<&PtzMove::speed>({.name = "speed",
+                                   .doc = "share of the head's speed, of absolute and relative moves",
+                                   .range = {.low = 0, .high = 1, .is_low_out = true}}),
+        seconds_at<&PtzMove::timeout>({.name = "timeout_s",
+                                       .doc = "of a continuous move: it stops by itself",
+                                       .fallback = "until told otherwise",
+                                       .range = {0, 86'400}})};
+    return table;
+}
+
+namespace {
+
+using nlohmann::json;
+
+template <typename C>
+FieldOf<C> camera_field() {
+    return camera_name_at<&C::camera>("camera");
+}
+
+json position_json(const PtzPosition& position) {
+    return {{"pan_deg", position.pan_deg}, {"tilt_deg", position.tilt_deg}, {"zoom", position.zoom}};
+}
+
+json status_json(const PtzReply& reply) {
+    json value = position_json(reply.status.position);
+    value["turning"] = reply.status.is_turning;
+    value["zooming"] = reply.status.is_zooming;
+    value["true"] = position_json(reply.true_position);
+    value["world_ns"] = reply.world_ns;
+    value["arrives_ns"] = reply.arrives_ns;
+    value["presets"] = json::object();
+    for (const auto& [name, position] : reply.presets) value["presets"][name] = position_json(position);
+    return value;
+}
+
+std::vector<Field> status_fields() {
+    return {{"pan_deg", "number", "where the head believes to be, as its encoders tell", false, "deg"},
+            {"tilt_deg", "number", "the same", false, "deg"},
+            {"zoom", "number", "of the focal length"},
+            {"turning", "boolean", "from the command on, its latency included, until it stands"},
+            {"zooming", "boolean", "the same of the zoom"},
+            {"true", "object", "pan_deg, tilt_deg and zoom where it truly is, which pictures show"},
+            {"world_ns", "integer", "world time of all this", false, "ns"},
+            {"arrives_ns", "integer", "world time from which it stands; 2^63 - 1: it never will", false, "ns"},
+            {"presets", "object", "pan_deg, tilt_deg and zoom by name"}};
+}
+
+/// The camera, and the fields of the move.
+const FieldOf<MovePtz>& moved_camera() {
+    static const auto field = camera_field<MovePtz>();
+    return field;
+}
+
+std::vector<Field> move_fields() {
+    std::vector<Field> fields = descriptions_of<PtzMove>();
+    fields.insert(fields.begin(), moved_camera().field);
+    return fields;
+}
+
+Result<MovePtz> read_move(JsonReader& reader) {
+    Changes<MovePtz> named;
+    moved_camera().read(reader, named);
+    Changes<PtzMove> changes;
+    read_fields(fields_of(std::type_identity<PtzMove>{}), reader, changes);
+    MovePtz command;
+    named.apply_to(command);
+    changes.apply_to(command.move);
+    if (reader.ok() && command.move.zoom) {
+        const bool is_share = command.move.mode == PtzMode::continuous;
+        const double zoom = *command.move.zoom;
+        if (is_share && zoom > 1.0) reader.fail("zoom", "must be -1 to 1 in a continuous move");
+        if (!is_share && zoom <= 0.0) reader.fail("zoom", "must be over 0 in this mode");
+    }
+    if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
+    return command;
+}
+
+/// A method about a preset (or home), which is what the command's action says.
+Method preset_method(RpcContext& context, const char* name, const char* summary, PtzPresets::Action action,
+                     const char* example) {
+    using enum ErrorKind;
+    const bool is_home = action == PtzPresets::Action::set_home || action == PtzPresets::Action::go_home;
+    std::vector<FieldOf<PtzPresets>> table{camera_field<PtzPresets>()};
+    if (!is_home)
+        table.push_back(field_at<&PtzPresets::preset>(
+            {.name = "preset", .doc = "name of the preset", .required = true, .range = {.low = 1, .high = 64}}));
+    return {.name = name,
+            .summary = summary,
+            .params = descriptions_of(table),
+            .result = status_fields(),
+            .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
+            .handler = handler_of(
+                context,
+                [table, action](JsonReader& reader) {
+                    auto command = read_all(table, reader);
+                    if (command) command->action = action;
+                    return command;
+                },
+                status_json),
+            .example = example};
+}
+
+}  // namespace
+
+std::vector<Method> ptz_methods(RpcContext& context) {
+    using enum ErrorKind;
+    const std::vector<FieldOf<AimPtz>> aim{
+        camera_field<AimPtz>(),
+        field_at<&AimPtz::x>({.name = "x", .doc = "to the right, 1 is the edge", .required = true, .range = {-10, 10}}),
+        field_at<&AimPtz::y>({.name = "y", .doc = "upwards, 1 is the edge", .required = true, .range = {-10, 10}}),
+        field_at<&AimPtz::speed>(
+            {.name = "speed", .doc = "share of the head's speed", .range = {.low = 0, .high = 1, .is_low_out = true}})};
+    const std::vector<FieldOf<StopPtz>> stop{camera_field<StopPtz>(),
+                                             field_at<&StopPtz::pan_tilt>({.name = "pan_tilt", .doc = "stops to turn"}),
+                                             field_at<&StopPtz::zoom>({.name = "zoom", .doc = "stops to zoom"})};
+    const std::vector<FieldOf<GetPtz>> asked{camera_field<GetPtz>()};
+    return {
+        {.name = "ptz.move",
+         .summary = "Turns and zooms the head of a camera (camera field ptz). Answers at once; the motion begins after "
+                    "the head's latency and takes the place of what the axes named here do. Pan and tilt arrive "
+                    "together. Relative and continuous moves end at the limits; an absolute one beyond is an error.",
+         .params = move_fields(),
+         .result = status_fields(),
+         .errors = {invalid_argument, not_found, unsupported},
+         .handler = handler_of(context, read_move, status_json),
+         .example = R"({"camera": "lobby", "pan_deg": 30, "tilt_deg": -10, "zoom": 2})"},
+        {.name = "ptz.aim",
+         .summary = "Turns the head so that what the picture shows at a place comes to its middle, through its lens. "
+                    "Ends at the limits.",
+         .params = descriptions_of(aim),
+         .result = status_fields(),
+         .errors = {invalid_argument, not_found, unsupported},
+         .handler = handler_of(context, aim, status_json),
+         .example = R"({"camera": "lobby", "x": 0.5, "y": -0.25})"},
+        {.name = "ptz.stop",
+         .summary = "Brakes.",
+         .params = descriptions_of(stop),
+         .result = status_fields(),
+         .errors = {invalid_argument, not_found, unsupported},
+         .handler = handler_of(context, stop, status_json),
+         .example = R"({"camera": "lobby"})"},
+        {.name = "ptz.status",
+         .summary = "Where the head is now, what it believes, whether it moves, its presets.",
+         .params = descriptions_of(asked),
+         .result = status_fields(),
+         .errors = {invalid_argument, not_found, unsupported},
+         .handler = handler_of(context, asked, status_json),
+         .example = R"({"camera": "lobby"})",
+         .only_looks = true},
+        preset_method(context, "ptz.preset_set", "Remembers where the head believes to be, 256 places at most.",
+                      PtzPresets::Action::set, R"({"camera": "lobby", "preset": "door"})"),
+        preset_method(context, "ptz.preset_goto", "Goes to a preset as an absolute move does.",
+                      PtzPresets::Action::go_to, R"({"camera": "lobby", "preset": "door"})"),
+        preset_method(context, "ptz.preset_remove", "Forgets a preset.", PtzPresets::Action::remove,
+                      R"({"camera": "lobby", "preset": "door"})"),
+        preset_method(context, "ptz.home_set", "Makes where the head believes to be its home.",
+                      PtzPresets::Action::set_home, R"({"camera": "lobby"})"),
+        preset_method(context, "ptz.home_goto", "Goes home, as an absolute move does; at first that is pan and tilt 0.",
+                      PtzPresets::Action::go_home, R"({"camera": "lobby"})"),
+    };
+}
+
+}  // namespace camrig
