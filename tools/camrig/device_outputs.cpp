@@ -66,14 +66,14 @@ void DeviceOutputs::update(const CameraStream& camera, bool is_there) {
 }
 
 void DeviceOutputs::open_devices() {
-    std::erase_if(unopened_, [this](auto& entry) {
-        auto& [number, device] = entry;
+    for (auto it = unopened_.begin(); it != unopened_.end();) {
+        auto& [number, device] = *it;
         const auto added = server_->add_device(number, device.camera, device.subsampling);
         if (!added && std::exchange(device.complaint, added.error().message) != added.error().message)
             spdlog::error("camera {}: /dev/video{}: {}; it is tried again with the next change of a camera",
                           device.camera, number, added.error().message);
-        return added.has_value();
-    });
+        it = added ? unopened_.erase(it) : std::next(it);
+    }
 }
 
 }  // namespace camrig

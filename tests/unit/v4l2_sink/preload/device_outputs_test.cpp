@@ -4,19 +4,23 @@
 
 #include <gtest/gtest.h>
 
-#include "core/stream/local_frame_bus.h"
-#include "tests/unit/control/fake_rig.h"
+#include "tests/unit/v4l2_sink/preload/test_rig.h"
 
 namespace camrig {
 namespace {
 
 namespace fs = std::filesystem;
 
+/// Answers no command.
+struct DeafRig final : CommandPort {
+    void post(Command) override {}
+};
+
 TEST(DeviceOutputs, ADeviceThatCouldNotBeOpenedIsTriedAgainWithTheNextChangeOfACamera) {
-    const fs::path socket = fs::path(testing::TempDir()) / ("device_outputs_" + std::to_string(::getpid()) + ".sock");
-    const fs::path folder = socket.string() + ".tree/dev", aside = socket.string() + ".aside";
-    FakeRig rig;
-    rig.drop_commands();
+    const TemporaryFolder temporary;
+    const std::string socket = temporary / "devices.sock";
+    const fs::path folder = socket + ".tree/dev", aside = temporary / "aside";
+    DeafRig rig;
     LocalFrameBus bus{{1, std::make_shared<FramePool>()}};
     const auto outputs = DeviceOutputs::create(bus, rig, socket).value();
     const auto camera = [](int id, const std::string& name, std::vector<OutputSpec> devices) {
