@@ -158,11 +158,13 @@ TEST(JpegEncoder, ShowsExactlyWhatTurboJpegShowsOfTheSameSamples) {
         ChromaSampling sampling;
         int subsampling;
     };
-    for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {33, 7}}) {
+    for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {33, 7}, {50, 34}}) {
         for (const Case& one : {Case{PixelFormat::rgba8, ChromaSampling::yuv420, TJSAMP_420},
                                 {PixelFormat::rgba8, ChromaSampling::yuv422, TJSAMP_422},
                                 {PixelFormat::jpeg_i420, ChromaSampling::yuv420, TJSAMP_420},
                                 {PixelFormat::gray8, ChromaSampling::yuv420, TJSAMP_GRAY}}) {
+            const bool is_odd = (size.width | size.height) % 2 != 0;
+            if (one.format == PixelFormat::jpeg_i420 && is_odd) continue;  // TurboJPEG wants a row or column more
             const Frame picture = as_format(test::noise(size), one.format);
             const BytesRef ours = create_jpeg_encoder(85, one.sampling).value()->encode(picture).value();
             EXPECT_TRUE(decode(*ours).rgba == decode(by_turbojpeg(picture, 85, one.subsampling)).rgba)

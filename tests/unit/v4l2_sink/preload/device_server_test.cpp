@@ -246,6 +246,8 @@ TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits
         ASSERT_TRUE(server->add_device(10, camera, ChromaSampling::yuv422));
     }
     controls->go_on.set_value();
+    camrig_reply reply{};
+    ASSERT_EQ(::recv(program.get(), &reply, sizeof reply, 0), static_cast<ssize_t>(sizeof reply));
     EXPECT_TRUE(hangs_up(program.get())) << "its device was another one in between";
     server.reset();
     EXPECT_EQ(controls->reads, 2);
