@@ -1,6 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <mutex>
+#include <string>
 #include <utility>
 
 #include <sys/eventfd.h>
@@ -11,15 +14,27 @@
 
 namespace camrig {
 
-/// Work from other threads for one that polls: fd() is readable while there is some. post() from any thread.
+/// Work from other threads for one that polls: fd() is readable while there is some. Any thread may post.
+///
+/// What clients may ask for as often as they like has a name, so that no more of it waits than there are things to
+/// name, however long the thread is kept from its work.
 class TaskQueue {
 public:
     using Task = std::function<void()>;
-    /// Devices and sessions have few tasks each under way; so many are a bug.
-    static constexpr std::size_t max_tasks = 1'000'000;
+    /// Without a name: a device or a session has few under way; so many are a bug.
+    static constexpr std::size_t max_tasks = 100'000;
 
     int fd() const { return event_.get(); }
     void post(Task task) { CHECK(tasks_.put(std::move(task))); }
+    /// Takes the place of the task of this name that waits. Tasks with names run in the order of their names.
+    void post(std::string name, Task task) {
+        {
+            std::lock_guard lock(mutex_);
+            named_.insert_or_assign(std::move(name), std::move(task));
+            if (named_.size() > 1) return;  // run_named() is on its way
+        }
+        post([this] { run_named(); });
+    }
     /// Runs what is there.
     void run() {
         eventfd_t ignored;
@@ -28,8 +43,19 @@ public:
     }
 
 private:
+    void run_named() {
+        std::map<std::string, Task> tasks;
+        {
+            std::lock_guard lock(mutex_);
+            tasks.swap(named_);
+        }
+        for (const auto& [name, task] : tasks) task();
+    }
+
     const UniqueFd event_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
     BoundedQueue<Task> tasks_{max_tasks, [this] { ::eventfd_write(event_.get(), 1); }};
+    std::mutex mutex_;
+    std::map<std::string, Task> named_;  ///< guarded by mutex_
 };
 
 }  // namespace camrig

@@ -47,7 +47,6 @@ Result<std::vector<std::byte>> base64_decode(std::string_view text) {
             if (value < 0) return refuse();
             group = group << 6 | static_cast<std::uint32_t>(value);
         }
-        if ((group & ((1U << (8 * spare)) - 1)) != 0) return refuse();
         for (std::size_t k = 0; k < 3 - spare; ++k)
             bytes.push_back(static_cast<std::byte>(group >> (16 - 8 * k) & 255U));
     }

@@ -16,7 +16,7 @@ std::string base64_encode(std::span<const std::byte> bytes);
 constexpr std::size_t base64_size(std::size_t bytes) {
     return (bytes + 2) / 3 * 4;
 }
-/// Strict: the alphabet, the padding and zero spare bits must be right.
+/// Strict: the alphabet and the padding must be right. Bits behind the last byte are of no account (RFC 4648, 3.5).
 Result<std::vector<std::byte>> base64_decode(std::string_view text);
 
 }  // namespace camrig

@@ -54,11 +54,6 @@ bool CameraModel::survey_edges() {
     return some_valid || in_image({k_.cx, k_.cy});
 }
 
-std::optional<double> CameraModel::fold_angle() const {
-    if (!lens_.folds()) return std::nullopt;
-    return lens_.valid_angle();
-}
-
 std::optional<glm::dvec2> CameraModel::project(const glm::dvec3& point) const {
     const auto ideal = lens_.ideal_from_direction(point);
     if (!ideal || !lens_.contains(*ideal)) return std::nullopt;
@@ -70,20 +65,6 @@ std::optional<glm::dvec3> CameraModel::ray(glm::dvec2 pixel) const {
     const auto ideal = lens_.undistort(distorted_of(pixel));
     if (!ideal) return std::nullopt;
     return lens_.direction_from_ideal(*ideal);
-}
-
-std::optional<glm::dmat3x2> CameraModel::project_derivative(const glm::dvec3& point) const {
-    const auto ideal = lens_.ideal_from_direction(point);
-    if (!ideal || !lens_.contains(*ideal)) return std::nullopt;
-    const glm::dmat2 focal(k_.fx, 0.0, 0.0, k_.fy);
-    return focal * lens_.derivative(*ideal) * lens_.ideal_derivative(point);
-}
-
-std::optional<glm::dmat2x3> CameraModel::ray_derivative(glm::dvec2 pixel) const {
-    const auto ideal = lens_.undistort(distorted_of(pixel));
-    if (!ideal) return std::nullopt;
-    const glm::dmat2 per_pixel(1.0 / k_.fx, 0.0, 0.0, 1.0 / k_.fy);
-    return lens_.direction_derivative(*ideal) * glm::inverse(lens_.derivative(*ideal)) * per_pixel;
 }
 
 }  // namespace camrig

@@ -35,12 +35,6 @@ public:
     /// The unit direction seen at a pixel; none where the lens shows nothing.
     std::optional<glm::dvec3> ray(glm::dvec2 pixel) const;
 
-    /// d(pixel) / d(point), 2 rows, 3 columns; none where project() is none.
-    std::optional<glm::dmat3x2> project_derivative(const glm::dvec3& point) const;
-    /// d(ray) / d(pixel), 3 rows, 2 columns; none where ray() is none. Its columns say how far apart the rays of
-    /// neighbouring pixels are, so how finely a source picture must be sampled.
-    std::optional<glm::dmat2x3> ray_derivative(glm::dvec2 pixel) const;
-
     bool in_image(glm::dvec2 pixel) const {
         return pixel.x >= -0.5 && pixel.y >= -0.5 && pixel.x < size_.width - 0.5 && pixel.y < size_.height - 0.5;
     }
@@ -49,8 +43,6 @@ public:
     /// Largest angle to the axis that any part of the picture sees, up to its outer edges; a cone of this half angle
     /// about the optical axis holds everything that can be visible.
     double max_field_angle() const { return max_field_angle_; }
-    /// Angle to the axis at which the lens folds; none if it does not.
-    std::optional<double> fold_angle() const;
 
 private:
     glm::dvec2 distorted_of(glm::dvec2 pixel) const { return {(pixel.x - k_.cx) / k_.fx, (pixel.y - k_.cy) / k_.fy}; }

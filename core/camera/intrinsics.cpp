@@ -4,6 +4,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/field_of.h"
 #include "core/base/number_text.h"
 #include "core/base/portable_math.h"
 
@@ -42,6 +43,21 @@ double full_angle(int pixels, double focal, double centre) {
 }
 
 }  // namespace
+
+FieldTable<Intrinsics> fields_of(std::type_identity<Intrinsics>) {
+    const Range focal{.low = 0, .is_low_out = true}, centre{-1e6, 1e6};
+    static const std::vector<FieldOf<Intrinsics>> table{
+        field_at<&Intrinsics::fx>(
+            {.name = "fx", .doc = "focal length", .required = true, .unit = "px", .range = focal}),
+        field_at<&Intrinsics::fy>(
+            {.name = "fy", .doc = "focal length", .required = true, .unit = "px", .range = focal}),
+        field_at<&Intrinsics::cx>(
+            {.name = "cx", .doc = "principal point", .required = true, .unit = "px", .range = centre}),
+        field_at<&Intrinsics::cy>(
+            {.name = "cy", .doc = "principal point", .required = true, .unit = "px", .range = centre}),
+    };
+    return table;
+}
 
 Result<Intrinsics> intrinsics_from_vfov(ImageSize size, double vfov) {
     if (auto good = check_size(size); !good) return std::unexpected(good.error());

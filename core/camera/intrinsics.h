@@ -2,6 +2,7 @@
 
 #include <glm/glm.hpp>
 
+#include "core/base/field_table.h"
 #include "core/base/image_size.h"
 #include "core/base/result.h"
 
@@ -16,6 +17,7 @@ struct Intrinsics {
     double cy = 0.0;
     friend bool operator==(const Intrinsics&, const Intrinsics&) = default;
 };
+FieldTable<Intrinsics> fields_of(std::type_identity<Intrinsics>);
 
 /// Square pixels, centred, with the given full vertical (or horizontal) field of view, measured edge to edge of the
 /// image (height pixels, not height - 1). An angle outside (0.01, 179.9) deg, or NaN, is invalid_argument.

@@ -181,19 +181,6 @@ std::optional<glm::dvec2> LensMap::ideal_from_direction(const glm::dvec3& v) con
     return glm::dvec2(v.x / across * theta, v.y / across * theta);
 }
 
-glm::dmat3x2 LensMap::ideal_derivative(const glm::dvec3& v) const {
-    if (!angular_) return glm::dmat3x2(1.0 / v.z, 0.0, 0.0, 1.0 / v.z, -v.x / v.z / v.z, -v.y / v.z / v.z);
-    const double across = std::hypot(v.x, v.y);
-    const double range = std::hypot(across, v.z);
-    const bool on_axis = across <= tiny * v.z;
-    const glm::dvec2 e = across > 0.0 ? glm::dvec2(v.x, v.y) / across : glm::dvec2(1.0, 0.0);
-    const double turn = on_axis ? 1.0 / v.z : std::atan2(across, v.z) / across;  // d(ideal) per step across the radius
-    const double bend = v.z / range / range - turn;                              // and this much more along it
-    const glm::dvec2 dz = -e * (across / range / range);
-    return glm::dmat3x2(turn + bend * e.x * e.x, bend * e.x * e.y, bend * e.x * e.y, turn + bend * e.y * e.y, dz.x,
-                        dz.y);
-}
-
 glm::dvec3 LensMap::direction_from_ideal(glm::dvec2 ideal) const {
     if (!angular_) {
         // hypot where squares overflow, but it costs more than all the rest here.
@@ -204,22 +191,6 @@ glm::dvec3 LensMap::direction_from_ideal(glm::dvec2 ideal) const {
     const double theta = std::sqrt(glm::dot(ideal, ideal));
     const double across = theta < tiny ? 1.0 : std::sin(theta) / theta;
     return glm::dvec3(ideal.x * across, ideal.y * across, std::cos(theta));
-}
-
-glm::dmat2x3 LensMap::direction_derivative(glm::dvec2 ideal) const {
-    if (!angular_) {
-        const glm::dvec3 ray = direction_from_ideal(ideal);
-        // d(v / |v|) = (dv - ray (ray . dv)) / |v|, and 1 / |v| = ray.z
-        const glm::dvec3 dx = (glm::dvec3(1, 0, 0) - ray * ray.x) * ray.z;
-        const glm::dvec3 dy = (glm::dvec3(0, 1, 0) - ray * ray.y) * ray.z;
-        return glm::dmat2x3(dx, dy);
-    }
-    const double theta = std::hypot(ideal.x, ideal.y);
-    const glm::dvec2 e = theta > 0.0 ? ideal / theta : glm::dvec2(1.0, 0.0);
-    const double across = theta < tiny ? 1.0 : std::sin(theta) / theta;
-    const double bend = std::cos(theta) - across;
-    return glm::dmat2x3(across + bend * e.x * e.x, bend * e.x * e.y, -std::sin(theta) * e.x, bend * e.x * e.y,
-                        across + bend * e.y * e.y, -std::sin(theta) * e.y);
 }
 
 }  // namespace camrig

@@ -88,11 +88,8 @@ public:
     /// Ideal point of a direction of any length in the optical frame; none for a zero or not finite vector, and
     /// for directions the model does not know (Z <= 0, or exactly backwards). Not limited to the valid disc.
     std::optional<glm::dvec2> ideal_from_direction(const glm::dvec3& direction) const;
-    /// d(ideal) / d(direction), for a direction that has an ideal point.
-    glm::dmat3x2 ideal_derivative(const glm::dvec3& direction) const;
-    /// Unit direction of an ideal point, and its derivative.
+    /// Unit direction of an ideal point.
     glm::dvec3 direction_from_ideal(glm::dvec2 ideal) const;
-    glm::dmat2x3 direction_derivative(glm::dvec2 ideal) const;
 
     /// Directions within 1e-6 rad of the image plane have no place in a plane model with distortion.
     static constexpr double max_plane_radius = 1e6;

@@ -28,17 +28,11 @@ public:
 enum class ChromaSampling : std::uint8_t { yuv420, yuv422 };
 std::span<const Named<ChromaSampling>> names_of(std::type_identity<ChromaSampling>);
 
-struct JpegOptions {
-    /// Restart markers after every 16 rows, and only those rows are compressed that may differ from the last frame
-    /// encoded (FrameInfo::damage). The same bytes as without that knowledge. false: no restart markers.
-    bool strips = true;
-    ChromaSampling sampling = ChromaSampling::yuv420;
-};
-
 /// Baseline JFIF, accurate integer DCT, standard Huffman tables (RFC 2435 needs them), no EXIF.
 /// quality 1..100 on libjpeg's scale. Takes rgba8, bgr24, rgb24, gray8 and jpeg_i420 frames (of whose chroma rows 4:2:2
-/// shows each twice).
-Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, JpegOptions options = {});
+/// shows each twice). Restart markers stand after every 16 rows, and only those rows are compressed that may differ
+/// from the last frame encoded (FrameInfo::damage): the same bytes as without that knowledge.
+Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, ChromaSampling sampling = ChromaSampling::yuv420);
 
 /// 8-bit RGB from rgba8/rgb24/bgr24, 8-bit gray, or 16-bit gray from depth32f (millimetres, 0 = nothing or
 /// beyond 65.535 m) and id32 (ids; above 65535 is an error). `level` 0..9: 0 stores, 1 is fast, 9 is small.

@@ -14,14 +14,12 @@ namespace {
 
 class JpegEncoder : public Encoder {
 public:
-    JpegEncoder(std::unique_ptr<JpegStripCompressor> compressor, bool strips)
-        : compressor_(std::move(compressor)), has_strips_(strips) {}
+    explicit JpegEncoder(std::unique_ptr<JpegStripCompressor> compressor) : compressor_(std::move(compressor)) {}
 
     Result<BytesRef> encode(const Frame& frame) override {
         const FrameInfo& info = frame.info();
-        const int strip_count = has_strips_ ? (info.size.height + jpeg_strip_rows - 1) / jpeg_strip_rows : 1;
-        const bool knows_the_rest =
-            has_strips_ && last_.jpeg && info.format == last_.info.format && is_damage_since(last_.info, info);
+        const int strip_count = (info.size.height + jpeg_strip_rows - 1) / jpeg_strip_rows;
+        const bool knows_the_rest = last_.jpeg && info.format == last_.info.format && is_damage_since(last_.info, info);
         const auto is_kept = [&](int strip) { return knows_the_rest && !info.damage.contains_band(strip); };
 
         int first_changed = 0;
@@ -42,7 +40,7 @@ public:
             }
             int end = strip + 1;
             while (end < strip_count && !is_kept(end)) ++end;
-            const int end_row = has_strips_ ? std::min(end * jpeg_strip_rows, info.size.height) : info.size.height;
+            const int end_row = std::min(end * jpeg_strip_rows, info.size.height);
             const auto made = compressor_->compress(frame, strip * jpeg_strip_rows, end_row);
             if (!made) return std::unexpected(made.error());
             if (jpeg->empty()) append(*jpeg, (*made)->head);
@@ -88,7 +86,6 @@ private:
     }
 
     std::unique_ptr<JpegStripCompressor> compressor_;
-    const bool has_strips_;
     Last last_;
     std::vector<std::size_t> starts_;  ///< of the JPEG that is being made
     BytesRecycler recycler_;
@@ -96,14 +93,14 @@ private:
 
 }  // namespace
 
-Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, JpegOptions options) {
+Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, ChromaSampling sampling) {
     if (quality < 1 || quality > 100) {
         return error(ErrorKind::invalid_argument,
                      "jpeg: quality is " + std::to_string(quality) + "; it goes from 1 to 100");
     }
-    auto compressor = JpegStripCompressor::create(quality, options);
+    auto compressor = JpegStripCompressor::create(quality, sampling);
     if (!compressor) return std::unexpected(compressor.error());
-    return std::make_unique<JpegEncoder>(std::move(*compressor), options.strips);
+    return std::make_unique<JpegEncoder>(std::move(*compressor));
 }
 
 }  // namespace camrig

@@ -114,7 +114,7 @@ struct JpegStripCompressor::Libjpeg {
     jpeg_destination_mgr destination{};
     std::jmp_buf on_error{};
     int quality = 0;
-    JpegOptions options;
+    ChromaSampling sampling{};
     std::vector<std::byte> bytes;
     std::array<PlaneRows, 3> planes;
 
@@ -161,9 +161,8 @@ struct JpegStripCompressor::Libjpeg {
         compress.dct_method = JDCT_ISLOW;
         compress.raw_data_in = layout.planes ? TRUE : FALSE;
         // jpeg_set_defaults() gave colour pictures 2x2 luma blocks to one of each chroma.
-        if (layout.components > 1 && options.sampling == ChromaSampling::yuv422)
-            compress.comp_info[0].v_samp_factor = 1;
-        if (options.strips) compress.restart_in_rows = jpeg_strip_rows / mcu_rows();
+        if (layout.components > 1 && sampling == ChromaSampling::yuv422) compress.comp_info[0].v_samp_factor = 1;
+        compress.restart_in_rows = jpeg_strip_rows / mcu_rows();
         jpeg_start_compress(&compress, TRUE);
         layout.planes ? write_planes(frame, first_row, end_row) : write_pixels(frame, layout, first_row, end_row);
         jpeg_finish_compress(&compress);
@@ -213,10 +212,10 @@ JpegStripCompressor::~JpegStripCompressor() {
     jpeg_destroy_compress(&libjpeg_->compress);
 }
 
-Result<std::unique_ptr<JpegStripCompressor>> JpegStripCompressor::create(int quality, JpegOptions options) {
+Result<std::unique_ptr<JpegStripCompressor>> JpegStripCompressor::create(int quality, ChromaSampling sampling) {
     auto libjpeg = std::make_unique<Libjpeg>();
     libjpeg->quality = quality;
-    libjpeg->options = options;
+    libjpeg->sampling = sampling;
     if (!libjpeg->create()) return error(ErrorKind::resource_exhausted, libjpeg->message());
     return std::unique_ptr<JpegStripCompressor>(new JpegStripCompressor(std::move(libjpeg)));
 }

@@ -24,8 +24,7 @@ struct JpegStrips {
 /// Compresses rows of frames by libjpeg. One thread at a time; keeps its buffers between calls.
 class JpegStripCompressor {
 public:
-    /// Without `strips` the whole is one.
-    static Result<std::unique_ptr<JpegStripCompressor>> create(int quality, JpegOptions options);
+    static Result<std::unique_ptr<JpegStripCompressor>> create(int quality, ChromaSampling sampling);
     ~JpegStripCompressor();
     JpegStripCompressor(const JpegStripCompressor&) = delete;
     JpegStripCompressor& operator=(const JpegStripCompressor&) = delete;

@@ -80,7 +80,7 @@ int DrawDesk::Camera::cost_class(int present) const {
     return is_plain ? 0 : first_dear_class;
 }
 
-void DrawDesk::note(const View& view) {
+void DrawDesk::note_settings(const View& view) {
     Camera& camera = cameras_[view.camera];
     const ImageSize size = view.spec->size;
     const bool is_plain = lanes_.front().lane->is_plain(view);
@@ -90,58 +90,58 @@ void DrawDesk::note(const View& view) {
         camera.quality = view.quality;
         camera.is_plain = is_plain;
     }
-    // Its pictures come out in their order: what is at work stays where it is, and the next one follows it.
-    if (camera.at_work == 0) {
-        const PartyName now = view.spec->group.empty() ? PartyName("", view.camera) : PartyName(view.spec->group, {});
-        if (camera.party != now) leave(std::exchange(camera.party, now), view.camera);
+    // Its pictures come out in their order: what is pending stays where it is, and the next one follows it.
+    if (camera.pending == 0) {
+        const GroupName now = view.spec->group.empty() ? GroupName("", view.camera) : GroupName(view.spec->group, {});
+        if (camera.group != now) leave_group(std::exchange(camera.group, now), view.camera);
     }
 }
 
-DrawDesk::Party& DrawDesk::place(const View& view) {
+DrawDesk::Group& DrawDesk::assign(const View& view) {
     Camera& camera = cameras_.at(view.camera);
-    Party& party = parties_[camera.party];
-    if (party.at_work == 0) choose_lane(camera.party, party);
-    ++camera.at_work;
-    ++party.at_work;
-    ++views_at_work_;
-    return party;
+    Group& group = groups_[camera.group];
+    if (group.pending == 0) choose_lane(camera.group, group);
+    ++camera.pending;
+    ++group.pending;
+    ++pending_views_;
+    return group;
 }
 
-void DrawDesk::choose_lane(const PartyName& name, Party& party) {
+void DrawDesk::choose_lane(const GroupName& name, Group& group) {
     int cost_class = 0;
     bool is_plain = true;
     for (const auto& [id, camera] : cameras_) {
-        if (camera.party != name) continue;
-        cost_class = std::max(cost_class, camera.cost_class(party.cost_class));
+        if (camera.group != name) continue;
+        cost_class = std::max(cost_class, camera.cost_class(group.cost_class));
         is_plain = is_plain && camera.is_plain;
     }
-    party.cost_class = cost_class;
+    group.cost_class = cost_class;
     Lane* const lane = cost_class >= first_dear_class || !is_plain ? &lanes_.back() : &lanes_.front();
     // What the other one kept for its cameras is of no use any more.
-    if (party.lane != nullptr && party.lane != lane)
+    if (group.lane != nullptr && group.lane != lane)
         for (const auto& [id, camera] : cameras_)
-            if (camera.party == name) forget(*party.lane, id);
-    party.lane = lane;
-    party.requests_ns = lane->requests_ns;
-    party.all_ns = lane->all_ns;
+            if (camera.group == name) forget(*group.lane, id);
+    group.lane = lane;
+    group.requests_ns = lane->requests_ns;
+    group.all_ns = lane->all_ns;
 }
 
-void DrawDesk::leave(const PartyName& name, CameraId camera) {
-    const auto party = parties_.find(name);
-    if (party == parties_.end()) return;
-    if (party->second.lane != nullptr) forget(*party->second.lane, camera);
+void DrawDesk::leave_group(const GroupName& name, CameraId camera) {
+    const auto group = groups_.find(name);
+    if (group == groups_.end()) return;
+    if (group->second.lane != nullptr) forget(*group->second.lane, camera);
     const bool is_empty = std::ranges::none_of(
-        cameras_, [&](const auto& other) { return other.first != camera && other.second.party == name; });
-    if (is_empty) parties_.erase(party);
+        cameras_, [&](const auto& other) { return other.first != camera && other.second.group == name; });
+    if (is_empty) groups_.erase(group);
 }
 
 void DrawDesk::add(const DueViews& due) {
-    for (const View& view : due.views) note(view);
+    for (const View& view : due.views) note_settings(view);
     // By lane and class, in the order of the views.
     std::map<std::pair<Lane*, int>, DueViews> parts;
     for (const View& view : due.views) {
-        const Party& party = place(view);
-        DueViews& part = parts[{party.lane, party.cost_class}];
+        const Group& group = assign(view);
+        DueViews& part = parts[{group.lane, group.cost_class}];
         part.views.push_back(view);
     }
     std::vector<DueViews> dropped;
@@ -154,46 +154,46 @@ void DrawDesk::add(const DueViews& due) {
     drop(dropped);
 }
 
-DropReason DrawDesk::reason_for(const Party& party) const {
-    const TimeNs all_ns = party.lane->all_ns - party.all_ns, requests_ns = party.lane->requests_ns - party.requests_ns;
+DropReason DrawDesk::reason_for(const Group& group) const {
+    const TimeNs all_ns = group.lane->all_ns - group.all_ns, requests_ns = group.lane->requests_ns - group.requests_ns;
     if (2 * requests_ns > all_ns) return DropReason::request;
-    const auto rank = [](const Party& one) { return std::pair(one.lane, one.cost_class); };
+    const auto rank = [](const Group& one) { return std::pair(one.lane, one.cost_class); };
     const bool is_dearer =
-        std::ranges::any_of(parties_, [&](const auto& other) { return rank(other.second) < rank(party); });
+        std::ranges::any_of(groups_, [&](const auto& other) { return rank(other.second) < rank(group); });
     return is_dearer ? DropReason::own_cost : DropReason::overload;
 }
 
 void DrawDesk::drop(const std::vector<DueViews>& dropped) {
     for (const DueViews& due : dropped) {
         for (const View& view : due.views) {
-            const DropReason reason = reason_for(parties_.at(cameras_.at(view.camera).party));
-            end_work(view);
+            const DropReason reason = reason_for(groups_.at(cameras_.at(view.camera).group));
+            end_view(view);
             callbacks_.dropped(due, view, reason);
         }
     }
 }
 
-void DrawDesk::end_work(const View& view) {
-    CHECK(views_at_work_ > 0);
-    --views_at_work_;
+void DrawDesk::end_view(const View& view) {
+    CHECK(pending_views_ > 0);
+    --pending_views_;
     const auto found = cameras_.find(view.camera);
     if (found == cameras_.end()) return;  // deleted meanwhile
-    --found->second.at_work;
-    Party& party = parties_.at(found->second.party);
-    --party.at_work;
-    party.requests_ns = party.lane->requests_ns;
-    party.all_ns = party.lane->all_ns;
+    --found->second.pending;
+    Group& group = groups_.at(found->second.group);
+    --group.pending;
+    group.requests_ns = group.lane->requests_ns;
+    group.all_ns = group.lane->all_ns;
 }
 
-void DrawDesk::hear() {
+void DrawDesk::take_finished() {
     for (auto& done : finished_->take_all()) done();
 }
 
-void DrawDesk::hand_out(TimeNs monotonic_ns) {
-    for (Lane& lane : lanes_) hand_out(lane, monotonic_ns);
+void DrawDesk::dispatch(TimeNs monotonic_ns) {
+    for (Lane& lane : lanes_) dispatch(lane, monotonic_ns);
 }
 
-void DrawDesk::hand_out(Lane& lane, TimeNs monotonic_ns) {
+void DrawDesk::dispatch(Lane& lane, TimeNs monotonic_ns) {
     while (lane.tasks == 0) {
         const auto next = lane.queue.next();
         if (!next) return;
@@ -215,7 +215,7 @@ void DrawDesk::post_views(Lane& lane, int cost_class, TimeNs monotonic_ns) {
     const auto drawn = std::make_shared<DrawnViews>();
     lane.lane->post({.draw = [drawn, timer = timer_, due = std::move(due)](
                                  Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
-                     .done = [this, &lane, cost_class, drawn] { hear_of(lane, cost_class, *drawn); }});
+                     .done = [this, &lane, cost_class, drawn] { finish_views(lane, cost_class, *drawn); }});
 }
 
 void DrawDesk::post_request(Lane& lane) {
@@ -232,25 +232,25 @@ void DrawDesk::post_request(Lane& lane) {
                      .done =
                          [this, &lane, done = std::move(task->done), wall_ns] {
                              --lane.tasks;
-                             spend(lane, DrawQueue::requests, *wall_ns);
+                             charge(lane, DrawQueue::requests, *wall_ns);
                              done();
                          }});
 }
 
-void DrawDesk::spend(Lane& lane, int one_class, TimeNs wall_ns) {
+void DrawDesk::charge(Lane& lane, int one_class, TimeNs wall_ns) {
     lane.queue.charge(one_class, wall_ns);
     lane.all_ns += wall_ns;
     if (one_class == DrawQueue::requests) lane.requests_ns += wall_ns;
 }
 
-void DrawDesk::hear_of(Lane& lane, int cost_class, DrawnViews& drawn) {
+void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn) {
     --lane.tasks;
-    spend(lane, cost_class, drawn.wall_ns);
+    charge(lane, cost_class, drawn.wall_ns);
     TimeNs& view_ns = lane.view_ns[static_cast<std::size_t>(cost_class)];
     view_ns = smoothed(view_ns, drawn.wall_ns / static_cast<TimeNs>(drawn.due.views.size()));
     for (std::size_t i = 0; i < drawn.due.views.size(); ++i) {
         const View& view = drawn.due.views[i];
-        end_work(view);
+        end_view(view);
         const auto found = cameras_.find(view.camera);
         if (found == cameras_.end() || drawn.cost_ns.empty()) continue;
         Camera& camera = found->second;
@@ -260,24 +260,24 @@ void DrawDesk::hear_of(Lane& lane, int cost_class, DrawnViews& drawn) {
 }
 
 void DrawDesk::finish() {
-    for (hear(); !is_idle(); hear()) {
-        hand_out(monotonic_now_ns());
+    for (take_finished(); !is_idle(); take_finished()) {
+        dispatch(monotonic_now_ns());
         if (const auto done = finished_->wait()) (*done)();
     }
 }
 
 void DrawDesk::forget(CameraId camera) {
     for (Lane& lane : lanes_) {
-        views_at_work_ -= lane.queue.remove(camera);
+        pending_views_ -= lane.queue.remove(camera);
         forget(lane, camera);
     }
     const auto found = cameras_.find(camera);
     if (found == cameras_.end()) return;
-    if (const auto party = parties_.find(found->second.party); party != parties_.end())
-        party->second.at_work -= found->second.at_work;
-    const PartyName name = found->second.party;
+    if (const auto group = groups_.find(found->second.group); group != groups_.end())
+        group->second.pending -= found->second.pending;
+    const GroupName name = found->second.group;
     cameras_.erase(found);
-    leave(name, camera);
+    leave_group(name, camera);
 }
 
 void DrawDesk::forget(Lane& lane, CameraId camera) {

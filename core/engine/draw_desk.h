@@ -45,19 +45,19 @@ public:
     /// Requests wait for their turn; next_request is asked until it has none.
     void set_requests(bool are_waiting) { lanes_.back().queue.set_requests(are_waiting); }
 
-    /// Hears what has been drawn.
-    void hear();
-    /// hear() has something to hear.
-    bool has_news() const { return !finished_->is_empty(); }
+    /// Does what follows from what the lanes have drawn since (Callbacks::drawn, what done() of requests does).
+    void take_finished();
+    /// take_finished() has something to do.
+    bool has_finished() const { return !finished_->is_empty(); }
     /// Gives lanes that have nothing to do what is next, at this time (CLOCK_MONOTONIC).
-    void hand_out(TimeNs monotonic_ns);
+    void dispatch(TimeNs monotonic_ns);
     /// A view of the camera waits or is being drawn.
-    bool is_at_work(CameraId camera) const {
+    bool is_pending(CameraId camera) const {
         const auto found = cameras_.find(camera);
-        return found != cameras_.end() && found->second.at_work > 0;
+        return found != cameras_.end() && found->second.pending > 0;
     }
     /// No view of a camera waits or is being drawn; requests may be.
-    bool is_idle() const { return views_at_work_ == 0; }
+    bool is_idle() const { return pending_views_ == 0; }
     /// Waits until is_idle().
     void finish();
     /// A camera is gone.
@@ -76,57 +76,58 @@ private:
     struct Lane {
         std::unique_ptr<DrawLane> lane;
         DrawQueue queue;
-        int tasks = 0;                                          ///< posted and not heard of
+        int tasks = 0;                                          ///< posted and not finished
         std::array<TimeNs, DrawQueue::cost_classes> view_ns{};  ///< wall time a view took lately
         TimeNs requests_ns = 0, all_ns = 0;                     ///< drawn for requests, and in all
     };
-    /// Cameras that are drawn together: those of a group, or one alone.
-    struct Party {
+    /// Cameras that are drawn together: those of one CameraSpec::group, or one alone.
+    struct Group {
         int cost_class = 0;                  ///< that of its dearest camera
         Lane* lane = nullptr;                ///< null: it has drawn nothing yet
-        int at_work = 0;                     ///< views that wait or are being drawn
+        int pending = 0;                     ///< views that wait or are being drawn
         TimeNs requests_ns = 0, all_ns = 0;  ///< of its lane, when the view that waits longest came
     };
-    using PartyName = std::pair<std::string, CameraId>;  ///< of its group, or of the camera
+    using GroupName = std::pair<std::string, CameraId>;  ///< CameraSpec::group, or else the camera
     /// What is known of a camera's cost.
     struct Camera {
         /// Of its last views; 0: not known. The least of them counts: what a view sets up for others is not its cost.
         std::array<TimeNs, 4> cpu_ns{};
         std::size_t next = 0;  ///< in cpu_ns
-        ImageSize size;        ///< it was drawn with, as what follows
+        ImageSize size;        ///< this and what follows: what these costs were measured with
         Quality quality = Quality::simple;
         bool is_plain = true;
-        int at_work = 0;  ///< views that wait or are being drawn
-        PartyName party;  ///< of its last view
+        int pending = 0;  ///< views that wait or are being drawn
+        GroupName group;  ///< of its last view
         /// The class that it would have alone.
         int cost_class(int present) const;
     };
-    /// What the camera's next view is like.
-    void note(const View& view);
-    /// The view is at work from now on: where and with whom. All views of its instant have been noted.
-    Party& place(const View& view);
-    /// The party has nothing at work: it goes where its cameras' costs are.
-    void choose_lane(const PartyName& name, Party& party);
-    /// The camera is not of this party any more.
-    void leave(const PartyName& name, CameraId camera);
-    DropReason reason_for(const Party& party) const;
+    /// Takes note of what the camera's cost depends on, and of its group.
+    void note_settings(const View& view);
+    /// The view is pending from now on, in the group and so on the lane that this says. The settings of all views of
+    /// its instant have been noted.
+    Group& assign(const View& view);
+    /// The group has nothing pending: it goes to the lane of cameras that cost as much.
+    void choose_lane(const GroupName& name, Group& group);
+    /// The camera is not of this group any more.
+    void leave_group(const GroupName& name, CameraId camera);
+    DropReason reason_for(const Group& group) const;
     void drop(const std::vector<DueViews>& dropped);
     /// The view is drawn or dropped.
-    void end_work(const View& view);
+    void end_view(const View& view);
     static void forget(Lane& lane, CameraId camera);
-    void hand_out(Lane& lane, TimeNs monotonic_ns);
+    void dispatch(Lane& lane, TimeNs monotonic_ns);
     void post_views(Lane& lane, int cost_class, TimeNs monotonic_ns);
     void post_request(Lane& lane);
-    void hear_of(Lane& lane, int cost_class, DrawnViews& drawn);
-    void spend(Lane& lane, int one_class, TimeNs wall_ns);
+    void finish_views(Lane& lane, int cost_class, DrawnViews& drawn);
+    void charge(Lane& lane, int one_class, TimeNs wall_ns);
 
     std::vector<Lane> lanes_;
     const std::shared_ptr<DrawnTasks> finished_;
     const Callbacks callbacks_;
     const std::shared_ptr<StageTimer> timer_ = std::make_shared<StageTimer>();  ///< lanes write to it
     std::map<CameraId, Camera> cameras_;
-    std::map<PartyName, Party> parties_;
-    std::size_t views_at_work_ = 0;
+    std::map<GroupName, Group> groups_;
+    std::size_t pending_views_ = 0;
 };
 
 }  // namespace camrig

@@ -117,7 +117,7 @@ void Requests::wait(Waiter waiter) {
 bool Requests::is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const {
     if (!is_there(waiter, entry)) return false;
     // A running camera's picture is on its way: it will do.
-    return !waiter.wants_color() || !rig_.drawing->is_at_work(entry.id);
+    return !waiter.wants_color() || !rig_.drawing->is_pending(entry.id);
 }
 
 void Requests::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const {

@@ -64,16 +64,16 @@ Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& op
 }
 
 TimeNs Rig::wake_time_ns() const {
-    if (state_.drawing->has_news()) return 0;
+    if (state_.drawing->has_finished()) return 0;
     return std::min({instants_.wake_time_ns(), requests_.wake_time_ns(), world_.next_deadline_ns()});
 }
 
 void Rig::tick(TimeNs monotonic_ns) {
     thread_.check();
-    state_.drawing->hear();
+    state_.drawing->take_finished();
     instants_.turn(monotonic_ns);
     requests_.turn(monotonic_ns);
-    state_.drawing->hand_out(monotonic_ns);
+    state_.drawing->dispatch(monotonic_ns);
     world_.answer_waits(monotonic_ns);
 }
 

@@ -5,9 +5,6 @@
 namespace camrig {
 namespace {
 
-/// An output has one job waiting at most, a picture on request one; so many are a bug.
-constexpr std::size_t max_jobs = 1'000'000;
-
 Error unknown_camera(std::string_view name, const std::vector<CameraStream>& known) {
     std::string names;
     for (const auto& camera : known) {
@@ -24,7 +21,7 @@ Error unknown_camera(std::string_view name, const std::vector<CameraStream>& kno
 }  // namespace
 
 LocalFrameBus::LocalFrameBus(Options options)
-    : options_(std::move(options)), pool_(std::make_unique<WorkerPool>(options_.workers, max_jobs)) {}
+    : options_(std::move(options)), pool_(std::make_unique<WorkerPool>(options_.workers, options_.max_jobs)) {}
 
 LocalFrameBus::~LocalFrameBus() {
     {
@@ -215,8 +212,11 @@ void LocalFrameBus::transcode_once(FrameRef frame, const MediaFormat& format,
                                    std::function<void(Result<MediaUnit>)> done) {
     auto transcoder = Transcoder::create(format, options_.pool, timers_);
     if (!transcoder) return done(std::unexpected(transcoder.error()));
-    pool_->post([frame = std::move(frame), transcoder = std::shared_ptr<Transcoder>(std::move(*transcoder)),
-                 done = std::move(done)] { done(transcoder->transcode(frame)); });
+    const bool is_posted =
+        pool_->post([frame = std::move(frame), transcoder = std::shared_ptr<Transcoder>(std::move(*transcoder)), done] {
+            done(transcoder->transcode(frame));
+        });
+    if (!is_posted) done(error(ErrorKind::resource_exhausted, "too many pictures wait to be made; try again"));
 }
 
 void LocalFrameBus::fill_report(RigReport& report) const {

@@ -18,6 +18,8 @@ public:
     struct Options {
         int workers = 2;  ///< threads that convert and encode
         std::shared_ptr<FramePool> pool;
+        /// Jobs that wait for a worker. An output has one at most, a picture on request one.
+        std::size_t max_jobs = 1'000'000;
     };
     static constexpr std::size_t max_outputs_per_camera = 16;
     static constexpr std::size_t max_readers_per_camera = 1024;
@@ -46,7 +48,8 @@ public:
     /// format that it wants, else the one in rgba8.
     void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
 
-    /// Brings one frame into a format, on the worker pool; `done` is called there.
+    /// Brings one frame into a format, on the worker pool; `done` is called there, or at once with an error:
+    /// resource_exhausted where too many jobs wait.
     void transcode_once(FrameRef frame, const MediaFormat& format, std::function<void(Result<MediaUnit>)> done);
 
     /// Fills in each camera's outputs (by name) and the stages of this side.

@@ -31,8 +31,8 @@ Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format
     transcoder->pool_ = std::move(pool);
     transcoder->timers_ = std::move(timers);
     if (format.codec != Codec::raw) {
-        auto encoder = format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, {.sampling = format.sampling})
-                                                   : create_png_encoder();
+        auto encoder =
+            format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, format.sampling) : create_png_encoder();
         if (!encoder) return std::unexpected(encoder.error());
         transcoder->encoder_ = std::move(*encoder);
     }

@@ -308,21 +308,6 @@ const std::vector<Field>& pose_fields() {
     return fields;
 }
 
-FieldTable<Intrinsics> fields_of(std::type_identity<Intrinsics>) {
-    const Range focal{.low = 0, .is_low_out = true}, centre{-1e6, 1e6};
-    static const std::vector<FieldOf<Intrinsics>> table{
-        field_at<&Intrinsics::fx>(
-            {.name = "fx", .doc = "focal length", .required = true, .unit = "px", .range = focal}),
-        field_at<&Intrinsics::fy>(
-            {.name = "fy", .doc = "focal length", .required = true, .unit = "px", .range = focal}),
-        field_at<&Intrinsics::cx>(
-            {.name = "cx", .doc = "principal point", .required = true, .unit = "px", .range = centre}),
-        field_at<&Intrinsics::cy>(
-            {.name = "cy", .doc = "principal point", .required = true, .unit = "px", .range = centre}),
-    };
-    return table;
-}
-
 FieldTable<Mount> fields_of(std::type_identity<Mount>) {
     static const std::vector<FieldOf<Mount>> table{
         field_at<&Mount::actor>({.name = "actor", .doc = "its name", .required = true}),

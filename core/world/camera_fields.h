@@ -13,7 +13,6 @@ namespace camrig {
 /// `name`, `place` and what only the rig says have no `read` or `write` that does anything: they are not of the spec.
 const std::vector<FieldOf<CameraSpec, CameraPatch>>& camera_fields();
 
-FieldTable<Intrinsics> fields_of(std::type_identity<Intrinsics>);
 FieldTable<Mount> fields_of(std::type_identity<Mount>);
 /// position, look_at, the angles and orientation; read_pose reads them.
 const std::vector<Field>& pose_fields();

@@ -21,11 +21,6 @@ bool is_word(const std::string& text) {
     });
 }
 
-bool leads_below(const fs::path& path, std::string_view text) {
-    return !text.empty() && text.find('\0') == std::string_view::npos && path.is_relative() &&
-           std::ranges::none_of(path, [](const fs::path& part) { return part == ".."; });
-}
-
 /// Models below the shipped folder, by what they are called in scene files.
 std::map<std::string, fs::path> shipped_models(const fs::path& folder) {
     std::map<std::string, fs::path> models;
@@ -41,6 +36,12 @@ std::map<std::string, fs::path> shipped_models(const fs::path& folder) {
 }
 
 }  // namespace
+
+bool leads_below(std::string_view text) {
+    const fs::path path(text);
+    return !text.empty() && text.find('\0') == std::string_view::npos && path.is_relative() &&
+           std::ranges::none_of(path, [](const fs::path& part) { return part == ".."; });
+}
 
 fs::path shipped_folder() {
     if (const char* given = std::getenv("CAMRIG_SCENES"); given != nullptr && *given != '\0') return given;
@@ -77,7 +78,7 @@ Result<fs::path> find_scene(const fs::path& scene) {
 
 Result<fs::path> find_shipped_model(std::string_view name) {
     fs::path file(name);
-    if (!leads_below(file, name))
+    if (!leads_below(name))
         return error(ErrorKind::invalid_argument, "after camrig: comes the name of a shipped model, as people/anna");
     if (!file.has_extension()) file += ".glb";
     const fs::path folder = shipped_folder();

@@ -14,6 +14,9 @@ namespace camrig {
 /// What a scene file writes before the name of a shipped model: "camrig:people/anna".
 inline constexpr std::string_view shipped_prefix = "camrig:";
 
+/// Whether a path of a scene file stays in the folder it is put behind, and is a path: holds no NUL.
+bool leads_below(std::string_view text);
+
 /// Empty: there is none.
 std::filesystem::path shipped_folder();
 

@@ -59,8 +59,12 @@ bool run_until_thrown(asio::io_context& io) {
 
 }  // namespace
 
-struct HttpServer::Impl {
+struct HttpServer::Impl final : CameraObserver {
     explicit Impl(HttpOptions options) : state(std::move(options)) {}
+
+    void camera_added(const CameraStream&) override {}
+    void camera_changed(const CameraStream&) override { ++state.camera_changes; }
+    void camera_removed(const CameraStream&) override {}
 
     Result<void> listen();
     asio::awaitable<void> accept_all();
@@ -180,6 +184,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::create(HttpOptions options) {
             ::pthread_setname_np(::pthread_self(), "camrig-http");
             while (!run_until_thrown(*io)) continue;
         });
+        impl->state.options.bus->add_observer(impl.get());
         return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
     } catch (const std::exception& thrown) {
         return error(ErrorKind::unavailable, std::string("http: cannot start: ") + thrown.what());
@@ -198,6 +203,7 @@ HttpCounts HttpServer::counts() const {
 
 void HttpServer::stop() {
     std::call_once(impl_->stopped, [this] {
+        impl_->state.options.bus->remove_observer(impl_.get());
         asio::post(impl_->io, [impl = impl_.get()] { impl->shut_down(); });
         impl_->thread.join();
     });

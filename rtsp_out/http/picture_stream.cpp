@@ -36,33 +36,45 @@ MediaFormat jpeg_of(int quality, ImageSize size = {}) {
 Result<std::unique_ptr<PictureStream>> PictureStream::open_mjpeg(ServerState& state, AsyncEventRef event,
                                                                  const std::string& camera, const StreamParams& params,
                                                                  const std::string& peer) {
+    std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::mjpeg, params.rate, peer));
+    stream->follows_output_ = !params.quality;
     const auto found = state.options.bus->find(camera);
     if (!found) return std::unexpected(found.error());
-    std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::mjpeg));
     const int quality = params.quality.value_or(mjpeg_options_of(found->outputs).quality);
-    if (auto added = stream->add(camera, jpeg_of(quality), params.rate, peer); !added)
-        return std::unexpected(added.error());
+    if (auto added = stream->add(camera, jpeg_of(quality)); !added) return std::unexpected(added.error());
     return stream;
 }
 
 Result<std::unique_ptr<PictureStream>> PictureStream::open_live(ServerState& state, AsyncEventRef event,
                                                                 const LiveParams& params, const std::string& peer) {
-    std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::live));
+    std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::live, params.rate, peer));
     for (const std::string& name : params.cameras) {
         const auto camera = state.options.bus->find(name);
         if (!camera) return std::unexpected(camera.error());
         const MediaFormat format = jpeg_of(params.quality, scaled_to(camera->size, params.width));
-        if (auto added = stream->add(name, format, params.rate, peer); !added) return std::unexpected(added.error());
+        if (auto added = stream->add(name, format); !added) return std::unexpected(added.error());
     }
     return stream;
 }
 
-Result<void> PictureStream::add(const std::string& camera, const MediaFormat& format, const std::optional<Rate>& rate,
-                                const std::string& peer) {
-    auto channel = StreamChannel::open(state_, event_, camera, format, rate, peer);
+Result<void> PictureStream::add(const std::string& camera, const MediaFormat& format) {
+    auto channel = StreamChannel::open(state_, event_, camera, format, rate_, peer_);
     if (!channel) return std::unexpected(channel.error());
     channels_.push_back(std::move(*channel));
     return {};
+}
+
+void PictureStream::follow_output() {
+    const std::uint64_t changes = state_.camera_changes;
+    if (!follows_output_ || std::exchange(changes_seen_, changes) == changes) return;
+    auto& channel = channels_.front();
+    const auto found = state_.options.bus->find(channel->camera());
+    if (!found) return;  // the channel's end says so
+    const MediaFormat format = jpeg_of(mjpeg_options_of(found->outputs).quality);
+    if (format == channel->format()) return;
+    auto next = StreamChannel::open(state_, event_, channel->camera(), format, rate_, peer_);
+    if (!next) return spdlog::info("a reader of {} keeps its quality: {}", channel->camera(), next.error().message);
+    channel = std::move(*next);
 }
 
 Reply PictureStream::head(Form form) {
@@ -133,6 +145,7 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_round(beast::tcp_str
 }
 
 asio::awaitable<PictureStream::Failure> PictureStream::wait(beast::tcp_stream& socket) {
+    follow_output();
     const auto left = repeat_at_ - Clock::now();
     if (left > Clock::duration::zero()) {
         const Wake wake = co_await event_->wait_for(left);

@@ -49,12 +49,13 @@ private:
     using Clock = std::chrono::steady_clock;
     using Failure = boost::beast::error_code;
 
-    PictureStream(ServerState& state, AsyncEventRef event, Form form)
-        : state_(state), event_(std::move(event)), form_(form) {
+    PictureStream(ServerState& state, AsyncEventRef event, Form form, const std::optional<Rate>& rate, std::string peer)
+        : state_(state), event_(std::move(event)), form_(form), rate_(rate), peer_(std::move(peer)) {
         ++state_.counts.streams_open;
     }
-    Result<void> add(const std::string& camera, const MediaFormat& format, const std::optional<Rate>& rate,
-                     const std::string& peer);
+    Result<void> add(const std::string& camera, const MediaFormat& format);
+    /// Goes on in the quality that the camera's output {kind: mjpeg} says now.
+    void follow_output();
     boost::asio::awaitable<Failure> send_text(boost::beast::tcp_stream& socket, std::string_view text);
     boost::asio::awaitable<Failure> send_part(boost::beast::tcp_stream& socket, const MediaUnit& unit,
                                               const std::string& camera);
@@ -66,6 +67,10 @@ private:
     ServerState& state_;
     const AsyncEventRef event_;
     const Form form_;
+    const std::optional<Rate> rate_;
+    const std::string peer_;
+    bool follows_output_ = false;                         ///< mjpeg: the client asked for no quality
+    std::uint64_t changes_seen_ = state_.camera_changes;  ///< ServerState::camera_changes
     std::vector<std::unique_ptr<StreamChannel>> channels_;
     std::optional<MediaUnit> last_;  ///< mjpeg: what the client shows
     Clock::time_point repeat_at_;

@@ -36,6 +36,7 @@ struct ServerState {
 
     const HttpOptions options;
     LiveCounts counts;
+    std::atomic<std::uint64_t> camera_changes{0};  ///< of any camera: streams look whether it was theirs
     /// Pictures being made. Shared, because a fetch may end after the server.
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
     std::map<std::string, std::map<MediaFormat, int>> streams_by_format;  ///< camera -> form of its JPEGs -> streams

@@ -39,6 +39,7 @@ public:
     bool ended() const { return sink_->ended(); }
     bool has_picture() const { return last_sequence_.has_value(); }
     const std::string& camera() const { return camera_; }
+    const MediaFormat& format() const { return share_.format(); }
 
 private:
     StreamChannel(ServerState& state, AsyncEventRef event, std::string camera, EncodingShare share);

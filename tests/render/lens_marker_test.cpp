@@ -54,9 +54,8 @@ Worst worst_marker(const TestCamera& camera, double radius_px) {
                 const glm::dvec2 pixel(column * step + 16 + 0.37 * row, row * step + 16 + 0.29 * column);
                 const auto disc = disc_at(model, pixel, 4.0, radius_px);
                 if (!disc || model.ray(pixel)->z < furthest) continue;
-                const auto turn = *model.ray_derivative(pixel);
-                const double a = glm::length(turn[0]), b = glm::length(turn[1]);
-                if (std::max(a, b) > 3.0 * std::min(a, b)) continue;  // a sliver at the fold
+                const glm::dvec2 steps = *ray_steps(model, pixel);
+                if (std::max(steps.x, steps.y) > 3.0 * std::min(steps.x, steps.y)) continue;  // a sliver at the fold
                 discs.push_back(*disc);
                 exact.push_back(exact_centroid(model, *disc));
             }

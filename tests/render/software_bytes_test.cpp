@@ -243,6 +243,24 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
     EXPECT_LE(off, 15);
 }
 
+TEST(Areas, OfWhatStandsStillShowBeforeAMoverAndNotBehindIt) {
+    // A wire, 0.3 of a pixel wide, that the middle of no pixel lies on.
+    constexpr double focal = 32.0, middle_px = 15.5, left_px = 8.1, right_px = 8.4;
+    Material blue = colored({0, 0, 1}, true), red = colored({1, 0, 0}, true);
+    blue.double_sided = red.double_sided = true;
+    const auto y_of = [&](double x_px) { return -(x_px - middle_px) / focal; };
+    for (const double wire_m : {2.0, 3.9, 5.0}) {
+        const double mover_m = 4.0, y = 0.5 * (y_of(left_px) + y_of(right_px)) * wire_m;
+        const double half = 0.5 * (y_of(left_px) - y_of(right_px)) * wire_m;
+        TestWorld world;
+        world.objects = {instance_of(model_of(rectangle({wire_m, y, 0}, {0, half, 0}, {0, 0, 9}), blue), {}, 1)};
+        world.movers = {instance_of(model_of(rectangle({mover_m, 0, 0}, {0, 9, 0}, {0, 0, 9}), red), {}, 2)};
+        const Picture picture = drawn(world, {.size = {32, 24}, .focal_px = focal, .antialias = Antialias::coverage});
+        for (const int row : {5, 12})
+            EXPECT_NEAR(linear_of(picture.at(8, row)[2]), wire_m < mover_m ? 0.3 : 0.0, 0.03) << wire_m << " m";
+    }
+}
+
 TEST(HardGeometry, WhatHasNoAreaOrIsNoNumberIsNotDrawnAndHarmsNothing) {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     TestWorld good = gallery();

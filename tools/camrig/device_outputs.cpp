@@ -45,18 +45,34 @@ void DeviceOutputs::camera_removed(const CameraStream& camera) {
 
 void DeviceOutputs::camera_adjusted(const CameraStream& camera) {
     controls_->refresh(camera.name);
+    open_devices();
 }
 
 void DeviceOutputs::update(const CameraStream& camera, bool is_there) {
     const CameraOutputs::Change change = outputs_.update(camera, is_there);
-    for (const auto& ended : {change.gone, change.changed})
-        for (const OutputSpec& output : ended) server_->remove_device(options_of<DeviceOutput>(output).number);
+    for (const auto& ended : {change.gone, change.changed}) {
+        for (const OutputSpec& output : ended) {
+            const int number = options_of<DeviceOutput>(output).number;
+            if (unopened_.erase(number) == 0) server_->remove_device(number);
+        }
+    }
     for (const auto& begun : {change.changed, change.added}) {
         for (const OutputSpec& output : begun) {
             const auto options = options_of<DeviceOutput>(output);
-            if (const auto added = server_->add_device(options.number, camera.name, options.subsampling); !added)
-                spdlog::error("camera {}: /dev/video{}: {}", camera.name, options.number, added.error().message);
+            unopened_[options.number] = {camera.name, options.subsampling, {}};
         }
+    }
+    open_devices();
+}
+
+void DeviceOutputs::open_devices() {
+    for (auto it = unopened_.begin(); it != unopened_.end();) {
+        auto& [number, device] = *it;
+        const auto added = server_->add_device(number, device.camera, device.subsampling);
+        if (!added && std::exchange(device.complaint, added.error().message) != added.error().message)
+            spdlog::error("camera {}: /dev/video{}: {}; it is tried again with the next change of a camera",
+                          device.camera, number, added.error().message);
+        it = added ? unopened_.erase(it) : std::next(it);
     }
 }
 

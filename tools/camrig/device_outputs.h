@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 
@@ -11,7 +12,8 @@
 namespace camrig {
 
 /// Opens the outputs {kind: "device"} of the cameras of a bus, as cameras come, change and go. The few small files of a
-/// device are written before the call returns: who has the answer to camera.create finds /dev/videoN.
+/// device are written before the call returns: who has the answer to camera.create finds /dev/videoN. What cannot be
+/// opened is tried again whenever a camera changes.
 class DeviceOutputs final : public CameraObserver {
 public:
     /// `commands`: where the devices' controls go; it must outlive the bus's cameras.
@@ -27,11 +29,19 @@ public:
 private:
     DeviceOutputs(FrameBus& bus, std::shared_ptr<CameraControls> controls, std::unique_ptr<DeviceServer> server);
     void update(const CameraStream& camera, bool is_there);
+    /// Those that are not open: new ones, and again those that could not be opened.
+    void open_devices();
 
     FrameBus& bus_;
     const std::shared_ptr<CameraControls> controls_;
     const std::unique_ptr<DeviceServer> server_;
     CameraOutputs outputs_{"device"};
+    struct Unopened {
+        std::string camera;
+        ChromaSampling subsampling{};
+        std::string complaint;  ///< that was logged last
+    };
+    std::map<int, Unopened> unopened_;  ///< by number
 };
 
 }  // namespace camrig

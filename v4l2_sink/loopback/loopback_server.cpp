@@ -39,15 +39,17 @@ LoopbackServer::~LoopbackServer() {
 
 void LoopbackServer::update(const CameraStream& camera, bool is_there) {
     const CameraOutputs::Change change = outputs_.update(camera, is_there);
-    for (const OutputSpec& output : change.gone)
-        tasks_->post(
-            [this, number = options_of<LoopbackOutput>(output).number] { host_->unset(number, monotonic_now_ns()); });
+    for (const OutputSpec& output : change.gone) {
+        const int number = options_of<LoopbackOutput>(output).number;
+        tasks_->post(std::to_string(number), [this, number] { host_->unset(number, monotonic_now_ns()); });
+    }
     // A device goes on with another format, size or rate as far as its readers allow it.
     for (const auto& present : {change.added, change.changed, change.kept}) {
         for (const OutputSpec& output : present) {
             const auto options = options_of<LoopbackOutput>(output);
             LoopbackWish wish{options.number, camera.name, loopback_format_of(camera, options)};
-            tasks_->post([this, wish = std::move(wish)] { host_->set(wish, monotonic_now_ns()); });
+            tasks_->post(std::to_string(options.number),
+                         [this, wish = std::move(wish)] { host_->set(wish, monotonic_now_ns()); });
         }
     }
 }

@@ -104,9 +104,8 @@ Handled DeviceControls::subscribe(DeviceSession& session, const camrig_request& 
     return 0;
 }
 
-void DeviceControls::changed(const std::string& camera, const std::vector<std::uint32_t>& ids) {
-    for (const std::uint32_t id : ids)
-        if (const auto value = port_->get(camera, id)) tell(nullptr, camera, id, *value);
+void DeviceControls::changed(const std::string& camera, std::uint32_t id) {
+    if (const auto value = port_->get(camera, id)) tell(nullptr, camera, id, *value);
 }
 
 void DeviceControls::tell(const DeviceSession* by, const std::string& camera, std::uint32_t id, std::int32_t value) {

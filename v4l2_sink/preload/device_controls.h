@@ -30,7 +30,7 @@ public:
     Handled menu(DeviceSession& session, const std::string& camera, const camrig_request& request);
     static Handled subscribe(DeviceSession& session, const camrig_request& request);
     /// Somebody other than a program changed these.
-    void changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
+    void changed(const std::string& camera, std::uint32_t id);
 
 private:
     void tell(const DeviceSession* by, const std::string& camera, std::uint32_t id, std::int32_t value);

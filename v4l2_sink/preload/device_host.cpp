@@ -54,6 +54,7 @@ DeviceHost::~DeviceHost() {
 }
 
 void DeviceHost::add_device(int number, std::string camera, ChromaSampling mjpg_sampling) {
+    remove_device(number);
     devices_[number] = DeviceState{std::move(camera), mjpg_sampling, std::nullopt};
 }
 

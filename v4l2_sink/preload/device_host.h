@@ -27,13 +27,12 @@ public:
     DeviceHost(FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks);
     ~DeviceHost();
 
+    /// In place of one of the same number, which is unplugged.
     void add_device(int number, std::string camera, ChromaSampling mjpg_sampling);
     /// Its openers see it unplugged.
     void remove_device(int number);
     /// Tells openers who asked for it that somebody else changed these controls of a camera.
-    void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids) {
-        controls_.changed(camera, ids);
-    }
+    void control_changed(const std::string& camera, std::uint32_t id) { controls_.changed(camera, id); }
 
     /// One message of one program.
     void receive(const std::shared_ptr<DeviceSession>& session, std::span<const std::byte> message);

@@ -1,5 +1,6 @@
 #include "v4l2_sink/preload/device_server.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <future>
@@ -23,6 +24,10 @@ constexpr int events_at_once = 64;
 
 /// Out of descriptors: accepting at once again would only burn the processor.
 constexpr TimeNs accept_pause_ns = 100 * ns_per_ms;
+
+std::string device_task(int number) {
+    return "device " + std::to_string(number);
+}
 
 }  // namespace
 
@@ -141,7 +146,7 @@ Result<void> DeviceServer::add_device(int number, const std::string& camera, Chr
                      "device number " + std::to_string(number) + " is camera " + taken->second + "; choose another");
     if (auto added = tree_.add(number, camera); !added) return added;
     numbers_.emplace(number, camera);
-    tasks_->post([loop = loop_.get(), number, camera, mjpg_sampling] {
+    tasks_->post(device_task(number), [loop = loop_.get(), number, camera, mjpg_sampling] {
         loop->host().add_device(number, camera, mjpg_sampling);
     });
     return {};
@@ -153,11 +158,16 @@ void DeviceServer::remove_device(int number) {
     if (known == numbers_.end()) return;
     tree_.remove(number, known->second);
     numbers_.erase(known);
-    tasks_->post([loop = loop_.get(), number] { loop->host().remove_device(number); });
+    tasks_->post(device_task(number), [loop = loop_.get(), number] { loop->host().remove_device(number); });
 }
 
 void DeviceServer::controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids) {
-    tasks_->post([loop = loop_.get(), camera, ids] { loop->host().controls_changed(camera, ids); });
+    std::lock_guard lock(mutex_);
+    const auto device = std::ranges::find(numbers_, camera, &std::pair<const int, std::string>::second);
+    if (device == numbers_.end()) return;
+    for (const std::uint32_t id : ids)
+        tasks_->post(device_task(device->first) + " control " + std::to_string(id),
+                     [loop = loop_.get(), camera, id] { loop->host().control_changed(camera, id); });
 }
 
 std::vector<ReaderReport> DeviceServer::report() const {

@@ -13,13 +13,6 @@
 namespace camrig {
 namespace {
 
-constexpr auto share_of_sample = 1.0f / sample_count;
-
-glm::vec3 linear_of(std::uint32_t pixel) {
-    const std::array<float, 256>& linear = linear_of_code();
-    return {linear[pixel & 0xFF], linear[pixel >> 8 & 0xFF], linear[pixel >> 16 & 0xFF]};
-}
-
 glm::vec3 background_of(const ViewWork& work) {
     const Environment& environment = work.scene.scene->environment();
     return glm::clamp(environment.background * environment.exposure, 0.0f, 1.0f);
@@ -50,12 +43,15 @@ CAMRIG_LANES PixelPlane plane_at(const ViewGeometry& geometry, std::uint32_t tri
 CAMRIG_LANES std::uint32_t add_place(std::uint32_t triangle, SampleMask mask, int samples, int x, int y,
                                      ShadedPlaces& to) {
     const SampleMean mean = mean_of(mask);
-    return to.add(
-        {triangle, static_cast<float>(samples) * share_of_sample, x * subpixels + mean.x, y * subpixels + mean.y});
+    return to.add({triangle, share_of(samples), x * subpixels + mean.x, y * subpixels + mean.y});
 }
 
-/// A surface is shaded at the mean of the places of the largest of its triangles.
-CAMRIG_LANES std::uint32_t add_surface(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
+/// What a surface has of a pixel, and where it is shaded: at the mean of the places of the largest of its triangles.
+struct SurfacePlace {
+    int samples;
+    std::uint32_t place;
+};
+CAMRIG_LANES SurfacePlace add_surface(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
     const Shown* largest = nullptr;
     int samples = 0, most = 0;
     for (const Shown& part : shown) {
@@ -66,7 +62,7 @@ CAMRIG_LANES std::uint32_t add_surface(std::span<const Shown> shown, int surface
         largest = &part;
         most = count;
     }
-    return add_place(largest->triangle, largest->mask, samples, x, y, to);
+    return {samples, add_place(largest->triangle, largest->mask, samples, x, y, to)};
 }
 
 struct RowsOfView {
@@ -100,7 +96,7 @@ CAMRIG_LANES void add_crowded(const RowsOfView& of, int x, int y, ShownParts& pa
         const auto surface = static_cast<std::size_t>(shown[i].surface);
         add_static(band, shown[i].mask, shown[i].plane,
                    surface != i ? band.place_of_fragment[first + surface]
-                                : add_surface(shown, shown[i].surface, x, y, band.places));
+                                : add_surface(shown, shown[i].surface, x, y, band.places).place);
     }
 }
 
@@ -144,90 +140,13 @@ void shade_static_fragments(const RowsOfView& of) {
     }
 }
 
-/// Pixels to mix, of one band.
-class Mixer {
-public:
-    Mixer(const RowsOfView& of) : of_(of), background_(background_of(of.work)) {
-        of.band.pixels.clear();
-        of.band.parts.clear();
-    }
-
-    void begin(int x, int y) {
-        of_.band.pixels.push_back({x, y, static_cast<std::uint32_t>(of_.band.parts.size())});
-        left_ = sample_count;
-    }
-    void add(int samples, const glm::vec3& color) { add(samples, PixelPart::is_known, color); }
-    /// A place, or PixelPart::is_behind.
-    void add_place(int samples, std::int32_t place) { add(samples, place, {}); }
-    /// Nothing covers the rest.
-    void end() {
-        if (left_ > 0) add(left_, background_);
-    }
-    const glm::vec3& background() const { return background_; }
-
-    /// Nothing else is to be shaded there.
-    void leave_out(Rows<std::uint32_t> numbers) const {
-        for (const MixedPixel& pixel : of_.band.pixels) numbers(pixel.y)[pixel.x] = 0;
-    }
-
-    /// What lies behind has the colour that the picture has now.
-    void take_behind() {
-        for (std::size_t i = 0; i < of_.band.pixels.size(); ++i) {
-            const MixedPixel& pixel = of_.band.pixels[i];
-            for (PixelPart& part : parts_of(i)) {
-                if (part.place != PixelPart::is_behind) continue;
-                part.place = PixelPart::is_known;
-                part.color = linear_of(of_.work.canvas.color(pixel.y)[pixel.x]);
-            }
-        }
-    }
-
-    void mix() {
-        const std::vector<MixedPixel>& pixels = of_.band.pixels;
-        for (std::size_t first = 0; first < pixels.size(); first += lane_count) {
-            const std::size_t end = std::min(first + lane_count, pixels.size());
-            Lanes3 light{};
-            for (std::size_t i = first; i < end; ++i) {
-                glm::vec3 sum(0.0f);
-                for (const PixelPart& part : parts_of(i))
-                    sum += part.share *
-                           (part.place < 0 ? part.color : of_.band.places.colors[static_cast<std::size_t>(part.place)]);
-                const auto lane = static_cast<int>(i - first);
-                light.x[lane] = sum.x;
-                light.y[lane] = sum.y;
-                light.z[lane] = sum.z;
-            }
-            const IntLanes codes = pixels_of({srgb(light.x), srgb(light.y), srgb(light.z)});
-            for (std::size_t i = first; i < end; ++i)
-                of_.work.canvas.color(pixels[i].y)[pixels[i].x] =
-                    static_cast<std::uint32_t>(codes[static_cast<int>(i - first)]);
-        }
-    }
-
-private:
-    std::span<PixelPart> parts_of(std::size_t pixel) {
-        const std::vector<MixedPixel>& pixels = of_.band.pixels;
-        const std::size_t first = pixels[pixel].first;
-        const std::size_t end = pixel + 1 < pixels.size() ? pixels[pixel + 1].first : of_.band.parts.size();
-        return std::span(of_.band.parts).subspan(first, end - first);
-    }
-    void add(int samples, std::int32_t place, const glm::vec3& color) {
-        of_.band.parts.push_back({static_cast<float>(samples) * share_of_sample, place, color});
-        left_ -= samples;
-    }
-
-    const RowsOfView& of_;
-    glm::vec3 background_;
-    int left_ = 0;
-};
-
 /// Statics that nothing hides.
-void add_statics(std::span<const StaticFragment> fragments, Mixer& mixer) {
+void add_statics(std::span<const StaticFragment> fragments, MixedPixels& mixed) {
     for (const StaticFragment& fragment : fragments) {
         const int samples = count_of(fragment.mask);
-        if (samples > 0) mixer.add(samples, fragment.color);
+        if (samples > 0) mixed.add(samples, fragment.color);
     }
-    mixer.end();
+    mixed.end();
 }
 
 /// The statics of a picture whose layer is kept.
@@ -243,19 +162,20 @@ void draw_static_pixels(const RowsOfView& of) {
             steps(y)[x] = made;
         }
     }
-    Mixer mixer(of);
+    MixedPixels& mixed = of.band.mixed;
+    mixed.clear(background_of(of.work));
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         statics.marked.each_of_row(y, [&](int x, int, std::uint32_t) {
             const auto fragments = statics.at(x, y);
             if (fragments.empty()) return;
-            mixer.begin(x, y);
-            add_statics(fragments, mixer);
+            mixed.begin(x, y);
+            add_statics(fragments, mixed);
         });
     }
     describe_visible(of.scratch, of.rect, of.work);
-    mixer.leave_out(numbers);
+    mixed.leave_out(numbers);
     shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
-    mixer.mix();
+    mixed.mix(of.band.places, of.work.canvas.color);
 }
 
 /// Remembers what stands still where movers will be drawn over it.
@@ -298,6 +218,22 @@ void draw_statics(const RowsOfView& of) {
     keep_layer(of.work, of.scratch, of.rect);
 }
 
+/// Unmarks pixels whose middle shows a mover that lies before all statics there.
+void leave_hidden(const RowsOfView& of, const PixelRect& rect, const StaticPixels& statics, MarkedPixels& outlines) {
+    const std::uint32_t last_static = of.scratch.statics.count;
+    for (int y = rect.y0; y < rect.y1; ++y) {
+        const std::uint32_t* const numbers = of.scratch.numbers.rows()(y);
+        const float* const depth = of.work.canvas.depth(y);
+        statics.marked.each_of_row(y, [&](int x, int, std::uint32_t) {
+            if (x < rect.x0 || x >= rect.x1 || numbers[x] <= last_static) return;
+            const auto is_hidden = [&](const StaticFragment& fragment) {
+                return fragment.plane.z + fragment.plane.reach() < depth[x] * hidden_below;
+            };
+            if (std::ranges::all_of(statics.at(x, y), is_hidden)) outlines.unset(x, y);
+        });
+    }
+}
+
 void find_movers(const RowsOfView& of) {
     const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
     MarkedPixels& outlines = of.scratch.areas.outlines;
@@ -308,6 +244,7 @@ void find_movers(const RowsOfView& of) {
     const PixelRect hull = common(hull_of(of.work.rects), of.rect);
     if (hull.height() <= 0) return;
     find_visible(of.scratch.geometry, range.first, range.count, hull, of.work.canvas, of.scratch.numbers);
+    leave_hidden(of, hull, statics, outlines);
     mark_outlines(of.scratch.geometry, range.first, range.count, hull, of.work.canvas.depth, outlines);
 }
 
@@ -315,12 +252,12 @@ void find_movers(const RowsOfView& of) {
 void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragments, int x, int y, ShownParts& to) {
     for (const StaticFragment& fragment : fragments) {
         if (fragment.mask != 0) {
-            Shown& part = to.append(fragment.mask, fragment.plane);
+            Shown& part = to.append(fragment.mask, fragment.plane, fragment.plane.reach());
             part.color = fragment.color;
         }
     }
     if (!fragments.empty()) return;
-    Shown& whole = to.append(all_samples, {});
+    Shown& whole = to.append(all_samples, {}, 0.0f);
     if (const StaticLayer* const layer = of.work.layer; layer != nullptr) {
         whole.plane = plane_of(layer->depth.rows()(y)[x], layer->areas.steps.rows()(y)[x]);
         whole.color = linear_of(layer->color.rows()(y)[x]);
@@ -330,10 +267,12 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
                                number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1));
         whole.is_behind = true;
     }
+    whole.reach = whole.plane.reach();
 }
 
 template <typename Isa>
-CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
+CAMRIG_LANES void resolve_movers_body(const RowsOfView& of) {
+    MixedPixels& mixed = of.band.mixed;
     const ViewGeometry& geometry = of.scratch.geometry;
     const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
     const std::uint32_t last_static = of.scratch.statics.count;
@@ -347,8 +286,8 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
             if (!is_mover && !of.band.fragments.has(pixel)) {
                 // Kept layers have it already.
                 if (of.work.layer != nullptr || fragments.empty()) return;
-                mixer.begin(x, y);
-                add_statics(fragments, mixer);
+                mixed.begin(x, y);
+                add_statics(fragments, mixed);
                 return;
             }
             parts.clear();
@@ -358,28 +297,26 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of, Mixer& mixer) {
             const std::span<Shown> shown = parts.all();
             find_surfaces(geometry, shown);
             if (is_mover && is_as_its_middle(shown, number)) return;
-            mixer.begin(x, y);
-            std::array<int, sample_count + 2> samples{};
-            for (const Shown& part : shown) samples[static_cast<std::size_t>(part.surface)] += count_of(part.mask);
+            mixed.begin(x, y);
             for (std::size_t i = 0; i < shown.size(); ++i) {
                 const Shown& part = shown[i];
                 if (part.surface != static_cast<int>(i)) continue;
                 if (part.triangle != no_triangle) {
-                    mixer.add_place(samples[i],
-                                    static_cast<std::int32_t>(add_surface(shown, part.surface, x, y, of.band.places)));
+                    const SurfacePlace made = add_surface(shown, part.surface, x, y, of.band.places);
+                    mixed.add_place(made.samples, made.place);
                 } else if (part.is_behind) {
                     of.scratch.areas.shown_behind.rows()(y)[x] = of.scratch.areas.statics_behind.rows()(y)[x];
-                    mixer.add_place(samples[i], PixelPart::is_behind);
+                    mixed.add_behind(count_of(part.mask));
                 } else {
-                    mixer.add(samples[i], part.color);
+                    mixed.add(count_of(part.mask), part.color);
                 }
             }
-            mixer.end();
+            mixed.end();
         });
     }
 }
-CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of, Mixer& mixer) {
-    resolve_movers_body<Avx2Isa>(of, mixer);
+CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of) {
+    resolve_movers_body<Avx2Isa>(of);
 }
 
 void mark_movers(const RowsOfView& of) {
@@ -398,24 +335,25 @@ void draw_movers(const RowsOfView& of) {
     band.fragments.clear(band.marked.count());
     band.places.clear();
     find_fragments(geometry, range.first, range.count, of.rect, band.marked, band.fragments);
-    Mixer mixer(of);
+    MixedPixels& mixed = band.mixed;
+    mixed.clear(background_of(of.work));
     if (geometry.wide_lanes()) {
-        resolve_movers_wide(of, mixer);
+        resolve_movers_wide(of);
     } else {
-        resolve_movers_body<PlainIsa>(of, mixer);
+        resolve_movers_body<PlainIsa>(of);
     }
     shade_places(geometry, band.places);
     if (of.work.layer == nullptr) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
         for (const PixelRect& rect : of.work.movers.rects)
             shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
-        mixer.take_behind();
+        mixed.take_behind(of.work.canvas.color);
     }
     for (const PixelRect& rect : of.work.rects) describe_visible(of.scratch, common(rect, of.rect), of.work);
-    mixer.leave_out(of.scratch.numbers.rows());
+    mixed.leave_out(of.scratch.numbers.rows());
     for (const PixelRect& rect : of.work.rects)
         shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
-    mixer.mix();
+    mixed.mix(band.places, of.work.canvas.color);
     finish_rows(of.work, of.scratch, of.rect);
 }
 
@@ -447,39 +385,6 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
         default:
             return draw_movers(of);
     }
-}
-
-void StaticPixels::clear(int width, int y0, int y1) {
-    marked.clear(width, y0, y1);
-    fragments.clear();
-    first.assign(1, 0);
-}
-
-void AreaScratch::begin(ImageSize size, int count) {
-    outlines.clear(size.width, 0, size.height);
-    edges.fit(size);
-    while (bands.size() < static_cast<std::size_t>(count)) bands.emplace_back();
-    band_count = count;
-    statics_behind.fit(size);
-    shown_behind.fit(size);
-    depth_behind.fit(size);
-}
-
-void AreaScratch::gather(StaticPixels& to) const {
-    const MarkedPixels& last = bands[static_cast<std::size_t>(band_count) - 1].statics.marked;
-    to.clear(last.words() * MarkedPixels::word_bits, 0, last.y1());
-    to.first.clear();
-    for (int i = 0; i < band_count; ++i) {
-        const StaticPixels& from = bands[static_cast<std::size_t>(i)].statics;
-        const auto offset = static_cast<std::uint32_t>(to.fragments.size());
-        to.marked.take(from.marked);
-        to.fragments.insert(to.fragments.end(), from.fragments.begin(), from.fragments.end());
-        for (std::size_t k = 0; k + 1 < from.first.size(); ++k) to.first.push_back(from.first[k] + offset);
-    }
-    to.marked.number();
-    to.first.push_back(static_cast<std::uint32_t>(to.fragments.size()));
-    to.fragments.shrink_to_fit();
-    to.first.shrink_to_fit();
 }
 
 }  // namespace camrig

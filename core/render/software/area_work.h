@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/render/software/divided_pixels.h"
+#include "core/render/software/mixed_pixels.h"
 #include "core/render/software/pixel_fragments.h"
 #include "core/render/software/place_shading.h"
 #include "core/render/software/rasterizer.h"
@@ -43,20 +44,6 @@ struct StaticAreas {
     Plane<std::uint32_t> steps;  ///< of depth in every pixel (packed_steps)
 };
 
-/// A part of a pixel: a colour that is known, or that of a place, or what the middle shows behind the movers.
-struct PixelPart {
-    /// Instead of a number among ShadedPlaces.
-    static constexpr std::int32_t is_known = -1, is_behind = -2;
-
-    float share = 0.0f;
-    std::int32_t place = is_known;
-    glm::vec3 color{0.0f};
-};
-struct MixedPixel {
-    std::int32_t x = 0, y = 0;
-    std::uint32_t first = 0;  ///< into the parts; the next one's first is the end
-};
-
 /// Of one band.
 struct AreaBand {
     StaticPixels statics;
@@ -66,8 +53,7 @@ struct AreaBand {
     PixelFragments fragments;
     ShadedPlaces places;
     std::vector<std::uint32_t> place_of_fragment;
-    std::vector<MixedPixel> pixels;
-    std::vector<PixelPart> parts;
+    MixedPixels mixed;
 };
 
 /// Of one view.

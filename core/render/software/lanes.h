@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -175,8 +176,12 @@ CAMRIG_LANES IntLanes indices_at(const std::uint32_t* from, std::size_t left) {
     return made;
 }
 
+/// Four words that lie beside each other in memory, for each lane.
+using Quads = std::array<IntLanes, 4>;
+
 /// All that code for two instruction sets differs in; the results are the same. gather: what lies at from[at[k]] for
-/// each lane k; of 64 bits for lanes 0 to 3 or 4 to 7. bits: one for each lane of a mask that is set.
+/// each lane k; of 64 bits for lanes 0 to 3 or 4 to 7. quads: the four words from from[at[k]] on, by whole loads:
+/// gathers take several times as long on many CPUs. bits: one for each lane of a mask that is set.
 struct PlainIsa {
     static inline unsigned bits(const IntLanes& mask) {
         unsigned made = 0;
@@ -189,6 +194,10 @@ struct PlainIsa {
     template <int half>
     static inline void gather(const std::int64_t* from, const IntLanes& at, Words4& to) {
         for (int k = 0; k < 4; ++k) to[k] = from[at[4 * half + k]];
+    }
+    static inline void quads(const std::int32_t* from, const IntLanes& at, Quads& to) {
+        for (int k = 0; k < lane_count; ++k)
+            for (int i = 0; i < 4; ++i) to[static_cast<std::size_t>(i)][k] = from[at[k] + i];
     }
 };
 #if defined(__x86_64__)
@@ -203,6 +212,23 @@ struct Avx2Isa {
     [[gnu::target("avx2")]] static inline void gather(const std::int64_t* from, const IntLanes& at, Words4& to) {
         const __m128i four = _mm256_extracti128_si256(reinterpret_cast<__m256i>(at), half);
         to = reinterpret_cast<Words4>(_mm256_i32gather_epi64(reinterpret_cast<const long long*>(from), four, 8));
+    }
+    [[gnu::target("avx2")]] static inline void quads(const std::int32_t* from, const IntLanes& at, Quads& to) {
+        alignas(32) std::int32_t index[lane_count];
+        std::memcpy(index, &at, sizeof index);
+        const auto both = [&](int k) __attribute__((always_inline, target("avx2"))) {
+            const auto* const low = reinterpret_cast<const __m128i*>(from + index[k]);
+            const auto* const high = reinterpret_cast<const __m128i*>(from + index[k + 4]);
+            return _mm256_inserti128_si256(_mm256_castsi128_si256(_mm_loadu_si128(low)), _mm_loadu_si128(high), 1);
+        };
+        // Four by four words are transposed in each half.
+        const __m256i a = both(0), b = both(1), c = both(2), d = both(3);
+        const __m256i ab_low = _mm256_unpacklo_epi32(a, b), ab_high = _mm256_unpackhi_epi32(a, b);
+        const __m256i cd_low = _mm256_unpacklo_epi32(c, d), cd_high = _mm256_unpackhi_epi32(c, d);
+        to[0] = reinterpret_cast<IntLanes>(_mm256_unpacklo_epi64(ab_low, cd_low));
+        to[1] = reinterpret_cast<IntLanes>(_mm256_unpackhi_epi64(ab_low, cd_low));
+        to[2] = reinterpret_cast<IntLanes>(_mm256_unpacklo_epi64(ab_high, cd_high));
+        to[3] = reinterpret_cast<IntLanes>(_mm256_unpackhi_epi64(ab_high, cd_high));
     }
 };
 #else

@@ -22,6 +22,9 @@ public:
     [[gnu::always_inline]] inline void set(int x, int y) {
         row(y)[x / word_bits] |= std::uint64_t{1} << (x % word_bits);
     }
+    [[gnu::always_inline]] inline void unset(int x, int y) {
+        row(y)[x / word_bits] &= ~(std::uint64_t{1} << (x % word_bits));
+    }
     /// To be called when all are set.
     void number();
 

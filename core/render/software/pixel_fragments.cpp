@@ -17,7 +17,7 @@ namespace {
 class EdgesInPixels {
 public:
     CAMRIG_LANES explicit EdgesInPixels(const Setup& setup)
-        : setup_(setup), depth_(depth_plane(setup)), steps_(depth_steps(setup, depth_)) {
+        : setup_(setup), depth_(depth_plane(setup)), steps_(depth_steps(setup, depth_)), depth_reach_(steps_.reach()) {
         for (std::size_t i = 0; i < 3; ++i) {
             const bool is_top_left = setup.dy[i] < 0 || (setup.dy[i] == 0 && setup.dx[i] > 0);
             bias_[i] = is_top_left ? 0 : -1;
@@ -31,6 +31,7 @@ public:
         return edge(setup_, i, std::int64_t{x} * subpixels, std::int64_t{y} * subpixels) + bias_[i];
     }
     CAMRIG_LANES std::int64_t reach(std::size_t i) const { return reach_[i]; }
+    CAMRIG_LANES float depth_reach() const { return depth_reach_; }
 
     CAMRIG_LANES PixelPlane plane(const std::array<std::int64_t, 3>& values) const {
         const double z = depth_.base + static_cast<double>(values[1] - bias_[1]) * depth_.second +
@@ -60,13 +61,18 @@ public:
 private:
     CAMRIG_LANES void find_places(std::size_t i) {
         has_places_[i] = true;
-        for (int group = 0; group < sample_groups; ++group)
-            places_[i][static_cast<std::size_t>(group)] = half_edge_at(group, setup_.dx[i], setup_.dy[i]);
+        // half_edge_at(), whose second product grows evenly.
+        IntLanes across = sample_x(0) * setup_.dy[i];
+        for (int group = 0; group < sample_groups; ++group) {
+            places_[i][static_cast<std::size_t>(group)] = sample_y(group) * setup_.dx[i] - across;
+            across += 2 * lane_count * setup_.dy[i];
+        }
     }
 
     const Setup& setup_;
     DepthPlane depth_;
     PixelPlane steps_;
+    float depth_reach_;
     std::array<std::int64_t, 3> bias_{}, reach_{};
     std::array<bool, 3> has_places_{};
     std::array<std::array<IntLanes, sample_groups>, 3> places_;
@@ -146,7 +152,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                 if (values[i] < -edges->reach(i)) return;
             }
             const PixelPlane plane = edges->plane(values);
-            const float z = plane.z + plane.reach();
+            const float z = plane.z + edges->depth_reach();
             if (!(z > 0.0f) || !to.may_show(pixel, z)) return;
             SampleMask mask = edges->mask<Isa>(values);
             if (mask == 0) return;
@@ -155,7 +161,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                 mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
                 if (mask == 0) return;
             }
-            to.add(pixel, mask, plane, number);
+            to.add(pixel, mask, plane, edges->depth_reach(), number);
         };
         for (int y = box.y0; y < box.y1; ++y) {
             const std::uint64_t* const marks = marked.row(y);

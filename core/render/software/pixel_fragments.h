@@ -15,6 +15,7 @@ namespace camrig {
 struct Fragment {
     SampleMask mask = 0;
     PixelPlane plane;
+    float reach = 0.0f;          ///< of the plane
     std::uint32_t triangle = 0;  ///< into ViewGeometry::triangles
     std::uint32_t next = 0;      ///< of the same pixel, from 1; 0: none
 };
@@ -38,19 +39,20 @@ public:
     [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const {
         return nearest >= lists_[pixel].hidden_below;
     }
-    [[gnu::always_inline]] inline void add(std::uint32_t pixel, SampleMask mask, const PixelPlane& plane,
+    [[gnu::always_inline]] inline void add(std::uint32_t pixel, SampleMask mask, const PixelPlane& plane, float reach,
                                            std::uint32_t triangle) {
         Fragment& made = fragments_.emplace_back();
         made.mask = mask;
         made.plane.z = plane.z;
         made.plane.dx = plane.dx;
         made.plane.dy = plane.dy;
+        made.reach = reach;
         made.triangle = triangle;
         const auto number = static_cast<std::uint32_t>(fragments_.size());
         List& list = lists_[pixel];
         (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
         list.last = number;
-        if (mask == all_samples) list.hidden_below = std::max(list.hidden_below, plane.z - plane.reach());
+        if (mask == all_samples) list.hidden_below = std::max(list.hidden_below, plane.z - reach);
     }
 
 private:

@@ -77,10 +77,10 @@ CAMRIG_LANES SampleMean mean_of(SampleMask mask) {
     return {x * scale - middle, y * scale - middle};
 }
 
-/// Where `a` lies in front of `b`.
+/// Where `a` lies in front of `b`. reach: of both together.
 template <typename Isa>
-CAMRIG_LANES SampleMask in_front(const PixelPlane& a, const PixelPlane& b) {
-    const float z = a.z - b.z, reach = a.reach() + b.reach();
+CAMRIG_LANES SampleMask in_front(const PixelPlane& a, const PixelPlane& b, float reach) {
+    const float z = a.z - b.z;
     if (z > reach) return all_samples;
     if (z < -reach) return 0;
     const float dx = a.dx - b.dx, dy = a.dy - b.dy;

@@ -57,6 +57,22 @@ CAMRIG_LANES TexelLanes texels_at(const Texel* texels, IntLanes at) {
     }
 }
 
+/// The texels beside each other in a row, whose places are in `columns` from `row` on.
+struct TexelLanesPair {
+    TexelLanes first, second;
+};
+template <typename Isa, std::size_t channels>
+CAMRIG_LANES TexelLanesPair texels_of_row(const Texel* texels, IntLanes row, const TexelPair& columns,
+                                          bool are_neighbors) {
+    if (are_neighbors) [[likely]] {
+        Quads both;
+        Isa::quads(reinterpret_cast<const std::int32_t*>(texels), (row + columns.first) * 2, both);
+        return {{both[0], both[1]}, {both[2], both[3]}};
+    }
+    return {texels_at<Isa, channels>(texels, row + columns.first),
+            texels_at<Isa, channels>(texels, row + columns.second)};
+}
+
 /// Which level each lane looks at, and whether that is larger than it is seen.
 struct TexelLevel {
     IntLanes number, is_magnified;
@@ -111,10 +127,10 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
     }
     const Texel* const texels = image.texels.data();
     const IntLanes upper = first + rows.first * width, lower = first + rows.second * width;
-    const TexelLanes a = texels_at<Isa, channels>(texels, upper + columns.first),
-                     b = texels_at<Isa, channels>(texels, upper + columns.second);
-    const TexelLanes c = texels_at<Isa, channels>(texels, lower + columns.first),
-                     d = texels_at<Isa, channels>(texels, lower + columns.second);
+    // But where a row ends.
+    const bool are_neighbors = Isa::bits(columns.second != columns.first + 1) == 0;
+    const auto [a, b] = texels_of_row<Isa, channels>(texels, upper, columns, are_neighbors);
+    const auto [c, d] = texels_of_row<Isa, channels>(texels, lower, columns, are_neighbors);
     const auto channel = [](const TexelLanes& of_texel, std::size_t i) __attribute__((always_inline)) {
         const IntLanes both = i < 2 ? of_texel.red_green : of_texel.blue_alpha;
         return __builtin_convertvector(i % 2 == 0 ? both & 0xFFFF : (both >> 16) & 0xFFFF, Lanes);
@@ -132,15 +148,18 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
     return made;
 }
 
-/// The mean of a texture over the footprint: up to eight samples along it, at the level of its width.
+/// The mean of a texture over the footprint: up to four samples along it, at the level of its width. Decision 0105 has
+/// what other numbers cost and give.
 template <typename Isa, std::size_t channels>
 CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& texture, const TexturePoints& points,
                                                      bool is_opaque) {
-    constexpr int most_samples = 8;
-    // Where eight are too few the level is as coarse as they are apart.
+    // Shade, the only texture of one channel, is smooth.
+    constexpr int most_samples = channels == 1 ? 1 : 4;
+    // Where these are too few the level is as coarse as they are apart.
     const Lanes apart2 = points.longer2 * (1.0f / (most_samples * most_samples));
     // The level that is a little sharper than the width: texels are widened once more by what is filtered between them.
-    const TexelLevel level = level_of(texture, max(points.shorter2, apart2) * 0.5f);
+    constexpr float sharper2 = 0.42f;
+    const TexelLevel level = level_of(texture, max(points.shorter2, apart2) * sharper2);
     const Lanes texel = reinterpret_cast<Lanes>((127 - level.number) << 23);  // 2^-level
     const Lanes length = min(sqrt(points.longer2) * texel + 0.5f, lanes(most_samples));
     const IntLanes whole = truncated(length), count = whole < 1 ? IntLanes{} + 1 : whole;

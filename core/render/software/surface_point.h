@@ -143,20 +143,21 @@ public:
         : geometry_(geometry), draw_(draw) {
         static_assert(sizeof(ScreenTriangle) == 32 && sizeof(ScreenVertex) == 16);
         const ScreenTriangle* const triangles = geometry.triangles().data();
-        const auto* const words = reinterpret_cast<const std::int32_t*>(triangles);
         const IntLanes index = index_ = numbers - 1;
         const bool is_on_screen = rays() == nullptr;
         if (is_on_screen) inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 4);
-        front_ = gathered<Isa>(words + 3, index * 8) < 0;  // is_front is the highest bit
+        Quads corners;
+        Isa::quads(reinterpret_cast<const std::int32_t*>(triangles), index * 8, corners);
+        front_ = corners[3] < 0;  // is_front is the highest bit
         for (std::size_t i = 0; i < 3; ++i) {
-            const IntLanes vertex = gathered<Isa>(words + i, index * 8);
-            const ScreenVertex* const vertices = geometry.vertices().data();
             if (is_on_screen) {
-                x_[i] = gathered<Isa>(&vertices->x, vertex * 4);
-                y_[i] = gathered<Isa>(&vertices->y, vertex * 4);
-                inverse_z_[i] = gathered<Isa>(&vertices->inverse_z, vertex * 4);
+                Quads at;
+                Isa::quads(reinterpret_cast<const std::int32_t*>(geometry.vertices().data()), corners[i] * 4, at);
+                x_[i] = at[0];
+                y_[i] = at[1];
+                inverse_z_[i] = reinterpret_cast<Lanes>(at[3]);
             }
-            vertex_[i] = vertex - static_cast<std::int32_t>(draw.first_vertex);
+            vertex_[i] = corners[i] - static_cast<std::int32_t>(draw.first_vertex);
             const unsigned clipped = Isa::bits(vertex_[i] >= static_cast<std::int32_t>(draw.vertex_count));
             has_clipped_[i] = clipped != 0;
             all_clipped_[i] = clipped == 0xFF;

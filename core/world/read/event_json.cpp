@@ -251,6 +251,16 @@ std::string_view type_name(const Trigger& trigger) {
     return names[trigger.index()];
 }
 
+FieldTable<EventReport> fields_of(std::type_identity<EventReport>) {
+    using Report = EventReport;
+    static const std::vector<FieldOf<Report>> table{
+        told_at<&Report::name>({.name = "name", .doc = "its name"}),
+        told_at<&Report::when>({.name = "when", .doc = "the kind of its trigger"}),
+        told_at<&Report::fired>({.name = "fired", .doc = "how often it has fired"}),
+        told_at<&Report::limit>({.name = "limit", .doc = "how often it fires at most; 0: any number"})};
+    return table;
+}
+
 Result<EventSpec> read_event(JsonReader& reader) {
     return read_all<EventSpec>(reader);
 }

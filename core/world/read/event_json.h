@@ -15,6 +15,7 @@ inline constexpr std::size_t max_user_data_bytes = 4096;
 const std::vector<Kind<Trigger>>& trigger_kinds();
 const std::vector<Kind<Action>>& action_kinds();
 FieldTable<EventSpec> fields_of(std::type_identity<EventSpec>);
+FieldTable<EventReport> fields_of(std::type_identity<EventReport>);
 
 /// The keys of an event, in scene files and in event.add; errors carry the JSON path. Names are not looked up here:
 /// check_event() does that. `reader` is finished.

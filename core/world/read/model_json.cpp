@@ -61,14 +61,6 @@ Kind<Shape> shape_kind(std::string name, std::string doc, const std::vector<Fiel
     return kind;
 }
 
-/// Whether the path stays in the folder it is put behind.
-bool leads_below(const std::string& file) {
-    const std::filesystem::path path(file);
-    bool inside = path.is_relative() && !file.empty();
-    for (const auto& part : path) inside = inside && part != "..";
-    return inside;
-}
-
 }  // namespace
 
 FieldTable<ModelFile> fields_of(std::type_identity<ModelFile>) {

@@ -15,12 +15,25 @@ glm::dvec3 rim(const Disc& disc, double turn) {
 
 }  // namespace
 
+std::optional<glm::dvec2> ray_steps(const CameraModel& camera, glm::dvec2 pixel) {
+    constexpr double half = 1e-4;
+    glm::dvec2 steps;
+    for (int axis = 0; axis < 2; ++axis) {
+        glm::dvec2 offset(0.0);
+        offset[axis] = half;
+        const auto before = camera.ray(pixel - offset), after = camera.ray(pixel + offset);
+        if (!before || !after) return std::nullopt;
+        steps[axis] = glm::length(*after - *before) / (2.0 * half);
+    }
+    return steps;
+}
+
 std::optional<Disc> disc_at(const CameraModel& camera, glm::dvec2 pixel, double distance, double radius_px) {
     const auto ray = camera.ray(pixel);
-    const auto step = camera.ray_derivative(pixel);
-    if (!ray || !step) return std::nullopt;
+    const auto steps = ray_steps(camera, pixel);
+    if (!ray || !steps) return std::nullopt;
     // The smaller of the two steps: no disc is larger than asked for.
-    const double radius = distance * radius_px * std::min(glm::length((*step)[0]), glm::length((*step)[1]));
+    const double radius = distance * radius_px * std::min(steps->x, steps->y);
     const glm::dvec3 helper = std::abs(ray->y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
     const glm::dvec3 across = glm::normalize(glm::cross(helper, *ray));
     return Disc{*ray * distance, across * radius, glm::cross(*ray, across) * radius};

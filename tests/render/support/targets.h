@@ -7,6 +7,9 @@
 
 namespace camrig {
 
+/// How much the ray turns from this pixel to the next one, to the right and down; none where the lens shows nothing.
+std::optional<glm::dvec2> ray_steps(const CameraModel& camera, glm::dvec2 pixel);
+
 /// A white disc that faces the camera, `distance` metres along the ray of `pixel`, about `radius_px` pixels large. Its
 /// exact outline is known: the projection of `outline`.
 struct Disc {

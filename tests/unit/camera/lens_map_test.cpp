@@ -305,39 +305,17 @@ TEST(Directions, PlaneModelsSeeOnlyWhatIsInFront) {
     EXPECT_NEAR(glm::length(ray), 1.0, 2e-16);
 }
 
-TEST(Directions, DerivativesAreThoseOfTheFunctions) {
+TEST(Directions, OutAndBackIsTheSameDirection) {
     for (const LensModel model : {LensModel::pinhole, LensModel::equidistant}) {
         const LensMap map = map_of({model, {}});
         Draw draw(77);
         for (int i = 0; i < 2000; ++i) {
             const double t = (model == LensModel::pinhole ? 80 : 170) * deg * draw.uniform(0, 1),
                          phi = draw.uniform(-pi, pi);
-            const double length = std::pow(10.0, draw.uniform(-3, 3));
-            const glm::dvec3 v =
-                length * glm::dvec3(std::sin(t) * std::cos(phi), std::sin(t) * std::sin(phi), std::cos(t));
-            const glm::dmat3x2 j = map.ideal_derivative(v);
-            const double h = 1e-6 * length;
-            for (int axis = 0; axis < 3; ++axis) {
-                glm::dvec3 step(0);
-                step[axis] = h;
-                const glm::dvec2 numeric =
-                    (*map.ideal_from_direction(v + step) - *map.ideal_from_direction(v - step)) / (2 * h);
-                ASSERT_LT(glm::length(j[axis] - numeric) * length, 2e-6) << t / deg;
-            }
-            const glm::dvec2 ideal = *map.ideal_from_direction(v);
-            const glm::dmat2x3 back = map.direction_derivative(ideal);
-            for (int axis = 0; axis < 2; ++axis) {
-                glm::dvec2 step(0);
-                step[axis] = 1e-6;
-                const glm::dvec3 numeric =
-                    (map.direction_from_ideal(ideal + step) - map.direction_from_ideal(ideal - step)) / 2e-6;
-                ASSERT_LT(glm::length(back[axis] - numeric), 1e-8) << t / deg;
-            }
-            // Out and back again is the identity on the plane.
-            const glm::dmat2 round = j * back * length;
-            ASSERT_LT(
-                std::abs(round[0][0] - 1) + std::abs(round[1][1] - 1) + std::abs(round[0][1]) + std::abs(round[1][0]),
-                1e-10);
+            const glm::dvec3 v(std::sin(t) * std::cos(phi), std::sin(t) * std::sin(phi), std::cos(t));
+            const auto ideal = map.ideal_from_direction(std::pow(10.0, draw.uniform(-3, 3)) * v);
+            ASSERT_TRUE(ideal);
+            ASSERT_LT(glm::length(map.direction_from_ideal(*ideal) - v), 1e-14) << t / deg;
         }
     }
 }

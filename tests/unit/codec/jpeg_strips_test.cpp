@@ -71,7 +71,7 @@ Frame without_memory(const Frame& frame) {
 }
 
 std::vector<std::byte> whole(const Frame& frame, int quality = 90, ChromaSampling sampling = ChromaSampling::yuv420) {
-    return *create_jpeg_encoder(quality, {.sampling = sampling}).value()->encode(without_memory(frame)).value();
+    return *create_jpeg_encoder(quality, sampling).value()->encode(without_memory(frame)).value();
 }
 
 std::vector<std::byte> encoded(Encoder& encoder, const Frame& frame) {
@@ -92,7 +92,7 @@ TEST(JpegStrips, AreTheBytesOfTheWholePictureWhateverChanged) {
         for (const PixelFormat format : formats) {
             for (const ChromaSampling sampling : samplings) {
                 Film film(size);
-                auto encoder = create_jpeg_encoder(90, {.sampling = sampling}).value();
+                auto encoder = create_jpeg_encoder(90, sampling).value();
                 for (std::uint64_t n = 0; n < 12; ++n, film.change_somewhere(n)) {
                     const FrameRef frame = film.as(format);
                     ASSERT_TRUE(encoded(*encoder, *frame) == whole(*frame, 90, sampling))
@@ -109,7 +109,7 @@ TEST(JpegStrips, OnlyWhatChangedIsCompressed) {
         for (const ChromaSampling sampling : samplings) {
             SCOPED_TRACE(std::string(to_string(format)) + " " + std::string(to_string(sampling)));
             Film film({320, 240});
-            auto encoder = create_jpeg_encoder(90, {.sampling = sampling}).value();
+            auto encoder = create_jpeg_encoder(90, sampling).value();
             std::ignore = encoded(*encoder, *film.as(format));
             film.change(100, 120);
             const FrameRef frame = film.as(format);
@@ -187,25 +187,6 @@ TEST(JpegStrips, GoOnAfterAFrameThatCannotBe) {
     EXPECT_FALSE(encoder->encode(test::noise({16, 16}, PixelFormat::depth32f)).has_value());
     film.change(100, 120);
     EXPECT_TRUE(encoded(*encoder, *film.frame()) == whole(*film.frame()));
-}
-
-TEST(JpegStrips, CanBeSwitchedOff) {
-    Film film({320, 240});
-    auto encoder = create_jpeg_encoder(90, {.strips = false}).value();
-    const auto has_marker = [](const std::vector<std::byte>& jpeg, int low, int high) {
-        for (std::size_t i = 0; i + 1 < jpeg.size(); ++i) {
-            const int next = test::code(jpeg[i + 1]);
-            if (jpeg[i] == std::byte{0xff} && next >= low && next <= high) return true;
-        }
-        return false;
-    };
-    for (std::uint64_t n = 0; n < 3; ++n, film.change(100, 120)) {
-        const auto plain = encoded(*encoder, *film.frame());
-        EXPECT_FALSE(has_marker(plain, 0xd0, 0xd7) || has_marker(plain, 0xdd, 0xdd));
-        EXPECT_TRUE(has_marker(whole(*film.frame()), 0xd0, 0xd7));
-        EXPECT_EQ(encoded(*encoder, spoilt(*film.frame(), 50)),
-                  encoded(*create_jpeg_encoder(90, {.strips = false}).value(), spoilt(*film.frame(), 50)));
-    }
 }
 
 }  // namespace

@@ -86,11 +86,11 @@ protected:
         snapshot->world_ns = instant++;
         snapshot->statics = std::make_shared<StaticSet>();
         desk->add({std::move(snapshot), monotonic_now_ns(), std::move(views), true});
-        desk->hand_out(monotonic_now_ns());
+        desk->dispatch(monotonic_now_ns());
     }
-    void hear() {
-        desk->hear();
-        desk->hand_out(monotonic_now_ns());
+    void take_finished() {
+        desk->take_finished();
+        desk->dispatch(monotonic_now_ns());
     }
 
     using Drawn = std::pair<std::string, std::int64_t>;
@@ -108,16 +108,16 @@ TEST_F(DrawDeskTest, ADearPictureStopsNobodyElse) {
     for (int i = 0; i < 10; ++i) {
         fall_due({view(1), view(2, Quality::beautiful)});
         lane_[0]->draw();
-        hear();
+        take_finished();
     }
     EXPECT_EQ(drawn.size(), 10U) << "all of the plain camera";
     EXPECT_EQ(lane_[1]->tasks(), 1U) << "the dear one's first is still being drawn";
     EXPECT_EQ(dropped.size(), 8U) << "of the others its newest waits";
     lane_[1]->draw();
-    hear();
+    take_finished();
     EXPECT_EQ(drawn.back(), Drawn("c2", 0));
     lane_[1]->draw();
-    hear();
+    take_finished();
     EXPECT_EQ(drawn.back(), Drawn("c2", 9));
     EXPECT_TRUE(desk->is_idle());
 }
@@ -125,7 +125,7 @@ TEST_F(DrawDeskTest, ADearPictureStopsNobodyElse) {
 TEST_F(DrawDeskTest, TheBooksSayWhoseCostItWas) {
     fall_due({view(1), view(2, Quality::beautiful)});
     for (HeldLane* lane : lane_) lane->draw();
-    hear();
+    take_finished();
     for (int i = 0; i < 3; ++i) fall_due({view(1), view(2, Quality::beautiful)});
     EXPECT_THAT(dropped, ElementsAre(std::pair("c1", DropReason::overload), std::pair("c2", DropReason::own_cost)));
 }
@@ -136,7 +136,7 @@ TEST_F(DrawDeskTest, ACamerasPicturesComeOutInTheirOrderWhateverTheyCost) {
     EXPECT_EQ(lane_[0]->tasks(), 0U);
     for (int turn = 0; turn < 2; ++turn) {
         lane_[1]->draw();
-        hear();
+        take_finished();
     }
     EXPECT_THAT(drawn, ElementsAre(Drawn("c1", 0), Drawn("c1", 1)));
     fall_due({view(1, Quality::simple)});
@@ -151,11 +151,11 @@ TEST_F(DrawDeskTest, AGroupIsDrawnOrDroppedTogether) {
         pair_due();
         lane_[0]->draw();
         if (i % 3 == 0) lane_[1]->draw();
-        hear();
+        take_finished();
     }
     while (!desk->is_idle()) {
         for (HeldLane* lane : lane_) lane->draw();
-        hear();
+        take_finished();
     }
     std::map<std::string, std::vector<std::int64_t>> of;
     for (const auto& [name, sequence] : drawn) of[name].push_back(sequence);
@@ -170,27 +170,27 @@ TEST_F(DrawDeskTest, WhoLeavesAGroupIsDrawnOnItsOwn) {
     EXPECT_EQ(lane_[0]->tasks(), 0U);
     for (int turn = 0; turn < 2; ++turn) {
         lane_[1]->draw();
-        hear();
+        take_finished();
     }
     fall_due({view(1)});
     EXPECT_EQ(lane_[0]->tasks(), 1U);
     desk->forget(CameraId(2));
     desk->forget(CameraId(1));
     lane_[0]->draw();
-    hear();
+    take_finished();
     EXPECT_TRUE(desk->is_idle());
 }
 
 TEST_F(DrawDeskTest, RequestsAreDrawnBesideRunningCameras) {
     requests = 2;
     desk->set_requests(true);
-    desk->hand_out(monotonic_now_ns());
+    desk->dispatch(monotonic_now_ns());
     fall_due({view(1)});
     EXPECT_EQ(lane_[0]->tasks(), 1U);
     EXPECT_EQ(lane_[1]->tasks(), 1U);
     for (int turn = 0; turn < 2; ++turn) {
         lane_[1]->draw();
-        hear();
+        take_finished();
     }
     EXPECT_EQ(answered, 2);
     EXPECT_FALSE(desk->is_idle()) << "the camera's picture is still to come";
@@ -202,7 +202,7 @@ TEST_F(DrawDeskTest, ACameraThatGoesInTheMiddleLeavesNothingAtWork) {
     desk->forget(CameraId(5));  // waiting
     for (int turn = 0; turn < 3; ++turn) {
         lane_[0]->draw();
-        hear();
+        take_finished();
     }
     EXPECT_TRUE(desk->is_idle());
     EXPECT_THAT(dropped, IsEmpty());

@@ -199,6 +199,14 @@ TEST_F(FrameBusTest, TheLatchOpensWhenTheLastReaderHasItsFrame) {
     EXPECT_TRUE(latch->is_open());
 }
 
+TEST_F(FrameBusTest, APictureThatNoWorkerTakesIsAnError) {
+    LocalFrameBus busy{{.workers = 1, .pool = pool, .max_jobs = 0}};
+    std::optional<Result<MediaUnit>> answer;
+    busy.transcode_once(set_at(0, 1).frames.front(), raw, [&](Result<MediaUnit> unit) { answer = std::move(unit); });
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->error().kind, ErrorKind::resource_exhausted);
+}
+
 TEST_F(FrameBusTest, FormatsAndReadersAreBounded) {
     std::vector<Subscription> all;
     Result<Subscription> last = error(ErrorKind::internal, "");

@@ -230,11 +230,11 @@ TEST(ProjectedBox, LensesThatMagnifyWithoutBoundTakeBoundedWork) {
 
 TEST(ProjectedBox, AWallAllAroundAFisheyeFillsItsField) {
     const CameraModel camera = camera_with({LensModel::equidistant, {0.05, -0.1}}, 120.0);
-    ASSERT_TRUE(camera.fold_angle());
+    ASSERT_TRUE(camera.lens().folds());
     // No edge of this triangle is inside of the field: the picture ends at the rim.
     const auto box = projected(camera, {{-900, -500, 1}, {900, -500, 1}, {0, 900, 1}});
-    const double radius =
-        camera.project({std::sin(*camera.fold_angle() - 1e-7), 0, std::cos(*camera.fold_angle() - 1e-7)})->x - 319.5;
+    const double rim = camera.max_field_angle() - 1e-7;
+    const double radius = camera.project({std::sin(rim), 0, std::cos(rim)})->x - 319.5;
     EXPECT_TRUE(box.is_clipped);
     EXPECT_NEAR(box.min.x, 319.5 - radius, 0.1);
     EXPECT_NEAR(box.max.x, 319.5 + radius, 0.1);

@@ -79,11 +79,7 @@ void encode(benchmark::State& state, Result<std::unique_ptr<Encoder>> encoder, P
 }
 
 void jpeg(benchmark::State& state, PixelFormat format, ChromaSampling sampling = ChromaSampling::yuv420) {
-    encode(state, create_jpeg_encoder(default_jpeg_quality, {.sampling = sampling}), format);
-}
-
-void jpeg_without_strips(benchmark::State& state) {
-    encode(state, create_jpeg_encoder(default_jpeg_quality, {.strips = false}), PixelFormat::rgba8);
+    encode(state, create_jpeg_encoder(default_jpeg_quality, sampling), format);
 }
 
 void jpeg_changed(benchmark::State& state, int percent) {
@@ -126,7 +122,6 @@ BENCHMARK_CAPTURE(convert_changed, yuyv_half_of_the_rows, PixelFormat::yuyv, 50)
 BENCHMARK_CAPTURE(jpeg, from_rgba8, PixelFormat::rgba8)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg, yuv422_from_rgba8, PixelFormat::rgba8, ChromaSampling::yuv422)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg, from_yuv_planes, PixelFormat::jpeg_i420)->Apply(sizes);
-BENCHMARK(jpeg_without_strips)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg_changed, half_of_the_rows, 50)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg_changed, a_fifth_of_the_rows, 20)->Apply(sizes);
 BENCHMARK_CAPTURE(jpeg_changed, no_row, 0)->Apply(sizes);

@@ -74,14 +74,26 @@ public:
             if (std::erase(readers_, reader) > 0) reader->sink->close();
         });
     }
-    std::vector<CameraStream> cameras() const override { return known; }
+    std::vector<CameraStream> cameras() const override {
+        std::lock_guard lock(mutex_);
+        return known;
+    }
     Result<CameraStream> find(std::string_view camera) const override {
+        std::lock_guard lock(mutex_);
         for (const auto& one : known)
             if (one.name == camera) return one;
         return error(ErrorKind::not_found, "no camera '" + std::string(camera) + "'");
     }
-    void add_observer(CameraObserver*) override {}
-    void remove_observer(CameraObserver*) override {}
+    void add_observer(CameraObserver* observer) override { observer_ = observer; }
+    void remove_observer(CameraObserver*) override { observer_ = nullptr; }
+    /// The first camera has other outputs from now on.
+    void change(std::vector<OutputSpec> outputs) {
+        {
+            std::lock_guard lock(mutex_);
+            known.front().outputs = std::move(outputs);
+        }
+        observer_->camera_changed(known.front());
+    }
 
     std::size_t reader_count() const {
         std::lock_guard lock(mutex_);
@@ -123,6 +135,7 @@ public:
     std::weak_ptr<Sink> last_sink;
 
 private:
+    CameraObserver* observer_ = nullptr;
     mutable std::mutex mutex_;
     std::vector<std::shared_ptr<Reader>> readers_;
 };

@@ -1,3 +1,5 @@
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "server_fixture.h"
@@ -88,6 +90,22 @@ TEST_F(MjpegStreamTest, AReaderMayAskForAnotherQualityThanTheCamerasOutputSays) 
     open(asking, "?quality=55");
     asking.read_part();
     EXPECT_EQ(bus.reader()->format.quality, 55);
+}
+
+TEST_F(MjpegStreamTest, AnOpenStreamFollowsTheCamerasOutputUnlessItsReaderAskedForAQuality) {
+    start();
+    TestClient plain(server->port()), asking(server->port());
+    open(plain);
+    plain.read_part();
+    open(asking, "?quality=55");
+    asking.read_part();
+    const auto qualities = [&] { return std::multiset{bus.reader(0)->format.quality, bus.reader(1)->format.quality}; };
+    bus.change({{.kind = "mjpeg", .options = {{"quality", 30}}}});
+    bus.publish(jpeg_unit("lobby", 1, 1000));
+    for (TestClient* client : {&plain, &asking}) EXPECT_EQ(sequence_of(client->read_part()), "1");
+    ASSERT_TRUE(eventually([&] { return bus.reader_count() == 2 && qualities() == std::multiset{30, 55}; }));
+    bus.publish(jpeg_unit("lobby", 2, 1000));
+    for (TestClient* client : {&plain, &asking}) EXPECT_EQ(sequence_of(client->read_part()), "2");
 }
 
 TEST_F(MjpegStreamTest, TheFetchedPictureIsNotSentAgainWhenTheBusBringsItToo) {

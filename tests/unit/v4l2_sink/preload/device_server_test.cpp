@@ -3,6 +3,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <random>
 #include <thread>
 
@@ -205,6 +206,51 @@ TEST(DeviceServer, ASubscriberThatDoesNotReadKeepsItsDeviceAndGetsTheNewestValue
             is_answered = true;
     }
     EXPECT_EQ(values[V4L2_CID_GAIN], 99);
+}
+
+/// Keeps who asks for the list of controls until it is let go.
+class HeldControls final : public ControlPort {
+public:
+    std::vector<DeviceControl> list(std::string_view) override {
+        asked.set_value();
+        go_on.get_future().wait();
+        return {};
+    }
+    Result<std::int32_t> get(std::string_view, std::uint32_t) override {
+        ++reads;
+        return 0;
+    }
+    void set(std::string_view, std::span<const DeviceControlValue>, std::function<void(Result<void>)>) override {}
+
+    std::promise<void> asked, go_on;
+    int reads = 0;  ///< server's thread
+};
+
+TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits) {
+    const TemporaryFolder folder;
+    LocalFrameBus bus{{1, std::make_shared<FramePool>()}};
+    bus.add_camera({CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)});
+    const auto controls = std::make_shared<HeldControls>();
+    auto server = DeviceServer::create(bus, folder / "devices.sock", controls).value();
+    ASSERT_TRUE(server->add_device(10, "lobby", ChromaSampling::yuv422));
+    const UniqueFd program = connect_to(server->socket_path());
+    const camrig_request greeting = hello(10);
+    ASSERT_EQ(::send(program.get(), &greeting, sizeof greeting, MSG_NOSIGNAL), static_cast<ssize_t>(sizeof greeting));
+    controls->asked.get_future().wait();
+    for (std::size_t n = 0; n <= TaskQueue::max_tasks; ++n) {
+        server->controls_changed("lobby", {V4L2_CID_GAIN, V4L2_CID_BRIGHTNESS});
+        server->controls_changed("a camera without a device", {V4L2_CID_GAIN});
+    }
+    for (const char* camera : {"gate", "lobby"}) {
+        server->remove_device(10);
+        ASSERT_TRUE(server->add_device(10, camera, ChromaSampling::yuv422));
+    }
+    controls->go_on.set_value();
+    camrig_reply reply{};
+    ASSERT_EQ(::recv(program.get(), &reply, sizeof reply, 0), static_cast<ssize_t>(sizeof reply));
+    EXPECT_TRUE(hangs_up(program.get())) << "its device was another one in between";
+    server.reset();
+    EXPECT_EQ(controls->reads, 2);
 }
 
 TEST(DeviceServer, NumbersAreGivenOnceAndWithinRange) {

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/render/software/canvas.h"
+#include "core/render/software/pixel_part.h"
+#include "core/render/software/place_shading.h"
+
+/// Pixels that show several colours, each in a part of them: mixed in linear light.
+namespace camrig {
+
+constexpr float share_of(int samples) {
+    return static_cast<float>(samples) * (1.0f / sample_count);
+}
+/// Linear light of a pixel as a picture has it.
+glm::vec3 linear_of(std::uint32_t pixel);
+
+/// Pixels to mix, and of what. One after the other: begin(), what is in it, end().
+class MixedPixels {
+public:
+    /// background: linear light of what nothing covers.
+    void clear(const glm::vec3& background) {
+        pixels_.clear();
+        parts_.clear();
+        background_ = background;
+    }
+    void begin(int x, int y) {
+        pixels_.push_back({x, y, static_cast<std::uint32_t>(parts_.size())});
+        left_ = sample_count;
+    }
+    void add(int samples, const glm::vec3& color) { add(samples, is_known, color); }
+    /// place: of ShadedPlaces, which may be shaded later.
+    void add_place(int samples, std::uint32_t place) { add(samples, static_cast<std::int32_t>(place), {}); }
+    /// What the picture shows there before it is mixed (take_behind).
+    void add_behind(int samples) { add(samples, is_behind, {}); }
+    void end() {
+        if (left_ > 0) add(left_, background_);
+    }
+
+    /// Sets their numbers to 0: nothing else is to be shaded there.
+    void leave_out(Rows<std::uint32_t> numbers) const;
+    /// What lies behind has the colour that the picture has now.
+    void take_behind(Rows<std::uint32_t> colors);
+    void mix(const ShadedPlaces& places, Rows<std::uint32_t> colors) const;
+
+private:
+    /// Instead of a number among ShadedPlaces.
+    static constexpr std::int32_t is_known = -1, is_behind = -2;
+
+    struct Part {
+        float share = 0.0f;
+        std::int32_t place = is_known;
+        glm::vec3 color{0.0f};
+    };
+    struct Pixel {
+        std::int32_t x = 0, y = 0;
+        std::uint32_t first = 0;  ///< into parts_; the next one's first is the end
+    };
+
+    void add(int samples, std::int32_t place, const glm::vec3& color) {
+        parts_.push_back({share_of(samples), place, color});
+        left_ -= samples;
+    }
+    std::span<const Part> parts_of(std::size_t pixel) const {
+        const std::size_t end = pixel + 1 < pixels_.size() ? pixels_[pixel + 1].first : parts_.size();
+        return std::span(parts_).subspan(pixels_[pixel].first, end - pixels_[pixel].first);
+    }
+
+    std::vector<Pixel> pixels_;
+    std::vector<Part> parts_;
+    glm::vec3 background_{0.0f};
+    int left_ = 0;
+};
+
+}  // namespace camrig
