@@ -1,6 +1,7 @@
 #include <string>
 
 #include "control/rpc/methods.h"
+#include "core/world/camera_fields.h"
 #include "core/world/camera_json.h"
 
 namespace camrig {

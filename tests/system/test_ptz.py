@@ -1,0 +1,104 @@
+"""Cameras on pan/tilt/zoom heads: what they are told, where they look, what they believe."""
+
+import math
+
+import numpy as np
+import pytest
+
+import camrig
+
+pytestmark = pytest.mark.camrig(scene="hall", mode="lockstep")
+
+FIGURES = {"preset": "ideal", "speed_deg_s": 100, "acceleration_deg_s2": 400, "latency_s": 0.2, "tilt_limits_deg": [-60, 30]}
+POSE = {"position": (2, 3, 2.8), "look_at": (12, 9, 1)}
+
+
+def angle_between(a, b):
+    """Degrees between where two cameras look."""
+    axes = [state.world_from_camera[:3, 2] for state in (a, b)]
+    return math.degrees(math.atan2(np.linalg.norm(np.cross(*axes)), np.dot(*axes)))
+
+
+def test_a_head_moves_as_its_figures_say_and_pictures_and_truth_show_it(rig):
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz=FIGURES, **POSE)
+    rest, picture = cam.projection(), cam.frame().image
+    status = cam.ptz.move(pan_deg=50, zoom=2)
+    assert status["turning"] and status["zooming"] and status["pan_deg"] == 0
+    # A quarter of a second to full speed and 12.5 degrees of way, as much to brake; 25 degrees at 100 a second.
+    assert status["arrives_ns"] == pytest.approx((0.2 + 0.25 + 0.25 + 0.25) * 1e9, abs=2)
+    rig.step(seconds=0.2)
+    assert cam.ptz.status()["true"] == {"pan_deg": 0, "tilt_deg": 0, "zoom": 1}
+    assert (cam.frame().image == picture).all(), "a head at rest shows the same picture"
+    rig.step(seconds=0.2)
+    way = 0.5 * 400 * 0.2**2
+    assert cam.ptz.status()["true"]["pan_deg"] == pytest.approx(way, abs=1e-6)
+    truth = cam.truth()
+    assert truth["time_ns"] == 400_000_000
+    rolled = camrig.Projection.of(truth)
+    assert rolled.K[0, 0] > rest.K[0, 0]
+    rig.step(seconds=0.6)
+    there = cam.projection()
+    assert there.K[0, 0] == pytest.approx(2 * rest.K[0, 0])
+    state = cam.get()
+    assert state["pose"]["position"] == [2, 3, 2.8] and state["intrinsics"]["fx"] == pytest.approx(rest.K[0, 0])
+    assert not cam.ptz.status()["turning"] and (cam.frame().image != picture).any()
+    cam.ptz.home_goto()
+    rig.step(seconds=2)
+    assert angle_between(cam.projection(), rest) < 1e-9
+
+
+def test_what_is_aimed_at_comes_to_the_middle_through_any_lens(rig):
+    for name, lens in (("straight", None), ("bent", {"model": "plumb_bob", "coefficients": [-0.3, 0.1, 0.001, -0.002, 0]})):
+        cam = rig.create_camera(name, size=(640, 480), fps=25, vfov_deg=60, ptz=FIGURES, **POSE, **({"lens": lens} if lens else {}))
+        cam.ptz.move(pan_deg=10, tilt_deg=-5, zoom=1.5)
+        rig.step(seconds=2)
+        point = cam.projection().world_from_camera @ (0.8, -0.5, 3.0, 1.0)
+        (u, v), = cam.project([point[:3]])
+        cam.ptz.aim((u - 319.5) / 320, (239.5 - v) / 240)
+        rig.step(seconds=2)
+        assert cam.project([point[:3]])[0] == pytest.approx([319.5, 239.5], abs=0.01)
+
+
+def test_presets_bring_a_head_back_and_errors_say_what_is_right(rig):
+    plain = rig.create_camera("plain", size=(320, 240), **POSE)
+    with pytest.raises(camrig.CamrigError, match="unsupported: camera plain has no head"):
+        plain.ptz.move(pan_deg=1)
+    cam = rig.create_camera("dome", size=(320, 240), ptz=FIGURES, **POSE)
+    with pytest.raises(camrig.CamrigError, match="tilt_deg: the head goes from -60"):
+        cam.ptz.move(tilt_deg=31)
+    with pytest.raises(camrig.CamrigError, match="there is no preset 'door'"):
+        cam.ptz.preset_goto("door")
+    cam.ptz.move(pan_deg=170, tilt_deg=-30, zoom=3)
+    rig.step(seconds=4)
+    assert cam.ptz.preset_set("door")["presets"] == {"door": {"pan_deg": 170, "tilt_deg": -30, "zoom": pytest.approx(3)}}
+    there = cam.projection()
+    cam.ptz.move(mode="continuous", pan_deg=30, tilt_deg=-10, timeout_s=1)
+    rig.step(seconds=4)
+    assert cam.ptz.status()["pan_deg"] == pytest.approx(-160) and cam.ptz.status()["tilt_deg"] == pytest.approx(-40)
+    cam.ptz.preset_goto("door")
+    rig.step(seconds=4)
+    assert angle_between(cam.projection(), there) < 1e-9
+    cam.ptz.move(mode="continuous", pan_deg=30)
+    rig.step(seconds=1)
+    cam.ptz.stop()
+    rig.step(seconds=1)
+    assert not cam.ptz.status()["turning"]
+    assert cam.ptz.preset_remove("door")["presets"] == {}
+
+
+def test_a_cheap_head_stops_elsewhere_than_it_believes_the_same_each_time_it_is_played(rig):
+    def played(seed):
+        cam = rig.create_camera(f"cheap{seed}", size=(320, 240), ptz={"preset": "cheap", "seed": seed}, **POSE)
+        errors = []
+        for pan in (5, -5, 3):
+            cam.ptz.move(pan_deg=pan)
+            rig.step(seconds=5)
+            status = cam.ptz.status()
+            assert status["pan_deg"] == pytest.approx(pan)
+            errors.append(status["true"]["pan_deg"] - pan)
+        cam.delete()
+        return errors
+
+    first = played(1)
+    assert all(0 < abs(error) <= 0.25 + 0.1 for error in first)
+    assert played(1) == pytest.approx(first, abs=1e-9) and played(2) != pytest.approx(first, abs=1e-3)
