@@ -133,7 +133,7 @@ TEST(TwoRasterisers, SampleTexturesAlike) {
 
 TEST(TwoRasterisers, DrawEverySortOfSurfaceAlike) {
     const SnapshotRef snapshot = gallery().snapshot();
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
         for (const ImageSize size : {ImageSize{641, 479}, ImageSize{320, 240}, ImageSize{7, 5}, ImageSize{1, 1}}) {
             for (const bool is_aside : {false, true}) {
                 TestCamera camera{.size = size, .focal_px = 0.7 * size.width, .quality = quality};
@@ -159,7 +159,7 @@ TEST(TwoRasterisers, DrawPeopleAlike) {
     Film film("hall");
     {
         const SnapshotRef snapshot = film.at(7 * ns_per_s);
-        for (const Quality quality : {Quality::fast, Quality::simple}) {
+        for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
             View view = film.view("lobby", {640, 360}, 1);
             view.quality = quality;
             expect_alike(compare(snapshot, view), 0.01, std::string(to_string(quality)) + " hall");
@@ -185,7 +185,7 @@ TEST(TwoRasterisers, DrawWhatGoesThroughTheImagePlaneAlike) {
     world.environment.ambient_sky = glm::vec3(0.1f);
     for (const auto& [primitive, material] : {std::pair(huge, both), std::pair(near, both),
                                               std::pair(ball(1.5f, 9), both), std::pair(ball(1.5f, 9), white)}) {
-        for (const Quality quality : {Quality::fast, Quality::simple}) {
+        for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
             world.objects = {instance_of(model_of(primitive, material))};
             for (const double near_m : {0.05, 0.7})
                 expect_alike(
