@@ -331,6 +331,7 @@ TEST(SameBytes, AnyNumberOfThreads) {
                                   static_cast<std::uint32_t>(views.size() + 1)));
     views[1].quality = Quality::fast;
     for (const std::size_t i : {1u, 2u}) views[i] = with(views[i], Antialias::coverage);
+    views[0] = with(views[0], Antialias::none);
     views[0].quality = Quality::beautiful;
     for (int n = 0; n < 4; ++n) {
         const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
@@ -427,7 +428,7 @@ TEST(SameBytes, WithAndWithoutWideLanes) {
     const SnapshotRef surfaces = gallery().snapshot(), people = film.at(3 * ns_per_s);
     for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
         View aside = TestCamera{.size = {321, 243}, .focal_px = 220.0, .quality = quality}.view(1);
-        View lobby = film.view("lobby", {320, 180}, 2);
+        View lobby = with(film.view("lobby", {320, 180}, 2), Antialias::none);
         lobby.quality = quality;
         const View areas_aside = numbered(with(aside, Antialias::coverage), 3);
         const View areas_lobby = numbered(with(lobby, Antialias::coverage), 4);
@@ -493,7 +494,7 @@ TEST(SameBytes, OfShadowsWithAndWithoutStaticLayers) {
     Film film("hall");
     const SnapshotRef first = gallery().snapshot();
     const View aside = TestCamera{.size = {161, 100}, .focal_px = 110.0, .quality = Quality::beautiful}.view(1);
-    View lobby = film.view("lobby", {320, 240}, 2);
+    View lobby = with(film.view("lobby", {320, 240}, 2), Antialias::none);
     lobby.quality = Quality::beautiful;
     for (const View& view : {aside, lobby}) {
         auto options = with_layers();
