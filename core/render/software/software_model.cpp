@@ -55,18 +55,17 @@ const MeshNeighbors& NeighborsOfLevels::of(const SoftwarePrimitive& primitive, c
 
 SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared) {
     SoftwareModel made;
-    const auto images = std::make_shared<SoftwareImages>();
     for (const PreparedPrimitive& primitive : prepared.primitives) {
         SoftwarePrimitive& entry = made.primitives.emplace_back();
         entry.full = mesh_level(primitive.source->indices, 0.0f);
         const auto use = [&](TextureSlot slot, const TextureRef& ref, bool is_color) {
-            entry.textures[slot] = use_of(*images, model, *primitive.source, ref, is_color);
+            entry.textures[slot] = use_of(*made.images, model, *primitive.source, ref, is_color);
         };
         use(base_color_slot, primitive.material->base_color_texture, true);
         if (!primitive.is_lit) continue;
         use(emissive_slot, primitive.material->emissive_texture, true);
         use(occlusion_slot, primitive.material->occlusion_texture, false);
-        entry.of_material = std::make_unique<MaterialTextures>(model, images);
+        entry.of_material = std::make_unique<MaterialTextures>(model, made.images);
     }
     return made;
 }

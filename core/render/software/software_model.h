@@ -75,6 +75,7 @@ struct SoftwarePrimitive {
 /// A Model as the software rasteriser draws it: the model's own arrays, textures in linear light.
 struct SoftwareModel {
     std::vector<SoftwarePrimitive> primitives;  ///< as of PreparedModel
+    std::shared_ptr<SoftwareImages> images = std::make_shared<SoftwareImages>();
 };
 SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared);
 
