@@ -13,7 +13,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Wider spots have texels that are too coarse at the rim.
 constexpr float widest_cone_rad = 1.3f;
-constexpr double nearest_spot_caster_m = 0.05;
 /// Around everything, so that nothing lies on the border of a map.
 constexpr double margin = 1.02;
 

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/base/portable_math.h"
+
 namespace camrig {
 namespace {
 
@@ -25,7 +27,7 @@ glm::dvec3 half_vector(int i, double alpha) {
     const double u = (i + 0.5) / directions, phi = 2.0 * pi * radical_inverse(static_cast<std::uint32_t>(i));
     const double cosine = std::sqrt((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u));
     const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    return {sine * std::cos(phi), sine * std::sin(phi), cosine};
+    return {sine * portable::cos(phi), sine * portable::sin(phi), cosine};
 }
 
 /// Roughness of a row, squared, as the shader does.
@@ -59,7 +61,7 @@ std::vector<glm::vec2> make_reflectance_table() {
                 if (!(nl > 0.0)) continue;
                 const double visibility = nl * nv / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
                 const double weight = visibility * vh / (h.z * nv);
-                const double fresnel = std::pow(1.0 - vh, 5.0);
+                const double away = 1.0 - vh, fresnel = away * away * (away * away) * away;
                 scale += (1.0 - fresnel) * weight;
                 bias += fresnel * weight;
             }

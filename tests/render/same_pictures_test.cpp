@@ -181,7 +181,9 @@ TEST(SamePictures, OfOurRasteriser) {
                                   {.camera = 1, .size = {90, 68}, .kinds = all_kinds},
                                   {.camera = 0, .lens = plumb_bob, .kinds = all_kinds},
                                   {.camera = 1, .size = {117, 88}, .quality = Quality::fast, .lens = rational},
-                                  {.camera = 2, .size = {160, 120}, .lens = equidistant}};
+                                  {.camera = 2, .size = {160, 120}, .lens = equidistant},
+                                  {.camera = 0, .quality = Quality::beautiful, .kinds = all_kinds},
+                                  {.camera = 1, .size = {117, 88}, .quality = Quality::beautiful, .lens = plumb_bob}};
     Hashes hashes;
     for (const std::string& scene : scenes) draw_scene(renderer, scene, shots, hashes);
     // The same on every machine, whatever its vectors.

@@ -350,6 +350,8 @@ TEST(SameBytes, AnyNumberOfThreads) {
                                   static_cast<std::uint32_t>(views.size() + 1)));
     views[1].quality = Quality::fast;
     for (const std::size_t i : {1u, 2u}) views[i] = with(views[i], Antialias::coverage);
+    views[0] = with(views[0], Antialias::none);
+    views[0].quality = Quality::beautiful;
     for (int n = 0; n < 4; ++n) {
         const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
         const std::vector<View> asked(views.begin(), views.begin() + 3 - n % 3);
@@ -443,9 +445,9 @@ TEST(SameBytes, WithAndWithoutWideLanes) {
     const auto narrow = drawer(options);
     Film film("hall");
     const SnapshotRef surfaces = gallery().snapshot(), people = film.at(3 * ns_per_s);
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
         View aside = TestCamera{.size = {321, 243}, .focal_px = 220.0, .quality = quality}.view(1);
-        View lobby = film.view("lobby", {320, 180}, 2);
+        View lobby = with(film.view("lobby", {320, 180}, 2), Antialias::none);
         lobby.quality = quality;
         const View areas_aside = numbered(with(aside, Antialias::coverage), 3);
         const View areas_lobby = numbered(with(lobby, Antialias::coverage), 4);
@@ -505,6 +507,31 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
     EXPECT_GT(counters.layers_stale, 0u);
     EXPECT_GT(counters.layers_evicted, 0u);
     EXPECT_EQ(full->counters().layers_reused, 0u);
+}
+
+TEST(SameBytes, OfShadowsWithAndWithoutStaticLayers) {
+    Film film("hall");
+    const SnapshotRef first = gallery().snapshot();
+    const View aside = TestCamera{.size = {161, 100}, .focal_px = 110.0, .quality = Quality::beautiful}.view(1);
+    View lobby = with(film.view("lobby", {320, 240}, 2), Antialias::none);
+    lobby.quality = Quality::beautiful;
+    for (const View& view : {aside, lobby}) {
+        auto options = with_layers();
+        options.threads = 2;
+        // Room for the pictures of a layer, but not for what shades it anew.
+        const auto kept = drawer(options), full = drawer(), cramped = drawer(with_layers(4 * 4 * 168 * 100 + 1000));
+        for (int n = 0; n < 8; ++n) {
+            const bool is_aside = view.camera == aside.camera;
+            const SnapshotRef now = is_aside ? moment(first, n) : film.at(3 * ns_per_s + n * 130 * ns_per_ms);
+            const FrameRef whole = drawn(*full, now, {view}).at(0);
+            EXPECT_TRUE(are_equal(drawn(*kept, now, {view}).at(0), whole)) << "instant " << n;
+            EXPECT_TRUE(are_equal(drawn(*cramped, now, {view}).at(0), whole)) << "instant " << n << ", little room";
+        }
+        EXPECT_EQ(kept->counters().layers_reused, 6u);
+        EXPECT_EQ(cramped->counters().layers_reused, 0u);
+        kept->forget(view.camera);
+        EXPECT_EQ(kept->counters().layer_bytes, 0);
+    }
 }
 
 TEST(SameBytes, OfAreasWithAndWithoutStaticLayers) {

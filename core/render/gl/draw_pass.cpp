@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/render/gl/pass_uniforms.h"
+#include "core/render/scene/shadow_casters.h"
 
 namespace camrig {
 
@@ -249,18 +250,16 @@ void DrawPass::end_shadows() {
 }
 
 void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, GpuScene& scene, bool of_statics,
-                            bool (*casts)(const PlacedSurface&), double max_error_m) {
+                            double max_error_m) {
     scene_ = &scene;
     const float farthest = 1.0f;
     if (clears) gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     for (const PlacedSurface& placed : scene.placed().group_of(of_statics).all()) {
-        if (!casts(placed)) continue;
+        if (!casts_shadow(placed)) continue;
         const glm::dmat4 map_from_local = shadow.map_from(placed.world_from_local);
         if (!may_be_visible(shadow.frustum, map_from_local, placed.bounds.min, placed.bounds.max)) continue;
-        const SeenSurface seen{.placed = &placed,
-                               .is_static = of_statics,
-                               .level = coarsest_level(placed, [&](double error_m) { return error_m <= max_error_m; })};
+        const SeenSurface seen{.placed = &placed, .is_static = of_statics, .level = shadow_level(placed, max_error_m)};
         use_depth_program(scene.of(seen), &ShaderCache::shadow_program, false);
         *bind_blocks(1) = shadow_draw_block(shadow.clip_from_map * map_from_local);
         draw_as({&seen, 1}, true);

@@ -38,11 +38,11 @@ public:
     void draw_truth(std::span<const SeenSurface> draws);
 
     /// Distances from lights, between begin_shadows() and end_shadows(): of the statics or the movers, those that
-    /// `casts` is true for, into the depth of `framebuffer`, cleared before if `clears`, with meshes true to
+    /// cast shadows, into the depth of `framebuffer`, cleared before if `clears`, with meshes true to
     /// `max_error_m`. Afterwards begin_instant() is needed.
     void begin_shadows();
     void draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, GpuScene& scene, bool of_statics,
-                      bool (*casts)(const PlacedSurface&), double max_error_m);
+                      double max_error_m);
     void end_shadows();
 
     std::uint64_t draws() const { return draws_; }

@@ -2,14 +2,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/render/scene/shadow_casters.h"
+
 namespace camrig {
 namespace {
-
-/// Lamps, pictures of the sky and glass let light through.
-bool casts(const PlacedSurface& surface) {
-    const PreparedPrimitive& primitive = *surface.primitive;
-    return primitive.is_lit && !primitive.is_blended && primitive.source->topology == Topology::triangles;
-}
 
 GlTexture depth_layers(const GlFunctions& gl, std::size_t count) {
     GlTexture texture = make_texture(gl, GL_TEXTURE_2D_ARRAY);
@@ -35,10 +31,7 @@ Result<std::vector<GlFramebuffer>> targets_of(const GlFunctions& gl, const GlTex
 }  // namespace
 
 Result<void> ShadowMaps::plan(const PlacedScene& scene) {
-    std::vector<WorldBox> boxes;
-    for (const PlacedSurface& surface : scene.statics().all()) {
-        if (surface.primitive->is_lit) boxes.push_back(world_box(surface.world_from_local, surface.bounds));
-    }
+    const std::vector<WorldBox> boxes = shadow_receivers(scene);
     const std::size_t before = views_.size();
     views_ = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
     if (!boxes.empty()) receivers_ = joined(boxes);
@@ -78,10 +71,7 @@ void ShadowMaps::update(GpuScene& gpu, DrawPass& pass, bool has_detail_levels) {
         is_new = scene.objects_number() != objects_number_ || before != views_;
         objects_number_ = scene.objects_number();
     }
-    casters_.clear();
-    for (const PlacedSurface& surface : scene.movers().all()) {
-        if (casts(surface)) casters_.push_back(world_box(surface.world_from_local, surface.bounds));
-    }
+    find_moving_casters(scene, casters_);
     if (views_.empty()) return;
 
     constexpr std::size_t max_rects = 16;
@@ -90,7 +80,7 @@ void ShadowMaps::update(GpuScene& gpu, DrawPass& pass, bool has_detail_levels) {
     for (std::size_t i = 0; i < views_.size(); ++i) {
         std::vector<PixelRect> stale = std::move(dirty_[i]);
         if (is_new) {
-            pass.draw_shadows(still_targets_[i].name(), true, views_[i], gpu, true, casts, 0.0);
+            pass.draw_shadows(still_targets_[i].name(), true, views_[i], gpu, true, 0.0);
             stale = {{0, 0, shadow_map_side, shadow_map_side}};
         }
         dirty_[i].clear();
@@ -100,7 +90,7 @@ void ShadowMaps::update(GpuScene& gpu, DrawPass& pass, bool has_detail_levels) {
         dirty_[i] = disjoint_cover(std::move(dirty_[i]), max_rects);
         for (const PixelRect& rect : stale) copy_from_still(i, rect);
         if (!dirty_[i].empty())
-            pass.draw_shadows(now_targets_[i].name(), false, views_[i], gpu, false, casts,
+            pass.draw_shadows(now_targets_[i].name(), false, views_[i], gpu, false,
                               has_detail_levels ? 0.5 * views_[i].texel_m : 0.0);
     }
     pass.end_shadows();

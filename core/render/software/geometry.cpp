@@ -18,10 +18,12 @@ struct ClippedCorner {
 }  // namespace
 
 void ViewGeometry::begin_view(const SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
-                              bool has_outlines) {
+                              bool has_outlines, std::span<const ShadowInView> shadows) {
     view_ = view;
     wide_lanes_ = wide_lanes;
     has_outlines_ = has_outlines;
+    has_both_sides_ = false;
+    shadows_.assign(shadows.begin(), shadows.end());
     light_ = ambient_in_view(view.scene->environment(), view.transform);
     const auto light_sets = static_cast<std::size_t>(view.scene->light_sets().size());
     lights_.resize(std::max(lights_.size(), light_sets));
@@ -43,11 +45,18 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
     lights_made_[number] = true;
     lights.directional.clear();
     lights.local.clear();
+    lights.directional_shadows.clear();
+    lights.local_shadows.clear();
     const LightSet& set = view_.scene->light_sets()[light_set];
     for (int i = 0; i < set.directional + set.local; ++i) {
-        const Light& light = view_.scene->lights()[set.lights[static_cast<std::size_t>(i)]];
-        (i < set.directional ? lights.directional : lights.local)
+        const std::size_t index = set.lights[static_cast<std::size_t>(i)];
+        const Light& light = view_.scene->lights()[index];
+        const bool is_directional = i < set.directional;
+        (is_directional ? lights.directional : lights.local)
             .push_back(light_in_view(light, view_.transform, light_.exposure));
+        const auto shadow = std::ranges::find(shadows_, index, &ShadowInView::light);
+        (is_directional ? lights.directional_shadows : lights.local_shadows)
+            .push_back(shadow == shadows_.end() ? -1 : static_cast<int>(shadow - shadows_.begin()));
     }
     return &lights;
 }
@@ -68,9 +77,16 @@ const ViewDraw& ViewGeometry::add(const SeenSurface& seen, const SoftwarePrimiti
         if (draw.normals != nullptr) draw.normals = made.normals.data();
     }
     draw.colors = source.colors.empty() ? nullptr : source.colors.data();
-    for (std::size_t i = 0; i < draw.textures.size(); ++i) {
-        const SampledTexture& texture = primitive.textures[i];
-        draw.textures[i] = texture.image != nullptr ? &texture : nullptr;
+    const auto use = [&](std::size_t slot, const SampledTexture& texture) {
+        draw.textures[slot] = texture.image != nullptr ? &texture : nullptr;
+    };
+    for (std::size_t i = 0; i < primitive.textures.size(); ++i) use(i, primitive.textures[i]);
+    if (is_beautiful() && draw.primitive->is_lit) {
+        for (const TextureSlot slot : {normal_slot, metallic_roughness_slot})
+            use(slot, primitive.of_material->of(*draw.primitive, slot));
+        // Tangents are not deformed.
+        if (draw.textures[normal_slot] != nullptr && !source.tangents.empty() && placed.deformation < 0)
+            draw.tangents = source.tangents.data();
     }
     draw.optical_from_normal = glm::mat3(normals_from(draw.optical_from_local, placed.is_mirrored));
     draw.first_vertex = static_cast<std::uint32_t>(vertices_.size());
@@ -118,7 +134,7 @@ void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& 
     TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
                       .first_vertex = draw.first_vertex,
                       .is_mirrored = draw.placed->is_mirrored,
-                      .is_double_sided = draw.primitive->material->double_sided,
+                      .is_double_sided = has_both_sides_ || draw.primitive->material->double_sided,
                       .keeps_thin = has_outlines_,
                       .neighbors = neighbors};
     if (rays_ != nullptr) return add_ray_triangles(draw, rule);
@@ -148,11 +164,19 @@ void ViewGeometry::add_ray_triangles(const ViewDraw& draw, const TriangleRule& r
                   ray_triangles_);
 }
 
+std::int64_t ViewGeometry::bytes() const {
+    const auto of = [](const auto& values) { return static_cast<std::int64_t>(values.capacity() * sizeof values[0]); };
+    return of(draws_) + of(vertices_) + of(triangles_) + of(ray_triangles_) + of(clipped_) + of(vertex_lights_) +
+           of(outside_) + of(lens_vertices_);
+}
+
 VertexValues ViewGeometry::values_of(const ViewDraw& draw, std::uint32_t vertex) const {
     VertexValues values;
     values.position = draw.positions[vertex];
+    values.local = draw.positions[vertex];
     if (draw.normals != nullptr) values.normal = draw.normals[vertex];
     if (draw.colors != nullptr) values.color = draw.colors[vertex];
+    if (draw.tangents != nullptr) values.tangent = draw.tangents[vertex];
     for (std::size_t i = 0; i < draw.textures.size(); ++i) {
         if (draw.textures[i] != nullptr) values.coordinates[i] = draw.textures[i]->coordinates[vertex];
     }
@@ -225,6 +249,8 @@ VertexValues& ViewGeometry::add_between(const std::array<VertexValues, 3>& value
         const auto share = static_cast<float>(shares[static_cast<glm::length_t>(k)]);
         made.normal += values[k].normal * share;
         made.color += values[k].color * share;
+        made.tangent += values[k].tangent * share;
+        made.local += values[k].local * share;
         for (std::size_t s = 0; s < made.coordinates.size(); ++s)
             made.coordinates[s] += values[k].coordinates[s] * share;
         made.light += values[k].light * share;

@@ -9,6 +9,7 @@
 #include "core/render/scene/view_lights.h"
 #include "core/render/software/ray_triangles.h"
 #include "core/render/software/screen_triangles.h"
+#include "core/render/software/shadow_view.h"
 #include "core/render/software/software_model.h"
 
 /// From placed meshes to triangles on the screen: the geometry of one view.
@@ -19,6 +20,8 @@ struct VertexValues {
     glm::dvec3 position{0.0};  ///< in the optical frame
     glm::vec3 normal{0.0f};
     glm::vec4 color{1.0f};
+    glm::vec4 tangent{0.0f};
+    glm::vec3 local{0.0f};  ///< the position as of the mesh
     std::array<glm::vec2, texture_slot_count> coordinates{};
     glm::vec3 light{0.0f}, light_behind{0.0f}, ambient{0.0f};
 };
@@ -26,6 +29,7 @@ struct VertexValues {
 /// The lights of a draw, in the optical frame of the view.
 struct SurfaceLights {
     std::vector<LightInView> directional, local;
+    std::vector<int> directional_shadows, local_shadows;  ///< into ViewGeometry::shadows; -1: none
 };
 
 /// One draw of a view: where its triangles come from and how they are shaded.
@@ -35,6 +39,7 @@ struct ViewDraw : SeenSurface {
     const glm::vec3* positions = nullptr;
     const glm::vec3* normals = nullptr;
     const glm::vec4* colors = nullptr;
+    const glm::vec4* tangents = nullptr;  ///< null: normal maps lie as their coordinates do
     std::array<const SampledTexture*, texture_slot_count> textures{};  ///< null: none
     std::uint32_t first_vertex = 0, vertex_count = 0;                  ///< then come those made by clipping
     std::uint32_t first_clipped = 0;                                   ///< into ViewGeometry::clipped
@@ -53,9 +58,15 @@ struct VertexLight {
 class ViewGeometry {
 public:
     /// rays: of the view's lens, null without one. wide_lanes: drawn with instructions for all lanes at once.
-    /// has_outlines: for pictures of exact areas; triangles between the middles of pixels are kept.
+    /// has_outlines: for pictures of exact areas; triangles between the middles of pixels are kept. shadows: of
+    /// quality beautiful.
     void begin_view(const SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
-                    bool has_outlines = false);
+                    bool has_outlines = false, std::span<const ShadowInView> shadows = {});
+    /// For what a light sees: both sides of every triangle.
+    void begin_shadow_map(const SceneView& view, bool wide_lanes) {
+        begin_view(view, nullptr, wide_lanes);
+        has_both_sides_ = true;
+    }
     /// Adds the triangles of a draw, whose vertices are made (PlacedSurfaces::deform), and returns it as it is kept;
     /// good until the next one is added.
     const ViewDraw& add(const SeenSurface& seen, const SoftwarePrimitive& primitive);
@@ -63,6 +74,10 @@ public:
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }
     bool has_outlines() const { return has_outlines_; }
+    bool is_beautiful() const { return view_.quality == Quality::beautiful; }
+    std::span<const ShadowInView> shadows() const { return shadows_; }
+    /// Of all that is kept of the view.
+    std::int64_t bytes() const;
     const AmbientInView& light() const { return light_; }
     /// Through a lens a triangle is that of its rays, and has no place on the screen; null: no lens.
     const LensRays* rays() const { return rays_.get(); }
@@ -98,8 +113,9 @@ private:
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
     SceneView view_;
-    bool wide_lanes_ = false, has_outlines_ = false;
+    bool wide_lanes_ = false, has_outlines_ = false, has_both_sides_ = false;
     AmbientInView light_;
+    std::vector<ShadowInView> shadows_;
     std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
     std::vector<ViewDraw> draws_;

@@ -37,25 +37,37 @@ CAMRIG_LANES typename P::Vector hemisphere(const AmbientInView& light, const typ
            P::vector(light.sky - light.ground) * (0.5f + 0.5f * P::of(n, P::vector(light.up)));
 }
 
+/// Which way a local light lies from a point, and what share of its colour reaches it. KHR_lights_punctual.
+template <typename P>
+struct LightAtPoint {
+    typename P::Vector towards;
+    typename P::Number share;
+};
+template <typename P>
+CAMRIG_LANES LightAtPoint<P> light_at(const LightInView& light, const typename P::Vector& position) {
+    using Number = typename P::Number;
+    using Vector = typename P::Vector;
+    const Vector towards = P::vector(light.position) - position;
+    const Number distance2 = P::at_least(P::of(towards, towards), 1e-8f);
+    const Vector direction = P::unit(towards, distance2);
+    const Number ratio2 = distance2 * light.inverse_range2;
+    const Number window = P::limited(1.0f - ratio2 * ratio2);
+    const Number cone =
+        P::limited(-P::of(direction, P::vector(light.direction)) * light.spot_scale + light.spot_offset);
+    return {direction, window * cone * cone / distance2};
+}
+
 /// Everything that reaches a Lambert surface but the ambient part.
 template <typename P>
 CAMRIG_LANES typename P::Vector lambert(const SurfaceLights& lights, const typename P::Vector& n,
                                         const typename P::Vector& position) {
-    using Number = typename P::Number;
     using Vector = typename P::Vector;
     Vector sum = P::vector(glm::vec3(0.0f));
     for (const LightInView& light : lights.directional)
         sum = sum + P::vector(light.color) * P::at_least(P::of(n, P::vector(light.towards)), 0.0f);
     for (const LightInView& light : lights.local) {
-        const Vector towards = P::vector(light.position) - position;
-        const Number distance2 = P::at_least(P::of(towards, towards), 1e-8f);
-        const Vector direction = P::unit(towards, distance2);
-        const Number ratio2 = distance2 * light.inverse_range2;
-        const Number window = P::limited(1.0f - ratio2 * ratio2);
-        const Number cone =
-            P::limited(-P::of(direction, P::vector(light.direction)) * light.spot_scale + light.spot_offset);
-        sum =
-            sum + P::vector(light.color) * (window * cone * cone / distance2 * P::at_least(P::of(n, direction), 0.0f));
+        const LightAtPoint<P> at = light_at<P>(light, position);
+        sum = sum + P::vector(light.color) * (at.share * P::at_least(P::of(n, at.towards), 0.0f));
     }
     return sum;
 }

@@ -70,7 +70,8 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
             if (is_masked) {
                 const OneTriangle one(geometry, draw, triangle, s);
                 SurfacePoints points = points_of(geometry, draw, one, x, y);
-                points.textures[base_color_slot].has_footprints = false;  // whatever colour is made of
+                TexturePoints& at = points.textures[base_color_slot];
+                at.has_footprints = at.blends_levels = false;  // whatever colour is made of
                 const Lanes alpha = base_color<Isa>(draw, points).a;
                 mask &= alpha >= material.alpha_cutoff;
             }
@@ -82,7 +83,7 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
 
 template <typename Isa>
 CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
-                                     const TriangleNumbers& numbers) {
+                                     const TriangleNumbers& numbers, bool has_movers) {
     const ScreenTriangle* const triangles = geometry.triangles().data();
     const Rows<std::uint32_t> colors = canvas.color, number_rows = numbers.rows();
     for (int y = rect.y0; y < rect.y1; ++y) {
@@ -109,7 +110,7 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                     points = points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
                 }
                 left &= ~Isa::bits(mask);
-                const Rgba color = shade<Isa>(geometry, draw, points, rays_through(geometry, x, y));
+                const Rgba color = shade<Isa>(geometry, draw, points, rays_through(geometry, x, y), has_movers);
                 const IntLanes made = pixels_of({srgb(color.rgb.x), srgb(color.rgb.y), srgb(color.rgb.z)});
                 pixels = mask ? made : pixels;
             }
@@ -121,7 +122,8 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
 
 template <typename Isa>
 CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
-                             const PixelRect& rect, const Canvas& canvas, const std::array<float, 256>& linear) {
+                             const PixelRect& rect, const Canvas& canvas, const std::array<float, 256>& linear,
+                             bool has_movers) {
     const Rows<float> depths = canvas.depth;
     const Rows<std::uint32_t> colors = canvas.color;
     for (std::uint32_t i = first; i < first + count; ++i) {
@@ -134,8 +136,8 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             mask &= depth > *reinterpret_cast<const Lanes*>(depths(y) + x);
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
-            const Rgba color =
-                shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y), rays_through(geometry, x, y));
+            const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y),
+                                          rays_through(geometry, x, y), has_movers);
             const IntLanes pixels = load_lanes(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);
@@ -157,12 +159,12 @@ CAMRIG_WIDE void find_visible_wide(const ViewGeometry& geometry, std::uint32_t f
     find_visible_body<Avx2Isa>(geometry, first, count, rect, canvas, numbers);
 }
 CAMRIG_WIDE void shade_visible_wide(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
-                                    const TriangleNumbers& numbers) {
-    shade_visible_body<Avx2Isa>(geometry, rect, canvas, numbers);
+                                    const TriangleNumbers& numbers, bool has_movers) {
+    shade_visible_body<Avx2Isa>(geometry, rect, canvas, numbers, has_movers);
 }
 CAMRIG_WIDE void blend_wide(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
-                            const PixelRect& rect, const Canvas& canvas) {
-    blend_body<Avx2Isa>(geometry, first, count, rect, canvas, linear_of_code());
+                            const PixelRect& rect, const Canvas& canvas, bool has_movers) {
+    blend_body<Avx2Isa>(geometry, first, count, rect, canvas, linear_of_code(), has_movers);
 }
 
 }  // namespace
@@ -183,15 +185,15 @@ void find_visible(const ViewGeometry& geometry, std::uint32_t first_triangle, st
 }
 
 void shade_visible(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
-                   const TriangleNumbers& numbers) {
-    if (geometry.wide_lanes()) return shade_visible_wide(geometry, rect, canvas, numbers);
-    shade_visible_body<PlainIsa>(geometry, rect, canvas, numbers);
+                   const TriangleNumbers& numbers, bool has_movers) {
+    if (geometry.wide_lanes()) return shade_visible_wide(geometry, rect, canvas, numbers, has_movers);
+    shade_visible_body<PlainIsa>(geometry, rect, canvas, numbers, has_movers);
 }
 
 void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count, const PixelRect& rect,
-           const Canvas& canvas) {
-    if (geometry.wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas);
-    blend_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, linear_of_code());
+           const Canvas& canvas, bool has_movers) {
+    if (geometry.wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas, has_movers);
+    blend_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, linear_of_code(), has_movers);
 }
 
 const std::array<float, 256>& linear_of_code() {

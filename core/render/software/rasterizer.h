@@ -18,13 +18,14 @@ using TriangleNumbers = Plane<std::uint32_t>;
 void find_visible(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                   const PixelRect& rect, const Canvas& canvas, const TriangleNumbers& numbers);
 
-/// Shades the pixels of the rectangle that have a triangle, and sets their numbers back to 0.
+/// Shades the pixels of the rectangle that have a triangle, and sets their numbers back to 0. has_movers, here and
+/// below: in the shadows of what moves, too; else as if it were not there.
 void shade_visible(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
-                   const TriangleNumbers& numbers);
+                   const TriangleNumbers& numbers, bool has_movers = true);
 
 /// Blends the triangles of a draw over what is there, in linear light, where nothing is in front of them.
 void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count, const PixelRect& rect,
-           const Canvas& canvas);
+           const Canvas& canvas, bool has_movers = true);
 
 /// Whether this CPU has instructions for all lanes at once; without them the same bytes take longer.
 bool has_wide_lanes();

@@ -1,5 +1,7 @@
 #include "core/render/software/sampling.h"
 
+#include "core/render/software/lanes_math.h"
+
 namespace camrig {
 namespace {
 
@@ -176,12 +178,30 @@ CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& textu
     return sum;
 }
 
+/// Between the two levels beside the step to the next pixel.
+template <typename Isa, std::size_t channels>
+CAMRIG_LANES std::array<Lanes, channels> sample_between(const SampledTexture& texture, const TexturePoints& points,
+                                                        bool is_opaque) {
+    const auto most = static_cast<float>(texture.image->levels.size() - 1);
+    // Of a normal number; what is smaller is magnified in any case.
+    const Lanes detail = 0.5f * log2_of(max(points.longer2, lanes(1e-30f)));
+    const Lanes at = min(max(detail, Lanes{}), lanes(most)), lower = floor(at), share = at - lower;
+    TexelLevel level{truncated(lower), detail <= 0.0f};
+    auto made = sample<Isa, channels>(texture, points.u, points.v, level, is_opaque);
+    if (Isa::bits(share > 0.0f) == 0) return made;
+    level.number = truncated(min(lower + 1.0f, lanes(most)));
+    const auto next = sample<Isa, channels>(texture, points.u, points.v, level, is_opaque);
+    for (std::size_t i = 0; i < channels; ++i) made[i] = made[i] + (next[i] - made[i]) * share;
+    return made;
+}
+
 template <typename Isa, std::size_t channels>
 CAMRIG_LANES void sample_into(const SampledTexture& texture, const TexturePoints& points, bool is_opaque,
                               SampledLanes& to) {
     const auto made =
-        points.has_footprints && texture.sampler.mipmaps
-            ? sample_over<Isa, channels>(texture, points, is_opaque)
+        points.has_footprints && texture.sampler.mipmaps ? sample_over<Isa, channels>(texture, points, is_opaque)
+        : points.blends_levels
+            ? sample_between<Isa, channels>(texture, points, is_opaque)
             : sample<Isa, channels>(texture, points.u, points.v, level_of(texture, points.longer2), is_opaque);
     for (std::size_t i = 0; i < channels; ++i) to[i] = made[i];
 }

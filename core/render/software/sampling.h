@@ -14,6 +14,7 @@ struct TexturePoints {
     Lanes u, v;
     Lanes longer2;                   ///< the square of the longer step, in texels of the full size
     bool has_footprints = false;     ///< the mean over the strip is taken, else what lies at (u, v)
+    bool blends_levels = false;      ///< without footprints: between two levels, else of the nearest
     Lanes u_step, v_step, shorter2;  ///< if has_footprints: the longer step, and the square of the shorter one
 };
 

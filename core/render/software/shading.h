@@ -3,15 +3,11 @@
 #include <type_traits>
 
 #include "core/render/software/lambert.h"
+#include "core/render/software/material_shading.h"
 #include "core/render/software/surface_point.h"
 
 /// The colour of the points of a surface that a group of pixels shows: core/render/shaders for the CPU.
 namespace camrig {
-
-struct Rgba {
-    Lanes3 rgb;
-    Lanes a;
-};
 
 template <typename Isa>
 CAMRIG_LANES SampledLanes sampled(const ViewDraw& draw, TextureSlot slot, TextureChannels channels,
@@ -76,11 +72,17 @@ CAMRIG_LANES IntLanes code(Lanes value) {
     return truncated(value * 255.0f + 0.5f);
 }
 
-/// Linear light of a group of points.
+/// Linear light of a group of points. has_movers: at quality beautiful, in the shadows of what moves, too.
 template <typename Isa>
 CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
-                        const Lanes3& rays) {
+                        const Lanes3& rays, bool has_movers = true) {
     const Material& material = *draw.primitive->material;
+    if (geometry.is_beautiful() && draw.primitive->is_lit) {
+        Rgba made;
+        const auto shade_material = std::is_same_v<Isa, Avx2Isa> ? shade_material_wide : shade_material_plain;
+        shade_material(geometry, draw, points, rays, has_movers, made);
+        return made;
+    }
     const Rgba color = base_color<Isa>(draw, points);
     const float exposure = geometry.light().exposure;
     if (!draw.primitive->is_lit) return {color.rgb * lanes(exposure), color.a};

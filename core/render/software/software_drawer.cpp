@@ -109,8 +109,7 @@ bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
     if (kind != FrameKind::color) return true;
     if (is_pinhole ? spec.lens_sampling.method != LensMethod::automatic : spec.lens_sampling != LensSampling{})
         return false;
-    return view.quality != Quality::beautiful &&
-           (antialias_of(spec, view.quality) == Antialias::none || (is_pinhole && has_areas(view)));
+    return antialias_of(spec, view.quality) == Antialias::none || (is_pinhole && has_areas(view));
 }
 
 bool SoftwareDrawer::can_draw(const View& view, FrameKind kind) {
@@ -203,6 +202,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         in_work_.push_back(&works_[i]);
     }
     deform_seen(in_work_);
+    make_shadows(in_work_);
     const auto threads = static_cast<std::size_t>(team_.size());
     if (in_work_.size() >= threads) {
         team_.run(in_work_.size(), [&](int worker, std::size_t i) {
@@ -298,10 +298,26 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     if (work.layer == nullptr && !work.has_areas) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
 }
 
+void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
+    for (ViewWork* const work : works) {
+        work->shadows.clear();
+        if (work->scene.quality != Quality::beautiful) continue;
+        if (shadows_instant_ != instant_)
+            shadows_.update(scene_, {static_primitives_, mover_primitives_}, team_, options_.wide_lanes,
+                            options_.max_detail_error_px > 0.0);
+        shadows_instant_ = instant_;
+        if (shadows_.empty()) continue;
+        work->shadows = shadows_.in_view(work->scene.transform);
+        // Where shadows of movers fall is known of pixels that show one point, and of no lens.
+        if (work->scene.lens != nullptr || has_areas(*work->view)) work->layer = nullptr;
+    }
+}
+
 void SoftwareDrawer::find_changes(ViewWork& work) {
     const StaticLayer& layer = *work.layer;
     const FrameHistory& history = *work.history;
     work.rects.swap(work.movers.rects);
+    if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene.transform, work.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
     const auto stale = [&](const Frame& frame) {
         const std::uint64_t held = frame.held_before();
@@ -328,7 +344,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         return scratch.geometry.add(seen, *primitives[seen.placed->index]);
     };
     const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
-    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas);
+    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows);
     scratch.opaque.clear();
     scratch.blending.clear();
     const bool is_shaded = work.frame != nullptr;
@@ -356,11 +372,12 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     StaticLayer& layer = *work.layer;
     const bool is_shaded = work.frame != nullptr && !layer.color, is_new = layer.number == 0;
     const bool is_blended = is_shaded && has_blended, has_steps = is_shaded && work.has_areas;
+    const bool is_shadowed = is_shaded && !work.shadows.empty();
     const auto is_missing = [&](FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
         return work.channels[k].frame != nullptr && !layer.channels[k];
     };
-    std::int64_t bytes = (is_new + is_shaded + is_blended + has_steps) * Plane<float>::bytes_for(size);
+    std::int64_t bytes = (is_new + is_shaded + is_blended + has_steps + is_shadowed) * Plane<float>::bytes_for(size);
     for (const FrameKind kind : channel_kinds)
         if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {
@@ -378,6 +395,10 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     if (is_new) layer.depth = Plane<float>(size);
     if (is_shaded) layer.color = Plane<std::uint32_t>(size);
     if (is_blended) layer.finished = Plane<std::uint32_t>(size);
+    if (is_shadowed) {
+        layer.shadowed = std::make_unique<ShadowedStatics>();
+        layer.shadowed->numbers = TriangleNumbers(size);
+    }
     if (has_steps) layer.areas.steps = Plane<std::uint32_t>(size);
     for (const FrameKind kind : channel_kinds)
         if (is_missing(kind))
@@ -389,20 +410,35 @@ void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
     StaticPixels& pixels = work.layer->areas.pixels;
     const std::int64_t before = pixels.bytes();
     scratch.areas.gather(pixels);
-    const std::int64_t bytes = pixels.bytes() - before;
+    charge_for(*work.layer, pixels.bytes() - before);
+}
+
+void SoftwareDrawer::keep_shadowed(ViewWork& work, ViewScratch& scratch) {
+    ShadowedStatics& shadowed = *work.layer->shadowed;
+    const std::int64_t before = shadowed.bytes();
+    shadowed.geometry = std::exchange(scratch.geometry, {});
+    charge_for(*work.layer, shadowed.bytes() - before);
+}
+
+void SoftwareDrawer::charge_for(StaticLayer& layer, std::int64_t bytes) {
     const std::lock_guard lock(layers_mutex_);
     // In use it is never freed for another: a picture's edges are a part of its memory that is known only now.
-    const bool has_room = layers_.make_room(bytes);
-    if (has_room) {
-        layers_.charge(*work.layer, bytes);
+    if (layers_.make_room(bytes)) {
+        layers_.charge(layer, bytes);
     } else {
-        layers_.refuse(*work.layer);
+        layers_.refuse(layer);
     }
 }
 
-void SoftwareDrawer::end_band(ViewWork& work, const ViewScratch& scratch) {
+void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     if (--work.bands_left > 0) return;
-    if (work.has_areas && work.layer != nullptr && !work.is_in_parts) keep_areas(work, scratch);
+    if (work.layer != nullptr && !work.is_in_parts) {
+        if (work.has_areas) {
+            keep_areas(work, scratch);
+        } else if (work.frame != nullptr && work.layer->shadowed != nullptr) {
+            keep_shadowed(work, scratch);
+        }
+    }
     const auto note = [&](Frame& frame, bool is_as_drawn) {
         FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
         history.last = (history.last + 1) % history.frames.size();

@@ -10,15 +10,16 @@
 #include "core/render/layer_table.h"
 #include "core/render/renderer.h"
 #include "core/render/software/lens_views.h"
+#include "core/render/software/software_shadows.h"
 #include "core/render/software/thread_team.h"
 #include "core/render/software/view_work.h"
 
 namespace camrig {
 
 /// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
-/// go. Colour in qualities fast and simple: through any lens with one sample a pixel, and of pinhole views by areas
-/// too. The other kinds through any lens, whatever colour takes. That is what most cameras of a rig are; whoever asks
-/// draws others elsewhere.
+/// go. Colour in all qualities: through any lens with one sample a pixel, and of pinhole views by areas too. The other
+/// kinds through any lens, whatever colour takes. That is what most cameras of a rig are; whoever asks draws others
+/// elsewhere.
 ///
 /// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
 /// picture with what is blended over them; ids, classes and normals once they were asked for. Each instant only the
@@ -72,16 +73,22 @@ private:
     void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
     /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
     /// holds, which may be earlier pictures of the camera.
-    static void find_changes(ViewWork& work);
+    void find_changes(ViewWork& work);
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Those that were asked for; what was drawn beside them is kept.
     static void give_frames(ViewWork& work, const View& view, std::vector<FrameRef>& frames);
+    /// The shadow maps of this instant, made with the first view that looks at them.
+    void make_shadows(std::span<ViewWork* const> works);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
     void make_layer(ViewWork& work, bool has_blended);
     /// The layer's part whose size only the picture tells; without room for it the layer is given up.
     void keep_areas(ViewWork& work, const ViewScratch& scratch);
+    /// What the layer shades anew; it is the geometry that drew it. As keep_areas.
+    void keep_shadowed(ViewWork& work, ViewScratch& scratch);
+    /// Says that the layer takes so much more; without room it is given up.
+    void charge_for(StaticLayer& layer, std::int64_t bytes);
     /// A band is drawn: with the last one the frames are finished, and noted for those that follow.
-    void end_band(ViewWork& work, const ViewScratch& scratch);
+    void end_band(ViewWork& work, ViewScratch& scratch);
 
     Options options_;
     ThreadTeam team_;
@@ -95,6 +102,8 @@ private:
     std::uint64_t instant_ = 0;
     std::map<CameraId, AskedPictures> asked_;
     LensViews lenses_;
+    SoftwareShadows shadows_;
+    std::uint64_t shadows_instant_ = 0;  ///< for which they are made
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_;
     std::vector<TimeNs> cost_ns_;

@@ -5,19 +5,14 @@
 namespace camrig {
 namespace {
 
-SampledTexture use_of(SoftwareModel& made, const Model& model, const Primitive& primitive, const TextureRef& ref,
+SampledTexture use_of(SoftwareImages& images, const Model& model, const Primitive& primitive, const TextureRef& ref,
                       bool is_color) {
     SampledTexture use;
     if (ref.texture < 0) return use;
     const std::vector<glm::vec2>& coordinates = primitive.texcoords[ref.texcoord];
     if (coordinates.empty()) return use;
     const Texture& texture = model.textures[static_cast<std::size_t>(ref.texture)];
-    std::unique_ptr<SoftwareImage>& image = made.images[{texture.image, is_color}];
-    if (image == nullptr) {
-        image = std::make_unique<SoftwareImage>(
-            make_software_image(model.images[static_cast<std::size_t>(texture.image)], is_color));
-    }
-    use.image = image.get();
+    use.image = &images.of(model, texture.image, is_color);
     use.sampler = texture.sampler;
     const TextureTransform transform = transform_of(ref);
     use.coordinates.reserve(coordinates.size());
@@ -26,6 +21,27 @@ SampledTexture use_of(SoftwareModel& made, const Model& model, const Primitive& 
 }
 
 }  // namespace
+
+const SoftwareImage& SoftwareImages::of(const Model& model, int image, bool is_color) {
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<SoftwareImage>& made = images_[{image, is_color}];
+    if (made == nullptr)
+        made = std::make_unique<SoftwareImage>(
+            make_software_image(model.images[static_cast<std::size_t>(image)], is_color));
+    return *made;
+}
+
+const SampledTexture& MaterialTextures::of(const PreparedPrimitive& prepared, TextureSlot slot) {
+    std::call_once(once_, [&] {
+        const Material& material = *prepared.material;
+        const auto use = [&](TextureSlot of, const TextureRef& ref) {
+            made_[of - normal_slot] = use_of(*images_, model_, *prepared.source, ref, false);
+        };
+        use(normal_slot, material.normal_texture);
+        use(metallic_roughness_slot, material.metallic_roughness_texture);
+    });
+    return made_[slot - normal_slot];
+}
 
 const MeshNeighbors& NeighborsOfLevels::of(const SoftwarePrimitive& primitive, const PreparedPrimitive& prepared,
                                            int level) {
@@ -43,12 +59,13 @@ SoftwareModel make_software_model(const Model& model, const PreparedModel& prepa
         SoftwarePrimitive& entry = made.primitives.emplace_back();
         entry.full = mesh_level(primitive.source->indices, 0.0f);
         const auto use = [&](TextureSlot slot, const TextureRef& ref, bool is_color) {
-            entry.textures[slot] = use_of(made, model, *primitive.source, ref, is_color);
+            entry.textures[slot] = use_of(*made.images, model, *primitive.source, ref, is_color);
         };
         use(base_color_slot, primitive.material->base_color_texture, true);
         if (!primitive.is_lit) continue;
         use(emissive_slot, primitive.material->emissive_texture, true);
         use(occlusion_slot, primitive.material->occlusion_texture, false);
+        entry.of_material = std::make_unique<MaterialTextures>(model, made.images);
     }
     return made;
 }

@@ -19,7 +19,24 @@ struct SampledTexture {
     Sampler sampler;
     std::vector<glm::vec2> coordinates;
 };
-enum TextureSlot { base_color_slot, emissive_slot, occlusion_slot, texture_slot_count };
+enum TextureSlot {
+    base_color_slot,
+    emissive_slot,
+    occlusion_slot,
+    normal_slot,  ///< this and what follows: only of quality beautiful
+    metallic_roughness_slot,
+    texture_slot_count
+};
+
+/// The images of a model in linear light or as plain data, made when a primitive first uses them; from any thread.
+class SoftwareImages {
+public:
+    const SoftwareImage& of(const Model& model, int image, bool is_color);
+
+private:
+    std::mutex mutex_;
+    std::map<std::pair<int, bool>, std::unique_ptr<SoftwareImage>> images_;
+};
 
 struct SoftwarePrimitive;
 
@@ -33,16 +50,32 @@ private:
     std::vector<MeshNeighbors> levels_;
 };
 
+/// The textures that only quality beautiful samples, from normal_slot on. Made when a picture first needs them; from
+/// any thread.
+class MaterialTextures {
+public:
+    MaterialTextures(const Model& model, std::shared_ptr<SoftwareImages> images)
+        : model_(model), images_(std::move(images)) {}
+    const SampledTexture& of(const PreparedPrimitive& prepared, TextureSlot slot);
+
+private:
+    const Model& model_;
+    std::shared_ptr<SoftwareImages> images_;
+    std::once_flag once_;
+    std::array<SampledTexture, texture_slot_count - normal_slot> made_;
+};
+
 struct SoftwarePrimitive {
     MeshLevel full;
     std::unique_ptr<NeighborsOfLevels> neighbors = std::make_unique<NeighborsOfLevels>();
-    std::array<SampledTexture, texture_slot_count> textures;
+    std::array<SampledTexture, normal_slot> textures;
+    std::unique_ptr<MaterialTextures> of_material;
 };
 
 /// A Model as the software rasteriser draws it: the model's own arrays, textures in linear light.
 struct SoftwareModel {
-    std::vector<SoftwarePrimitive> primitives;                              ///< as of PreparedModel
-    std::map<std::pair<int, bool>, std::unique_ptr<SoftwareImage>> images;  ///< by image and whether it is colour
+    std::vector<SoftwarePrimitive> primitives;  ///< as of PreparedModel
+    std::shared_ptr<SoftwareImages> images = std::make_shared<SoftwareImages>();
 };
 SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared);
 

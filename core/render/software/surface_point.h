@@ -18,6 +18,10 @@ struct SurfacePoints {
     Lanes3 normal;               ///< local, towards the seen side
     std::array<Lanes, 4> color;  ///< of the vertices
     std::array<TexturePoints, texture_slot_count> textures;
+    /// Of normal maps, local, of any length: which way u grows; the other coordinate by the sign of cross(normal,
+    /// tangent), or by which way v grows.
+    Lanes3 tangent, v_grows;
+    Lanes tangent_side;
     Lanes3 light;    ///< quality fast
     Lanes3 ambient;  ///< quality fast
 };
@@ -324,6 +328,35 @@ CAMRIG_LANES PointOnTriangle place_at(const Triangles& triangles, int x, int y) 
     return place;
 }
 
+/// How a normal map lies on each triangle, from its texture coordinates.
+template <typename Triangles>
+CAMRIG_LANES void find_tangents(const ViewDraw& draw, const Triangles& triangles, SurfacePoints& points) {
+    using V = Triangles::Value;
+    const CornerAttribute position{&draw.positions->x, 3, offsetof(VertexValues, local)};
+    const CornerAttribute coordinates{&draw.textures[normal_slot]->coordinates.front().x, 2,
+                                      offsetof(VertexValues, coordinates) + normal_slot * sizeof(glm::vec2)};
+    const std::array<V, 3> a = triangles.template values<3>(0, position);
+    const std::array<V, 3> b = triangles.template values<3>(1, position);
+    const std::array<V, 3> c = triangles.template values<3>(2, position);
+    const std::array<V, 2> at_a = triangles.template values<2>(0, coordinates);
+    const std::array<V, 2> at_b = triangles.template values<2>(1, coordinates);
+    const std::array<V, 2> at_c = triangles.template values<2>(2, coordinates);
+    const V b_u = at_b[0] - at_a[0], b_v = at_b[1] - at_a[1], c_u = at_c[0] - at_a[0], c_v = at_c[1] - at_a[1];
+    const V turn = b_u * c_v - c_u * b_v;
+    std::array<Lanes, 3> u, v;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const V to_b = b[i] - a[i], to_c = c[i] - a[i];
+        u[i] = Lanes{} + (c_v * to_b - b_v * to_c);
+        v[i] = Lanes{} + (b_u * to_c - c_u * to_b);
+    }
+    const Lanes turned = Lanes{} + turn;
+    const auto straight = [&](Lanes value) __attribute__((always_inline)) {
+        return turned > 0.0f ? value : turned < 0.0f ? -value : Lanes{};
+    };
+    points.tangent = {straight(u[0]), straight(u[1]), straight(u[2])};
+    points.v_grows = {straight(v[0]), straight(v[1]), straight(v[2])};
+}
+
 /// x is the first pixel of the group.
 template <typename Triangles>
 CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDraw& draw, const Triangles& triangles,
@@ -366,6 +399,14 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
         points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
     }
+    if (draw.tangents != nullptr) {
+        const auto tangent =
+            interpolated.template operator()<4>({&draw.tangents->x, 4, offsetof(VertexValues, tangent)});
+        points.tangent = {tangent[0], tangent[1], tangent[2]};
+        points.tangent_side = tangent[3];
+    } else if (draw.textures[normal_slot] != nullptr) {
+        find_tangents(draw, triangles, points);
+    }
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
         if (draw.textures[slot] == nullptr) continue;
         const SampledTexture& texture = *draw.textures[slot];
@@ -389,6 +430,8 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes across2 = u_dx * u_dx + v_dx * v_dx, down2 = u_dy * u_dy + v_dy * v_dy;
         at.longer2 = max(across2, down2);
         at.has_footprints = geometry.has_outlines();
+        at.blends_levels =
+            geometry.is_beautiful() && texture.sampler.mipmaps && texture.sampler.between_mipmaps == Filter::linear;
         if (!at.has_footprints) continue;
         const IntLanes is_across = across2 > down2;
         at.shorter2 = is_across ? down2 : across2;

@@ -12,23 +12,41 @@ std::uint32_t pixel_of(const glm::vec3& linear) {
            0xFFu << 24;
 }
 
-void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band) {
+/// has_movers: as of shade_visible.
+void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band,
+                 bool has_movers) {
     if (triangles.count == 0 || work.rects.empty()) return;
     const PixelRect hull = common(hull_of(work.rects), band);
     if (hull.height() <= 0) return;
     // What is in the range lies in the rectangles: once for all of them.
     find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
+    if (!has_movers && work.layer->shadowed != nullptr)
+        copy(scratch.numbers.rows(), work.layer->shadowed->numbers.rows(), band);
     for (const PixelRect& rect : work.rects) {
         describe_visible(scratch, common(rect, band), work);
-        shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers);
+        shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers, has_movers);
     }
 }
 
 void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
-                  const PixelRect& band) {
+                  const PixelRect& band, bool has_movers) {
     for (const PixelRect& rect : work.rects) {
         for (const ViewDraw& draw : draws)
-            blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas);
+            blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas,
+                  has_movers);
+    }
+}
+
+/// The layer is in the picture: shades anew what of it lies in the shadow of movers.
+void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
+    if (work.layer == nullptr || work.layer->shadowed == nullptr) return;
+    const ShadowedStatics& statics = *work.layer->shadowed;
+    // Its geometry becomes the layer's with the last band of the first picture.
+    const ViewGeometry& geometry = work.is_in_parts ? statics.geometry : scratch.geometry;
+    for (const PixelRect& rect : work.rects) {
+        const PixelRect part = common(rect, band);
+        find_shadowed(geometry, part, work.layer->depth.rows(), statics.numbers.rows(), scratch.numbers.rows());
+        shade_visible(geometry, part, work.canvas, scratch.numbers);
     }
 }
 
@@ -71,13 +89,13 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     copy(canvas.depth, layer.depth.rows(), band);
     keep_channels(work, band);
     if (!layer.finished) return;
-    draw_blended(scratch, scratch.blended_statics, work, band);
+    draw_blended(scratch, scratch.blended_statics, work, band, false);
     copy(canvas.color, layer.finished.rows(), band);
     copy(layer.color.rows(), canvas.color, band);
 }
 
 void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
-    draw_blended(scratch, scratch.blended, work, band);
+    draw_blended(scratch, scratch.blended, work, band, true);
     if (work.is_in_frame) return;
     for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
 }
@@ -105,11 +123,12 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int b
     } else {
         draw_background(work, band);
         if (work.layer != nullptr) {
-            draw_opaque(scratch, scratch.statics, work, band);
+            draw_opaque(scratch, scratch.statics, work, band, false);
             keep_layer(work, scratch, band);
         }
     }
-    draw_opaque(scratch, scratch.movers, work, band);
+    draw_shadows_of_movers(work, scratch, band);
+    draw_opaque(scratch, scratch.movers, work, band, true);
     finish_rows(work, scratch, band);
 }
 

@@ -12,6 +12,7 @@
 #include "core/render/shown_picture.h"
 #include "core/render/software/area_work.h"
 #include "core/render/software/rasterizer.h"
+#include "core/render/software/shadowed_statics.h"
 
 /// What is known of a view from instant to instant, and while it is drawn.
 namespace camrig {
@@ -19,9 +20,10 @@ namespace camrig {
 /// What is kept of a camera that stands still.
 struct StaticLayer {
     Plane<float> depth;
-    Plane<std::uint32_t> color;     ///< empty: nobody asked for colour yet
-    Plane<std::uint32_t> finished;  ///< empty: nothing is blended, it is `color`
-    StaticAreas areas;              ///< of pictures of exact areas, with `color`
+    Plane<std::uint32_t> color;                 ///< empty: nobody asked for colour yet
+    Plane<std::uint32_t> finished;              ///< empty: nothing is blended, it is `color`
+    StaticAreas areas;                          ///< of pictures of exact areas, with `color`
+    std::unique_ptr<ShadowedStatics> shadowed;  ///< with `color`, where there are shadows
     /// By kind, as their frames are; empty: nobody asked for it yet.
     std::array<Plane<std::uint32_t>, frame_kind_count> channels;
     std::map<ObjectId, Silhouette> silhouettes;  ///< of static objects whose were asked for
@@ -84,7 +86,8 @@ struct ViewWork {
     Canvas canvas;
     bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
-    bool has_areas = false;  ///< Antialias::coverage
+    bool has_areas = false;             ///< Antialias::coverage
+    std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 };

@@ -1,0 +1,222 @@
+#include "core/render/software/material_shading.h"
+
+#include <array>
+
+#include "core/render/software/lambert.h"
+#include "core/render/software/lanes_math.h"
+#include "core/render/software/shading.h"
+#include "core/render/software/shadow_lookup.h"
+#include "core/render/surface_tables.h"
+
+namespace camrig {
+namespace {
+
+/// The tables of the split sum, value by value.
+struct SplitSum {
+    std::array<float, table_side * table_side> scale{}, bias{}, sky{};
+};
+const SplitSum& split_sum() {
+    static const SplitSum made = [] {
+        SplitSum tables;
+        const std::vector<glm::vec2> reflectance = make_reflectance_table();
+        const std::vector<float> sky = make_sky_table();
+        for (std::size_t i = 0; i < tables.scale.size(); ++i) {
+            tables.scale[i] = reflectance[i].x;
+            tables.bias[i] = reflectance[i].y;
+            tables.sky[i] = sky[i];
+        }
+        return tables;
+    }();
+    return made;
+}
+
+/// Where a cosine and a roughness, both from 0 to 1, lie in a table.
+struct TablePlace {
+    IntLanes first;
+    Lanes right, down;
+};
+CAMRIG_LANES TablePlace table_place(Lanes cosine, Lanes roughness) {
+    constexpr float last = table_side - 1;
+    const Lanes column = clamp01(cosine) * last, row = clamp01(roughness) * last;
+    const Lanes left = min(floor(column), lanes(last - 1.0f)), upper = min(floor(row), lanes(last - 1.0f));
+    return {truncated(upper) * table_side + truncated(left), column - left, row - upper};
+}
+template <typename Isa>
+CAMRIG_LANES Lanes looked_up(const float* table, const TablePlace& at) {
+    const auto of = [&](int offset) __attribute__((always_inline)) { return gathered<Isa>(table + offset, at.first); };
+    const Lanes a = of(0), b = of(1), c = of(table_side), d = of(table_side + 1);
+    const Lanes above = a + (b - a) * at.right, below = c + (d - c) * at.right;
+    return above + (below - above) * at.down;
+}
+
+CAMRIG_LANES Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+CAMRIG_LANES Lanes3 turned(const glm::mat3& m, const Lanes3& v) {
+    return splat(m[0]) * v.x + splat(m[1]) * v.y + splat(m[2]) * v.z;
+}
+CAMRIG_LANES Lanes3 unit(const Lanes3& v) {
+    return v * (1.0f / sqrt(max(dot(v, v), lanes(1e-30f))));
+}
+CAMRIG_LANES Lanes3 select(IntLanes mask, const Lanes3& yes, const Lanes3& no) {
+    return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
+}
+
+/// t along u, b against v (which points down in glTF), as MikkTSpace has it; from the file's tangents, or for each
+/// triangle by itself.
+template <typename Isa>
+CAMRIG_LANES Lanes3 mapped_normal(const ViewDraw& draw, const SurfacePoints& points, const Lanes3& n) {
+    const float scale = draw.primitive->material->normal_scale;
+    const auto texture = sampled<Isa>(draw, normal_slot, TextureChannels::rgb, points);
+    const Lanes x = (texture[0] * 2.0f - 1.0f) * scale, y = (texture[1] * 2.0f - 1.0f) * scale;
+    const Lanes z = texture[2] * 2.0f - 1.0f;
+    const glm::mat3 optical_from_local(glm::dmat3(draw.optical_from_local));
+    Lanes3 t = turned(optical_from_local, points.tangent);
+    t = t - n * dot(n, t);
+    const IntLanes has_area = dot(t, t) > 0.0f;
+    t = unit(t);
+    Lanes3 b = cross(n, t);
+    if (draw.tangents != nullptr) {
+        // A mirroring turns the cross product of normal and tangent round, but not the bitangent.
+        b = b * (draw.placed->is_mirrored ? -points.tangent_side : points.tangent_side);
+    } else {
+        const IntLanes is_along_v = dot(b, turned(optical_from_local, points.v_grows)) > 0.0f;
+        b = select(is_along_v, b * lanes(-1.0f), b);
+    }
+    return select(has_area, unit(t * x + b * y + n * z), n);
+}
+
+/// What a surface does to light.
+struct SurfaceResponse {
+    Lanes3 normal, view, diffuse, f0;
+    Lanes3 gain;  ///< gives back what microfacets lose among each other (Turquin 2019)
+    Lanes alpha, view_cosine;
+};
+
+/// Cook-Torrance with GGX, Smith-Schlick visibility and Schlick's Fresnel over a Lambert base, times pi because
+/// Lambert's 1/pi is folded into the lights (glTF 2.0, appendix B). cosine: of the angle between normal and light,
+/// where it is positive.
+CAMRIG_LANES Lanes3 reflected(const SurfaceResponse& s, const Lanes3& towards, Lanes cosine) {
+    const Lanes3 half = unit(s.view + towards);
+    const Lanes nh = max(dot(s.normal, half), Lanes{}), vh = max(dot(s.view, half), Lanes{});
+    const Lanes a2 = s.alpha * s.alpha;
+    const Lanes d = nh * nh * (a2 - 1.0f) + 1.0f;
+    const Lanes k = 0.5f * s.alpha, rest = 1.0f - k;
+    const Lanes visibility = 0.25f / ((cosine * rest + k) * (max(s.view_cosine, lanes(1e-4f)) * rest + k));
+    const Lanes away = 1.0f - vh, away2 = away * away;
+    const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
+    const Lanes3 fresnel = s.f0 + (one - s.f0) * (away2 * away2 * away);
+    return (s.diffuse * (one - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility)) * max(cosine, Lanes{});
+}
+
+/// What of the surroundings is reflected, and how much of the light goes no further into the surface.
+struct Mirror {
+    Lanes3 share, light;
+};
+
+template <typename Isa>
+CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, Lanes roughness) {
+    const SplitSum& tables = split_sum();
+    const AmbientInView& light = geometry.light();
+    const TablePlace at = table_place(s.view_cosine, roughness);
+    const Lanes scale = looked_up<Isa>(tables.scale.data(), at), bias = looked_up<Isa>(tables.bias.data(), at);
+    const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
+    s.gain = one + s.f0 * (1.0f / (scale + bias) - 1.0f);
+    const Lanes3 share = (s.f0 * scale + Lanes3{bias, bias, bias}) * s.gain;
+    // The unclamped cosine: a view from below a bent normal is reflected like any other.
+    const Lanes3 ray = s.normal * (2.0f * dot(s.normal, s.view)) - s.view;
+    const Lanes height = dot(ray, splat(light.up));
+    const Lanes sky = looked_up<Isa>(tables.sky.data(), table_place(0.5f + 0.5f * height, roughness));
+    const Lanes3 around = splat(light.ground) + splat(light.sky - light.ground) * sky;
+    return {share, {max(around.x, Lanes{}), max(around.y, Lanes{}), max(around.z, Lanes{})}};
+}
+
+/// The light of one lamp on the surface, where it comes through.
+struct Lamp {
+    Lanes3 towards;
+    Lanes3 color;
+    int shadow;  ///< into ViewGeometry::shadows; -1: none
+};
+template <typename Isa>
+CAMRIG_LANES void add_lamp(const ViewGeometry& geometry, const SurfaceResponse& s, const Lamp& lamp,
+                           const Lanes3& position, const Lanes3& geometric, bool has_movers, Lanes3& sum) {
+    const Lanes cosine = dot(s.normal, lamp.towards);
+    if (Isa::bits(cosine > 0.0f) == 0) return;
+    Lanes3 light = lamp.color * reflected(s, lamp.towards, cosine);
+    if (lamp.shadow >= 0) {
+        const ShadowInView& map = geometry.shadows()[static_cast<std::size_t>(lamp.shadow)];
+        light = light * lit_share<Isa>(map, has_movers, position, geometric, dot(geometric, lamp.towards));
+    }
+    const IntLanes is_before = cosine > 0.0f;
+    sum = sum + select(is_before, light, Lanes3{});
+}
+
+template <typename Isa>
+CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                             const Lanes3& rays, bool has_movers, Rgba& to) {
+    const Material& material = *draw.primitive->material;
+    const Rgba base = base_color<Isa>(draw, points);
+    const float exposure = geometry.light().exposure;
+    const Lanes3 position = rays * points.z;
+    const Lanes3 geometric = unit(turned(draw.optical_from_normal, points.normal));
+    SurfaceResponse s;
+    s.normal = draw.textures[normal_slot] != nullptr ? mapped_normal<Isa>(draw, points, geometric) : geometric;
+    Lanes metallic = lanes(material.metallic), roughness = lanes(material.roughness);
+    if (draw.textures[metallic_roughness_slot] != nullptr) {
+        const auto texture = sampled<Isa>(draw, metallic_roughness_slot, TextureChannels::rgb, points);
+        roughness = roughness * texture[1];
+        metallic = metallic * texture[2];
+    }
+    roughness = clamp01(roughness);
+    s.view = unit(position) * lanes(-1.0f);
+    s.view_cosine = clamp01(dot(s.normal, s.view));
+    s.alpha = max(roughness * roughness, lanes(0.002f));
+    s.diffuse = base.rgb * (1.0f - metallic);
+    const Lanes dielectric = 0.04f * (1.0f - metallic);
+    s.f0 = Lanes3{dielectric, dielectric, dielectric} + base.rgb * metallic;
+
+    Mirror mirror = mirrored<Isa>(geometry, s, roughness);
+    Lanes occlusion = lanes(1.0f);
+    if (draw.textures[occlusion_slot] != nullptr) {
+        const Lanes red = sampled<Isa>(draw, occlusion_slot, TextureChannels::red, points)[0];
+        occlusion = 1.0f + material.occlusion_strength * (red - 1.0f);
+        // Lagarde and de Rousiers, Moving Frostbite to physically based rendering, 2014: what hides the sky from a
+        // surface hides it from its mirror image too, the more the rougher.
+        const Lanes seen = max(s.view_cosine + occlusion, lanes(1e-9f));
+        const Lanes power = exp2_of(exp2_of(-16.0f * roughness - 1.0f) * log2_of(seen));
+        mirror.light = mirror.light * clamp01(power - 1.0f + occlusion);
+    }
+    const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
+    Lanes3 sum = s.diffuse * (one - mirror.share) * hemisphere<PointGroup>(geometry.light(), s.normal) * occlusion +
+                 mirror.share * mirror.light;
+    const SurfaceLights& lights = *draw.lights;
+    for (std::size_t i = 0; i < lights.directional.size(); ++i) {
+        const LightInView& light = lights.directional[i];
+        add_lamp<Isa>(geometry, s, {splat(light.towards), splat(light.color), lights.directional_shadows[i]}, position,
+                      geometric, has_movers, sum);
+    }
+    for (std::size_t i = 0; i < lights.local.size(); ++i) {
+        const LightAtPoint<PointGroup> local = light_at<PointGroup>(lights.local[i], position);
+        add_lamp<Isa>(geometry, s, {local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]},
+                      position, geometric, has_movers, sum);
+    }
+    Lanes3 emissive = splat(material.emissive * exposure);
+    if (draw.textures[emissive_slot] != nullptr) {
+        const auto texture = sampled<Isa>(draw, emissive_slot, TextureChannels::rgb, points);
+        emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
+    }
+    to = {sum + emissive, base.a};
+}
+
+}  // namespace
+
+CAMRIG_WIDE void shade_material_wide(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                                     const Lanes3& rays, bool has_movers, Rgba& to) {
+    shade_body<Avx2Isa>(geometry, draw, points, rays, has_movers, to);
+}
+void shade_material_plain(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                          const Lanes3& rays, bool has_movers, Rgba& to) {
+    shade_body<PlainIsa>(geometry, draw, points, rays, has_movers, to);
+}
+
+}  // namespace camrig

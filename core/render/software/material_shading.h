@@ -1,0 +1,20 @@
+#pragma once
+
+#include "core/render/software/surface_point.h"
+
+/// Quality beautiful: shaders/forward.frag for CPUs.
+namespace camrig {
+
+struct Rgba {
+    Lanes3 rgb;
+    Lanes a;
+};
+
+/// Linear light of a group of points of a lit surface. has_movers: in the shadows of what moves, too. Not inlined: it
+/// is large, and shading is in many places.
+[[gnu::noinline]] void shade_material_wide(const ViewGeometry& geometry, const ViewDraw& draw,
+                                           const SurfacePoints& points, const Lanes3& rays, bool has_movers, Rgba& to);
+[[gnu::noinline]] void shade_material_plain(const ViewGeometry& geometry, const ViewDraw& draw,
+                                            const SurfacePoints& points, const Lanes3& rays, bool has_movers, Rgba& to);
+
+}  // namespace camrig

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <glm/glm.hpp>
+
+#include "core/render/shadow_plan.h"
+
+/// Shadow maps as pictures look them up (shadow_lookup.h).
+namespace camrig {
+
+/// Around the texels of a map lie some that nothing is before, so that a filter needs no border of its own.
+inline constexpr int shadow_pad = 8;
+inline constexpr int shadow_stride = shadow_map_side + 2 * shadow_pad;
+inline constexpr std::size_t shadow_texels_of_map = static_cast<std::size_t>(shadow_stride) * shadow_stride;
+/// Movers are noted by squares of so many texels a side.
+inline constexpr int shadow_tile = 16;
+inline constexpr int shadow_tiles = shadow_stride / shadow_tile;
+
+/// The map of a light for one view. Depth in it is reversed: what is nearer to the light has more.
+struct ShadowInView {
+    std::size_t light = 0;  ///< into the scene's lights
+    /// Of a point in the optical frame: column and row in texels with the pad, depth, and w that all three are divided
+    /// by: the distance from a spot, else 1.
+    std::array<glm::vec4, 4> rows{};
+    float texel_m = 0.0f, texel_per_m = 0.0f;  ///< as of ShadowView
+    const float* texels = nullptr;  ///< of what stands still; behind them come as many of that and of what moves
+    /// By tile: 0, or where a mover may be in the way of a look-up that begins there, shadow_texels_of_map.
+    const std::int32_t* movers = nullptr;
+};
+
+}  // namespace camrig

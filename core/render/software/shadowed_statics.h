@@ -1,0 +1,21 @@
+#pragma once
+
+#include "core/render/software/rasterizer.h"
+
+/// What stands still where the shadows of what moves fall on it.
+namespace camrig {
+
+/// What a static layer keeps to shade its pixels anew. Its picture is drawn as if nothing moved.
+struct ShadowedStatics {
+    ViewGeometry geometry;
+    TriangleNumbers numbers;  ///< of its triangles
+
+    std::int64_t bytes() const { return geometry.bytes(); }
+};
+
+/// Where movers may be in the way of the light of a pixel, sets its number in `to` to that of its static triangle.
+/// depth: of what stands still. Without a lens.
+void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depth, Rows<std::uint32_t> numbers,
+                   Rows<std::uint32_t> to);
+
+}  // namespace camrig

@@ -1,0 +1,206 @@
+#include "core/render/software/software_shadows.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/render/scene/shadow_casters.h"
+#include "core/render/software/depth_map.h"
+#include "core/render/software/rows.h"
+
+namespace camrig {
+namespace {
+
+/// The sun is this far away: across a map its rays are parallel to a millimetre, and doubles hold places to a hundredth
+/// of one.
+constexpr double sun_m = 1e7;
+constexpr PixelRect all_texels{shadow_pad, shadow_pad, shadow_pad + shadow_map_side, shadow_pad + shadow_map_side};
+/// What nothing is before.
+constexpr float empty_texel = -std::numeric_limits<float>::infinity();
+
+/// Depth reversed, along the map's axis: scale * z + shift, where z counts from the middle of the map or, for a spot,
+/// from it and all is divided by z.
+struct DepthRow {
+    double scale, shift;
+};
+DepthRow depth_row(const ShadowView& view) {
+    const double scale = view.clip_from_map[2][2], shift = view.clip_from_map[3][2];
+    return view.is_spot ? DepthRow{1.0 - scale, -shift} : DepthRow{-scale, 1.0 - shift};
+}
+
+/// What the light sees, as a picture of its own.
+ViewTransform transform_of(const ShadowView& view) {
+    constexpr double half = 0.5 * shadow_map_side;
+    const DepthRow depth = depth_row(view);
+    ViewTransform made;
+    made.optical_from_world = view.map_from_world;
+    made.size = {shadow_stride, shadow_stride};
+    made.intrinsics.cx = made.intrinsics.cy = half - 0.5 + shadow_pad;
+    if (view.is_spot) {
+        made.eye = view.origin;
+        made.intrinsics.fx = half * view.clip_from_map[0][0];
+        made.intrinsics.fy = half * view.clip_from_map[1][1];
+        made.near_m = nearest_spot_caster_m;
+        made.depth_scale = depth.scale;
+        made.depth_shift = depth.shift;
+        return made;
+    }
+    made.eye = view.origin - sun_m * glm::transpose(view.map_from_world)[2];
+    made.intrinsics.fx = sun_m * half * view.clip_from_map[0][0];
+    made.intrinsics.fy = sun_m * half * view.clip_from_map[1][1];
+    made.near_m = 0.5 * sun_m;  // whatever is before the near plane of the map casts too
+    // Through the middle of the map, where it falls as the other does.
+    made.depth_shift = -depth.scale * sun_m * sun_m;
+    made.depth_scale = depth.shift - made.depth_shift / sun_m;
+    return made;
+}
+
+PixelRect texels_of_tile(int column, int row, int around) {
+    const auto inside = [](int at) { return std::clamp(at, 0, shadow_stride); };
+    return {inside((column * shadow_tile) - around), inside((row * shadow_tile) - around),
+            inside((column + 1) * shadow_tile + around), inside((row + 1) * shadow_tile + around)};
+}
+
+}  // namespace
+
+void SoftwareShadows::plan(const PlacedScene& scene) {
+    const std::vector<WorldBox> boxes = shadow_receivers(scene);
+    const std::vector<ShadowView> views = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
+    if (!boxes.empty()) receivers_ = joined(boxes);
+    while (maps_.size() > views.size()) maps_.pop_back();
+    while (maps_.size() < views.size()) {
+        constexpr std::size_t alignment = lane_count * sizeof(float);
+        Map& map = maps_.emplace_back();
+        map.memory = std::make_unique_for_overwrite<std::byte[]>(2 * shadow_texels_of_map * sizeof(float) + alignment);
+        void* first = map.memory.get();
+        std::size_t space = 2 * shadow_texels_of_map * sizeof(float) + alignment;
+        map.texels = static_cast<float*>(std::align(alignment, 2 * shadow_texels_of_map * sizeof(float), first, space));
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        maps_[i].view = views[i];
+        maps_[i].transform = transform_of(views[i]);
+    }
+}
+
+void SoftwareShadows::add_casters(Map& map, const PlacedScene& scene, const Primitives& primitives, bool of_statics,
+                                  double max_error_m, bool wide_lanes) const {
+    SceneView view{.scene = &scene, .transform = map.transform, .frustum = {}};
+    map.geometry.begin_shadow_map(view, wide_lanes);
+    for (const PlacedSurface& surface : scene.group_of(of_statics).all()) {
+        if (!casts_shadow(surface)) continue;
+        const glm::dmat4 map_from_local = map.view.map_from(surface.world_from_local);
+        if (!may_be_visible(map.view.frustum, map_from_local, surface.bounds.min, surface.bounds.max)) continue;
+        const SeenSurface seen{.placed = &surface,
+                               .is_static = of_statics,
+                               .level = shadow_level(surface, max_error_m),
+                               .optical_from_local = map.transform.optical_from(surface.world_from_local)};
+        map.geometry.add(seen, *(of_statics ? primitives.statics : primitives.movers)[surface.index]);
+    }
+}
+
+void SoftwareShadows::mark_movers(Map& map) const {
+    map.movers.assign(std::size_t{shadow_tiles} * shadow_tiles, 0);
+    for (const WorldBox& caster : casters_) {
+        const auto rect = shadow_texels(map.view, caster);
+        if (!rect) continue;
+        for (int row = (rect->y0 + shadow_pad) / shadow_tile; row <= (rect->y1 - 1 + shadow_pad) / shadow_tile; ++row) {
+            const int first = (rect->x0 + shadow_pad) / shadow_tile, last = (rect->x1 - 1 + shadow_pad) / shadow_tile;
+            std::fill_n(map.movers.begin() + row * shadow_tiles + first, last - first + 1,
+                        static_cast<std::int32_t>(shadow_texels_of_map));
+        }
+    }
+    // The filter reaches into the tiles beside.
+    static_assert(shadow_reach_texels <= shadow_pad);
+    for (int row = 0; row < shadow_tiles; ++row) {
+        for (int column = 0; column < shadow_tiles; ++column) {
+            if (map.movers[static_cast<std::size_t>(row * shadow_tiles + column)] != 0)
+                copy(still(map), moving(map), texels_of_tile(column, row, shadow_pad));
+        }
+    }
+}
+
+void SoftwareShadows::update(PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
+                             bool has_detail_levels) {
+    bool is_new = false;
+    if (scene.statics_number() != statics_number_) {
+        std::vector<ShadowView> before;
+        for (const Map& map : maps_) before.push_back(map.view);
+        statics_number_ = scene.statics_number();
+        plan(scene);
+        // A light that only flickers changes no shadow.
+        is_new = scene.objects_number() != objects_number_ || !std::ranges::equal(maps_, before, {}, &Map::view);
+        objects_number_ = scene.objects_number();
+    }
+    find_moving_casters(scene, casters_);
+    if (maps_.empty()) return;
+
+    const auto bands = static_cast<std::size_t>(team.size());
+    const auto draw = [&](const auto& layer) {
+        team.run(maps_.size() * bands, [&](int, std::size_t i) {
+            const Map& map = maps_[i / bands];
+            const auto row = [&](std::size_t band) {
+                return all_texels.y0 + static_cast<int>(band * shadow_map_side / bands);
+            };
+            const PixelRect band{all_texels.x0, row(i % bands), all_texels.x1, row(i % bands + 1)};
+            draw_depth(map.geometry, band, layer(map));
+        });
+    };
+    if (is_new) {
+        team.run(maps_.size(), [&](int, std::size_t i) {
+            std::fill_n(maps_[i].texels, shadow_texels_of_map, empty_texel);
+            add_casters(maps_[i], scene, primitives, true, 0.0, wide_lanes);
+        });
+        draw(still);
+    }
+    const auto error_of = [&](const Map& map) { return has_detail_levels ? 0.5 * map.view.texel_m : 0.0; };
+    const std::span<const PlacedSurface> movers = scene.movers().all();
+    team.run(movers.size(), [&](int, std::size_t i) {
+        const PlacedSurface& surface = movers[i];
+        if (surface.deformation < 0 || !casts_shadow(surface)) return;
+        LevelSet levels = 0;
+        for (const Map& map : maps_) {
+            const glm::dmat4 map_from_local = map.view.map_from(surface.world_from_local);
+            if (may_be_visible(map.view.frustum, map_from_local, surface.bounds.min, surface.bounds.max))
+                levels |= LevelSet{1} << shadow_level(surface, error_of(map));
+        }
+        if (levels != 0) scene.movers().deform(surface, levels);
+    });
+    team.run(maps_.size(), [&](int, std::size_t i) {
+        mark_movers(maps_[i]);
+        add_casters(maps_[i], scene, primitives, false, error_of(maps_[i]), wide_lanes);
+    });
+    draw(moving);
+}
+
+std::vector<ShadowInView> SoftwareShadows::in_view(const ViewTransform& t) const {
+    std::vector<ShadowInView> made;
+    for (const Map& map : maps_) {
+        const ShadowView& view = map.view;
+        glm::dmat4 map_from_optical(view.map_from_world * glm::transpose(t.optical_from_world));
+        map_from_optical[3] = glm::dvec4(view.map_from_world * (t.eye - view.origin), 1.0);
+        const glm::dmat4 rows = glm::transpose(map_from_optical);  // x, y and z in the map, and 1
+        const glm::dvec4 w = view.is_spot ? rows[2] : rows[3];
+        const auto across = [&](int axis) {
+            return 0.5 * shadow_map_side * (view.clip_from_map[axis][axis] * rows[axis] + w) + double{shadow_pad} * w;
+        };
+        const DepthRow depth = depth_row(view);
+        ShadowInView& in = made.emplace_back();
+        in.light = view.light;
+        in.rows = {glm::vec4(across(0)), glm::vec4(across(1)), glm::vec4(depth.scale * rows[2] + depth.shift * rows[3]),
+                   glm::vec4(w)};
+        in.texel_m = static_cast<float>(view.texel_m);
+        in.texel_per_m = static_cast<float>(view.texel_per_m);
+        in.texels = map.texels;
+        in.movers = map.movers.data();
+    }
+    return made;
+}
+
+void SoftwareShadows::find_changed_pixels(const ViewTransform& view, std::vector<PixelRect>& to) const {
+    for (const Map& map : maps_) {
+        for (const WorldBox& caster : casters_) {
+            if (const auto rect = shadow_pixels(view, map.view, caster, receivers_)) to.push_back(*rect);
+        }
+    }
+}
+
+}  // namespace camrig

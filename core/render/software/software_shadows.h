@@ -1,0 +1,58 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/render/software/geometry.h"
+#include "core/render/software/thread_team.h"
+
+namespace camrig {
+
+/// The shadow maps of one instant, shared by all views (shadow_plan.h).
+///
+/// Two layers of depth for each light: of what stands still, drawn when that or the light changes; and, only in tiles
+/// where movers may be in the way, of everything, made anew each instant. Where no mover is in the way a look-up reads
+/// the same texels with and without movers: the static layers of cameras live on that.
+class SoftwareShadows {
+public:
+    /// What the triangles of placed surfaces come from.
+    struct Primitives {
+        std::span<const SoftwarePrimitive* const> statics, movers;
+    };
+
+    /// Draws what has changed; made when a picture with shadows is drawn. has_detail_levels: movers far from having
+    /// texels of their own may be coarser.
+    void update(PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
+                bool has_detail_levels);
+
+    bool empty() const { return maps_.empty(); }
+    /// As a view of the scene looks them up, until the next update.
+    std::vector<ShadowInView> in_view(const ViewTransform& view) const;
+    /// Appends rectangles that hold every pixel of a view without a lens whose light movers may be in the way of.
+    void find_changed_pixels(const ViewTransform& view, std::vector<PixelRect>& to) const;
+
+private:
+    struct Map {
+        ShadowView view;
+        ViewTransform transform;
+        std::unique_ptr<std::byte[]> memory;  ///< of both layers; what nobody writes takes none
+        float* texels = nullptr;              ///< in it
+        std::vector<std::int32_t> movers;     ///< by tile, as ShadowInView::movers
+        ViewGeometry geometry;
+    };
+    void plan(const PlacedScene& scene);
+    void add_casters(Map& map, const PlacedScene& scene, const Primitives& primitives, bool of_statics,
+                     double max_error_m, bool wide_lanes) const;
+    void mark_movers(Map& map) const;
+    static Rows<float> still(const Map& map) { return {map.texels, shadow_stride}; }
+    static Rows<float> moving(const Map& map) { return {map.texels + shadow_texels_of_map, shadow_stride}; }
+
+    std::uint64_t statics_number_ = 0, objects_number_ = 0;
+    std::deque<Map> maps_;
+    WorldBox receivers_;
+    std::vector<WorldBox> casters_;  ///< the movers
+};
+
+}  // namespace camrig
