@@ -27,9 +27,8 @@ FieldTable<PtzMove> fields_of(std::type_identity<PtzMove>) {
                                       .range = {-1e5, 1e5}}),
         field_at<&PtzMove::zoom>(
             {.name = "zoom", .doc = "of the focal length", .fallback = "goes on as it does", .range = {-1, 1000}}),
-        field_at<&PtzMove::speed>({.name = "speed",
-                                   .doc = "share of the head's speed, of absolute and relative moves",
-                                   .range = {.low = 0, .high = 1, .is_low_out = true}}),
+        field_at<&PtzMove::speed>(
+            {.name = "speed", .doc = "share of the head's speed, of absolute and relative moves", .range = {0.001, 1}}),
         seconds_at<&PtzMove::timeout>({.name = "timeout_s",
                                        .doc = "of a continuous move: it stops by itself",
                                        .fallback = "until told otherwise",
@@ -137,8 +136,7 @@ std::vector<Method> ptz_methods(RpcContext& context) {
         camera_field<AimPtz>(),
         field_at<&AimPtz::x>({.name = "x", .doc = "to the right, 1 is the edge", .required = true, .range = {-10, 10}}),
         field_at<&AimPtz::y>({.name = "y", .doc = "upwards, 1 is the edge", .required = true, .range = {-10, 10}}),
-        field_at<&AimPtz::speed>(
-            {.name = "speed", .doc = "share of the head's speed", .range = {.low = 0, .high = 1, .is_low_out = true}})};
+        field_at<&AimPtz::speed>({.name = "speed", .doc = "share of the head's speed", .range = {0.001, 1}})};
     const std::vector<FieldOf<StopPtz>> stop{camera_field<StopPtz>(),
                                              field_at<&StopPtz::pan_tilt>({.name = "pan_tilt", .doc = "stops to turn"}),
                                              field_at<&StopPtz::zoom>({.name = "zoom", .doc = "stops to zoom"})};

@@ -15,16 +15,25 @@ namespace {
 
 /// As Timeline keeps it, so that pictures, truth and status of the recent past can be asked for.
 constexpr TimeNs kept_ns = 250 * ns_per_ms;
+constexpr TimeNs never_ns = std::numeric_limits<TimeNs>::max();
+/// More commands than this are not kept of the past, nor taken before they begin.
 constexpr std::size_t max_segments = 64;
+/// A finer quantum is none: numbers as large as angles are have no room for it.
+constexpr double least_quantum_deg = 1e-6;
+/// Slower than this is a stand.
+constexpr double least_speed = 1e-6;
+/// An axis is as far off as where it is to stop after so long, or when it is there.
+constexpr double error_ramp_s = 1.0;
 /// A zoom motor is at its speed after so long.
 constexpr double zoom_start_s = 0.1;
-constexpr TimeNs never_ns = std::numeric_limits<TimeNs>::max();
 
 double seconds_between(TimeNs from_ns, TimeNs to_ns) {
     return static_cast<double>(to_ns - from_ns) / static_cast<double>(ns_per_s);
 }
 
 TimeNs later_by(TimeNs from_ns, double seconds) {
+    constexpr double longest_s = 1e9;
+    if (!(seconds < longest_s)) return never_ns;
     return from_ns + static_cast<TimeNs>(std::ceil(seconds * static_cast<double>(ns_per_s)));
 }
 
@@ -39,7 +48,7 @@ double clamped(double value, const PtzLimits& limits) {
 }
 
 double rounded(double angle, double quantum) {
-    return quantum > 0.0 ? quantum * std::round(angle / quantum) : angle;
+    return quantum >= least_quantum_deg ? quantum * std::round(angle / quantum) : angle;
 }
 
 }  // namespace
@@ -49,14 +58,13 @@ AxisState PtzHead::Segment::motor(TimeNs world_ns) const {
 }
 
 double PtzHead::Segment::error(TimeNs world_ns) const {
-    const double duration_s = motion.duration_s();
-    if (!(duration_s > 0.0)) return error_to;
-    return error_from +
-           (error_to - error_from) * std::clamp(seconds_between(begin_ns, world_ns) / duration_s, 0.0, 1.0);
+    const double ramp_s = std::min(motion.duration_s(), error_ramp_s);
+    if (!(ramp_s > 0.0)) return error_to;
+    return error_from + (error_to - error_from) * std::clamp(seconds_between(begin_ns, world_ns) / ramp_s, 0.0, 1.0);
 }
 
 TimeNs PtzHead::Segment::end_ns() const {
-    return std::isfinite(motion.duration_s()) ? later_by(begin_ns, motion.duration_s()) : never_ns;
+    return later_by(begin_ns, motion.duration_s());
 }
 
 PtzHead::Axis::Axis(AxisOptions options)
@@ -70,7 +78,12 @@ const PtzHead::Segment& PtzHead::Axis::segment(TimeNs world_ns) const {
 double PtzHead::Axis::position(TimeNs world_ns) const {
     const Segment& now = segment(world_ns);
     const double position = now.motor(world_ns).position + now.error(world_ns);
-    return options_.limits ? clamped(position, *options_.limits) : position;
+    return options_.limits ? clamped(position, *options_.limits) : wrapped(position);
+}
+
+double PtzHead::Axis::believed(TimeNs world_ns, double quantum) const {
+    const double position = rounded(motor(world_ns).position, quantum);
+    return options_.limits ? clamped(position, *options_.limits) : wrapped(position);
 }
 
 bool PtzHead::Axis::is_moving(TimeNs world_ns) const {
@@ -89,33 +102,42 @@ double PtzHead::Axis::nearest(double target, double from) const {
     return options_.limits ? clamped(target, *options_.limits) : from + wrapped(target - from);
 }
 
-void PtzHead::Axis::go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion) {
-    const Segment& before = segment(begin_ns);
-    const double way = motion.end() - before.motor(begin_ns).position, error = before.error(begin_ns);
-    Segment added{told_ns, begin_ns, motion, error, error};
-    if (motion.duration_s() > 0.0) {
-        const double noise = 2.0 * random_unit(options_.seed, options_.stream, stops_++) - 1.0;
-        added.error_to = options_.repeatability * noise - std::copysign(0.5 * options_.backlash, way);
-    }
+std::size_t PtzHead::Axis::pending(TimeNs now_ns) const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(segments_, [&](const Segment& segment) { return segment.begin_ns > now_ns; }));
+}
+
+void PtzHead::Axis::add(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion, std::optional<double> error) {
+    const double before = segment(begin_ns).error(begin_ns);
+    const Segment added{told_ns, begin_ns, motion, before, error.value_or(before)};
     const auto given_up = std::ranges::lower_bound(segments_, begin_ns, {}, &Segment::begin_ns);
     segments_.erase(given_up, segments_.end());
     segments_.push_back(added);
-    // The second must have begun before what is kept, or the first is still needed.
-    while (segments_.size() > max_segments || (segments_.size() > 1 && segments_[1].begin_ns <= told_ns - kept_ns))
+    // Of the past, the second must have begun before what is kept, or the first is still needed.
+    while (segments_.size() > 1 && segments_[1].begin_ns <= told_ns &&
+           (segments_.size() > max_segments || segments_[1].begin_ns <= told_ns - kept_ns))
         segments_.erase(segments_.begin());
+}
+
+void PtzHead::Axis::go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion) {
+    if (!(motion.duration_s() > 0.0)) return add(told_ns, begin_ns, motion, std::nullopt);
+    const double first_s = std::min(motion.duration_s(), error_ramp_s);
+    const double way = motion.at(first_s).position - motor(begin_ns).position;
+    const double noise = 2.0 * random_unit(options_.seed, options_.stream, stops_++) - 1.0;
+    add(told_ns, begin_ns, motion, options_.repeatability * noise - std::copysign(0.5 * options_.backlash, way));
 }
 
 void PtzHead::Axis::go_at_speed(TimeNs told_ns, TimeNs begin_ns, double speed, const AxisLimits& limits) {
     const AxisState from = motor(begin_ns);
     const double along = std::clamp(speed, -limits.speed, limits.speed);
-    if (along == 0.0) return brake(told_ns, begin_ns, limits.acceleration);
+    if (std::abs(along) < least_speed) return brake(told_ns, begin_ns, limits.acceleration);
     if (!options_.limits) return go(told_ns, begin_ns, AxisMotion::at_speed(from, along, limits));
     const double end = along < 0.0 ? options_.limits->low : options_.limits->high;
     go(told_ns, begin_ns, AxisMotion::to(from, end, {std::abs(along), limits.acceleration}));
 }
 
 void PtzHead::Axis::brake(TimeNs told_ns, TimeNs begin_ns, double acceleration) {
-    go(told_ns, begin_ns, AxisMotion::stop(motor(begin_ns), acceleration));
+    add(told_ns, begin_ns, AxisMotion::stop(motor(begin_ns), acceleration), std::nullopt);
 }
 
 PtzHead::Axis PtzHead::Axis::standing(TimeNs last_ns) const {
@@ -145,7 +167,14 @@ AxisLimits PtzHead::zoom_limits(double share) const {
     return {speed * share, speed / zoom_start_s};
 }
 
+Result<void> PtzHead::check_room(TimeNs now_ns) const {
+    if (std::max({pan_.pending(now_ns), tilt_.pending(now_ns), zoom_.pending(now_ns)}) + 2 < max_segments) return {};
+    return error(ErrorKind::resource_exhausted, "the head begins a command only after its latency, and " +
+                                                    std::to_string(max_segments) + " wait already; send slower");
+}
+
 Result<void> PtzHead::move(const PtzMove& move, TimeNs now_ns) {
+    if (auto good = check_room(now_ns); !good) return good;
     if (move.mode == PtzMode::absolute) {
         const auto check = [](const char* name, std::optional<double> value, double low, double high) -> Result<void> {
             if (!value || (*value >= low && *value <= high)) return {};
@@ -163,14 +192,18 @@ Result<void> PtzHead::move(const PtzMove& move, TimeNs now_ns) {
     return {};
 }
 
-void PtzHead::go_to(const PtzPosition& position, TimeNs now_ns) {
+Result<void> PtzHead::go_to(const PtzPosition& position, TimeNs now_ns) {
+    if (auto good = check_room(now_ns); !good) return good;
     const PtzMove there{.pan_deg = position.pan_deg, .tilt_deg = position.tilt_deg, .zoom = position.zoom};
     turn(there, now_ns);
     run_zoom(there, now_ns);
+    return {};
 }
 
-void PtzHead::aim(const PtzPosition& at, double speed, TimeNs now_ns) {
+Result<void> PtzHead::aim(const PtzPosition& at, double speed, TimeNs now_ns) {
+    if (auto good = check_room(now_ns); !good) return good;
     turn({.pan_deg = at.pan_deg, .tilt_deg = at.tilt_deg, .speed = speed}, now_ns);
+    return {};
 }
 
 Result<void> PtzHead::set_preset(const std::string& name, TimeNs now_ns) {
@@ -184,8 +217,7 @@ Result<void> PtzHead::set_preset(const std::string& name, TimeNs now_ns) {
 Result<void> PtzHead::go_to_preset(const std::string& name, TimeNs now_ns) {
     const auto found = presets_.find(name);
     if (found == presets_.end()) return error(ErrorKind::not_found, "there is no preset '" + name + "'");
-    go_to(found->second, now_ns);
-    return {};
+    return go_to(found->second, now_ns);
 }
 
 Result<void> PtzHead::remove_preset(const std::string& name) {
@@ -208,7 +240,8 @@ void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
     if (move.mode == PtzMode::continuous) {
         for (const Turn& one : turns) {
             one.axis.go_at_speed(now_ns, begin_ns, one.asked, limits);
-            if (move.timeout && one.asked != 0.0) one.axis.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
+            if (move.timeout && one.axis.end_ns() > begin_ns + *move.timeout)
+                one.axis.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
         }
         return;
     }
@@ -228,7 +261,8 @@ void PtzHead::run_zoom(const PtzMove& move, TimeNs now_ns) {
     if (move.mode == PtzMode::continuous) {
         const AxisLimits limits = zoom_limits(1.0);
         zoom_.go_at_speed(now_ns, begin_ns, *move.zoom * limits.speed, limits);
-        if (move.timeout && *move.zoom != 0.0) zoom_.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
+        if (move.timeout && zoom_.end_ns() > begin_ns + *move.timeout)
+            zoom_.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
         return;
     }
     const AxisState from = zoom_.motor(begin_ns);
@@ -237,11 +271,13 @@ void PtzHead::run_zoom(const PtzMove& move, TimeNs now_ns) {
     zoom_.go(now_ns, begin_ns, AxisMotion::to(from, target, zoom_limits(move.speed)));
 }
 
-void PtzHead::stop(bool pan_and_tilt, bool zoom, TimeNs now_ns) {
+Result<void> PtzHead::stop(bool pan_and_tilt, bool zoom, TimeNs now_ns) {
+    if (auto good = check_room(now_ns); !good) return good;
     const TimeNs begin_ns = later_by(now_ns, spec_.stop_latency_s);
     if (pan_and_tilt)
         for (Axis* const axis : {&pan_, &tilt_}) axis->brake(now_ns, begin_ns, spec_.acceleration_deg_s2);
     if (zoom) zoom_.brake(now_ns, begin_ns, zoom_limits(1.0).acceleration);
+    return {};
 }
 
 double PtzHead::zoom_of(TimeNs world_ns) const {
@@ -249,14 +285,14 @@ double PtzHead::zoom_of(TimeNs world_ns) const {
 }
 
 PtzPosition PtzHead::at(TimeNs world_ns) const {
-    return {wrapped(pan_.position(world_ns)), tilt_.position(world_ns), zoom_of(world_ns)};
+    return {pan_.position(world_ns), tilt_.position(world_ns), zoom_of(world_ns)};
 }
 
 PtzStatus PtzHead::status(TimeNs world_ns) const {
-    const auto told = [&](const Axis& axis) { return rounded(axis.motor(world_ns).position, spec_.quantum_deg); };
-    return {{wrapped(told(pan_)), told(tilt_), zoom_of(world_ns)},
-            pan_.is_moving(world_ns) || tilt_.is_moving(world_ns),
-            zoom_.is_moving(world_ns)};
+    return {
+        {pan_.believed(world_ns, spec_.quantum_deg), tilt_.believed(world_ns, spec_.quantum_deg), zoom_of(world_ns)},
+        pan_.is_moving(world_ns) || tilt_.is_moving(world_ns),
+        zoom_.is_moving(world_ns)};
 }
 
 TimeNs PtzHead::arrives_ns() const {

@@ -57,8 +57,9 @@ public:
     /// invalid_argument: beyond the limits of an absolute move; others end there.
     Result<void> move(const PtzMove& move, TimeNs now_ns);
     /// Turns to the nearest to that within its limits; zoom stays.
-    void aim(const PtzPosition& at, double speed, TimeNs now_ns);
-    void stop(bool pan_and_tilt, bool zoom, TimeNs now_ns);
+    Result<void> aim(const PtzPosition& at, double speed, TimeNs now_ns);
+    /// resource_exhausted, so do all: too many commands are still to come.
+    Result<void> stop(bool pan_and_tilt, bool zoom, TimeNs now_ns);
 
     static constexpr std::size_t max_presets = 256;
     /// Remembers where it believes to be at that time. resource_exhausted: there are as many as there may be.
@@ -69,7 +70,7 @@ public:
     const std::map<std::string, PtzPosition>& presets() const { return presets_; }
     void set_home(TimeNs now_ns) { home_ = status(now_ns).position; }
     /// At first where it stood in the beginning.
-    void go_home(TimeNs now_ns) { go_to(home_, now_ns); }
+    Result<void> go_home(TimeNs now_ns) { return go_to(home_, now_ns); }
 
     /// Where it truly is.
     PtzPosition at(TimeNs world_ns) const;
@@ -103,12 +104,15 @@ private:
         AxisState motor(TimeNs world_ns) const { return segment(world_ns).motor(world_ns); }
         /// Where it is, with its errors; within its limits.
         double position(TimeNs world_ns) const;
+        /// Where it believes to be, as its encoder tells.
+        double believed(TimeNs world_ns, double quantum) const;
         bool is_moving(TimeNs world_ns) const;
         TimeNs end_ns() const { return segments_.back().end_ns(); }
         /// The nearest to it that it can come to.
         double within(double target) const;
         /// The same; without limits, of the positions that are the same turned round, the nearest to `from`.
         double nearest(double target, double from) const;
+        std::size_t pending(TimeNs now_ns) const;
         void go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion);
         void go_at_speed(TimeNs told_ns, TimeNs begin_ns, double speed, const AxisLimits& limits);
         void brake(TimeNs told_ns, TimeNs begin_ns, double acceleration);
@@ -116,6 +120,7 @@ private:
 
     private:
         const Segment& segment(TimeNs world_ns) const;
+        void add(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion, std::optional<double> error);
 
         AxisOptions options_;
         std::vector<Segment> segments_;  ///< by begin_ns; never empty
@@ -125,7 +130,8 @@ private:
     AxisLimits angle_limits(const PtzMove& move, TimeNs begin_ns) const;
     AxisLimits zoom_limits(double share) const;
     double zoom_of(TimeNs world_ns) const;
-    void go_to(const PtzPosition& position, TimeNs now_ns);
+    Result<void> check_room(TimeNs now_ns) const;
+    Result<void> go_to(const PtzPosition& position, TimeNs now_ns);
     void turn(const PtzMove& move, TimeNs now_ns);
     void run_zoom(const PtzMove& move, TimeNs now_ns);
 

@@ -14,7 +14,7 @@ FieldOf<S> limits_at(Field given, bool may_be_null) {
     entry.field = std::move(given);
     entry.field.type = "[low, high]";
     if (may_be_null) entry.field.type += " or null";
-    entry.field.schema = R"({"type": ["array", "null"], "items": {"type": "number", "minimum": -360, "maximum": 360},
+    entry.field.schema = R"({"type": ["array", "null"], "items": {"type": "number", "minimum": -180, "maximum": 180},
         "minItems": 2, "maxItems": 2})";
     entry.read = [field = entry.field, may_be_null](JsonReader& reader, Changes<S>& changes) {
         if constexpr (is_optional<std::remove_cvref_t<decltype(S{}.*member)>>) {
@@ -24,8 +24,8 @@ FieldOf<S> limits_at(Field given, bool may_be_null) {
         if (!json) return;
         const bool is_pair = json->is_array() && json->size() == 2 && (*json)[0].is_number() && (*json)[1].is_number();
         const PtzLimits limits = is_pair ? PtzLimits{(*json)[0], (*json)[1]} : PtzLimits{1.0, 0.0};
-        if (!(limits.low <= limits.high && limits.low >= -360.0 && limits.high <= 360.0))
-            return reader.fail(field.name, "must be two angles from -360 to 360, the lower first");
+        if (!(limits.low <= limits.high && limits.low >= -180.0 && limits.high <= 180.0))
+            return reader.fail(field.name, "must be two angles from -180 to 180, the lower first");
         changes.change([limits](S& s) { s.*member = limits; });
     };
     entry.write = [](const S& from) {

@@ -171,7 +171,7 @@ Result<PtzReply> CameraDesk::tell_head(const std::string& camera,
     world_.world_of_now();  // what events did to the camera until now comes before
     auto told = entry.camera.with_head([&](PtzHead& head) { return tell(head, entry.camera, now_ns); });
     if (!told) return std::unexpected(told.error());
-    if (auto good = rig_.cameras.replace(entry, std::move(*told)); !good) return std::unexpected(good.error());
+    entry.camera = std::move(*told);  // its spec is as it was, and so is what is kept of its pictures
     return head_of(entry, now_ns);
 }
 
@@ -190,8 +190,7 @@ Result<PtzReply> CameraDesk::run(AimPtz& command) {
     return tell_head(command.camera, [&](PtzHead& head, const Camera& camera, TimeNs now_ns) -> Result<void> {
         const auto aim = camera.aim(command.x, command.y, now_ns);
         if (!aim) return std::unexpected(aim.error());
-        head.aim(*aim, command.speed, now_ns);
-        return {};
+        return head.aim(*aim, command.speed, now_ns);
     });
 }
 
@@ -209,8 +208,7 @@ Result<PtzReply> CameraDesk::run(PtzPresets& command) {
                 head.set_home(now_ns);
                 break;
             case go_home:
-                head.go_home(now_ns);
-                break;
+                return head.go_home(now_ns);
         }
         return {};
     });
@@ -218,8 +216,7 @@ Result<PtzReply> CameraDesk::run(PtzPresets& command) {
 
 Result<PtzReply> CameraDesk::run(StopPtz& command) {
     return tell_head(command.camera, [&](PtzHead& head, const Camera&, TimeNs now_ns) -> Result<void> {
-        head.stop(command.pan_tilt, command.zoom, now_ns);
-        return {};
+        return head.stop(command.pan_tilt, command.zoom, now_ns);
     });
 }
 

@@ -48,9 +48,9 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
 
 Result<const PtzHead*> Camera::head() const {
     if (head_) return &*head_;
-    return error(
-        ErrorKind::unsupported,
-        "camera " + spec_->name + " has no head; give it one, as by camrig camera set " + spec_->name + " --ptz dome");
+    return error(ErrorKind::unsupported, "camera " + spec_->name +
+                                             " has no head; give it one, as by camrig camera set " + spec_->name +
+                                             " --ptz preset=dome");
 }
 
 Result<Camera> Camera::with_head(const std::function<Result<void>(PtzHead&)>& tell) const {
@@ -73,7 +73,9 @@ Result<PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) const {
     if (!ideal) return error(ErrorKind::invalid_argument, "x: the lens shows nothing there");
     const glm::dvec3 seen = link_from_optical() * lens->direction_from_ideal(*ideal);
     const glm::dvec3 from_base = turned_by(Pose{}, now).orientation * seen;
-    return PtzPosition{glm::degrees(portable::atan2(from_base.y, from_base.x)),
+    // Straight up or down any pan will do; the present one does not roll the picture.
+    const bool is_at_pole = glm::length(glm::dvec2(from_base)) < 1e-9;
+    return PtzPosition{is_at_pole ? now.pan_deg : glm::degrees(portable::atan2(from_base.y, from_base.x)),
                        glm::degrees(portable::atan2(from_base.z, glm::length(glm::dvec2(from_base)))), now.zoom};
 }
 

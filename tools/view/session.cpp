@@ -36,7 +36,8 @@ Pose Session::pose_of_camera(const client::CameraState& camera) const {
     if (drag && drag->camera() == camera.name)
         if (const auto found = moved.find(camera.name); found != moved.end()) return found->second;
     const auto found = moved.find(camera.name);
-    return found != moved.end() ? found->second : pose_of(camera.world_pose);
+    // Of one on a head it is that of the base, which is what can be placed.
+    return found != moved.end() ? found->second : pose_of(camera.mount ? camera.world_pose : camera.pose);
 }
 
 void Session::move_camera(const client::CameraState& camera, const Pose& pose) {

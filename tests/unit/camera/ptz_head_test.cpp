@@ -97,8 +97,11 @@ TEST(PtzHead, AContinuousMoveEndsByItselfAtAStopOrAtItsLimit) {
     EXPECT_NEAR(head.at(seconds(10.0)).pan_deg, 20.0, 1e-9);
     ASSERT_TRUE(head.move({.mode = PtzMode::continuous, .pan_deg = 20.0}, seconds(10.0)));
     EXPECT_EQ(head.at(seconds(20.0)).pan_deg, 50.0);
+    // It stands at its limit, whatever time it was given.
+    ASSERT_TRUE(head.move({.mode = PtzMode::continuous, .pan_deg = 20.0, .timeout = seconds(60.0)}, seconds(19.0)));
+    EXPECT_FALSE(head.status(seconds(19.5)).is_turning);
     ASSERT_TRUE(head.move({.mode = PtzMode::continuous, .pan_deg = -20.0}, seconds(20.0)));
-    head.stop(true, true, seconds(21.15));
+    ASSERT_TRUE(head.stop(true, true, seconds(21.15)));
     EXPECT_NEAR(head.at(seconds(30.0)).pan_deg, 50.0 - 20.0, 1e-9);
 }
 
@@ -142,6 +145,27 @@ TEST(PtzHead, SlowsDownByTheZoomWhereItIsProportional) {
     EXPECT_NEAR(pan(4.0) - pan(3.0), 10.0, 1e-9);
 }
 
+TEST(PtzHead, WhatNoDataSheetSaysHarmsNothing) {
+    PtzSpec spec = plain();
+    spec.quantum_deg = 1e-308;
+    spec.latency_s = 10.0;
+    PtzHead head(spec);
+    ASSERT_TRUE(head.move({.pan_deg = 30.0, .speed = 1e-300}, 0));
+    EXPECT_EQ(head.status(seconds(1e6)).position.pan_deg, head.at(seconds(1e6)).pan_deg);
+    EXPECT_GT(head.arrives_ns(), seconds(1e6));
+    // A command every ten milliseconds: what is under way stays so, and there is an end to what waits.
+    PtzHead flooded(spec);
+    ASSERT_TRUE(flooded.move({.mode = PtzMode::continuous, .pan_deg = 1.0}, 0));
+    const PtzPosition before = flooded.at(seconds(11.0));
+    TimeNs now = seconds(11.0);
+    int taken = 0;
+    while (flooded.move({.pan_deg = 90.0}, now + taken * 10 * ms)) ++taken;
+    EXPECT_GT(taken, 50);
+    EXPECT_LT(taken, 70);
+    EXPECT_EQ(flooded.at(seconds(11.0)), before);
+    EXPECT_EQ(flooded.stop(true, true, now + taken * 10 * ms).error().kind, ErrorKind::resource_exhausted);
+}
+
 TEST(PtzHead, IsTheSameAtAnyTimeWhateverWasAskedBefore) {
     std::uint64_t n = 0;
     const auto random = [&](double low, double high) { return low + (high - low) * random_unit(8, 1, n++); };
@@ -159,8 +183,8 @@ TEST(PtzHead, IsTheSameAtAnyTimeWhateverWasAskedBefore) {
                 move.zoom = mode == PtzMode::continuous ? random(-1.0, 1.0) : random(1.0, spec.zoom_max);
             if (random(0.0, 1.0) < 0.3) move.timeout = seconds(random(0.0, 2.0));
             if (random(0.0, 1.0) < 0.1) {
-                head.stop(true, true, now);
-                asked.stop(true, true, now);
+                ASSERT_TRUE(head.stop(true, true, now));
+                ASSERT_TRUE(asked.stop(true, true, now));
             } else {
                 ASSERT_TRUE(head.move(move, now));
                 ASSERT_TRUE(asked.move(move, now));

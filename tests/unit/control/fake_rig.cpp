@@ -118,8 +118,7 @@ Result<PtzReply> FakeRig::run(MovePtz& command) {
 
 Result<PtzReply> FakeRig::run(AimPtz& command) {
     return tell_head(command.camera, [&](PtzHead& head) -> Result<void> {
-        head.aim({command.x, command.y, 1.0}, command.speed, 0);
-        return {};
+        return head.aim({command.x, command.y, 1.0}, command.speed, 0);
     });
 }
 
@@ -128,10 +127,8 @@ Result<PtzReply> FakeRig::run(PtzPresets& command) {
 }
 
 Result<PtzReply> FakeRig::run(StopPtz& command) {
-    return tell_head(command.camera, [&](PtzHead& head) -> Result<void> {
-        head.stop(command.pan_tilt, command.zoom, 0);
-        return {};
-    });
+    return tell_head(command.camera,
+                     [&](PtzHead& head) -> Result<void> { return head.stop(command.pan_tilt, command.zoom, 0); });
 }
 
 Result<PtzReply> FakeRig::run(GetPtz& command) {
