@@ -12,7 +12,7 @@ template <auto member>
 FieldOf<S> limits_at(Field given, bool may_be_null) {
     FieldOf<S> entry;
     entry.field = std::move(given);
-    entry.field.type = "[low, high]";
+    entry.field.type = "array of numbers";
     if (may_be_null) entry.field.type += " or null";
     entry.field.schema = R"({"type": ["array", "null"], "items": {"type": "number", "minimum": -180, "maximum": 180},
         "minItems": 2, "maxItems": 2})";
@@ -94,14 +94,16 @@ FieldTable<PtzSpec> fields_of(std::type_identity<PtzSpec>) {
     static const std::vector<FieldOf<S>> table{
         preset(),
         limits_at<&S::pan_limits_deg>({.name = "pan_limits_deg",
-                                       .doc = "from `pose`, positive to the left",
+                                       .doc = "[low, high] from `pose`, positive to the left",
                                        .unit = "deg",
                                        .fallback = "null",
                                        .null = "it turns without end"},
                                       true),
-        limits_at<&S::tilt_limits_deg>(
-            {.name = "tilt_limits_deg", .doc = "from `pose`, positive upwards", .unit = "deg", .fallback = "[-90, 20]"},
-            false),
+        limits_at<&S::tilt_limits_deg>({.name = "tilt_limits_deg",
+                                        .doc = "[low, high] from `pose`, positive upwards",
+                                        .unit = "deg",
+                                        .fallback = "[-90, 20]"},
+                                       false),
         field_at<&S::zoom_max>(
             {.name = "zoom_max", .doc = "focal length at the long end, of that at the wide end", .range = {1, 100}}),
         field_at<&S::speed_deg_s>(

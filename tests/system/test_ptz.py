@@ -28,7 +28,6 @@ def test_a_head_moves_as_its_figures_say_and_pictures_and_truth_show_it(rig):
     assert status["arrives_ns"] == pytest.approx((0.2 + 0.25 + 0.25 + 0.25) * 1e9, abs=2)
     rig.step(seconds=0.2)
     assert cam.ptz.status()["true"] == {"pan_deg": 0, "tilt_deg": 0, "zoom": 1}
-    assert (cam.frame().image == picture).all(), "a head at rest shows the same picture"
     rig.step(seconds=0.2)
     way = 0.5 * 400 * 0.2**2
     assert cam.ptz.status()["true"]["pan_deg"] == pytest.approx(way, abs=1e-6)

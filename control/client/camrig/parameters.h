@@ -60,6 +60,42 @@ struct Mount {
     }
 };
 
+/// Of a camera: ptz.
+struct Ptz {
+    std::optional<std::string> preset = {};  ///< `ideal`, `dome` or `cheap`: figures of a kind of head; what is given beside it counts
+    std::optional<std::vector<double>> pan_limits_deg = {};  ///< deg; [low, high] from `pose`, positive to the left; null: it turns without end, here empty
+    std::optional<std::vector<double>> tilt_limits_deg = {};  ///< deg; [low, high] from `pose`, positive upwards
+    std::optional<double> zoom_max = {};  ///< 1 to 100: focal length at the long end, of that at the wide end
+    std::optional<double> speed_deg_s = {};  ///< deg/s; 0.01 to 10000: of pan and of tilt, at most
+    std::optional<double> acceleration_deg_s2 = {};  ///< deg/s2; 0.01 to 1e6: of both
+    std::optional<double> zoom_s = {};  ///< s; 0.01 to 60: from one end of the zoom to the other
+    std::optional<double> latency_s = {};  ///< s; 0 to 10: from a command to the begin of its motion
+    std::optional<double> stop_latency_s = {};  ///< s; 0 to 10: from a stop to the begin of braking
+    std::optional<double> quantum_deg = {};  ///< deg; 0 to 10: of the angles that it tells
+    std::optional<double> repeatability_deg = {};  ///< deg; 0 to 10: it stops at most so far from where it believes to be
+    std::optional<double> backlash_deg = {};  ///< deg; 0 to 10: play of its gears: where it stops depends on where it comes from
+    std::optional<bool> proportional = {};  ///< relative and continuous moves are slower by the zoom
+    std::optional<std::int64_t> seed = {};  ///< at least 0: of where it stops
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("preset", self.preset);
+        visit("pan_limits_deg", self.pan_limits_deg);
+        visit("tilt_limits_deg", self.tilt_limits_deg);
+        visit("zoom_max", self.zoom_max);
+        visit("speed_deg_s", self.speed_deg_s);
+        visit("acceleration_deg_s2", self.acceleration_deg_s2);
+        visit("zoom_s", self.zoom_s);
+        visit("latency_s", self.latency_s);
+        visit("stop_latency_s", self.stop_latency_s);
+        visit("quantum_deg", self.quantum_deg);
+        visit("repeatability_deg", self.repeatability_deg);
+        visit("backlash_deg", self.backlash_deg);
+        visit("proportional", self.proportional);
+        visit("seed", self.seed);
+    }
+};
+
 /// Of a camera: lens.
 struct Lens {
     std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
@@ -146,8 +182,9 @@ struct CameraOptions {
     std::optional<double> roll_deg = {};  ///< deg; about the viewing direction, clockwise seen from behind the camera
     std::optional<Quaternion> orientation = {};  ///< quaternion of the body frame: x forward, y left, z up
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
+    std::optional<std::optional<Ptz>> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<Lens> lens = {};  ///< see lens
-    std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens, on a GPU and at quality beautiful), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none
+    std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
     std::optional<double> far = {};  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
@@ -173,6 +210,7 @@ struct CameraOptions {
         visit("roll_deg", self.roll_deg);
         visit("orientation", self.orientation);
         visit("mount", self.mount);
+        visit("ptz", self.ptz);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -197,8 +235,9 @@ struct CameraState {
     double zoom = 1;  ///< 1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1
     Pose pose = {};  ///< see pose; in the frame of its mount, if it has one
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
+    std::optional<Ptz> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     Lens lens = {};  ///< see lens
-    std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens, on a GPU and at quality beautiful), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none
+    std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
     double far = 0;  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
@@ -208,6 +247,7 @@ struct CameraState {
     std::string group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
     std::vector<Output> outputs = {};  ///< at most 16, no two the same, see outputs
     Pose world_pose = {};  ///< where it is in the world, as pose; of a mounted camera, at its latest due frame
+    Intrinsics shown_intrinsics = {};  ///< px; intrinsics of its picture now, with what its head zooms
     std::int64_t id = 0;  ///< one life of a camera; never used again
     std::int64_t sequence = 0;  ///< number of its latest due frame
     std::int64_t readers = 0;  ///< how many watch it now
@@ -228,6 +268,7 @@ struct CameraState {
         visit("zoom", self.zoom);
         visit("pose", self.pose);
         visit("mount", self.mount);
+        visit("ptz", self.ptz);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -239,6 +280,7 @@ struct CameraState {
         visit("group", self.group);
         visit("outputs", self.outputs);
         visit("world_pose", self.world_pose);
+        visit("shown_intrinsics", self.shown_intrinsics);
         visit("id", self.id);
         visit("sequence", self.sequence);
         visit("readers", self.readers);
@@ -259,6 +301,7 @@ inline CameraOptions CameraState::options() const {
     options.position = pose.position;
     options.orientation = pose.orientation;
     options.mount = mount;
+    options.ptz = ptz;
     options.lens = lens;
     options.antialias = antialias;
     options.near = near;

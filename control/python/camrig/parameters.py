@@ -52,6 +52,39 @@ class Mount(TypedDict, total=False):
     """a node of its model: the frame is at the node and turns as the node does in its clips; at rest, one without a turn of its own has the axes of the actor. Empty: the actor's own frame, at its origin"""
 
 
+class Ptz(TypedDict, total=False):
+    """Of a camera: ptz."""
+
+    preset: Literal["ideal", "dome", "cheap"]
+    """`ideal`, `dome` or `cheap`: figures of a kind of head; what is given beside it counts"""
+    pan_limits_deg: Union[list[float], None]
+    """deg; [low, high] from `pose`, positive to the left; null: it turns without end"""
+    tilt_limits_deg: list[float]
+    """deg; [low, high] from `pose`, positive upwards"""
+    zoom_max: float
+    """1 to 100: focal length at the long end, of that at the wide end"""
+    speed_deg_s: float
+    """deg/s; 0.01 to 10000: of pan and of tilt, at most"""
+    acceleration_deg_s2: float
+    """deg/s2; 0.01 to 1e6: of both"""
+    zoom_s: float
+    """s; 0.01 to 60: from one end of the zoom to the other"""
+    latency_s: float
+    """s; 0 to 10: from a command to the begin of its motion"""
+    stop_latency_s: float
+    """s; 0 to 10: from a stop to the begin of braking"""
+    quantum_deg: float
+    """deg; 0 to 10: of the angles that it tells"""
+    repeatability_deg: float
+    """deg; 0 to 10: it stops at most so far from where it believes to be"""
+    backlash_deg: float
+    """deg; 0 to 10: play of its gears: where it stops depends on where it comes from"""
+    proportional: bool
+    """relative and continuous moves are slower by the zoom"""
+    seed: int
+    """at least 0: of where it stops"""
+
+
 class Lens(TypedDict, total=False):
     """Of a camera: lens."""
 
@@ -142,10 +175,12 @@ class CameraOptions(TypedDict, total=False):
     """quaternion of the body frame: x forward, y left, z up"""
     mount: Union[Union[Mount, str], None]
     """see mount; null: on nothing, where `pose` is in the world; default null"""
+    ptz: Union[Ptz, None]
+    """the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head; default null"""
     lens: Union[Lens, str, tuple[str, Vector]]
     """see lens; default pinhole"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
-    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens, on a GPU and at quality beautiful), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none; default auto"""
+    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none; default auto"""
     near: float
     """m; over 0 and at most 1e6: nearest distance drawn; default 0.05"""
     far: float
@@ -185,10 +220,12 @@ class CameraState(TypedDict):
     """see pose; in the frame of its mount, if it has one"""
     mount: Union[Mount, None]
     """see mount; null: on nothing, where `pose` is in the world"""
+    ptz: Union[Ptz, None]
+    """the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head"""
     lens: Lens
     """see lens"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
-    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens, on a GPU and at quality beautiful), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none"""
+    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none"""
     near: float
     """m; over 0 and at most 1e6: nearest distance drawn"""
     far: float
@@ -207,6 +244,8 @@ class CameraState(TypedDict):
     """at most 16, no two the same, see outputs"""
     world_pose: Pose
     """where it is in the world, as pose; of a mounted camera, at its latest due frame"""
+    shown_intrinsics: Intrinsics
+    """px; intrinsics of its picture now, with what its head zooms"""
     id: int
     """one life of a camera; never used again"""
     sequence: int
@@ -326,6 +365,7 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "roll_deg": ("number", "pose"),
     "orientation": ("[x, y, z, w]", "pose"),
     "mount": ("object or null", ""),
+    "ptz": ("object or null", ""),
     "lens": ("object", ""),
     "antialias": ("string", ""),
     "near": ("number", ""),
