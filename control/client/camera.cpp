@@ -77,9 +77,36 @@ json Camera::truth(std::int64_t min_ns) const {
     return connections_->call("truth.get", params);
 }
 
-json Camera::ptz(const std::string& action, json params) const {
-    params["camera"] = name_;
-    return connections_->call("ptz." + action, params);
+json PtzHead::call(const char* method, json params) const {
+    params["camera"] = camera_;
+    return connections_->call(method, params);
+}
+json PtzHead::status() const {
+    return call("ptz.status");
+}
+json PtzHead::move(json params) const {
+    return call("ptz.move", std::move(params));
+}
+json PtzHead::aim(double x, double y, double speed) const {
+    return call("ptz.aim", {{"x", x}, {"y", y}, {"speed", speed}});
+}
+json PtzHead::stop(bool pan_tilt, bool zoom) const {
+    return call("ptz.stop", {{"pan_tilt", pan_tilt}, {"zoom", zoom}});
+}
+json PtzHead::preset_set(const std::string& preset) const {
+    return call("ptz.preset_set", {{"preset", preset}});
+}
+json PtzHead::preset_goto(const std::string& preset) const {
+    return call("ptz.preset_goto", {{"preset", preset}});
+}
+json PtzHead::preset_remove(const std::string& preset) const {
+    return call("ptz.preset_remove", {{"preset", preset}});
+}
+json PtzHead::home_set() const {
+    return call("ptz.home_set");
+}
+json PtzHead::home_goto() const {
+    return call("ptz.home_goto");
 }
 
 void Camera::snapshot(const std::filesystem::path& file) const {

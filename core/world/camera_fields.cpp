@@ -257,7 +257,10 @@ std::vector<Entry> make_camera_fields() {
                    .shape = "Intrinsics",
                    .is_whole = true,
                    .by = Field::By::rig},
-         .read = [](JsonReader& reader, CameraPatch&) { static_cast<void>(reader.find("shown_intrinsics")); }},
+         .read =
+             [](JsonReader& reader, CameraPatch&) {
+                 static_cast<void>(read_object<Intrinsics>(reader, {.name = "shown_intrinsics"}));
+             }},
         told({.name = "id", .type = "integer", .doc = "one life of a camera; never used again"}),
         told({.name = "sequence", .type = "integer", .doc = "number of its latest due frame"}),
         told({.name = "readers", .type = "integer", .doc = "how many watch it now"}),

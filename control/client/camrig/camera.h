@@ -13,6 +13,32 @@ namespace camrig::client {
 
 class Connections;
 
+/// The pan/tilt/zoom head of a camera (docs/ptz.md). Every call answers at once with where the head is:
+/// docs/control-protocol.md, ptz.status. Thread: any.
+class PtzHead {
+public:
+    nlohmann::json status() const;
+    /// {"pan_deg": 30, "tilt_deg": -10, "zoom": 2, "mode": "relative", ...}
+    nlohmann::json move(nlohmann::json params) const;
+    /// What the picture shows at x to the right and y up, in halves of the picture, comes to its middle.
+    nlohmann::json aim(double x, double y, double speed = 1.0) const;
+    nlohmann::json stop(bool pan_tilt = true, bool zoom = true) const;
+    nlohmann::json preset_set(const std::string& preset) const;
+    nlohmann::json preset_goto(const std::string& preset) const;
+    nlohmann::json preset_remove(const std::string& preset) const;
+    nlohmann::json home_set() const;
+    nlohmann::json home_goto() const;
+
+private:
+    friend class Camera;
+    PtzHead(std::shared_ptr<Connections> connections, std::string camera)
+        : connections_(std::move(connections)), camera_(std::move(camera)) {}
+    nlohmann::json call(const char* method, nlohmann::json params = nlohmann::json::object()) const;
+
+    std::shared_ptr<Connections> connections_;
+    std::string camera_;
+};
+
 /// A camera by its name. Holds no state: what it is now, get() asks the rig. Copies are the same camera.
 ///
 /// Thread: any. Every call throws Error; not_found when the camera is gone.
@@ -34,9 +60,8 @@ public:
     Frame instances(std::int64_t min_ns = 0) const;
     /// The truth of the latest due frame, as docs/truth.md explains it: camera, pose and every object in view.
     nlohmann::json truth(std::int64_t min_ns = 0) const;
-    /// What the head of the camera is told, or asked: the method ptz.ACTION ("move", "aim", "stop", "status",
-    /// "preset_set", ...) with its parameters; answers where the head is, as docs/control-protocol.md says.
-    nlohmann::json ptz(const std::string& action, nlohmann::json params = nlohmann::json::object()) const;
+    /// Its pan/tilt/zoom head; every call throws Error `unsupported` when it has none.
+    PtzHead ptz() const { return PtzHead(connections_, name_); }
     /// Writes the latest due frame, as the rig encodes it, to a .jpg, .jpeg or .png file.
     void snapshot(const std::filesystem::path& file) const;
     /// Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (H.264) or rtsp-mjpeg.

@@ -20,7 +20,7 @@ class Ptz:
         self._camera = camera
 
     def status(self) -> dict[str, Any]:
-        return self._call("status")
+        return self._call("ptz.status")
 
     def move(
         self,
@@ -34,30 +34,30 @@ class Ptz:
     ) -> dict[str, Any]:
         """``absolute``: to these angles and this zoom; ``relative``: by them; ``continuous``: degrees a second, and a share
         of the zoom's speed, until another command, a limit or ``timeout_s``. ``speed``: share of the head's."""
-        return self._call("move", pan_deg=pan_deg, tilt_deg=tilt_deg, zoom=zoom, mode=mode, speed=speed, timeout_s=timeout_s)
+        return self._call("ptz.move", pan_deg=pan_deg, tilt_deg=tilt_deg, zoom=zoom, mode=mode, speed=speed, timeout_s=timeout_s)
 
     def aim(self, x: float, y: float, speed: float | None = None) -> dict[str, Any]:
         """What the picture shows at x to the right and y up (halves of the picture from its middle) comes to its middle."""
-        return self._call("aim", x=x, y=y, speed=speed)
+        return self._call("ptz.aim", x=x, y=y, speed=speed)
 
     def stop(self, pan_tilt: bool = True, zoom: bool = True) -> dict[str, Any]:
-        return self._call("stop", pan_tilt=pan_tilt, zoom=zoom)
+        return self._call("ptz.stop", pan_tilt=pan_tilt, zoom=zoom)
 
     def preset_set(self, preset: str) -> dict[str, Any]:
-        return self._call("preset_set", preset=preset)
+        return self._call("ptz.preset_set", preset=preset)
 
     def preset_goto(self, preset: str) -> dict[str, Any]:
-        return self._call("preset_goto", preset=preset)
+        return self._call("ptz.preset_goto", preset=preset)
 
     def preset_remove(self, preset: str) -> dict[str, Any]:
-        return self._call("preset_remove", preset=preset)
+        return self._call("ptz.preset_remove", preset=preset)
 
     def home_set(self) -> dict[str, Any]:
-        return self._call("home_set")
+        return self._call("ptz.home_set")
 
     def home_goto(self) -> dict[str, Any]:
-        return self._call("home_goto")
+        return self._call("ptz.home_goto")
 
-    def _call(self, action: str, **params: Any) -> dict[str, Any]:
+    def _call(self, method: str, **params: Any) -> dict[str, Any]:
         given = {key: value for key, value in params.items() if value is not None}
-        return self._rig.call(f"ptz.{action}", camera=self._camera, **given)
+        return self._rig.call(method, camera=self._camera, **given)

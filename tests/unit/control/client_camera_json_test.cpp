@@ -77,6 +77,7 @@ json every_answer() {
                             {"pan_deg", 31.0},
                             {"tilt_deg", 32.0},
                             {"roll_deg", 33.0}};
+    answer["shown_intrinsics"] = {{"fx", 51.0}, {"fy", 52.0}, {"cx", 53.0}, {"cy", 54.0}};
     answer["id"] = 41;
     answer["sequence"] = 42;
     answer["readers"] = 43;
@@ -123,6 +124,8 @@ TEST(CameraJson, EveryMemberOfAnAnswerIsReadFromItsName) {
     EXPECT_EQ(state.hfov_deg, 62.5);
     expect_pose(state.pose, answer["pose"]);
     expect_pose(state.world_pose, answer["world_pose"]);
+    EXPECT_EQ(state.shown_intrinsics.fx, 51.0);
+    EXPECT_EQ(state.shown_intrinsics.cy, 54.0);
     EXPECT_EQ(state.id, 41);
     EXPECT_EQ(state.sequence, 42);
     EXPECT_EQ(state.readers, 43);

@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-constexpr const char* lobby = R"({"name":"lobby","size":[64,48]})";
+constexpr const char* lobby = R"({"name":"lobby","size":[64,48],"ptz":{"preset":"ideal"}})";
 
 /// Runs the example that stands in the table, on a rig that has what it speaks of.
 json run_example(RpcHarness& rpc, const Method& method) {
