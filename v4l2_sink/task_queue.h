@@ -30,8 +30,9 @@ public:
     void post(std::string name, Task task) {
         {
             std::lock_guard lock(mutex_);
+            const bool is_first = named_.empty();
             named_.insert_or_assign(std::move(name), std::move(task));
-            if (named_.size() > 1) return;  // run_named() is on its way
+            if (!is_first) return;  // run_named() is on its way
         }
         post([this] { run_named(); });
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/portable_math.h"
 #include "core/render/scene/light_selection.h"
 
 namespace camrig {
@@ -92,7 +93,7 @@ std::optional<ShadowView> spot_view(const Light& light, float exposure, std::spa
     view.map_from_world = map_rotation(light.direction);
     view.origin = light.position;
     const double near = nearest_spot_caster_m;
-    const double tangent = margin * std::tan(double{light.outer_cone_rad});
+    const double tangent = margin * portable::tan(double{light.outer_cone_rad});
     view.clip_from_map = glm::dmat4(0.0);
     view.clip_from_map[0][0] = view.clip_from_map[1][1] = 1.0 / tangent;
     view.clip_from_map[2] = {0.0, 0.0, far / (far - near), 1.0};
@@ -129,13 +130,23 @@ bool hull_bounds(std::span<const glm::dvec3> points, double near, const Project&
     return low.x <= high.x;
 }
 
-std::optional<PixelRect> rect_around(const glm::dvec2& low, const glm::dvec2& high, double slack, ImageSize size) {
+std::optional<PixelRect> rect_around(const glm::dvec2& low, const glm::dvec2& high, const glm::dvec2& slack,
+                                     ImageSize size) {
     const auto inside = [](double value, int side) { return static_cast<int>(std::clamp(value, 0.0, double(side))); };
-    const PixelRect rect{inside(std::floor(low.x - slack), size.width), inside(std::floor(low.y - slack), size.height),
-                         inside(std::ceil(high.x + slack) + 1.0, size.width),
-                         inside(std::ceil(high.y + slack) + 1.0, size.height)};
+    const PixelRect rect{
+        inside(std::floor(low.x - slack.x), size.width), inside(std::floor(low.y - slack.y), size.height),
+        inside(std::ceil(high.x + slack.x) + 1.0, size.width), inside(std::ceil(high.y + slack.y) + 1.0, size.height)};
     if (rect.width() <= 0 || rect.height() <= 0) return std::nullopt;
     return rect;
+}
+
+/// Texels along each side of the map that a look-up may read from where the receiver itself falls. Texels of a
+/// directional light may be oblong; those of a spot are seen at an angle towards its edges.
+glm::dvec2 reach_texels(const ShadowView& shadow) {
+    const glm::dvec2 half(1.0 / shadow.clip_from_map[0][0], 1.0 / shadow.clip_from_map[1][1]);
+    const glm::dvec2 stretch = shadow.is_spot ? glm::dvec2(std::sqrt(1.0 + glm::dot(half, half)))
+                                              : glm::dvec2(std::max(half.x, half.y)) / half;
+    return double{shadow_filter_texels} + shadow_offset_texels * stretch;
 }
 
 /// How far light that touches `caster` goes on until it has left `receivers`: metres along the light or, for a spot,
@@ -227,7 +238,7 @@ std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox&
     };
     glm::dvec2 low, high;
     if (!hull_bounds(points, shadow.is_spot ? nearest_spot_caster_m : 0.0, project, low, high)) return std::nullopt;
-    return rect_around(low, high, shadow_reach_texels, {shadow_map_side, shadow_map_side});
+    return rect_around(low, high, reach_texels(shadow), {shadow_map_side, shadow_map_side});
 }
 
 std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,
@@ -235,7 +246,8 @@ std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowVi
     // The filter blurs, and looks from a little beside.
     double farthest = 0.0;
     for (int i = 0; i < 8; ++i) farthest = std::max(farthest, glm::distance(corner(caster, i), shadow.origin));
-    const double blur = shadow_reach_texels * (shadow.texel_m + shadow.texel_per_m * farthest);
+    const double blur =
+        (shadow_filter_texels + shadow_offset_texels) * (shadow.texel_m + shadow.texel_per_m * farthest);
     const WorldBox blurred{caster.min - blur, caster.max + blur};
     const double way = longest_way(shadow, blurred, receivers);
     if (!(way > (shadow.is_spot ? 1.0 : 0.0))) return std::nullopt;
@@ -254,7 +266,7 @@ std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowVi
     };
     glm::dvec2 low, high;
     if (!hull_bounds(points, 0.5 * view.near_m, project, low, high)) return std::nullopt;
-    return rect_around(low, high, 2.0, view.size);
+    return rect_around(low, high, glm::dvec2(2.0), view.size);
 }
 
 }  // namespace camrig

@@ -20,8 +20,10 @@ inline constexpr int shadow_map_side = 2048;
 inline constexpr double max_shadow_extent_m = 200.0;
 /// What is nearer to a spot light casts none.
 inline constexpr double nearest_spot_caster_m = 0.05;
-/// Texels that a filtered look-up may read from the one it falls into, the receiver's offset along its normal included.
-inline constexpr int shadow_reach_texels = 5;
+/// Texels that a filtered look-up may read from the one it falls into.
+inline constexpr int shadow_filter_texels = 3;
+/// A receiver is looked up so many of a texel's longer side away along its normal, at most.
+inline constexpr double shadow_offset_texels = 2.5;
 
 struct WorldBox {
     glm::dvec3 min{0.0};

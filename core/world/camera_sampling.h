@@ -10,7 +10,7 @@ namespace camrig {
 /// How many samples make a pixel of a colour picture; ids, depth and normals always have one, at the pixel's centre.
 /// `coverage`: each surface by how much of the pixel it covers, shaded once; msaa4 where camrig's own rasteriser does
 /// not draw. `msaa4`: coverage at four places, shading once. `ssaa2` to `ssaa4`: 2x2 to 4x4 full samples. `automatic`:
-/// msaa4 at quality `beautiful`, else none (antialias_of in camera_spec.h).
+/// coverage at quality `beautiful`, else none (antialias_of in camera_spec.h).
 enum class Antialias : std::uint8_t { none, coverage, msaa4, ssaa2, ssaa3, ssaa4, automatic };
 std::span<const Named<Antialias>> names_of(std::type_identity<Antialias>);
 /// Samples along one side of a pixel: 1 to 4 (1 for coverage and msaa4). Not of `automatic`.

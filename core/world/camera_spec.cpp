@@ -88,9 +88,9 @@ void assign_if(const std::optional<From>& from, To& to) {
 
 Antialias antialias_of(const CameraSpec& spec, Quality quality) {
     if (spec.antialias != Antialias::automatic) return spec.antialias;
-    // Above 4 megapixels four samples of each take more memory than they gain: pixels are small enough.
+    // Above 4 megapixels pixels are small enough for what several samples of each (lenses, GPUs) would take of memory.
     constexpr std::int64_t most_pixels = std::int64_t{1} << 22;
-    return quality == Quality::beautiful && spec.size.pixels() <= most_pixels ? Antialias::msaa4 : Antialias::none;
+    return quality == Quality::beautiful && spec.size.pixels() <= most_pixels ? Antialias::coverage : Antialias::none;
 }
 
 std::span<const Named<Quality>> names_of(std::type_identity<Quality>) {

@@ -64,17 +64,24 @@ Result<void> PictureStream::add(const std::string& camera, const MediaFormat& fo
     return {};
 }
 
-void PictureStream::follow_output() {
+asio::awaitable<PictureStream::Failure> PictureStream::follow_output(beast::tcp_stream& socket) {
     const std::uint64_t changes = state_.camera_changes;
-    if (!follows_output_ || std::exchange(changes_seen_, changes) == changes) return;
+    if (!follows_output_ || std::exchange(changes_seen_, changes) == changes) co_return Failure{};
     auto& channel = channels_.front();
     const auto found = state_.options.bus->find(channel->camera());
-    if (!found) return;  // the channel's end says so
+    if (!found) co_return Failure{};  // the channel's end says so
     const MediaFormat format = jpeg_of(mjpeg_options_of(found->outputs).quality);
-    if (format == channel->format()) return;
+    if (format == channel->format()) co_return Failure{};
     auto next = StreamChannel::open(state_, event_, channel->camera(), format, rate_, peer_);
-    if (!next) return spdlog::info("a reader of {} keeps its quality: {}", channel->camera(), next.error().message);
+    if (!next) {
+        spdlog::info("a reader of {} keeps its quality: {}", channel->camera(), next.error().message);
+        co_return Failure{};
+    }
+    int sent = 0;
+    bool ended = false;
+    const Failure failed = co_await send_round(socket, sent, ended);  // what the old one has still
     channel = std::move(*next);
+    co_return failed;
 }
 
 Reply PictureStream::head(Form form) {
@@ -98,6 +105,7 @@ asio::awaitable<void> PictureStream::run(beast::tcp_stream& socket, unsigned htt
         int sent = 0;
         failed = co_await send_round(socket, sent, ended);
         if (!failed && ended) failed = co_await send_text(socket, closing);
+        if (!failed && !ended) failed = co_await follow_output(socket);
         if (!failed && !ended && sent == 0) failed = co_await wait(socket);
     }
     if (failed == beast::error::timeout) {
@@ -145,7 +153,6 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_round(beast::tcp_str
 }
 
 asio::awaitable<PictureStream::Failure> PictureStream::wait(beast::tcp_stream& socket) {
-    follow_output();
     const auto left = repeat_at_ - Clock::now();
     if (left > Clock::duration::zero()) {
         const Wake wake = co_await event_->wait_for(left);

@@ -55,7 +55,7 @@ private:
     }
     Result<void> add(const std::string& camera, const MediaFormat& format);
     /// Goes on in the quality that the camera's output {kind: mjpeg} says now.
-    void follow_output();
+    boost::asio::awaitable<Failure> follow_output(boost::beast::tcp_stream& socket);
     boost::asio::awaitable<Failure> send_text(boost::beast::tcp_stream& socket, std::string_view text);
     boost::asio::awaitable<Failure> send_part(boost::beast::tcp_stream& socket, const MediaUnit& unit,
                                               const std::string& camera);

@@ -46,6 +46,8 @@ Result<std::unique_ptr<RtspListener>> RtspListener::create(GstRTSPServer* server
     GObjectHandle<GSocket> socket(g_socket_new_from_fd(listener.fd.get(), &failed));
     if (!socket) return error(ErrorKind::unavailable, "rtsp: " + take_message(failed));
     listener.fd.release();
+    g_socket_set_blocking(socket.get(), FALSE);
+    g_socket_set_keepalive(socket.get(), TRUE);
     return std::unique_ptr<RtspListener>(new RtspListener(server, listener, std::move(hooks), std::move(socket)));
 }
 

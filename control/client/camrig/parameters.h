@@ -147,7 +147,7 @@ struct CameraOptions {
     std::optional<Quaternion> orientation = {};  ///< quaternion of the body frame: x forward, y left, z up
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<Lens> lens = {};  ///< see lens
-    std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens, on a GPU and at quality beautiful), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none
+    std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
     std::optional<double> far = {};  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
@@ -198,7 +198,7 @@ struct CameraState {
     Pose pose = {};  ///< see pose; in the frame of its mount, if it has one
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     Lens lens = {};  ///< see lens
-    std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens, on a GPU and at quality beautiful), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: msaa4 at quality beautiful up to 4 megapixels, else none
+    std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
     double far = 0;  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty

@@ -18,11 +18,13 @@ CAMRIG_LANES void draw_depth_body(const ViewGeometry& geometry, const PixelRect&
         const Setup s = set_up(geometry, i);
         rasterize<Isa>(s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             auto* const kept = reinterpret_cast<Lanes*>(depths(y) + x);
+            mask &= depth > *kept;
+            if (Isa::bits(mask) == 0) return;
             if (material.alpha_mode == AlphaMode::mask) {
                 const OneTriangle one(geometry, draw, triangle, s);
                 mask &= base_color<Isa>(draw, points_of(geometry, draw, one, x, y)).a >= material.alpha_cutoff;
             }
-            *kept = (mask & (depth > *kept)) != 0 ? depth : *kept;
+            *kept = mask != 0 ? depth : *kept;
         });
     }
 }

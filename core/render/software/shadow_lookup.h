@@ -35,7 +35,8 @@ CAMRIG_LANES IntLanes shadow_tile_of(Lanes column, Lanes row) {
     return (truncated(row) >> shift) * shadow_tiles + (truncated(column) >> shift);
 }
 
-/// Whether movers may be in the way of the light.
+/// Whether movers may be in the way of the light. Where the look-up leads, which depends on the normal, is not asked:
+/// tiles are noted as far around movers as it can be away (reach_texels in shadow_plan.cpp).
 template <typename Isa>
 CAMRIG_LANES IntLanes may_show_movers(const ShadowInView& map, const Lanes3& position) {
     const ShadowPlace place = shadow_place(map, position);
@@ -58,9 +59,7 @@ CAMRIG_LANES Lanes lit_share(const ShadowInView& map, bool has_movers, const Lan
     const Lanes s = clamp01(place.column + 0.5f - column), t = clamp01(place.row + 0.5f - row);
     IntLanes first = (truncated(row) - 2) * shadow_stride + truncated(column) - 2;
     if (has_movers) {
-        // As may_show_movers, which does not know the normal: tiles reach as far as it leads.
-        const ShadowPlace own = shadow_place(map, position);
-        first += gathered<Isa>(map.movers, shadow_tile_of(shadow_corner(own.column), shadow_corner(own.row)));
+        first += gathered<Isa>(map.movers, shadow_tile_of(column, row));
     }
     using Floats4 = float __attribute__((vector_size(16)));
     Lanes sum{};

@@ -10,9 +10,9 @@
 namespace camrig {
 namespace {
 
-/// The sun is this far away: across a map its rays are parallel to a millimetre, and doubles hold places to a hundredth
-/// of one.
-constexpr double sun_m = 1e7;
+/// The sun is this far away: over 4 km its rays are parallel, and depth even, to 2 cm, and doubles hold places to a
+/// ten thousandth of a millimetre.
+constexpr double sun_m = 1e9;
 constexpr PixelRect all_texels{shadow_pad, shadow_pad, shadow_pad + shadow_map_side, shadow_pad + shadow_map_side};
 /// What nothing is before.
 constexpr float empty_texel = -std::numeric_limits<float>::infinity();
@@ -109,7 +109,7 @@ void SoftwareShadows::mark_movers(Map& map) const {
         }
     }
     // The filter reaches into the tiles beside.
-    static_assert(shadow_reach_texels <= shadow_pad);
+    static_assert(shadow_filter_texels <= shadow_pad);
     for (int row = 0; row < shadow_tiles; ++row) {
         for (int column = 0; column < shadow_tiles; ++column) {
             if (map.movers[static_cast<std::size_t>(row * shadow_tiles + column)] != 0)
@@ -150,6 +150,7 @@ void SoftwareShadows::update(PlacedScene& scene, const Primitives& primitives, T
             add_casters(maps_[i], scene, primitives, true, 0.0, wide_lanes);
         });
         draw(still);
+        for (Map& map : maps_) map.geometry = {};  // of a large scene, more than the maps
     }
     const auto error_of = [&](const Map& map) { return has_detail_levels ? 0.5 * map.view.texel_m : 0.0; };
     const std::span<const PlacedSurface> movers = scene.movers().all();

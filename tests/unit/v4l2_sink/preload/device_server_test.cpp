@@ -21,6 +21,7 @@
 #include "v4l2_sink/preload/device_modes.h"
 #include "v4l2_sink/preload/device_ring.h"
 #include "v4l2_sink/preload/device_tree.h"
+#include "v4l2_sink/task_queue.h"
 
 namespace camrig::device_server_test {
 namespace {
@@ -225,6 +226,19 @@ public:
     std::promise<void> asked, go_on;
     int reads = 0;  ///< server's thread
 };
+
+TEST(TaskQueue, WhatOneNameIsPostedForAnyNumberOfTimesWaitsOnce) {
+    TaskQueue queue;
+    std::size_t ran = 0, last = 0;
+    for (std::size_t i = 0; i < 2 * TaskQueue::max_tasks; ++i)
+        queue.post("brightness", [&ran, &last, i] {
+            ++ran;
+            last = i;
+        });
+    queue.run();
+    EXPECT_EQ(ran, 1u);
+    EXPECT_EQ(last, 2 * TaskQueue::max_tasks - 1);
+}
 
 TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits) {
     const TemporaryFolder folder;
