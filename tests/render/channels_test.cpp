@@ -356,11 +356,13 @@ TestWorld strokes(Topology topology, bool is_steep) {
     for (std::uint32_t id = 1; id <= 300; ++id) {
         Primitive p;
         p.topology = topology;
-        const glm::vec3 from{6.0f * random() - 1.0f, 6.0f * random() - 3.0f, 4.0f * random() - 2.0f};
+        // In this order with every compiler: arguments of a call have none.
+        const float up = 4.0f * random() - 2.0f, aside = 6.0f * random() - 3.0f, ahead = 6.0f * random() - 1.0f;
+        const glm::vec3 from(ahead, aside, up);
         p.positions = {from};
         if (topology == Topology::lines) {
-            const glm::vec3 by = is_steep ? glm::vec3{random(), random(), 4.0f * random()}
-                                          : glm::vec3{2.0f * random(), 3.0f * random() - 1.5f, random()};
+            const float z = random(), y = random(), x = random();
+            const glm::vec3 by = is_steep ? glm::vec3(x, y, 4.0f * z) : glm::vec3(2.0f * x, 3.0f * y - 1.5f, z);
             p.positions.push_back(from + by - glm::vec3(0.5f));
         }
         for (std::uint32_t i = 0; i < p.positions.size(); ++i) p.indices.push_back(i);
@@ -395,8 +397,8 @@ TEST(Strokes, ArePixelsOfPointsAndLinesAsMesaDrawsThem) {
         std::printf("%d pixels, %d other ids (%d not beside), %d other depths\n", shown, other, unexplained,
                     other_depth);
         EXPECT_GT(shown, topology == Topology::points ? 100 : 5000);
-        // Mesa rounds to its own parts of a pixel: a few points here, and where a line goes over to the next row.
-        EXPECT_LE(other, std::max(12, shown / 40));
+        // Mesa rounds to its own parts of a pixel: two points here, and where a line goes over to the next row.
+        EXPECT_LE(other, std::max(6, shown / 50));
         EXPECT_LE(unexplained, shown / 1000);
         EXPECT_LE(other_depth, shown / 100);
         View colored = view;

@@ -188,7 +188,7 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
     constexpr ImageSize size{40, 30};
     constexpr double focal = 30.0, near_m = 0.05;
     constexpr int side = 16;
-    double squares = 0.0;
+    double squares = 0.0, worst = 0.0;
     int count = 0, off = 0;
     for (std::uint64_t round = 0; round < 12; ++round) {
         std::vector<glm::vec3> corners;
@@ -197,10 +197,13 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
             return low + (high - low) * random(40 + round, drawn_numbers++);
         };
         for (int i = 0; i < 14; ++i) {
-            const glm::vec3 first{at(-1.0, 9.0), at(-4.0, 4.0), at(-3.0, 3.0)};
+            const auto within = [&](double x0, double x1, double y, double z) {
+                const double up = at(-z, z), aside = at(-y, y);  // in this order with every compiler
+                return glm::vec3(at(x0, x1), aside, up);
+            };
+            const glm::vec3 first = within(-1.0, 9.0, 4.0, 3.0);
             const double reach = i % 3 == 0 ? 0.1 : 3.0;
-            for (int k = 0; k < 3; ++k)
-                corners.push_back(first + glm::vec3{at(-3.0, 3.0), at(-reach, reach), at(-3.0, 3.0)});
+            for (int k = 0; k < 3; ++k) corners.push_back(first + within(-3.0, 3.0, reach, 3.0));
         }
         const double origin = round % 2 == 0 ? 0.0 : 1e6;
         TestWorld world;
@@ -231,16 +234,19 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
                 }
                 const double error = std::abs(linear_of(picture.red(x, y)) - seen);
                 squares += error * error;
+                worst = std::max(worst, error);
                 off += error > 0.05 ? 1 : 0;
                 ++count;
             }
         }
     }
-    std::printf("rms %.4f, %d of %d pixels off by more than 0.05\n", std::sqrt(squares / count), off, count);
+    std::printf("rms %.4f, max %.3f, %d of %d pixels off by more than 0.05\n", std::sqrt(squares / count), worst, off,
+                count);
     EXPECT_LT(std::sqrt(squares / count), 0.008);
     // Corners lie on a grid of 1/256 of a pixel, which tilts what is seen from its edge: where such cross, the line
     // between them moves.
-    EXPECT_LE(off, 15);
+    EXPECT_LE(off, 5);
+    EXPECT_LT(worst, 0.25);
 }
 
 TEST(Areas, OfWhatStandsStillShowBeforeAMoverAndNotBehindIt) {
@@ -509,17 +515,20 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
     EXPECT_EQ(full->counters().layers_reused, 0u);
 }
 
-TEST(SameBytes, OfShadowsWithAndWithoutStaticLayers) {
+/// With layers, without, and with so little room that none is kept; how the camera `own` sees the gallery and `lobby`
+/// the hall.
+void expect_that_layers_change_nothing(TestCamera own, Quality quality, Antialias antialias, std::int64_t too_little) {
     Film film("hall");
     const SnapshotRef first = gallery().snapshot();
-    const View aside = TestCamera{.size = {161, 100}, .focal_px = 110.0, .quality = Quality::beautiful}.view(1);
-    View lobby = with(film.view("lobby", {320, 240}, 2), Antialias::none);
-    lobby.quality = Quality::beautiful;
+    own.quality = quality;
+    own.antialias = antialias;
+    const View aside = own.view(1);
+    View lobby = with(film.view("lobby", {320, 240}, 2), antialias);
+    lobby.quality = quality;
     for (const View& view : {aside, lobby}) {
         auto options = with_layers();
         options.threads = 2;
-        // Room for the pictures of a layer, but not for what shades it anew.
-        const auto kept = drawer(options), full = drawer(), cramped = drawer(with_layers(4 * 4 * 168 * 100 + 1000));
+        const auto kept = drawer(options), full = drawer(), cramped = drawer(with_layers(too_little));
         for (int n = 0; n < 8; ++n) {
             const bool is_aside = view.camera == aside.camera;
             const SnapshotRef now = is_aside ? moment(first, n) : film.at(3 * ns_per_s + n * 130 * ns_per_ms);
@@ -528,30 +537,23 @@ TEST(SameBytes, OfShadowsWithAndWithoutStaticLayers) {
             EXPECT_TRUE(are_equal(drawn(*cramped, now, {view}).at(0), whole)) << "instant " << n << ", little room";
         }
         EXPECT_EQ(kept->counters().layers_reused, 6u);
-        EXPECT_EQ(cramped->counters().layers_reused, 0u);
+        if (quality == Quality::beautiful) {
+            EXPECT_EQ(cramped->counters().layers_reused, 0u);
+        }
         kept->forget(view.camera);
         EXPECT_EQ(kept->counters().layer_bytes, 0);
     }
 }
 
+TEST(SameBytes, OfShadowsWithAndWithoutStaticLayers) {
+    // Room for the pictures of a layer, but not for what shades it anew.
+    expect_that_layers_change_nothing({.size = {161, 100}, .focal_px = 110.0}, Quality::beautiful, Antialias::none,
+                                      4 * 4 * 168 * 100 + 1000);
+}
+
 TEST(SameBytes, OfAreasWithAndWithoutStaticLayers) {
-    Film film("hall");
-    const SnapshotRef first = gallery().snapshot();
-    const View aside = TestCamera{.size = {161, 100}, .focal_px = 110.0, .antialias = Antialias::coverage}.view(1);
-    const View lobby = with(film.view("lobby", {320, 240}, 2), Antialias::coverage);
-    for (const View& view : {aside, lobby}) {
-        auto options = with_layers();
-        options.threads = 2;
-        const auto kept = drawer(options), full = drawer(), cramped = drawer(with_layers(4 * 4 * 168 * 100 + 5000));
-        for (int n = 0; n < 8; ++n) {
-            const bool is_aside = view.camera == aside.camera;
-            const SnapshotRef now = is_aside ? moment(first, n) : film.at(3 * ns_per_s + n * 130 * ns_per_ms);
-            const FrameRef whole = drawn(*full, now, {view}).at(0);
-            EXPECT_TRUE(are_equal(drawn(*kept, now, {view}).at(0), whole)) << "instant " << n;
-            EXPECT_TRUE(are_equal(drawn(*cramped, now, {view}).at(0), whole)) << "instant " << n << ", little room";
-        }
-        EXPECT_EQ(kept->counters().layers_reused, 6u);
-    }
+    expect_that_layers_change_nothing({.size = {161, 100}, .focal_px = 110.0}, Quality::simple, Antialias::coverage,
+                                      4 * 4 * 168 * 100 + 5000);
 }
 
 TEST(SameBytes, WhateverTheMemoryOfAFrameHeld) {

@@ -42,7 +42,5 @@ def test_reference_picture(scene, place, quality, seconds):
         cv2.imwrite(str(path), image)
     reference = cv2.imread(str(path))
     assert reference is not None, f"{path} is missing; run with CAMRIG_UPDATE_PICTURES=1 and look at it"
-    difference = np.abs(image.astype(int) - reference)
-    # Quality beautiful is Mesa's work: another one may round and filter a little differently. The rest is ours, to the byte.
-    assert difference.mean() < 0.5
-    assert (difference.max(axis=2) > 16).mean() < 0.002
+    # All of it is drawn by camrig's own rasteriser, which gives the same bytes everywhere.
+    assert np.array_equal(image, reference), f"differs by up to {np.abs(image.astype(int) - reference).max()} codes"

@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
@@ -53,18 +56,24 @@ Frame as_format(const Frame& rgba, PixelFormat format) {
     return Frame(info, std::move(bytes));
 }
 
-/// What TurboJPEG makes of the same samples, without restart markers.
+/// What TurboJPEG makes of the same samples, with a restart marker after each strip of 16 rows, as ours have.
 std::vector<std::byte> by_turbojpeg(const Frame& picture, int quality, int subsampling) {
     const auto [width, height] = picture.info().size;
     const auto* samples = reinterpret_cast<const unsigned char*>(picture.bytes().data());
+    ::setenv("TJ_RESTART", std::to_string(16 / tjMCUHeight[subsampling]).c_str(), 1);
     tjhandle handle = tjInitCompress();
     unsigned char* bytes = nullptr;
     unsigned long size = 0;
     if (picture.info().format == PixelFormat::jpeg_i420) {
-        const int half = (width + 1) / 2;
+        // Its planes have an even number of rows and columns; the last ones are there twice.
+        const int half = (width + 1) / 2, rows = (height + 1) / 2;
+        std::vector<unsigned char> luma;
+        for (int y = 0; y < 2 * rows; ++y)
+            for (int x = 0; x < 2 * half; ++x)
+                luma.push_back(samples[std::min(y, height - 1) * width + std::min(x, width - 1)]);
         const unsigned char* const u = samples + width * height;
-        const unsigned char* planes[] = {samples, u, u + half * ((height + 1) / 2)};
-        const int strides[] = {width, half, half};
+        const unsigned char* planes[] = {luma.data(), u, u + half * rows};
+        const int strides[] = {2 * half, half, half};
         EXPECT_EQ(tjCompressFromYUVPlanes(handle, planes, width, strides, height, subsampling, &bytes, &size, quality,
                                           TJFLAG_ACCURATEDCT),
                   0);
@@ -78,6 +87,7 @@ std::vector<std::byte> by_turbojpeg(const Frame& picture, int quality, int subsa
     std::vector<std::byte> jpeg(made.begin(), made.end());
     tjFree(bytes);
     tjDestroy(handle);
+    ::unsetenv("TJ_RESTART");
     return jpeg;
 }
 
@@ -152,7 +162,7 @@ TEST(JpegEncoder, Yuv422HasAChromaRowForEachRow) {
               TJSAMP_GRAY);
 }
 
-TEST(JpegEncoder, ShowsExactlyWhatTurboJpegShowsOfTheSameSamples) {
+TEST(JpegEncoder, MakesTheBytesThatTurboJpegMakesOfTheSameSamples) {
     struct Case {
         PixelFormat format;
         ChromaSampling sampling;
@@ -163,11 +173,9 @@ TEST(JpegEncoder, ShowsExactlyWhatTurboJpegShowsOfTheSameSamples) {
                                 {PixelFormat::rgba8, ChromaSampling::yuv422, TJSAMP_422},
                                 {PixelFormat::jpeg_i420, ChromaSampling::yuv420, TJSAMP_420},
                                 {PixelFormat::gray8, ChromaSampling::yuv420, TJSAMP_GRAY}}) {
-            const bool is_odd = (size.width | size.height) % 2 != 0;
-            if (one.format == PixelFormat::jpeg_i420 && is_odd) continue;  // TurboJPEG wants a row or column more
             const Frame picture = as_format(test::noise(size), one.format);
             const BytesRef ours = create_jpeg_encoder(85, one.sampling).value()->encode(picture).value();
-            EXPECT_TRUE(decode(*ours).rgba == decode(by_turbojpeg(picture, 85, one.subsampling)).rgba)
+            EXPECT_TRUE(std::ranges::equal(*ours, by_turbojpeg(picture, 85, one.subsampling)))
                 << size.to_string() << " " << to_string(one.format) << " " << to_string(one.sampling);
         }
     }
