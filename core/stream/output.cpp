@@ -180,10 +180,8 @@ OutputReport Output::report() const {
     report.failed = failed_.load();
     std::lock_guard lock(mutex_);
     for (const auto& reader : readers_) {
-        const ReaderStats& stats = *reader->stats;
-        report.readers.push_back({stats.kind, stats.peer, stats.offered.load(), stats.delivered.load(),
-                                  stats.dropped.load(), stats.bytes.load(),
-                                  static_cast<double>(stats.last_latency_ns.load()) / 1e6});
+        report.readers.push_back(reader->stats->report());
+        std::ranges::move(reader->sink->readers(), std::back_inserter(report.readers));
     }
     return report;
 }

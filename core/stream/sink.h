@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/ids.h"
 #include "core/base/rate.h"
@@ -48,7 +49,7 @@ struct MediaUnit {
 
 /// Delivers the frames of one camera to the outside.
 ///
-/// Thread: every call comes from the Output that owns the sink, one at a time.
+/// Thread: every call but readers() comes from the Output that owns the sink, one at a time.
 /// Order: open(), any number of write(), close(); close() may come early and twice, and must not block.
 /// write() must not block longer than a copy takes: a sink with a slow peer keeps one unit and counts what it drops.
 /// Every unit taken (write() gave no error) is counted once in StreamInfo::stats by the sink, as delivered or as
@@ -62,6 +63,8 @@ public:
     /// subscription.
     virtual Result<void> write(const MediaUnit& unit) = 0;
     virtual void close() noexcept = 0;
+    /// The books of those to whom the sink hands the units on, where it does. Any thread, at any time.
+    virtual std::vector<ReaderReport> readers() const { return {}; }
 };
 
 }  // namespace camrig

@@ -26,6 +26,10 @@ double middle_of(int bucket) {
 
 }  // namespace
 
+ReaderReport ReaderStats::report() const {
+    return {kind, peer, offered, delivered, dropped, bytes, static_cast<double>(last_latency_ns) / ns_per_ms};
+}
+
 void StageTimer::record(TimeNs duration_ns) {
     const auto ns = static_cast<std::uint64_t>(std::max<TimeNs>(duration_ns, 0));
     buckets_[static_cast<std::size_t>(std::min(bucket_of(ns), bucket_count - 1))].fetch_add(1,

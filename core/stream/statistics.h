@@ -12,6 +12,13 @@
 
 namespace camrig {
 
+/// The counts of a reader at one moment.
+struct ReaderReport {
+    std::string kind, peer;
+    std::uint64_t offered = 0, delivered = 0, dropped = 0, bytes = 0;
+    double latency_ms = 0;
+};
+
 /// Counts of one reader. Always: offered = delivered + dropped + in flight (at most one or two units).
 struct ReaderStats {
     std::string kind;  ///< "mjpeg", "v4l2", ...
@@ -21,6 +28,8 @@ struct ReaderStats {
     std::atomic<std::uint64_t> dropped{0};
     std::atomic<std::uint64_t> bytes{0};
     std::atomic<TimeNs> last_latency_ns{0};  ///< instant -> handed to the kernel
+
+    ReaderReport report() const;
 };
 
 /// Durations of one stage of the pipeline, as a histogram with 8 buckets per factor of two (at most 9 % wide),
@@ -48,11 +57,6 @@ private:
 };
 
 /// Everything `stats.get` and /metrics show, at one moment. Plain data.
-struct ReaderReport {
-    std::string kind, peer;
-    std::uint64_t offered = 0, delivered = 0, dropped = 0, bytes = 0;
-    double latency_ms = 0;
-};
 struct OutputReport {
     std::string format;  ///< "jpeg q90", "yuyv 640x480"
     std::uint64_t received = 0, encoded = 0, dropped = 0, failed = 0;

@@ -181,7 +181,8 @@ Handled DeviceHost::hello(const SessionRef& session, const camrig_request& reque
     session->stats = std::make_shared<ReaderStats>();
     session->stats->kind = "device";
     session->stats->peer = "/dev/video" + std::to_string(number) + " read by " +
-                           printable({program, ::strnlen(program, sizeof request.u.hello.program)});
+                           printable({program, ::strnlen(program, sizeof request.u.hello.program)}) + " (process " +
+                           std::to_string(session->peer_process()) + ")";
     session->reader = std::make_shared<RingReader>(session->event_socket.get(), &session->shared(), session->stats);
     sessions_.insert(session);
     share_priorities(number);
@@ -294,12 +295,6 @@ void DeviceHost::share_priorities(int number) {
 void DeviceHost::leave(const SessionRef& session) {
     stream_off(session);
     if (sessions_.erase(session) > 0) share_priorities(*session->number);
-}
-
-std::vector<std::shared_ptr<ReaderStats>> DeviceHost::reader_stats() const {
-    std::vector<std::shared_ptr<ReaderStats>> all;
-    for (const SessionRef& session : sessions_) all.push_back(session->stats);
-    return all;
 }
 
 }  // namespace camrig

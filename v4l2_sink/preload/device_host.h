@@ -42,7 +42,6 @@ public:
 
     /// Sessions whose connection the caller shall close.
     std::vector<std::shared_ptr<DeviceSession>> take_ended() { return std::exchange(ended_, {}); }
-    std::vector<std::shared_ptr<ReaderStats>> reader_stats() const;
 
 private:
     using SessionRef = std::shared_ptr<DeviceSession>;

@@ -229,9 +229,11 @@ void DeviceRing::credit(RingReader& reader) {
     if (reader.pending_.empty()) __atomic_store_n(&reader.page_->wants_credit, 0, __ATOMIC_SEQ_CST);
 }
 
-bool DeviceRing::has_readers() const {
+std::vector<ReaderReport> DeviceRing::readers() const {
+    std::vector<ReaderReport> reports;
     std::lock_guard lock(mutex_);
-    return !readers_.empty();
+    for (const auto& reader : readers_) reports.push_back(reader->report());
+    return reports;
 }
 
 }  // namespace camrig

@@ -41,6 +41,7 @@ public:
     /// `event_socket` must outlive the reader; tokens are sent there without ever blocking.
     RingReader(int event_socket, camrig_reader_page* page, std::shared_ptr<ReaderStats> stats)
         : event_socket_(event_socket), page_(page), stats_(std::move(stats)) {}
+    ReaderReport report() const { return stats_->report(); }
 
 private:
     friend class DeviceRing;
@@ -74,6 +75,8 @@ public:
     Result<void> open(const StreamInfo& info) override;
     Result<void> write(const MediaUnit& unit) override;
     void close() noexcept override;
+    /// The programs.
+    std::vector<ReaderReport> readers() const override;
 
     /// From the next picture on. The place tells the library where to find it in memory_fd().
     camrig_ring_place attach(const std::shared_ptr<RingReader>& reader);
@@ -86,7 +89,6 @@ public:
     void repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns);
 
     int memory_fd() const { return memory_.fd(); }
-    bool has_readers() const;
 
 private:
     DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate);

@@ -170,16 +170,4 @@ void DeviceServer::controls_changed(const std::string& camera, const std::vector
                      [loop = loop_.get(), camera, id] { loop->host().control_changed(camera, id); });
 }
 
-std::vector<ReaderReport> DeviceServer::report() const {
-    auto answer = std::make_shared<std::promise<std::vector<ReaderReport>>>();
-    tasks_->post([loop = loop_.get(), answer] {
-        std::vector<ReaderReport> reports;
-        for (const auto& stats : loop->host().reader_stats())
-            reports.push_back({stats->kind, stats->peer, stats->offered, stats->delivered, stats->dropped, stats->bytes,
-                               static_cast<double>(stats->last_latency_ns) / ns_per_ms});
-        answer->set_value(std::move(reports));
-    });
-    return answer->get_future().get();
-}
-
 }  // namespace camrig

@@ -36,8 +36,6 @@ public:
     void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
 
     const std::string& socket_path() const { return socket_path_; }
-    /// One report per open device.
-    std::vector<ReaderReport> report() const;
 
 private:
     class Loop;

@@ -36,6 +36,12 @@ int errno_of(const Error& error) {
 
 DeviceSession::DeviceSession(UniqueFd control) : control_(std::move(control)) {}
 
+pid_t DeviceSession::peer_process() const {
+    ucred peer{};
+    socklen_t length = sizeof peer;
+    return ::getsockopt(control_.get(), SOL_SOCKET, SO_PEERCRED, &peer, &length) == 0 ? peer.pid : 0;
+}
+
 void DeviceSession::send(std::span<const std::byte> message, std::span<const int> fds) {
     if (dead) return;
     iovec part{const_cast<std::byte*>(message.data()), message.size()};

@@ -50,6 +50,8 @@ public:
     explicit DeviceSession(UniqueFd control);
 
     int control_fd() const { return control_.get(); }
+    /// Its number, as the kernel knows it here; 0: of another process namespace.
+    pid_t peer_process() const;
     /// Sends a message, never waiting; a peer that does not take it is given up (`dead`).
     void send(std::span<const std::byte> message, std::span<const int> fds = {});
     void reply(std::uint32_t serial, camrig_reply reply, std::span<const int> fds = {});

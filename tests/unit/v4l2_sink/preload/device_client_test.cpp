@@ -153,7 +153,7 @@ TEST_F(DeviceClientTest, ASleeperGetsTheNewestPicturesAndSeesTheGap) {
     for (int n = 0; n < shown; ++n) {
         rig.show();
         // The bus drops pictures of its own when its workers are behind; here each shall reach the ring.
-        const auto told = [&] { return rig.server->report().at(0).delivered + rig.server->report().at(0).dropped; };
+        const auto told = [&] { return rig.programs().at(0).delivered + rig.programs().at(0).dropped; };
         while (told() < static_cast<std::uint64_t>(n + 1)) std::this_thread::yield();
     }
     v4l2_buffer first, second, third;
@@ -165,8 +165,8 @@ TEST_F(DeviceClientTest, ASleeperGetsTheNewestPicturesAndSeesTheGap) {
     rig.show();
     ASSERT_EQ(program.dequeue(third), 0);
     EXPECT_EQ(third.sequence, static_cast<unsigned>(shown));
-    while (rig.server->report().at(0).delivered < 3) std::this_thread::yield();
-    const ReaderReport report = rig.server->report().at(0);
+    while (rig.programs().at(0).delivered < 3) std::this_thread::yield();
+    const ReaderReport report = rig.programs().at(0);
     EXPECT_EQ(report.offered, report.delivered + report.dropped);
 }
 
@@ -230,7 +230,7 @@ TEST_F(DeviceClientTest, InLockstepAPictureWaitsForABuffer) {
     EXPECT_TRUE(wait_open(*step()));
     EXPECT_TRUE(wait_open(*step()));
     const auto third = step();  // both buffers hold a picture now
-    while (rig.server->report().at(0).offered < 3 || third->holders().size() > 1) std::this_thread::yield();
+    while (rig.programs().at(0).offered < 3 || third->holders().size() > 1) std::this_thread::yield();
     ASSERT_EQ(third->holders().size(), 1u);
     EXPECT_NE(third->holders()[0].find("/dev/video10"), std::string::npos);
     for (unsigned n = 0; n < 3; ++n) {
@@ -241,7 +241,7 @@ TEST_F(DeviceClientTest, InLockstepAPictureWaitsForABuffer) {
         ASSERT_EQ(program.queue(buffer.index), 0);
     }
     EXPECT_TRUE(wait_open(*third));
-    EXPECT_EQ(rig.server->report().at(0).dropped, 0u);
+    EXPECT_EQ(rig.programs().at(0).dropped, 0u);
 }
 
 TEST_F(DeviceClientTest, AReaderThatLeavesDoesNotHoldTheStep) {
@@ -250,7 +250,7 @@ TEST_F(DeviceClientTest, AReaderThatLeavesDoesNotHoldTheStep) {
     ASSERT_EQ(program.stream(true), 0);  // no buffer queued
     auto latch = DeliveryLatch::create();
     rig.show(latch);
-    while (rig.server->report().at(0).offered < 1) std::this_thread::yield();
+    while (rig.programs().at(0).offered < 1) std::this_thread::yield();
     EXPECT_FALSE(latch->is_open());
     program.close();
     const TimeNs end = monotonic_now_ns() + patience_ms * ns_per_ms;
@@ -297,7 +297,7 @@ TEST_F(DeviceClientTest, TheRingLetsGoOfAReaderBeforeItsSocketIsClosed) {
     auto latch =
         DeliveryLatch::create([&] { was_closed = was_closed || (is_armed && (program.poll_now() & POLLHUP) != 0); });
     rig.show(latch);
-    while (rig.server->report().at(0).offered < 1) std::this_thread::yield();
+    while (rig.programs().at(0).offered < 1) std::this_thread::yield();
     ASSERT_FALSE(latch->is_open());
     is_armed = true;
     rig.server->remove_device(10);
@@ -427,10 +427,16 @@ TEST_F(DeviceClientTest, OpeningAndClosingLeaksNoDescriptors) {
         ASSERT_EQ(program.start(), 0);
     };
     cycle();
-    while (!rig.server->report().empty()) std::this_thread::yield();
-    const auto before = count();
+    const TimeNs end = monotonic_now_ns() + patience_ms * ns_per_ms;
+    const auto before = [&] {
+        Opened program;  // the server has closed its ends of those before
+        EXPECT_EQ(program.start(), 0);
+        return count();
+    }();
     for (int i = 0; i < 200; ++i) cycle();
-    while (!rig.server->report().empty()) std::this_thread::yield();
+    Opened program;
+    ASSERT_EQ(program.start(), 0);
+    while (count() != before && monotonic_now_ns() < end) std::this_thread::yield();
     EXPECT_EQ(count(), before);
 }
 

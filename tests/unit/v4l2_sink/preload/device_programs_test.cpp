@@ -156,7 +156,7 @@ TEST_F(DevicePrograms, AProgramOutlivesItsRig) {
         outcome = run(rig.server->socket_path(), CAMRIG_TEST_CLIENT " /dev/video10 1000000 YUYV 640x480 unplug");
     });
     while (true) {
-        const auto readers = rig.server->report();
+        const auto readers = rig.programs();
         if (!readers.empty() && readers[0].delivered > 5) break;
         std::this_thread::yield();
     }

@@ -184,7 +184,9 @@ TEST(DeviceServer, ASubscriberThatDoesNotReadKeepsItsDeviceAndGetsTheNewestValue
     set(V4L2_CID_GAIN, 99);
     for (int n = 0; n < 5000; ++n) set(V4L2_CID_BRIGHTNESS, n % 60);
     set(V4L2_CID_BRIGHTNESS, 64);
-    std::ignore = rig.server->report();  // all of it has been told
+    // Who opens a device that came later shows that all of it has been told.
+    CHECK(rig.server->add_device(11, "lobby", ChromaSampling::yuv422).has_value());
+    while (ask(connect_to(rig.server->socket_path()).get(), hello(11)).status != 0) std::this_thread::yield();
 
     // A request is still answered, behind what was told before.
     camrig_request ask_format{};

@@ -145,6 +145,18 @@ public:
         bus.publish(set, latch);
     }
 
+    /// The programs that stream.
+    std::vector<ReaderReport> programs() const {
+        RigReport report;
+        report.cameras.emplace_back().name = "lobby";
+        bus.fill_report(report);
+        std::vector<ReaderReport> programs;
+        for (const OutputReport& output : report.cameras[0].outputs)
+            std::ranges::copy_if(output.readers, std::back_inserter(programs),
+                                 [](const ReaderReport& reader) { return reader.peer.starts_with("/dev/video"); });
+        return programs;
+    }
+
     TemporaryFolder folder;
     LocalFrameBus bus{{2, std::make_shared<FramePool>()}};
     std::shared_ptr<StoredControls> controls = std::make_shared<StoredControls>();
