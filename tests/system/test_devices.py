@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import camrig
+from conftest import wait_until
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -48,6 +49,25 @@ def test_v4l2_ctl_lists_and_streams_it(rig):
     assert "YUYV" in listed.stdout and "320x240" in listed.stdout
     streamed = run_exec(rig, "v4l2-ctl", "-d", "/dev/video3", "--stream-mmap", "--stream-count=10")
     assert streamed.returncode == 0, streamed.stderr
+
+
+def test_the_books_name_the_programs_that_read_a_device(rig):
+    rig.create_camera("lobby", size=(320, 240), outputs=[{"kind": "device", "number": 3}])
+    program = subprocess.Popen([os.environ["CAMRIG_BIN"], "exec", "--control", rig.call("server.info")["control"], "--",
+                                "v4l2-ctl", "-d", "/dev/video3", "--stream-mmap"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def books():
+        outputs = next(camera["outputs"] for camera in rig.call("stats.get")["cameras"] if camera["name"] == "lobby")
+        return [reader for output in outputs for reader in output["readers"] if reader["peer"].startswith("/dev/video3 read by")]
+
+    try:
+        wait_until(lambda: books() and books()[0]["delivered"] >= 3, what="pictures that v4l2-ctl took")
+        book = books()[0]
+        assert book["peer"] == f"/dev/video3 read by v4l2-ctl (process {program.pid})" and book["offered"] >= book["delivered"]
+    finally:
+        program.kill()
+        program.wait()
+    wait_until(lambda: not books(), what="its end")
 
 
 def test_a_deleted_camera_is_unplugged_and_its_number_is_free(rig):

@@ -1,11 +1,12 @@
 """The web page: cameras are made, steered, watched and deleted in it, and what goes wrong is said."""
 
+import math
 import subprocess
 
 import pytest
 
 from conftest import REPOSITORY, wait_until
-from web_page import chromium, drag, metres_per_pixel, opened, pixels, until, wait_for_picture
+from web_page import chromium, drag, metres_per_pixel, middle, opened, pixels, until, wait_for_picture
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +72,50 @@ def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
     page.click("#confirm button[value=ok]")
     wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye"], what="its end")
     until(page, "!document.querySelector('.tile[data-camera=eye_2]')")
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_a_head_is_driven_aimed_and_remembers_places(rig, page):
+    camera = rig.create_camera("dome", size=(320, 240), position=(12, 9, 2.8), look_at=(2, 3, 1))
+    page.wait_for_selector(".tile[data-camera=dome]")
+    page.click(".tile[data-camera=dome]")
+    assert page.is_hidden("#head")
+    # A head is put on where the parameters are; its own show once it is there.
+    fields = page.locator("#fields")
+    fields.get_by_label("Ptz").select_option("on")
+    fields.get_by_label("Preset").select_option("ideal")
+    wait_until(lambda: (camera.get()["ptz"] or {}).get("preset") == "ideal", what="the head")
+    page.wait_for_selector("#head:not([hidden])")
+    base = camera.get()["pose"]
+
+    page.focus("#view")
+    page.keyboard.press("ArrowLeft")
+    wait_until(lambda: camera.ptz.status()["true"]["pan_deg"] == pytest.approx(4), what="the key")
+    page.keyboard.press("+")
+    wait_until(lambda: camera.ptz.status()["true"]["zoom"] == pytest.approx(1.1), what="the zoom")
+    page.get_by_label("New preset").fill("door")
+    page.keyboard.press("Enter")
+    wait_until(lambda: list(camera.ptz.status()["presets"]) == ["door"], what="the preset")
+
+    # Held away from where it was grabbed it goes on turning to the right, and stands when it is let go.
+    x, y = middle(page, "#view")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 150, y, steps=3)
+    wait_until(lambda: camera.ptz.status()["pan_deg"] < -90, what="the drive")
+    page.mouse.up()
+    wait_until(lambda: not camera.ptz.status()["turning"], what="the stand")
+
+    page.get_by_role("button", name="Go").click()
+    wait_until(lambda: camera.ptz.status()["true"]["pan_deg"] == pytest.approx(4), what="the preset again")
+    box = page.locator("#view").bounding_box()
+    focal = camera.get()["shown_intrinsics"]["fx"]
+    page.mouse.dblclick(box["x"] + 0.75 * box["width"], box["y"] + 0.5 * box["height"])
+    wait_until(lambda: camera.ptz.status()["pan_deg"] == pytest.approx(4 - math.degrees(math.atan(80 / focal)), abs=0.3), what="the aim")
+    page.get_by_role("button", name="Home").click()
+    wait_until(lambda: camera.ptz.status()["true"]["pan_deg"] == 0, what="home")
+    until(page, "document.getElementById('head-facts').textContent.startsWith('pan 0° · tilt 0°')")
+    assert camera.get()["pose"] == base
 
 
 def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):

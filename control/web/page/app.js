@@ -1,6 +1,7 @@
 // Puts the page together. A hidden page reads and asks nothing, and so costs the rig nothing.
 import './cameras.js';
 import './fields.js';
+import './head.js';
 import './links.js';
 import './map.js';
 import './rates.js';

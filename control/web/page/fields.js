@@ -30,7 +30,7 @@ const ownFields = [
   ['Width', (c) => String(c.size[0]), (c, value) => ({ size: [value, c.size[1]] })],
   ['Height', (c) => String(c.size[1]), (c, value) => ({ size: [c.size[0], value] })],
 ];
-const shownAbove = new Set(['name', 'vfov_deg', 'hfov_deg']);
+const shownAbove = new Set(['name', 'fps', 'vfov_deg', 'hfov_deg']);
 
 async function set(wish) {
   const { name } = selectedCamera();
@@ -39,8 +39,9 @@ async function set(wish) {
   else showAll();  // what was refused is put back
 }
 
-// All controls: the element, and what it shows of a camera.
+// All controls: the element, and what it shows of a camera. Parts of what may be null: the element, and whether the camera has it.
 const shown = [];
+const optional = [];
 
 function add(parent, label, element, read) {
   const holder = document.createElement('label');
@@ -70,28 +71,40 @@ function addChoice(parent, label, words, read, wishOf) {
 
 const labelOf = ({ name, label = name.replaceAll('_', ' '), unit }) => label[0].toUpperCase() + label.slice(1) + (unit ? ` (${unit})` : '');
 
-/** A field as the rig describes it (server.describe): `read` its value of a camera, `wish` for it. */
+const textOf = (value) => (value == null ? '' : typeof value === 'number' ? rounded(value, 4) : String(value));
+
+/** A field as the rig describes it (server.describe): `read` its value of a camera, `wish` for it. What may be null is empty then. */
 function addDescribed(parent, field, read, wish) {
   const label = labelOf(field);
   const type = field.type.replace(' or null', '');
+  const orNull = (parse) => (c, text) => wish(field.null && text.trim() === '' ? null : parse(text));
   if (type === 'boolean') {
     addChoice(parent, label, ['off', 'on'], (c) => (read(c) ? 'on' : 'off'), (word) => wish(word === 'on'));
   } else if (field.choices) {
     const words = field.null ? [field.null, ...field.choices] : field.choices;
     addChoice(parent, label, words, (c) => read(c) ?? field.null, (word) => wish(field.null === word ? null : word));
-  } else if (field.word) {
-    addText(parent, label, (c) => String(read(c)), (c, text) => wish(text === field.word ? text : numberOf(text)));
-  } else if (type === 'number' || type === 'integer') {
-    addText(parent, label, (c) => rounded(read(c), 4), (c, text) => wish(numberOf(text))).inputMode = 'decimal';
+  } else if (type.startsWith('number') || type === 'integer') {
+    const input = addText(parent, label, (c) => textOf(read(c)), orNull((text) => (text === field.word ? text : numberOf(text))));
+    input.placeholder = field.null ?? '';
+    if (!field.word) input.inputMode = 'decimal';
+  } else if (type === 'array of numbers') {
+    const input = addText(parent, label, (c) => (read(c) ?? []).map(textOf).join(' '), orNull((text) => text.trim().split(/[\s,]+/).map(numberOf)));
+    input.placeholder = field.null ?? '';
   } else if (type === 'string') {
     addText(parent, label, (c) => read(c) ?? '', (c, text) => wish(text));
-  } else if (type === 'object' && field.fields && !field.whole && !field.null) {
+  } else if (type === 'object' && field.fields && !field.whole) {
     const part = document.createElement('fieldset');
     const legend = document.createElement('legend');
     legend.textContent = label;
     part.append(legend);
-    for (const inner of field.fields) addDescribed(part, inner, (c) => read(c)[inner.name], (value) => wish({ [inner.name]: value }));
     parent.append(part);
+    // An object that may be null is switched on with its defaults; its parts are there while it is.
+    if (field.null) {
+      addChoice(part, label, [field.null, 'on'], (c) => (read(c) ? 'on' : field.null), (word) => wish(word === 'on' ? {} : null));
+    }
+    const parts = field.null ? part.appendChild(document.createElement('fieldset')) : part;
+    if (field.null) optional.push({ element: parts, isThere: (c) => read(c) != null });
+    for (const inner of field.fields) addDescribed(parts, inner, (c) => read(c)?.[inner.name], (value) => wish({ [inner.name]: value }));
   }
 }
 
@@ -104,8 +117,9 @@ function showAll() {
   const camera = selectedCamera();
   for (const control of form.elements) control.disabled = !camera;
   if (!camera) return;
+  for (const { element, isThere } of optional) element.hidden = !isThere(camera);
   for (const { element, read } of shown) {
-    const text = read(camera);
+    const text = read(camera) ?? '';
     if (document.activeElement !== element && element.value !== text) element.value = text;
   }
 }

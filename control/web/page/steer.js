@@ -1,6 +1,7 @@
 // Moves the camera that is shown large: buttons, keys, dragging the picture, the wheel.
 import { call } from './rpc.js';
 import { attempt } from './messages.js';
+import { aimHead, driveHead, haltHead, hasHead, stepHead, zoomOf } from './head.js';
 import { adopt, selectedCamera } from './state.js';
 
 const view = document.getElementById('view');
@@ -41,6 +42,10 @@ export function poseOf(camera) {
 }
 
 export function turn(camera, pan, tilt) {
+  if (hasHead(camera)) {
+    stepHead(camera, pan / zoomOf(camera), tilt / zoomOf(camera));
+    return;
+  }
   const pose = poseOf(camera);
   pose.pan_deg = ((pose.pan_deg + pan + 540) % 360) - 180;
   pose.tilt_deg = Math.max(-89.9, Math.min(89.9, pose.tilt_deg + tilt));
@@ -58,6 +63,10 @@ function move(camera, ahead, left, up) {
 export function moveNow(camera, pose) { change(camera.name, { pose }); }
 
 function zoom(camera, factor) {
+  if (hasHead(camera)) {
+    stepHead(camera, 0, 0, factor);
+    return;
+  }
   const wish = wished.get(camera.name) ?? {};
   // A fisheye has no field of view to set; its zoom scales the focal length.
   if (camera.lens.model === 'equidistant') {
@@ -117,25 +126,61 @@ view.addEventListener('keydown', (event) => {
   perform(act, event.shiftKey && event.key !== '+' ? fine : coarse);
 });
 
+// A hand on the picture. One finger or the mouse turns the camera; two fingers zoom by how far they are apart.
 let grabbed = null;
+const fingers = new Map();
+const spread = () => {
+  const [a, b] = [...fingers.values()];
+  return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
+};
+const leastPinch = 1.03;
+
+function letGo(event) {
+  fingers.delete(event.pointerId);
+  if (grabbed) haltHead();
+  grabbed = null;
+}
+
 view.addEventListener('pointerdown', (event) => {
   const camera = selectedCamera();
   if (!camera || event.button !== 0) return;
   view.focus({ preventScroll: true });
   view.setPointerCapture(event.pointerId);
-  grabbed = { name: camera.name, x: event.clientX, y: event.clientY, pose: poseOf(camera) };
+  fingers.set(event.pointerId, event);
+  if (fingers.size > 1) haltHead();
+  grabbed = { name: camera.name, x: event.clientX, y: event.clientY, pose: poseOf(camera), spread: fingers.size === 2 ? spread() : 0 };
 });
 view.addEventListener('pointermove', (event) => {
   const camera = selectedCamera();
-  if (!grabbed || camera?.name !== grabbed.name) return;
+  if (!grabbed || camera?.name !== grabbed.name || !fingers.has(event.pointerId)) return;
+  fingers.set(event.pointerId, event);
+  if (grabbed.spread) {
+    const factor = spread() / grabbed.spread;
+    if (Math.max(factor, 1 / factor) < leastPinch) return;
+    grabbed.spread *= factor;
+    zoom(camera, factor);
+    return;
+  }
+  const [dx, dy] = [event.clientX - grabbed.x, event.clientY - grabbed.y];
+  if (hasHead(camera)) {
+    const share = (way) => Math.max(-1, Math.min(1, way / (0.5 * view.clientHeight)));
+    driveHead(camera, share(dx), share(-dy));
+    return;
+  }
   // The picture follows the hand: its height is the vertical field of view.
   const perPixel = camera.vfov_deg / view.clientHeight;
   const pose = { ...grabbed.pose };
-  pose.pan_deg += (event.clientX - grabbed.x) * perPixel;
-  pose.tilt_deg = Math.max(-89.9, Math.min(89.9, pose.tilt_deg + (event.clientY - grabbed.y) * perPixel));
+  pose.pan_deg += dx * perPixel;
+  pose.tilt_deg = Math.max(-89.9, Math.min(89.9, pose.tilt_deg + dy * perPixel));
   moveNow(camera, pose);
 });
-for (const end of ['pointerup', 'pointercancel']) view.addEventListener(end, () => { grabbed = null; });
+for (const end of ['pointerup', 'pointercancel']) view.addEventListener(end, letGo);
+view.addEventListener('dblclick', (event) => {
+  const camera = selectedCamera();
+  if (!hasHead(camera)) return;
+  const box = view.getBoundingClientRect();
+  aimHead(camera, 2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
+});
 view.addEventListener('wheel', (event) => {
   if (document.activeElement !== view) return;  // a page that is scrolled past the picture zooms nothing
   event.preventDefault();
