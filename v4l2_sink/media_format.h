@@ -8,7 +8,7 @@
 #include "core/base/field.h"
 #include "core/stream/frame_bus.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// Options of outputs that are devices, of either kind.
 inline Field video_number_field() {
@@ -21,25 +21,26 @@ inline Field subsampling_field(std::string option = {}) {
 
 /// The bus's name for a V4L2 format of this size, for devices of either kind; nothing for a fourcc that is none of
 /// ours.
-inline std::optional<MediaFormat> media_format_of(std::uint32_t fourcc, ImageSize size, ChromaSampling mjpg_sampling) {
-    MediaFormat media;
+inline std::optional<stream::MediaFormat> media_format_of(std::uint32_t fourcc, ImageSize size,
+                                                          codec::ChromaSampling mjpg_sampling) {
+    stream::MediaFormat media;
     media.size = size;
     switch (fourcc) {
         case V4L2_PIX_FMT_YUYV:
-            media.pixels = PixelFormat::yuyv;
+            media.pixels = frame::PixelFormat::yuyv;
             return media;
         case V4L2_PIX_FMT_YUV420:
-            media.pixels = PixelFormat::i420;
+            media.pixels = frame::PixelFormat::i420;
             return media;
         case V4L2_PIX_FMT_NV12:
-            media.pixels = PixelFormat::nv12;
+            media.pixels = frame::PixelFormat::nv12;
             return media;
         case V4L2_PIX_FMT_BGR24:
-            media.pixels = PixelFormat::bgr24;
+            media.pixels = frame::PixelFormat::bgr24;
             return media;
         case V4L2_PIX_FMT_MJPEG:
-            media.codec = Codec::jpeg;
-            media.quality = default_jpeg_quality;
+            media.codec = codec::Codec::jpeg;
+            media.quality = codec::default_jpeg_quality;
             media.sampling = mjpg_sampling;
             return media;
         default:
@@ -47,4 +48,4 @@ inline std::optional<MediaFormat> media_format_of(std::uint32_t fourcc, ImageSiz
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

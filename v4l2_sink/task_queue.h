@@ -12,7 +12,7 @@
 #include "core/base/result.h"
 #include "core/base/unique_fd.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// Work from other threads for one that polls: fd() is readable while there is some. Any thread may post.
 ///
@@ -59,4 +59,4 @@ private:
     std::map<std::string, Task> named_;  ///< guarded by mutex_
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

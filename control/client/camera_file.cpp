@@ -5,7 +5,7 @@
 
 #include "core/base/json_reader.h"
 
-namespace camrig {
+namespace camrig::client {
 namespace {
 
 using nlohmann::json;
@@ -43,4 +43,4 @@ std::string camera_in_file(const std::filesystem::path& file, std::size_t index)
            (index > 0 ? " (those before it were made): " : ": ");
 }
 
-}  // namespace camrig
+}  // namespace camrig::client

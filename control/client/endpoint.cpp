@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-namespace camrig {
+namespace camrig::client {
 
 Result<Endpoint> Endpoint::parse(std::string_view text) {
     Endpoint endpoint;
@@ -39,4 +39,4 @@ std::string default_control() {
     return "/tmp/camrig-" + std::to_string(::getuid()) + ".sock";
 }
 
-}  // namespace camrig
+}  // namespace camrig::client

@@ -6,7 +6,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::client {
 
 /// Where a rig's control protocol is reached: a Unix socket, or TCP when `host` is not empty.
 struct Endpoint {
@@ -22,4 +22,4 @@ struct Endpoint {
 /// $CAMRIG_CONTROL, else $XDG_RUNTIME_DIR/camrig.sock, else /tmp/camrig-$UID.sock.
 std::string default_control();
 
-}  // namespace camrig
+}  // namespace camrig::client

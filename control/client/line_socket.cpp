@@ -14,12 +14,12 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-namespace camrig {
+namespace camrig::client {
 namespace {
 
 constexpr std::size_t read_bytes = 256 * 1024;
 
-std::unexpected<Error> nobody(const std::string& peer, int reason) {
+std::unexpected<camrig::Error> nobody(const std::string& peer, int reason) {
     const bool is_missing = reason == ENOENT || reason == ECONNREFUSED;
     return error(ErrorKind::unavailable, "no rig at " + peer + ": " + std::strerror(reason) +
                                              (is_missing ? "; start one with: camrig serve SCENE" : ""));
@@ -154,4 +154,4 @@ Result<std::string> LineSocket::receive(std::size_t max_bytes, Deadline deadline
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::client

@@ -10,7 +10,7 @@
 #include "core/base/result.h"
 #include "core/base/unique_fd.h"
 
-namespace camrig {
+namespace camrig::client {
 
 using Deadline = std::chrono::steady_clock::time_point;
 
@@ -38,4 +38,4 @@ private:
     std::string received_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::client

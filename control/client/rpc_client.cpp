@@ -2,13 +2,13 @@
 
 #include "core/base/json_reader.h"
 
-namespace camrig {
+namespace camrig::client {
 namespace {
 
 using nlohmann::json;
 
-Error error_of(const json& value) {
-    Error error{ErrorKind::internal, "the rig gave an error without words"};
+camrig::Error error_of(const json& value) {
+    camrig::Error error{ErrorKind::internal, "the rig gave an error without words"};
     if (!value.is_object()) return error;
     if (const auto message = value.find("message"); message != value.end() && message->is_string())
         error.message = message->get<std::string>();
@@ -61,4 +61,4 @@ Result<json> RpcClient::call(std::string_view method, const json& params, std::c
     return std::move((*reply)["result"]);
 }
 
-}  // namespace camrig
+}  // namespace camrig::client

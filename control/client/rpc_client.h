@@ -10,7 +10,7 @@
 #include "control/client/line_socket.h"
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::client {
 
 struct RpcClientOptions {
     Endpoint endpoint;
@@ -44,4 +44,4 @@ private:
     bool is_broken_ = false;
 };
 
-}  // namespace camrig
+}  // namespace camrig::client

@@ -3,7 +3,7 @@
 #include "control/rpc/generated_files.h"
 
 // control/client/camrig/parameters.h: the parameters of a camera as structs of C++17.
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 constexpr std::string_view client_head = R"h(#pragma once
@@ -126,4 +126,4 @@ std::string client_parameters() {
     return out;
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

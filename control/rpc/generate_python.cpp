@@ -6,7 +6,7 @@
 #include "core/world/read/actor_json.h"
 
 // control/python/camrig/parameters.py: what editors and type checkers know of the rig's parameters.
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 constexpr std::string_view python_head =
@@ -122,14 +122,14 @@ void put_actors(std::string& out) {
         std::erase_if(fields, [&](const Field& field) { return std::ranges::find(names, field.name) != names.end(); });
         return fields;
     };
-    auto spawned = without(descriptions_of<ActorSpec>(), {"name", "model"});
+    auto spawned = without(descriptions_of<world::ActorSpec>(), {"name", "model"});
     for (Field& field : spawned)
         if (field.name == "class") field.name = "object_class";
     put_class(out, "ActorOptions", "What Rig.spawn_actor takes.", spawned, true, false);
     put_class(out, "ActorChanges", "What Rig.set_actor takes; what is left out stays as it is.",
-              without(descriptions_of<ActorPatch>(), {"name"}), true, false);
-    put_class(out, "Steering", "What Rig.steer takes of each actor.", without(descriptions_of<SteerSpec>(), {"name"}),
-              true, false);
+              without(descriptions_of<world::ActorPatch>(), {"name"}), true, false);
+    put_class(out, "Steering", "What Rig.steer takes of each actor.",
+              without(descriptions_of<world::SteerSpec>(), {"name"}), true, false);
 }
 
 /// The options as keywords have them: the parts of the pose stand by themselves.
@@ -163,7 +163,7 @@ std::string python_parameters() {
     put_class(out, "CameraState", "What Camera.get answers.", state, false, true);
 
     out += "\n\n";
-    put_dictionary(out, "Attachment", descriptions_of<Attachment>());
+    put_dictionary(out, "Attachment", descriptions_of<world::Attachment>());
     for (const KindsDescription& described : kinds_of_methods())
         if (described.name != "output") put_kinds(out, described);  // Output is above, with the options of all kinds
     put_actors(out);
@@ -183,4 +183,4 @@ std::string python_parameters() {
     return out + "}\n";
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

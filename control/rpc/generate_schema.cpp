@@ -5,7 +5,7 @@
 
 // The parts of scenes/schema.json that have tables; the forms of values, and what keys demand of each other where no
 // kind says it, are written by hand.
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::ordered_json;
@@ -161,4 +161,4 @@ Result<std::string> scene_schema(const std::string& present) {
     return text + "\n";
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

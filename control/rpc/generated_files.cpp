@@ -13,7 +13,7 @@
 #include "core/world/read/light_json.h"
 #include "core/world/scene_reader.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 /// What stands between the marks of this name in a page.
@@ -51,41 +51,41 @@ std::string kinds_tables(const KindsDescription& described) {
 }  // namespace
 
 std::vector<ObjectDescription> objects_of_methods() {
-    return {{"actor", descriptions_of<ActorSpec>()},
-            {"attachment", descriptions_of<Attachment>()},
-            {"event", descriptions_of<EventSpec>()}};
+    return {{"actor", descriptions_of<world::ActorSpec>()},
+            {"attachment", descriptions_of<world::Attachment>()},
+            {"event", descriptions_of<world::EventSpec>()}};
 }
 
 std::vector<ObjectDescription> objects_of_scenes() {
     auto objects = objects_of_methods();
-    objects.insert(objects.end(), {{"scene", descriptions_of<Scene>()},
-                                   {"environment", descriptions_of<Environment>()},
-                                   {"model_file", descriptions_of<ModelFile>()},
-                                   {"object", descriptions_of<ObjectSpec>()},
-                                   {"route", descriptions_of<Route>()},
-                                   {"area", descriptions_of<Area>()},
-                                   {"place", descriptions_of<Place>()}});
+    objects.insert(objects.end(), {{"scene", descriptions_of<world::Scene>()},
+                                   {"environment", descriptions_of<world::Environment>()},
+                                   {"model_file", descriptions_of<world::ModelFile>()},
+                                   {"object", descriptions_of<world::ObjectSpec>()},
+                                   {"route", descriptions_of<world::Route>()},
+                                   {"area", descriptions_of<world::Area>()},
+                                   {"place", descriptions_of<world::Place>()}});
     return objects;
 }
 
 std::vector<KindsDescription> kinds_of_methods() {
     std::vector<KindDescription> outputs;
     for (const OutputFamily& family : output_families()) outputs.push_back(family.kind.description);
-    return {{"behaviour", "type", descriptions_of(behaviour_kinds())},
-            {"trigger", "", descriptions_of(trigger_kinds())},
-            {"action", "action", descriptions_of(action_kinds())},
+    return {{"behaviour", "type", descriptions_of(world::behaviour_kinds())},
+            {"trigger", "", descriptions_of(world::trigger_kinds())},
+            {"action", "action", descriptions_of(world::action_kinds())},
             {"output", "kind", std::move(outputs)}};
 }
 
 std::vector<KindsDescription> kinds_of_scenes() {
     auto kinds = kinds_of_methods();
-    kinds.push_back({"light", "type", descriptions_of(light_kinds())});
-    kinds.push_back({"shape", "shape", descriptions_of(shape_kinds())});
+    kinds.push_back({"light", "type", descriptions_of(world::light_kinds())});
+    kinds.push_back({"shape", "shape", descriptions_of(world::shape_kinds())});
     return kinds;
 }
 
 std::vector<Field> camera_descriptions() {
-    return descriptions_of(camera_fields());
+    return descriptions_of(world::camera_fields());
 }
 
 std::vector<Field> shapes_in(const std::vector<Field>& fields) {
@@ -125,4 +125,4 @@ std::vector<GeneratedFile> generated_files() {
             {"control/client/camrig/parameters.h", [](const std::string&) { return client_parameters(); }}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

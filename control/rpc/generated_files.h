@@ -10,7 +10,7 @@
 
 /// Files of the repository that are made from the tables of methods and parameters: `camrig methods --write .` makes
 /// them, a unit test compares them.
-namespace camrig {
+namespace camrig::control {
 
 struct GeneratedFile {
     std::string path;  ///< from the root of the repository
@@ -43,4 +43,4 @@ std::vector<KindsDescription> kinds_of_scenes();
 /// The types of objects in `fields`, innermost first, each once.
 std::vector<Field> shapes_in(const std::vector<Field>& fields);
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -5,7 +5,7 @@
 
 #include "core/base/json_reader.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -138,4 +138,4 @@ int rpc_code_of(ErrorKind kind) {
     return kind == ErrorKind::invalid_argument ? rpc_code::invalid_params : rpc_code::application;
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -12,7 +12,7 @@
 #include "core/base/result.h"
 
 /// JSON-RPC 2.0 messages (specification of 2013-01-04), without transport and without methods.
-namespace camrig {
+namespace camrig::control {
 
 /// Longest request line or body.
 inline constexpr std::size_t max_request_bytes = std::size_t{1} << 20;
@@ -68,4 +68,4 @@ std::string rpc_error(const RpcError& error);
 /// The code under which an error of a handler is told: invalid_params for invalid_argument, else application.
 int rpc_code_of(ErrorKind kind);
 
-}  // namespace camrig
+}  // namespace camrig::control

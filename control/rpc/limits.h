@@ -5,7 +5,7 @@
 
 #include "control/rpc/json_rpc.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// The bounds of the control protocol; `server.info` and docs/control-protocol.md show them. The defaults are the
 /// product's; tests shorten them.
@@ -33,4 +33,4 @@ inline constexpr std::size_t max_frame_bytes = std::size_t{48} << 20;
 /// world.load requests that wait for the one in progress.
 inline constexpr std::size_t max_scenes_waiting = 4;
 
-}  // namespace camrig
+}  // namespace camrig::control

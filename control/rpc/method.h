@@ -17,7 +17,7 @@
 #include "core/base/field.h"
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// What a method gives back. `data` is for large base64 text, which inside of `fields` would be copied and scanned
 /// twice; it becomes the last member, "data".
@@ -91,4 +91,4 @@ struct Method {
     bool reads_files = false;    ///< its errors may tell of files: in full to the rig's owner only
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -6,18 +6,20 @@
 #include "control/rpc/methods.h"
 
 // docs/control-protocol.md is made here, from the method table; a unit test compares the two.
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
 
 /// Answers every command and every request for a picture: there is no rig behind documentation.
-class NoRig final : public CommandPort, public FrameFetcher {
+class NoRig final : public engine::CommandPort, public stream::FrameFetcher {
 public:
-    void post(Command command) override {
+    void post(engine::Command command) override {
         std::visit([](auto& request) { request.done(std::unexpected(nothing())); }, command);
     }
-    void fetch(FetchRequest, std::function<void(Result<MediaUnit>)> done) override { done(std::unexpected(nothing())); }
+    void fetch(stream::FetchRequest, std::function<void(Result<stream::MediaUnit>)> done) override {
+        done(std::unexpected(nothing()));
+    }
 
 private:
     static Error nothing() { return {ErrorKind::unavailable, "there is no rig here"}; }
@@ -108,7 +110,7 @@ std::string limits_section() {
            seconds(limits.stalled_after) + " | the connection is closed |\n| first line where a token is asked for | " +
            number(limits.unauthorized_line_bytes) + " bytes, " + seconds(limits.authorize_time) +
            " | the connection is closed |\n| one picture of `frame.get`, before base64 | " + mib(max_frame_bytes) +
-           " | `resource_exhausted` |\n| commands waiting for the world | " + number(max_queued_commands) +
+           " | `resource_exhausted` |\n| commands waiting for the world | " + number(engine::max_queued_commands) +
            " | `resource_exhausted` |\n| scenes waiting to be loaded | " + number(max_scenes_waiting) +
            " | `resource_exhausted` |\n\n";
 }
@@ -157,4 +159,4 @@ std::string control_protocol_markdown(const std::vector<Method>& methods) {
     return out;
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -4,12 +4,12 @@
 #include "core/world/world_fields.h"
 
 /// Parameters that several methods have.
-namespace camrig {
+namespace camrig::control {
 
 /// The name of a camera.
 template <auto member>
 auto camera_name_at(const char* name) {
-    return entry_by<member>(
+    return world::entry_by<member>(
         {.name = name, .type = "string", .doc = "name of the camera, `[a-z0-9_]{1,24}`", .required = true},
         [](JsonReader& reader, std::string_view key, std::string& out) {
             reader.required(key, out);
@@ -28,4 +28,4 @@ auto min_ns_at() {
          .unit = "ns"});
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -4,13 +4,14 @@
 
 #include "core/world/camera_fields.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 /// An object of a camera: words of its own, and the parts that the table has.
 SharedObject object_of(const char* name, const char* summary) {
-    const auto found = std::ranges::find(camera_fields(), name, [](const auto& entry) { return entry.field.name; });
-    CHECK(found != camera_fields().end());
+    const auto found =
+        std::ranges::find(world::camera_fields(), name, [](const auto& entry) { return entry.field.name; });
+    CHECK(found != world::camera_fields().end());
     return {name, summary, found->field.parts};
 }
 
@@ -134,4 +135,4 @@ and are closed when it is wrong (answered after 0.25 s, and told in the log) or 
 )md";
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -6,7 +6,7 @@
 
 #include "control/rpc/method.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// An object that several methods take, described once.
 struct SharedObject {
@@ -25,4 +25,4 @@ std::string param_row(const Field& field);
 /// The text of docs/control-protocol.md before its tables.
 std::string_view protocol_introduction();
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -10,7 +10,7 @@
 #include "core/world/scene_check.h"
 
 /// The families of methods. A new method is one entry in one of these files.
-namespace camrig {
+namespace camrig::control {
 
 std::vector<Method> camera_methods(RpcContext& context);
 std::vector<Method> ptz_methods(RpcContext& context);
@@ -21,17 +21,17 @@ std::vector<Method> event_methods(RpcContext& context);
 std::vector<Method> truth_methods(RpcContext& context);
 std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
 
-nlohmann::json to_json(const CameraReply& report);
-nlohmann::json to_json(const RigReport& report);
+nlohmann::json to_json(const engine::CameraReply& report);
+nlohmann::json to_json(const stream::RigReport& report);
 /// What scene.check answers, and `camrig check --json`.
-nlohmann::json to_json(const SceneCheck& check);
-nlohmann::json applied_json(const Applied& done);
+nlohmann::json to_json(const world::SceneCheck& check);
+nlohmann::json applied_json(const engine::Applied& done);
 std::string hex_text(std::uint64_t bits);
 
 /// Posts a command and turns its reply into JSON, on the thread for replies: the engine's has no time for text.
 template <typename C, typename ToJson>
 void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply) {
-    context.commands.post(Request<C>{
+    context.commands.post(engine::Request<C>{
         std::move(command), [replies = context.replies, done = std::move(done), to_json_of_reply](auto reply) {
             if (!reply) return done(std::unexpected(reply.error()));
             std::function<void()> job = [done, to_json_of_reply, value = std::move(*reply)] {
@@ -67,7 +67,7 @@ auto handler_of(RpcContext& context, ToJson to_json_of_reply) {
 
 /// What was made or changed, and when that shows: the fields of its report and applied_ns.
 template <typename Report>
-nlohmann::json change_json(const AppliedReport<Report>& change) {
+nlohmann::json change_json(const engine::AppliedReport<Report>& change) {
     nlohmann::json value = json_of(change.report);
     value["applied_ns"] = change.applied_ns;
     return value;
@@ -87,4 +87,4 @@ nlohmann::json list_json(const std::vector<T>& values) {
     return list;
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -3,14 +3,14 @@
 #include "core/world/camera_fields.h"
 #include "core/world/camera_json.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
 
 /// How long what camera.set changes takes.
-const FieldOf<SetCamera>& seconds_field() {
-    static const auto field = seconds_at<&SetCamera::duration_ns>(
+const FieldOf<engine::SetCamera>& seconds_field() {
+    static const auto field = world::seconds_at<&engine::SetCamera::duration_ns>(
         {.name = "seconds",
          .doc =
              "world time in which pose and field of view (zoom, focal length) get there; all else is at once, and so "
@@ -22,7 +22,7 @@ const FieldOf<SetCamera>& seconds_field() {
 
 /// Of camera.create; camera.set takes all but the place, and `seconds`. What is not given stays as it is there.
 std::vector<Field> params_of(bool creates) {
-    std::vector<Field> fields = descriptions_of(camera_fields());
+    std::vector<Field> fields = descriptions_of(world::camera_fields());
     if (!creates) {
         std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
         fields.push_back(seconds_field().field);
@@ -33,40 +33,40 @@ std::vector<Field> params_of(bool creates) {
 }
 
 std::vector<Field> state_fields() {
-    std::vector<Field> fields = descriptions_of(camera_fields());
+    std::vector<Field> fields = descriptions_of(world::camera_fields());
     std::erase_if(fields, [](const Field& field) { return field.by == Field::By::client; });
     return fields;
 }
 
 /// A new name must be one; of others it is told that there is no such camera.
-Result<CreateCamera> read_create(JsonReader& reader) {
-    static const auto name = camera_name_at<&CreateCamera::name>("name");
-    Changes<CreateCamera> named;
+Result<engine::CreateCamera> read_create(JsonReader& reader) {
+    static const auto name = camera_name_at<&engine::CreateCamera::name>("name");
+    Changes<engine::CreateCamera> named;
     name.read(reader, named);
-    CreateCamera command;
+    engine::CreateCamera command;
     named.apply_to(command);
     reader.optional("place", command.place);
-    command.patch = read_camera_patch(reader);
+    command.patch = world::read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
     return command;
 }
 
-Result<SetCamera> read_set(JsonReader& reader) {
-    Changes<SetCamera> timed;
+Result<engine::SetCamera> read_set(JsonReader& reader) {
+    Changes<engine::SetCamera> timed;
     seconds_field().read(reader, timed);
-    SetCamera command;
+    engine::SetCamera command;
     timed.apply_to(command);
     reader.required("name", command.name);
-    command.patch = read_camera_patch(reader);
+    command.patch = world::read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
     return command;
 }
 
-json state_json(const CameraReply& state) {
+json state_json(const engine::CameraReply& state) {
     return to_json(state);
 }
 
-json states_json(const std::vector<CameraReply>& states) {
+json states_json(const std::vector<engine::CameraReply>& states) {
     json cameras = json::array();
     for (const auto& state : states) cameras.push_back(to_json(state));
     return {{"cameras", std::move(cameras)}};
@@ -76,8 +76,8 @@ json states_json(const std::vector<CameraReply>& states) {
 
 std::vector<Method> camera_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<DeleteCamera>> deleted{camera_name_at<&DeleteCamera::name>("name")};
-    const std::vector<FieldOf<GetCamera>> asked{camera_name_at<&GetCamera::name>("name")};
+    const std::vector<FieldOf<engine::DeleteCamera>> deleted{camera_name_at<&engine::DeleteCamera::name>("name")};
+    const std::vector<FieldOf<engine::GetCamera>> asked{camera_name_at<&engine::GetCamera::name>("name")};
     return {
         {.name = "camera.create",
          .summary =
@@ -122,9 +122,9 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .params = {},
          .result = {{"cameras", "array of objects", "each as camera.get gives it"}},
          .errors = {},
-         .handler = handler_of<ListCameras>(context, states_json),
+         .handler = handler_of<engine::ListCameras>(context, states_json),
          .only_looks = true},
     };
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -2,7 +2,7 @@
 #include "core/world/read/event_json.h"
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::control {
 
 namespace {
 
@@ -10,53 +10,54 @@ using nlohmann::json;
 
 constexpr double longest_wait_s = 300.0;
 
-json record_json(const EventRecord& record) {
+json record_json(const world::EventRecord& record) {
     json data = json::array();
     for (const std::string& text : record.data) data.push_back(json::parse(text, nullptr, false));
     return {{"sequence", record.sequence}, {"event", record.event},   {"world_ns", record.world_ns},
             {"actor", record.actor},       {"data", std::move(data)}, {"errors", record.errors}};
 }
 
-json log_json(const EventLog& log) {
+json log_json(const engine::EventLog& log) {
     json events = json::array();
-    for (const EventRecord& record : log.events) events.push_back(record_json(record));
+    for (const world::EventRecord& record : log.events) events.push_back(record_json(record));
     return {{"events", std::move(events)}, {"last", log.last}, {"missed", log.missed}};
 }
 
-Result<AddEvent> read_added(JsonReader& reader) {
-    auto event = read_event(reader);
+Result<engine::AddEvent> read_added(JsonReader& reader) {
+    auto event = world::read_event(reader);
     if (!event) return std::unexpected(event.error());
-    return AddEvent{std::move(*event)};
+    return engine::AddEvent{std::move(*event)};
 }
 
 }  // namespace
 
 std::vector<Method> event_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<RemoveEvent>> remove{
-        name_at<&RemoveEvent::name>({.name = "name", .doc = "name of the event", .required = true})};
-    const std::vector<FieldOf<WaitEvents>> wait{
-        field_at<&WaitEvents::since>({.name = "since", .doc = "number of the last event that is known"}),
-        seconds_at<&WaitEvents::timeout_ns>({.name = "timeout_s",
-                                             .doc = "longest wait; then the list is empty",
-                                             .fallback = "10",
-                                             .range = {0.0, longest_wait_s}})};
+    const std::vector<FieldOf<engine::RemoveEvent>> remove{
+        world::name_at<&engine::RemoveEvent::name>({.name = "name", .doc = "name of the event", .required = true})};
+    const std::vector<FieldOf<engine::WaitEvents>> wait{
+        field_at<&engine::WaitEvents::since>({.name = "since", .doc = "number of the last event that is known"}),
+        world::seconds_at<&engine::WaitEvents::timeout_ns>({.name = "timeout_s",
+                                                            .doc = "longest wait; then the list is empty",
+                                                            .fallback = "10",
+                                                            .range = {0.0, longest_wait_s}})};
     return {
         {.name = "event.list",
          .summary = "All events, in the order they were added.",
          .params = {},
          .result = {{"events", "array of objects", "each name, when, fired and limit"}},
          .errors = {},
-         .handler = handler_of<ListEvents>(
-             context, [](const std::vector<EventReport>& reports) { return json{{"events", list_json(reports)}}; }),
+         .handler = handler_of<engine::ListEvents>(
+             context,
+             [](const std::vector<world::EventReport>& reports) { return json{{"events", list_json(reports)}}; }),
          .only_looks = true},
         {.name = "event.add",
          .summary = "Adds an event. The keys are those of an event in a scene file (docs/scene-format.md). Times count "
                     "from the loading of the scene.",
-         .params = descriptions_of<EventSpec>(),
-         .result = change_fields<EventReport>("world time from which it waits"),
+         .params = descriptions_of<world::EventSpec>(),
+         .result = change_fields<world::EventReport>("world time from which it waits"),
          .errors = {invalid_argument, already_exists, not_found, resource_exhausted},
-         .handler = handler_of(context, read_added, change_json<EventReport>),
+         .handler = handler_of(context, read_added, change_json<world::EventReport>),
          .example = R"({"name": "alarm", "when": {"every_s": 60}, "do": [{"action": "user", "data": {"level": 2}}]})"},
         {.name = "event.remove",
          .summary = "Removes an event; what it has done stays.",
@@ -84,4 +85,4 @@ std::vector<Method> event_methods(RpcContext& context) {
     };
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

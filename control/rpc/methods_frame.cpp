@@ -7,7 +7,7 @@
 #include "core/base/base64.h"
 #include "core/frame/kind_format.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -15,9 +15,9 @@ using nlohmann::json;
 /// What is asked for.
 struct FrameQuestion {
     std::string camera;
-    FrameKind kind = FrameKind::color;
-    Codec format = Codec::jpeg;
-    int quality = default_jpeg_quality;
+    frame::FrameKind kind = frame::FrameKind::color;
+    codec::Codec format = codec::Codec::jpeg;
+    int quality = codec::default_jpeg_quality;
     std::string pixels = "rgba8";
     std::string encoding = "base64";
     TimeNs min_ns = 0;
@@ -26,11 +26,12 @@ struct FrameQuestion {
 };
 
 /// What raw pictures of colour are given in.
-constexpr std::array raw_color_layouts{PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::rgb24, PixelFormat::gray8};
+constexpr std::array raw_color_layouts{frame::PixelFormat::rgba8, frame::PixelFormat::bgr24, frame::PixelFormat::rgb24,
+                                       frame::PixelFormat::gray8};
 
 std::vector<std::string> names_of_layouts() {
     std::vector<std::string> names;
-    for (const PixelFormat layout : raw_color_layouts) names.emplace_back(to_string(layout));
+    for (const frame::PixelFormat layout : raw_color_layouts) names.emplace_back(to_string(layout));
     return names;
 }
 
@@ -69,10 +70,10 @@ public:
     FrameClaims(std::shared_ptr<ByteBudget> answers, std::shared_ptr<ByteBudget> all)
         : answers_(std::move(answers)), all_(std::move(all)) {}
 
-    Result<void> admit(const FetchRequest& request, ImageSize size) {
+    Result<void> admit(const stream::FetchRequest& request, ImageSize size) {
         const std::size_t bytes =
-            bytes_of(request.format.codec == Codec::raw ? request.format.pixels : format_of(request.kind), size);
-        if (request.format.codec != Codec::raw) return take(*all_, bytes, picture_);
+            bytes_of(request.format.codec == codec::Codec::raw ? request.format.pixels : format_of(request.kind), size);
+        if (request.format.codec != codec::Codec::raw) return take(*all_, bytes, picture_);
         if (auto good = check_frame_bytes(request.camera, bytes); !good) return good;
         return take(*answers_, base64_size(bytes), text_);
     }
@@ -93,8 +94,8 @@ private:
     std::optional<ByteBudget::Claim> picture_, text_;
 };
 
-Result<RpcResult> frame_result(const MediaUnit& unit, const FrameQuestion& question, FrameClaims& claims) {
-    const FrameInfo& info = unit.info;
+Result<RpcResult> frame_result(const stream::MediaUnit& unit, const FrameQuestion& question, FrameClaims& claims) {
+    const frame::FrameInfo& info = unit.info;
     const std::span<const std::byte> bytes = unit.bytes ? std::span(*unit.bytes) : unit.frame->bytes();
     if (auto good = check_frame_bytes(question.camera, bytes.size()); !good) return std::unexpected(good.error());
     auto claim = claims.text(bytes.size());
@@ -121,8 +122,8 @@ void get(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     auto question =
         read_all<FrameQuestion>(question_fields(), reader, [](const FrameQuestion& asked, JsonReader& keys) {
-            if (keys.has("quality") && asked.format != Codec::jpeg) keys.fail("quality", "only jpeg has one");
-            if (keys.has("pixels") && (asked.kind != FrameKind::color || asked.format != Codec::raw))
+            if (keys.has("quality") && asked.format != codec::Codec::jpeg) keys.fail("quality", "only jpeg has one");
+            if (keys.has("pixels") && (asked.kind != frame::FrameKind::color || asked.format != codec::Codec::raw))
                 keys.fail("pixels", "only raw pictures of colour have a choice");
         });
     if (!question) return done(std::unexpected(question.error()));
@@ -131,24 +132,25 @@ void get(RpcContext& context, const json& params, RpcReply done) {
             error(ErrorKind::invalid_argument,
                   "encoding: bytes come on the control socket and TCP, in answers by themselves; not by HTTP or "
                   "in a batch"));
-    FetchRequest request;
+    stream::FetchRequest request;
     request.camera = question->camera;
     request.kind = question->kind;
     request.min_ns = question->min_ns;
-    const bool is_raw = question->format == Codec::raw, is_jpeg = question->format == Codec::jpeg;
-    PixelFormat layout = is_raw ? format_of(request.kind) : PixelFormat::rgba8;
-    if (is_raw && request.kind == FrameKind::color)
-        layout = *std::ranges::find(raw_color_layouts, question->pixels, [](PixelFormat of) { return to_string(of); });
+    const bool is_raw = question->format == codec::Codec::raw, is_jpeg = question->format == codec::Codec::jpeg;
+    frame::PixelFormat layout = is_raw ? format_of(request.kind) : frame::PixelFormat::rgba8;
+    if (is_raw && request.kind == frame::FrameKind::color)
+        layout = *std::ranges::find(raw_color_layouts, question->pixels,
+                                    [](frame::PixelFormat of) { return to_string(of); });
     request.format = {question->format, layout, is_jpeg ? question->quality : 0, {}};
     const auto claims = std::make_shared<FrameClaims>(done.budget(), context.budget);
     request.admit = [claims, asked = request](ImageSize size) { return claims->admit(asked, size); };
     // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
     // there.
-    context.frames.fetch(std::move(request),
-                         [question = std::move(*question), claims, done = std::move(done)](Result<MediaUnit> unit) {
-                             if (!unit) return done(std::unexpected(unit.error()));
-                             done(unless_out_of_memory([&] { return frame_result(*unit, question, *claims); }));
-                         });
+    context.frames.fetch(std::move(request), [question = std::move(*question), claims,
+                                              done = std::move(done)](Result<stream::MediaUnit> unit) {
+        if (!unit) return done(std::unexpected(unit.error()));
+        done(unless_out_of_memory([&] { return frame_result(*unit, question, *claims); }));
+    });
 }
 
 }  // namespace
@@ -178,4 +180,4 @@ std::vector<Method> frame_methods(RpcContext& context) {
              .only_looks = true}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

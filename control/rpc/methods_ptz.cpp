@@ -1,38 +1,40 @@
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
 
-namespace camrig {
+namespace camrig::control {
 
-std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>) {
-    static constexpr Named<PtzMode> names[] = {
-        {PtzMode::absolute, "absolute"}, {PtzMode::relative, "relative"}, {PtzMode::continuous, "continuous"}};
+std::span<const Named<camera::PtzMode>> names_of(std::type_identity<camera::PtzMode>) {
+    static constexpr Named<camera::PtzMode> names[] = {{camera::PtzMode::absolute, "absolute"},
+                                                       {camera::PtzMode::relative, "relative"},
+                                                       {camera::PtzMode::continuous, "continuous"}};
     return names;
 }
 
-FieldTable<PtzMove> fields_of(std::type_identity<PtzMove>) {
-    static const std::vector<FieldOf<PtzMove>> table{
-        field_at<&PtzMove::mode>({.name = "mode",
-                                  .doc = "absolute: to these angles and this zoom; relative: by these angles, the zoom "
-                                         "by this factor; continuous: so many degrees a second, the zoom by this "
-                                         "share of its speed (-1 to 1), until another command, a limit or timeout_s"}),
-        field_at<&PtzMove::pan_deg>({.name = "pan_deg",
-                                     .doc = "positive is to the left",
-                                     .unit = "deg",
-                                     .fallback = "goes on as it does",
-                                     .range = {-1e5, 1e5}}),
-        field_at<&PtzMove::tilt_deg>({.name = "tilt_deg",
-                                      .doc = "positive is upwards",
-                                      .unit = "deg",
-                                      .fallback = "goes on as it does",
-                                      .range = {-1e5, 1e5}}),
-        field_at<&PtzMove::zoom>(
+FieldTable<camera::PtzMove> fields_of(std::type_identity<camera::PtzMove>) {
+    static const std::vector<FieldOf<camera::PtzMove>> table{
+        field_at<&camera::PtzMove::mode>(
+            {.name = "mode",
+             .doc = "absolute: to these angles and this zoom; relative: by these angles, the zoom "
+                    "by this factor; continuous: so many degrees a second, the zoom by this "
+                    "share of its speed (-1 to 1), until another command, a limit or timeout_s"}),
+        field_at<&camera::PtzMove::pan_deg>({.name = "pan_deg",
+                                             .doc = "positive is to the left",
+                                             .unit = "deg",
+                                             .fallback = "goes on as it does",
+                                             .range = {-1e5, 1e5}}),
+        field_at<&camera::PtzMove::tilt_deg>({.name = "tilt_deg",
+                                              .doc = "positive is upwards",
+                                              .unit = "deg",
+                                              .fallback = "goes on as it does",
+                                              .range = {-1e5, 1e5}}),
+        field_at<&camera::PtzMove::zoom>(
             {.name = "zoom", .doc = "of the focal length", .fallback = "goes on as it does", .range = {-1, 1000}}),
-        field_at<&PtzMove::speed>(
+        field_at<&camera::PtzMove::speed>(
             {.name = "speed", .doc = "share of the head's speed, of absolute and relative moves", .range = {0.001, 1}}),
-        seconds_at<&PtzMove::timeout>({.name = "timeout_s",
-                                       .doc = "of a continuous move: it stops by itself",
-                                       .fallback = "until told otherwise",
-                                       .range = {0, 86'400}})};
+        world::seconds_at<&camera::PtzMove::timeout>({.name = "timeout_s",
+                                                      .doc = "of a continuous move: it stops by itself",
+                                                      .fallback = "until told otherwise",
+                                                      .range = {0, 86'400}})};
     return table;
 }
 
@@ -45,11 +47,11 @@ FieldOf<C> camera_field() {
     return camera_name_at<&C::camera>("camera");
 }
 
-json position_json(const PtzPosition& position) {
+json position_json(const camera::PtzPosition& position) {
     return {{"pan_deg", position.pan_deg}, {"tilt_deg", position.tilt_deg}, {"zoom", position.zoom}};
 }
 
-json status_json(const PtzReply& reply) {
+json status_json(const engine::PtzReply& reply) {
     json value = position_json(reply.status.position);
     value["turning"] = reply.status.is_turning;
     value["zooming"] = reply.status.is_zooming;
@@ -74,27 +76,27 @@ std::vector<Field> status_fields() {
 }
 
 /// The camera, and the fields of the move.
-const FieldOf<MovePtz>& moved_camera() {
-    static const auto field = camera_field<MovePtz>();
+const FieldOf<engine::MovePtz>& moved_camera() {
+    static const auto field = camera_field<engine::MovePtz>();
     return field;
 }
 
 std::vector<Field> move_fields() {
-    std::vector<Field> fields = descriptions_of<PtzMove>();
+    std::vector<Field> fields = descriptions_of<camera::PtzMove>();
     fields.insert(fields.begin(), moved_camera().field);
     return fields;
 }
 
-Result<MovePtz> read_move(JsonReader& reader) {
-    Changes<MovePtz> named;
+Result<engine::MovePtz> read_move(JsonReader& reader) {
+    Changes<engine::MovePtz> named;
     moved_camera().read(reader, named);
-    Changes<PtzMove> changes;
-    read_fields(fields_of(std::type_identity<PtzMove>{}), reader, changes);
-    MovePtz command;
+    Changes<camera::PtzMove> changes;
+    read_fields(fields_of(std::type_identity<camera::PtzMove>{}), reader, changes);
+    engine::MovePtz command;
     named.apply_to(command);
     changes.apply_to(command.move);
     if (reader.ok() && command.move.zoom) {
-        const bool is_share = command.move.mode == PtzMode::continuous;
+        const bool is_share = command.move.mode == camera::PtzMode::continuous;
         const double zoom = *command.move.zoom;
         if (is_share && zoom > 1.0) reader.fail("zoom", "must be -1 to 1 in a continuous move");
         if (!is_share && zoom <= 0.0) reader.fail("zoom", "must be over 0 in this mode");
@@ -104,13 +106,14 @@ Result<MovePtz> read_move(JsonReader& reader) {
 }
 
 /// A method about a preset (or home), which is what the command's action says.
-Method preset_method(RpcContext& context, const char* name, const char* summary, PtzPresets::Action action,
+Method preset_method(RpcContext& context, const char* name, const char* summary, engine::PtzPresets::Action action,
                      const char* example) {
     using enum ErrorKind;
-    const bool is_home = action == PtzPresets::Action::set_home || action == PtzPresets::Action::go_home;
-    std::vector<FieldOf<PtzPresets>> table{camera_field<PtzPresets>()};
+    const bool is_home =
+        action == engine::PtzPresets::Action::set_home || action == engine::PtzPresets::Action::go_home;
+    std::vector<FieldOf<engine::PtzPresets>> table{camera_field<engine::PtzPresets>()};
     if (!is_home)
-        table.push_back(field_at<&PtzPresets::preset>(
+        table.push_back(field_at<&engine::PtzPresets::preset>(
             {.name = "preset", .doc = "name of the preset", .required = true, .range = {.low = 1, .high = 64}}));
     return {.name = name,
             .summary = summary,
@@ -132,15 +135,18 @@ Method preset_method(RpcContext& context, const char* name, const char* summary,
 
 std::vector<Method> ptz_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<AimPtz>> aim{
-        camera_field<AimPtz>(),
-        field_at<&AimPtz::x>({.name = "x", .doc = "to the right, 1 is the edge", .required = true, .range = {-10, 10}}),
-        field_at<&AimPtz::y>({.name = "y", .doc = "upwards, 1 is the edge", .required = true, .range = {-10, 10}}),
-        field_at<&AimPtz::speed>({.name = "speed", .doc = "share of the head's speed", .range = {0.001, 1}})};
-    const std::vector<FieldOf<StopPtz>> stop{camera_field<StopPtz>(),
-                                             field_at<&StopPtz::pan_tilt>({.name = "pan_tilt", .doc = "stops to turn"}),
-                                             field_at<&StopPtz::zoom>({.name = "zoom", .doc = "stops to zoom"})};
-    const std::vector<FieldOf<GetPtz>> asked{camera_field<GetPtz>()};
+    const std::vector<FieldOf<engine::AimPtz>> aim{
+        camera_field<engine::AimPtz>(),
+        field_at<&engine::AimPtz::x>(
+            {.name = "x", .doc = "to the right, 1 is the edge", .required = true, .range = {-10, 10}}),
+        field_at<&engine::AimPtz::y>(
+            {.name = "y", .doc = "upwards, 1 is the edge", .required = true, .range = {-10, 10}}),
+        field_at<&engine::AimPtz::speed>({.name = "speed", .doc = "share of the head's speed", .range = {0.001, 1}})};
+    const std::vector<FieldOf<engine::StopPtz>> stop{
+        camera_field<engine::StopPtz>(),
+        field_at<&engine::StopPtz::pan_tilt>({.name = "pan_tilt", .doc = "stops to turn"}),
+        field_at<&engine::StopPtz::zoom>({.name = "zoom", .doc = "stops to zoom"})};
+    const std::vector<FieldOf<engine::GetPtz>> asked{camera_field<engine::GetPtz>()};
     return {
         {.name = "ptz.move",
          .summary = "Turns and zooms the head of a camera (camera field ptz). Answers at once; the motion begins after "
@@ -175,16 +181,16 @@ std::vector<Method> ptz_methods(RpcContext& context) {
          .example = R"({"camera": "lobby"})",
          .only_looks = true},
         preset_method(context, "ptz.preset_set", "Remembers where the head believes to be, 256 places at most.",
-                      PtzPresets::Action::set, R"({"camera": "lobby", "preset": "door"})"),
+                      engine::PtzPresets::Action::set, R"({"camera": "lobby", "preset": "door"})"),
         preset_method(context, "ptz.preset_goto", "Goes to a preset as an absolute move does.",
-                      PtzPresets::Action::go_to, R"({"camera": "lobby", "preset": "door"})"),
-        preset_method(context, "ptz.preset_remove", "Forgets a preset.", PtzPresets::Action::remove,
+                      engine::PtzPresets::Action::go_to, R"({"camera": "lobby", "preset": "door"})"),
+        preset_method(context, "ptz.preset_remove", "Forgets a preset.", engine::PtzPresets::Action::remove,
                       R"({"camera": "lobby", "preset": "door"})"),
         preset_method(context, "ptz.home_set", "Makes where the head believes to be its home.",
-                      PtzPresets::Action::set_home, R"({"camera": "lobby"})"),
+                      engine::PtzPresets::Action::set_home, R"({"camera": "lobby"})"),
         preset_method(context, "ptz.home_goto", "Goes home, as an absolute move does; at first that is pan and tilt 0.",
-                      PtzPresets::Action::go_home, R"({"camera": "lobby"})"),
+                      engine::PtzPresets::Action::go_home, R"({"camera": "lobby"})"),
     };
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

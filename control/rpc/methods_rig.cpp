@@ -3,7 +3,7 @@
 #include "core/base/json_reader.h"
 #include "core/base/token.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -17,7 +17,7 @@ json limits_json(const ControlLimits& limits) {
             {"reply_bytes", limits.reply_bytes},
             {"queued_reply_bytes", limits.queued_reply_bytes},
             {"frame_bytes", max_frame_bytes},
-            {"queued_commands", max_queued_commands},
+            {"queued_commands", engine::max_queued_commands},
             {"stalled_after_ms", limits.stalled_after.count()}};
 }
 
@@ -77,7 +77,8 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                "what the renderer keeps and saves: static layers, pictures drawn in parts, skinned meshes made "
                "and left out, draw calls"}},
          .errors = {},
-         .handler = handler_of<GetStats>(context, [](const RigReport& report) { return to_json(report); }),
+         .handler =
+             handler_of<engine::GetStats>(context, [](const stream::RigReport& report) { return to_json(report); }),
          .only_looks = true},
         {.name = "server.info",
          .summary = "What this rig is and where it listens.",
@@ -131,4 +132,4 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
     };
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -2,12 +2,12 @@
 #include "control/rpc/methods.h"
 #include "core/truth/truth_json.h"
 
-namespace camrig {
+namespace camrig::control {
 
 std::vector<Method> truth_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<GetTruth>> params{camera_name_at<&GetTruth::camera>("camera"),
-                                                min_ns_at<&GetTruth::min_ns>()};
+    const std::vector<FieldOf<engine::GetTruth>> params{camera_name_at<&engine::GetTruth::camera>("camera"),
+                                                        min_ns_at<&engine::GetTruth::min_ns>()};
     return {{.name = "truth.get",
              .summary = "The truth of the camera's latest due frame: every object that it sees or would see if nothing "
                         "stood in front, through its lens, at the frame's instant. docs/truth.md explains the members "
@@ -27,9 +27,9 @@ std::vector<Method> truth_methods(RpcContext& context) {
                          "visible_fraction, occluded_by, position, orientation, center, dimensions, velocity; people "
                          "also keypoints and keypoints_world"}},
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
-             .handler = handler_of(context, params, [](const TruthRef& truth) { return truth_to_json(*truth); }),
+             .handler = handler_of(context, params, [](const truth::TruthRef& truth) { return truth_to_json(*truth); }),
              .example = R"({"camera": "lobby"})",
              .only_looks = true}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

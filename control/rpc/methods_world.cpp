@@ -1,7 +1,7 @@
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -12,8 +12,8 @@ constexpr const char* scene_doc =
     "name of a shipped scene (hall, street, crowd, clock, calibration, minimal), or path of a scene file or a bare "
     ".gltf/.glb, from the rig's working directory";
 
-const std::vector<FieldOf<WorldState>>& world_fields() {
-    using State = WorldState;
+const std::vector<FieldOf<engine::WorldState>>& world_fields() {
+    using State = engine::WorldState;
     static const std::vector<FieldOf<State>> table{
         told_at<&State::scene>({.name = "scene", .doc = "name of the scene"}),
         told_at<&State::scene_file>({.name = "scene_file", .doc = "the file it came from"}),
@@ -40,31 +40,32 @@ const std::vector<FieldOf<WorldState>>& world_fields() {
     return table;
 }
 
-json world_json(const WorldState& state) {
+json world_json(const engine::WorldState& state) {
     return write_fields(world_fields(), state);
 }
 
-const std::vector<FieldOf<StepWorld>>& step_fields() {
-    static const std::vector<FieldOf<StepWorld>> table{
+const std::vector<FieldOf<engine::StepWorld>>& step_fields() {
+    static const std::vector<FieldOf<engine::StepWorld>> table{
         // The nearest nanosecond: 0.2 s is 200000000 ns, as it reads.
-        seconds_at<&StepWorld::duration_ns>(
+        world::seconds_at<&engine::StepWorld::duration_ns>(
             {.name = "seconds", .doc = "how far, taken to the nearest nanosecond", .range = {0.0, max_step_s}}),
-        entry_by<&StepWorld::duration_ns>(
+        world::entry_by<&engine::StepWorld::duration_ns>(
             {.name = "nanoseconds",
              .type = "integer",
              .doc = "how far, exactly",
              .unit = "ns",
              .range = {0.0, max_step_s * 1e9}},
             [](JsonReader& reader, std::string_view key, TimeNs& out) { reader.required(key, out); }),
-        seconds_at<&StepWorld::timeout_ns>({.name = "timeout_s",
-                                            .doc = "longest wait for the readers of one instant",
-                                            .fallback = "10",
-                                            .range = {.low = 0.0, .high = max_timeout_s, .is_low_out = true}})};
+        world::seconds_at<&engine::StepWorld::timeout_ns>(
+            {.name = "timeout_s",
+             .doc = "longest wait for the readers of one instant",
+             .fallback = "10",
+             .range = {.low = 0.0, .high = max_timeout_s, .is_low_out = true}})};
     return table;
 }
 
-Result<StepWorld> read_step(JsonReader& reader) {
-    return read_all<StepWorld>(step_fields(), reader, [](const StepWorld&, JsonReader& keys) {
+Result<engine::StepWorld> read_step(JsonReader& reader) {
+    return read_all<engine::StepWorld>(step_fields(), reader, [](const engine::StepWorld&, JsonReader& keys) {
         if (keys.has("seconds") == keys.has("nanoseconds"))
             keys.fail({ErrorKind::invalid_argument, "world.step: give either seconds or nanoseconds"});
     });
@@ -87,13 +88,13 @@ void post_reading(RpcContext& context, const RpcReply& done, std::function<void(
 void load(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     const std::string file = read_scene_name(reader);
-    SceneOptions options;
+    world::SceneOptions options;
     reader.optional("ground", options.bare_ground);
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
     post_reading(context, done, [&context, file, options, done] {
         auto scene = load_scene(file, options);
         if (!scene) return done(std::unexpected(scene.error()));
-        post(context, LoadWorld{std::move(*scene)}, done, world_json);
+        post(context, engine::LoadWorld{std::move(*scene)}, done, world_json);
     });
 }
 
@@ -101,12 +102,12 @@ void check(RpcContext& context, const json& params, RpcReply done) {
     JsonReader reader(params, "");
     const std::string file = read_scene_name(reader);
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post_reading(context, done, [file, done] { done(RpcResult(to_json(check_scene(file)))); });
+    post_reading(context, done, [file, done] { done(RpcResult(to_json(world::check_scene(file)))); });
 }
 
 }  // namespace
 
-json to_json(const SceneCheck& check) {
+json to_json(const world::SceneCheck& check) {
     json errors = json::array();
     for (const PlacedError& each : check.errors)
         errors.push_back({{"file", check.file.string()}, {"path", each.path}, {"message", each.message}});
@@ -145,20 +146,20 @@ std::vector<Method> world_methods(RpcContext& context) {
          .params = {},
          .result = descriptions_of(world_fields()),
          .errors = {},
-         .handler = handler_of<GetWorld>(context, world_json),
+         .handler = handler_of<engine::GetWorld>(context, world_json),
          .only_looks = true},
         {.name = "world.pause",
          .summary = "Holds world time (realtime only).",
          .params = {},
          .result = descriptions_of(world_fields()),
          .errors = {unsupported},
-         .handler = handler_of<PauseWorld>(context, world_json)},
+         .handler = handler_of<engine::PauseWorld>(context, world_json)},
         {.name = "world.resume",
          .summary = "Lets world time run again (realtime only).",
          .params = {},
          .result = descriptions_of(world_fields()),
          .errors = {unsupported, unavailable},
-         .handler = handler_of<ResumeWorld>(context, world_json)},
+         .handler = handler_of<engine::ResumeWorld>(context, world_json)},
         {.name = "world.step",
          .summary =
              "Moves the world (lockstep, or paused realtime) and answers when every connected reader was sent every "
@@ -172,4 +173,4 @@ std::vector<Method> world_methods(RpcContext& context) {
     };
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

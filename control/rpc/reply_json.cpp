@@ -4,7 +4,7 @@
 #include "core/world/camera_fields.h"
 #include "core/world/camera_json.h"
 
-namespace camrig {
+namespace camrig::control {
 
 using nlohmann::json;
 
@@ -15,9 +15,9 @@ std::string hex_text(std::uint64_t bits) {
     return text;
 }
 
-json to_json(const CameraReply& report) {
+json to_json(const engine::CameraReply& report) {
     json value = camera_to_json(report.camera.spec_at(report.now.world_ns));
-    value["world_pose"] = pose_to_json(report.now.pose);
+    value["world_pose"] = world::pose_to_json(report.now.pose);
     value["shown_intrinsics"] = json_of(report.now.intrinsics);
     value["id"] = static_cast<std::uint32_t>(report.id);
     value["sequence"] = report.sequence;
@@ -27,11 +27,11 @@ json to_json(const CameraReply& report) {
     return value;
 }
 
-json applied_json(const Applied& done) {
+json applied_json(const engine::Applied& done) {
     return {{"applied_ns", done.applied_ns}};
 }
 
-json to_json(const RigReport& report) {
+json to_json(const stream::RigReport& report) {
     json cameras = json::array();
     for (const auto& camera : report.cameras) {
         json outputs = json::array();
@@ -54,8 +54,8 @@ json to_json(const RigReport& report) {
                                {"readers", std::move(readers)}});
         }
         json dropped_for = json::object();
-        for (std::size_t i = 0; i < drop_reason_names.size(); ++i)
-            dropped_for[std::string(drop_reason_names[i])] = camera.dropped_for[i];
+        for (std::size_t i = 0; i < stream::drop_reason_names.size(); ++i)
+            dropped_for[std::string(stream::drop_reason_names[i])] = camera.dropped_for[i];
         cameras.push_back({{"name", camera.name},
                            {"due", camera.due},
                            {"rendered", camera.rendered},
@@ -82,4 +82,4 @@ json to_json(const RigReport& report) {
             {"renderer", std::move(renderer)}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -9,7 +9,7 @@
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/methods.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -127,8 +127,8 @@ std::filesystem::path real_place(const std::filesystem::path& path) {
 
 RpcServer::RpcServer(RpcContext context)
     : context_([&] {
-          context.loader = std::make_shared<WorkerPool>(1, max_scenes_waiting);
-          context.replies = std::make_shared<WorkerPool>(1, max_replies_waiting);
+          context.loader = std::make_shared<stream::WorkerPool>(1, max_scenes_waiting);
+          context.replies = std::make_shared<stream::WorkerPool>(1, max_replies_waiting);
           context.budget = ByteBudget::create(
               context.limits.total_reply_bytes,
               "the rig has " + in_mib(context.limits.total_reply_bytes) +
@@ -250,4 +250,4 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     return all;
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -17,12 +17,12 @@
 #include "core/stream/frame_bus.h"
 #include "core/stream/worker_pool.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// What the methods work on; all of it must outlive the server's stop().
 struct RpcContext {
-    CommandPort& commands;
-    FrameFetcher& frames;
+    engine::CommandPort& commands;
+    stream::FrameFetcher& frames;
     /// Facts for server.info that only the composition root knows: renderer, ports, scene. May be empty.
     std::function<nlohmann::json()> info = {};
     /// Asks the program to end, after the answer has gone out.
@@ -38,8 +38,8 @@ struct RpcContext {
     // Made by the server: what all answers and the pictures being made for them count against; one thread reads scenes,
     // one turns the engine's replies into text.
     std::shared_ptr<ByteBudget> budget = {};
-    std::shared_ptr<WorkerPool> loader = {};
-    std::shared_ptr<WorkerPool> replies = {};
+    std::shared_ptr<stream::WorkerPool> loader = {};
+    std::shared_ptr<stream::WorkerPool> replies = {};
 };
 
 /// Decodes JSON-RPC text, checks it against the method table and runs the methods. Knows no transport; any thread.
@@ -97,4 +97,4 @@ nlohmann::json protocol_description();
 /// The whole of docs/control-protocol.md.
 std::string control_protocol_markdown(const std::vector<Method>& methods);
 
-}  // namespace camrig
+}  // namespace camrig::control

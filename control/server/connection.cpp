@@ -14,7 +14,7 @@
 #include "control/rpc/rpc_server.h"
 #include "core/base/token.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace asio = boost::asio;
 namespace {
 
@@ -239,4 +239,4 @@ void Connection::close() {
     shared_.on_closed(this);
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

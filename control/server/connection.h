@@ -20,7 +20,7 @@
 #include "control/server/line_buffer.h"
 #include "control/server/loop_post.h"
 
-namespace camrig {
+namespace camrig::control {
 
 class RpcServer;
 
@@ -111,4 +111,4 @@ private:
     boost::asio::steady_timer pause_;  ///< before a refusal is answered
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -21,7 +21,7 @@
 #include "core/base/tcp_listener.h"
 #include "core/base/unix_listener.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace asio = boost::asio;
 using tcp = asio::ip::tcp;
 using local = asio::local::stream_protocol;
@@ -252,4 +252,4 @@ void ControlServer::stop() {
     impl_->unix_file.remove_file();
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

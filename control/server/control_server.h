@@ -9,7 +9,7 @@
 #include "control/rpc/rpc_server.h"
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::control {
 
 struct ControlServerOptions {
     /// Path of the Unix socket, made with mode 0600. A stale file of a rig that is gone is replaced; one where a rig
@@ -60,4 +60,4 @@ private:
     const std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -1,6 +1,6 @@
 #include "control/server/line_buffer.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 /// An idle connection keeps no more than this.
@@ -31,4 +31,4 @@ std::optional<std::string_view> LineBuffer::next_line() {
     return line;
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace camrig {
+namespace camrig::control {
 
 /// Cuts what a peer sends into lines; looks at every byte once. Holds at most one line of `max_line` bytes and what was
 /// read with it.
@@ -30,4 +30,4 @@ private:
     std::size_t scanned_ = 0;  ///< no line end before this
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -9,7 +9,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/post.hpp>
 
-namespace camrig {
+namespace camrig::control {
 
 /// Runs functions on the server's thread, from any thread, for as long as the server is there. Replies share it: one
 /// that comes after the server's end is dropped.
@@ -33,4 +33,4 @@ private:
     std::optional<boost::asio::any_io_executor> executor_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

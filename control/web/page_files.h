@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-namespace camrig {
+namespace camrig::control {
 
 /// A file of the web page. Its text is part of the program.
 struct PageFile {
@@ -14,4 +14,4 @@ struct PageFile {
 /// The file that a path of the HTTP server names; "/" is index.html. Pure, any thread.
 std::optional<PageFile> page_file(std::string_view path);
 
-}  // namespace camrig
+}  // namespace camrig::control

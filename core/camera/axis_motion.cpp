@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 /// Further than this way no axis still has to move: rounding of what it should be.
@@ -97,4 +97,4 @@ AxisState AxisMotion::at(double seconds) const {
             piece.from.speed + piece.acceleration * t};
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

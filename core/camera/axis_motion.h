@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Where something is along one axis and how fast it moves; the axis has any unit (degrees, logarithm of a focal
 /// length), times are seconds.
@@ -61,4 +61,4 @@ private:
     double end_ = 0.0;  ///< exactly, free of the pieces' rounding
 };
 
-}  // namespace camrig
+}  // namespace camrig::camera

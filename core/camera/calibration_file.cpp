@@ -12,7 +12,7 @@
 #include "core/camera/kalibr_camchain.h"
 #include "core/camera/yaml_document.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 using nlohmann::json;
@@ -212,4 +212,4 @@ Result<Calibration> read_calibration_file(const std::string& path, const Calibra
     return parse_calibration(text, path, query);
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

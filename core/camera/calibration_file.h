@@ -9,7 +9,7 @@
 #include "core/camera/intrinsics.h"
 #include "core/camera/lens.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// What a calibration says about one camera.
 struct Calibration {
@@ -49,4 +49,4 @@ Result<Calibration> parse_calibration(std::string_view text, std::string_view so
 /// written so that they come back exactly. `camera_name` must be [A-Za-z0-9_]+.
 Result<std::string> write_camera_info(const Calibration& calibration);
 
-}  // namespace camrig
+}  // namespace camrig::camera

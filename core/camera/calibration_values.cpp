@@ -6,7 +6,7 @@
 
 #include "core/camera/lens_map.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 std::unexpected<Error> bad_value(const std::string& key, const std::string& what) {
     return error(ErrorKind::invalid_argument, key + ": " + what);
@@ -73,4 +73,4 @@ Result<Lens> lens_from_opencv(std::vector<double> k, const std::string& key) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -8,7 +8,7 @@
 #include "core/base/result.h"
 #include "core/camera/lens.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 // Values of calibration files, from the text scalars of parse_yaml(). `key` names the place in messages.
 
@@ -22,4 +22,4 @@ Result<std::vector<double>> number_list(const nlohmann::json& value, const std::
 /// OpenCV's list of distortion coefficients, whose length (0, 4, 5, 8, 12, 14) says the model.
 Result<Lens> lens_from_opencv(std::vector<double> coefficients, const std::string& key);
 
-}  // namespace camrig
+}  // namespace camrig::camera

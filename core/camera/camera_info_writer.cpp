@@ -5,7 +5,7 @@
 #include "core/camera/calibration_file.h"
 #include "core/camera/camera_model.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 /// The shortest decimal that reads back as the same double. YAML 1.1 readers (PyYAML, so ROS's Python tools) take 2e-04
@@ -55,4 +55,4 @@ Result<std::string> write_camera_info(const Calibration& c) {
     return out;
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -6,7 +6,7 @@
 
 #include "core/base/number_text.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 Result<CameraModel> CameraModel::create(ImageSize size, const Intrinsics& intrinsics, const Lens& lens) {
     if (size.width > max_image_size.width || size.height > max_image_size.height)
@@ -67,4 +67,4 @@ std::optional<glm::dvec3> CameraModel::ray(glm::dvec2 pixel) const {
     return lens_.direction_from_ideal(*ideal);
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

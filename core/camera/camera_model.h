@@ -9,7 +9,7 @@
 #include "core/camera/intrinsics.h"
 #include "core/camera/lens_map.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Where a point of the optical frame (z forward, x right, y down) is seen, and what a pixel looks at: size, intrinsics
 /// and lens as one. Pixel coordinates are continuous, pixel centres at integers (OpenCV); the picture covers
@@ -55,4 +55,4 @@ private:
     double max_field_angle_ = 0.0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::camera

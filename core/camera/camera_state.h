@@ -4,7 +4,7 @@
 #include "core/camera/intrinsics.h"
 #include "core/camera/pose.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// What changes of a camera with time, at one world time.
 struct CameraState {
@@ -14,4 +14,4 @@ struct CameraState {
     friend bool operator==(const CameraState&, const CameraState&) = default;
 };
 
-}  // namespace camrig
+}  // namespace camrig::camera

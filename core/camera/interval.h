@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace camrig {
+namespace camrig::camera {
 
 /// A range of numbers that holds every value a formula can have while its inputs run through theirs (interval
 /// arithmetic: Moore, Kearfott, Cloud, Introduction to Interval Analysis). Results are not rounded outwards: a range
@@ -47,4 +47,4 @@ inline Interval square(Interval a) {
     return {std::min(a.low * a.low, a.high * a.high), most};
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

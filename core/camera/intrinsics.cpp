@@ -8,7 +8,7 @@
 #include "core/base/number_text.h"
 #include "core/base/portable_math.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr double deg = std::numbers::pi / 180.0;
@@ -105,4 +105,4 @@ double hfov_rad(ImageSize size, const Intrinsics& k) {
     return full_angle(size.width, k.fx, k.cx);
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

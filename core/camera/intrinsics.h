@@ -6,7 +6,7 @@
 #include "core/base/image_size.h"
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// The pinhole part of a camera, in pixels; pixel centres are at integer coordinates (OpenCV), so the middle of an
 /// image is cx = (width - 1) / 2.
@@ -37,4 +37,4 @@ Intrinsics between(const Intrinsics& from, const Intrinsics& to, double share);
 double vfov_rad(ImageSize size, const Intrinsics& intrinsics);
 double hfov_rad(ImageSize size, const Intrinsics& intrinsics);
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -5,7 +5,7 @@
 #include "core/camera/calibration_values.h"
 #include "core/camera/lens_map.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 using nlohmann::json;
@@ -82,4 +82,4 @@ Result<Calibration> parse_kalibr_camchain(const json& root, const CalibrationQue
     return parse_kalibr_camera(*chosen, chosen_name);
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

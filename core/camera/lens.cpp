@@ -3,7 +3,7 @@
 #include <iterator>
 #include <string>
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr struct {
@@ -35,4 +35,4 @@ Result<LensModel> parse_lens_model(std::string_view name) {
                                                   "rational_polynomial and equidistant");
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -8,7 +8,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// The lens models of OpenCV and ROS, by their ROS names (sensor_msgs/distortion_models).
 enum class LensModel : std::uint8_t { pinhole, plumb_bob, rational_polynomial, equidistant };
@@ -27,4 +27,4 @@ struct Lens {
     friend bool operator==(const Lens&, const Lens&) = default;
 };
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -6,7 +6,7 @@
 
 #include "core/camera/lens_map.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr int max_radial_steps = 120;  // Newton needs 1 to 8; bisection alone at most about 75 from 1e6
@@ -152,4 +152,4 @@ std::optional<glm::dvec2> LensMap::undistort(glm::dvec2 distorted) const {
     return ideal;
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -8,7 +8,7 @@
 #include "core/base/number_text.h"
 #include "core/camera/polynomial.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -89,7 +89,7 @@ void LensMap::find_valid_radius() {
     const Polynomial n(n_.begin(), n_.end());
     const Polynomial d(d_.begin(), d_.end());
     const Polynomial two_s{0.0, 2.0};
-    const Polynomial bend = sum(product(camrig::derivative(n), d), product(n, camrig::derivative(d)), -1.0);
+    const Polynomial bend = sum(product(camera::derivative(n), d), product(n, camera::derivative(d)), -1.0);
     const Polynomial slope = sum(product(n, d), product(two_s, bend));
 
     const double limit = angular_ ? pi : max_plane_radius;
@@ -193,4 +193,4 @@ glm::dvec3 LensMap::direction_from_ideal(glm::dvec2 ideal) const {
     return glm::dvec3(ideal.x * across, ideal.y * across, std::cos(theta));
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -11,7 +11,7 @@
 #include "core/camera/interval.h"
 #include "core/camera/lens.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// A lens of `model` from a list of coefficients; refuses a wrong count and what is not finite.
 Result<Lens> make_lens(LensModel model, std::span<const double> coefficients);
@@ -143,4 +143,4 @@ private:
     double guess_step_ = 0.0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -5,7 +5,7 @@
 #include "core/camera/lens_map.h"
 
 // What the formulas of lens_map.cpp can give over a piece of a curve, in interval arithmetic.
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 /// Horner's rule over a range gets tighter with shorter ranges.
@@ -65,4 +65,4 @@ double LensMap::greatest_stretch(double radius) const {
     return most + 6.0 * std::hypot(p1_, p2_) * radius;
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -6,7 +6,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr std::size_t max_degree = 16;
@@ -96,4 +96,4 @@ std::optional<double> smallest_positive_root(std::span<const double> p, double l
     return roots.front();
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

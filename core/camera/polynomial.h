@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace camrig {
+namespace camrig::camera {
 
 /// A real polynomial, coefficients from the constant term upwards.
 using Polynomial = std::vector<double>;
@@ -23,4 +23,4 @@ Polynomial of_square(std::span<const double> p);
 /// Degree at most 16; coefficients finite, and so small that no term overflows at `limit`.
 std::optional<double> smallest_positive_root(std::span<const double> p, double limit);
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -7,7 +7,7 @@
 
 #include "core/base/portable_math.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 /// Closer together than this, eye and target are the same point.
@@ -118,4 +118,4 @@ glm::dmat3 world_from_optical_rotation(const Pose& pose) {
     return glm::mat3_cast(pose.orientation) * link_from_optical();
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -5,7 +5,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Where a body is and how it is turned: world_from_link. World: right-handed, z up, metres (ROS REP 103).
 /// Camera body frame `<name>_link`: x forward, y left, z up. `orientation` is always a unit quaternion.
@@ -48,4 +48,4 @@ glm::dmat3 link_from_optical();
 /// Rotation of the optical frame in the world: world_from_optical = R(orientation) * link_from_optical().
 glm::dmat3 world_from_optical_rotation(const Pose& pose);
 
-}  // namespace camrig
+}  // namespace camrig::camera

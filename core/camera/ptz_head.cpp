@@ -10,7 +10,7 @@
 #include "core/base/portable_math.h"
 #include "core/base/random.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 /// As Timeline keeps it, so that pictures, truth and status of the recent past can be asked for.
@@ -313,4 +313,4 @@ Pose turned_by(const Pose& base, const PtzPosition& head) {
     return {base.position, glm::normalize(base.orientation * turn->orientation)};
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

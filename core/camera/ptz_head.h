@@ -11,7 +11,7 @@
 #include "core/camera/pose.h"
 #include "core/camera/ptz_spec.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Angles in degrees, pan positive to the left and in (-180, 180], tilt upwards; zoom as the factor of the focal
 /// length.
@@ -145,4 +145,4 @@ private:
 /// world_from_link of a camera on a head whose base (at pan 0 and tilt 0) is there.
 Pose turned_by(const Pose& base, const PtzPosition& head);
 
-}  // namespace camrig
+}  // namespace camrig::camera

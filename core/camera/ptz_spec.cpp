@@ -2,7 +2,7 @@
 
 #include "core/base/field_of.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 using S = PtzSpec;
@@ -133,4 +133,4 @@ FieldTable<PtzSpec> fields_of(std::type_identity<PtzSpec>) {
     return table;
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

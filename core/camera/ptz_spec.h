@@ -7,7 +7,7 @@
 #include "core/base/field_table.h"
 #include "core/base/named.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Heads that come with camrig: `ideal` goes where it is told to, `dome` is a good one on a ceiling, `cheap` is slow,
 /// late and inexact. Figures: measured and data-sheet values of heads of each kind (docs/ptz.md names them).
@@ -46,4 +46,4 @@ PtzSpec ptz_preset(PtzPreset preset);
 /// A preset that is given sets all figures; what is given beside it counts.
 FieldTable<PtzSpec> fields_of(std::type_identity<PtzSpec>);
 
-}  // namespace camrig
+}  // namespace camrig::camera

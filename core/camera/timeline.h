@@ -6,7 +6,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// A value as a function of world time: it stays what it is, or goes to another in a given time.
 ///
@@ -57,4 +57,4 @@ private:
     std::vector<Segment> segments_;  ///< by begin_ns; never empty
 };
 
-}  // namespace camrig
+}  // namespace camrig::camera

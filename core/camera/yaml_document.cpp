@@ -5,7 +5,7 @@
 
 #include <yaml-cpp/yaml.h>
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr int max_depth = 16;
@@ -104,4 +104,4 @@ Result<nlohmann::json> parse_yaml(std::string_view text) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

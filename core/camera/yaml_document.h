@@ -6,7 +6,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 inline constexpr std::size_t max_yaml_bytes = 256 * 1024;
 
@@ -17,4 +17,4 @@ inline constexpr std::size_t max_yaml_bytes = 256 * 1024;
 /// No exception of the YAML library gets out.
 Result<nlohmann::json> parse_yaml(std::string_view text);
 
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -2,7 +2,7 @@
 
 #include <mutex>
 
-namespace camrig {
+namespace camrig::codec {
 
 struct BytesRecycler::Shelf {
     std::mutex mutex;
@@ -37,4 +37,4 @@ BytesRef BytesRecycler::copy_of(std::span<const std::byte> bytes) {
     return copy;
 }
 
-}  // namespace camrig
+}  // namespace camrig::codec

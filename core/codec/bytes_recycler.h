@@ -5,7 +5,7 @@
 
 #include "core/codec/encoder.h"
 
-namespace camrig {
+namespace camrig::codec {
 
 /// Hands out vectors of encoded bytes and takes their memory back when the last reader is done, so that steady state
 /// allocates no buffers. Any thread; what it hands out may outlive it. Keeps at most `max_idle` vectors.
@@ -25,4 +25,4 @@ private:
     std::shared_ptr<Shelf> shelf_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::codec

@@ -1,6 +1,6 @@
 #include "core/codec/encoder.h"
 
-namespace camrig {
+namespace camrig::codec {
 
 std::span<const Named<Codec>> names_of(std::type_identity<Codec>) {
     static constexpr Named<Codec> names[] = {{Codec::jpeg, "jpeg"}, {Codec::png, "png"}, {Codec::raw, "raw"}};
@@ -13,4 +13,4 @@ std::span<const Named<ChromaSampling>> names_of(std::type_identity<ChromaSamplin
     return names;
 }
 
-}  // namespace camrig
+}  // namespace camrig::codec

@@ -9,7 +9,7 @@
 #include "core/base/result.h"
 #include "core/frame/frame.h"
 
-namespace camrig {
+namespace camrig::codec {
 
 enum class Codec : std::uint8_t { raw, jpeg, png };
 std::span<const Named<Codec>> names_of(std::type_identity<Codec>);
@@ -21,7 +21,7 @@ using BytesRef = std::shared_ptr<const std::vector<std::byte>>;
 class Encoder {
 public:
     virtual ~Encoder() = default;
-    virtual Result<BytesRef> encode(const Frame& frame) = 0;
+    virtual Result<BytesRef> encode(const frame::Frame& frame) = 0;
 };
 
 /// How many pixels share a chroma sample in a JPEG: 2x2 or 2x1.
@@ -40,4 +40,4 @@ Result<std::unique_ptr<Encoder>> create_png_encoder(int level = 1);
 
 inline constexpr int default_jpeg_quality = 90;
 
-}  // namespace camrig
+}  // namespace camrig::codec

@@ -9,15 +9,15 @@
 // with restart markers between, which depend on nothing outside of their rows: those that did not change are copied
 // from the last JPEG, the others are compressed. The result is, byte for byte, what compressing the whole picture
 // gives.
-namespace camrig {
+namespace camrig::codec {
 namespace {
 
 class JpegEncoder : public Encoder {
 public:
     explicit JpegEncoder(std::unique_ptr<JpegStripCompressor> compressor) : compressor_(std::move(compressor)) {}
 
-    Result<BytesRef> encode(const Frame& frame) override {
-        const FrameInfo& info = frame.info();
+    Result<BytesRef> encode(const frame::Frame& frame) override {
+        const frame::FrameInfo& info = frame.info();
         const int strip_count = (info.size.height + jpeg_strip_rows - 1) / jpeg_strip_rows;
         const bool knows_the_rest = last_.jpeg && info.format == last_.info.format && is_damage_since(last_.info, info);
         const auto is_kept = [&](int strip) { return knows_the_rest && !info.damage.contains_band(strip); };
@@ -59,7 +59,7 @@ public:
 private:
     /// The last JPEG made, with what it shows.
     struct Last {
-        FrameInfo info;
+        frame::FrameInfo info;
         BytesRef jpeg;
         std::vector<std::size_t> starts;  ///< of each strip's bytes in it
 
@@ -103,4 +103,4 @@ Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, ChromaSampling
     return std::make_unique<JpegEncoder>(std::move(*compressor));
 }
 
-}  // namespace camrig
+}  // namespace camrig::codec

@@ -11,7 +11,7 @@
 // jpeglib.h needs FILE and size_t before it.
 #include <jpeglib.h>
 
-namespace camrig {
+namespace camrig::codec {
 namespace {
 
 constexpr std::size_t first_capacity = std::size_t{64} << 10;
@@ -23,17 +23,17 @@ struct Layout {
     bool planes = false;
 };
 
-std::optional<Layout> layout_of(PixelFormat format) {
+std::optional<Layout> layout_of(frame::PixelFormat format) {
     switch (format) {
-        case PixelFormat::rgba8:
+        case frame::PixelFormat::rgba8:
             return Layout{JCS_EXT_RGBX, 4};
-        case PixelFormat::rgb24:
+        case frame::PixelFormat::rgb24:
             return Layout{JCS_EXT_RGB, 3};
-        case PixelFormat::bgr24:
+        case frame::PixelFormat::bgr24:
             return Layout{JCS_EXT_BGR, 3};
-        case PixelFormat::gray8:
+        case frame::PixelFormat::gray8:
             return Layout{JCS_GRAYSCALE, 1};
-        case PixelFormat::jpeg_i420:
+        case frame::PixelFormat::jpeg_i420:
             return Layout{JCS_YCbCr, 3, true};
         default:
             return std::nullopt;
@@ -145,7 +145,7 @@ struct JpegStripCompressor::Libjpeg {
     }
 
     /// Nothing in here has a destructor: an error jumps out of it.
-    bool write(const Frame& frame, const Layout& layout, int first_row, int end_row) {
+    bool write(const frame::Frame& frame, const Layout& layout, int first_row, int end_row) {
         if (setjmp(on_error) != 0) {
             jpeg_abort_compress(&compress);
             return false;
@@ -172,7 +172,7 @@ struct JpegStripCompressor::Libjpeg {
     /// Rows of a minimum coded unit: what libjpeg takes of planes at one time.
     int mcu_rows() const { return DCTSIZE * compress.comp_info[0].v_samp_factor; }
 
-    void write_pixels(const Frame& frame, const Layout& layout, int first_row, int end_row) {
+    void write_pixels(const frame::Frame& frame, const Layout& layout, int first_row, int end_row) {
         const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(frame.info().size.width) * layout.components;
         JSAMPROW rows[jpeg_strip_rows];
         for (int y = first_row; y < end_row; y += jpeg_strip_rows) {
@@ -182,7 +182,7 @@ struct JpegStripCompressor::Libjpeg {
         }
     }
 
-    void write_planes(const Frame& frame, int first_row, int end_row) {
+    void write_planes(const frame::Frame& frame, int first_row, int end_row) {
         const auto [width, height] = frame.info().size;
         const int half_width = (width + 1) / 2, half_height = (height + 1) / 2;
         const std::byte* const luma = frame.bytes().data();
@@ -220,8 +220,8 @@ Result<std::unique_ptr<JpegStripCompressor>> JpegStripCompressor::create(int qua
     return std::unique_ptr<JpegStripCompressor>(new JpegStripCompressor(std::move(libjpeg)));
 }
 
-Result<const JpegStrips*> JpegStripCompressor::compress(const Frame& frame, int first_row, int end_row) {
-    const FrameInfo& info = frame.info();
+Result<const JpegStrips*> JpegStripCompressor::compress(const frame::Frame& frame, int first_row, int end_row) {
+    const frame::FrameInfo& info = frame.info();
     if (info.size.width < 1 || info.size.height < 1 || info.size.width > JPEG_MAX_DIMENSION ||
         info.size.height > JPEG_MAX_DIMENSION) {
         return error(ErrorKind::invalid_argument, "jpeg: no picture of " + info.size.to_string());
@@ -239,4 +239,4 @@ Result<const JpegStrips*> JpegStripCompressor::compress(const Frame& frame, int 
     return &strips_;
 }
 
-}  // namespace camrig
+}  // namespace camrig::codec

@@ -9,10 +9,10 @@
 #include "core/codec/encoder.h"
 #include "core/frame/frame.h"
 
-namespace camrig {
+namespace camrig::codec {
 
 /// Rows of a strip (two rows of luma blocks, whatever the chroma); of the last one what is left.
-inline constexpr int jpeg_strip_rows = Damage::band_rows;
+inline constexpr int jpeg_strip_rows = frame::Damage::band_rows;
 
 /// Rows of a picture as libjpeg wrote them, taken apart. A strip is what stands between two restart markers: it can be
 /// decoded without what is before it, so it is the same bytes in any picture that has these rows.
@@ -32,7 +32,7 @@ public:
     /// Rows first_row <= y < end_row as a picture of their own. first_row is a multiple of jpeg_strip_rows, and so is
     /// end_row unless it is the frame's height. What it answers holds until the next call. Errors: invalid_argument for
     /// a size that JPEG has not, unsupported for a format it cannot take.
-    Result<const JpegStrips*> compress(const Frame& frame, int first_row, int end_row);
+    Result<const JpegStrips*> compress(const frame::Frame& frame, int first_row, int end_row);
 
 private:
     struct Libjpeg;
@@ -41,4 +41,4 @@ private:
     JpegStrips strips_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::codec

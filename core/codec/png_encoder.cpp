@@ -15,7 +15,7 @@
 // The rows are written here and compressed by libdeflate in one piece: half the time of libpng with zlib and 5 % fewer
 // bytes (decision 0070). Every row is filtered by "sub", the difference to the pixel on the left: rendered pictures are
 // smooth, and a search among all filters costs more than it saves.
-namespace camrig {
+namespace camrig::codec {
 namespace {
 
 constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -103,7 +103,7 @@ public:
     using CompressorPtr = std::unique_ptr<libdeflate_compressor, Compressor>;
     explicit PngEncoder(CompressorPtr compressor) : compressor_(std::move(compressor)) {}
 
-    Result<BytesRef> encode(const Frame& frame) override {
+    Result<BytesRef> encode(const frame::Frame& frame) override {
         auto picture = picture_of(frame);
         if (!picture) return std::unexpected(picture.error());
         auto out = recycler_.acquire();
@@ -134,24 +134,24 @@ private:
         finish_chunk(out, start, "IDAT");
     }
 
-    Result<Picture> picture_of(const Frame& frame) {
-        const FrameInfo& info = frame.info();
+    Result<Picture> picture_of(const frame::Frame& frame) {
+        const frame::FrameInfo& info = frame.info();
         if (info.size.width < 1 || info.size.height < 1) {
             return error(ErrorKind::invalid_argument, "png: no picture of " + info.size.to_string());
         }
         const std::byte* const pixels = frame.bytes().data();
         switch (info.format) {
-            case PixelFormat::rgba8:
+            case frame::PixelFormat::rgba8:
                 return Picture{info.size, pixels, 4, 3, filter_row<4, 3>};
-            case PixelFormat::rgb24:
+            case frame::PixelFormat::rgb24:
                 return Picture{info.size, pixels, 3, 3, filter_row<3, 3>};
-            case PixelFormat::bgr24:
+            case frame::PixelFormat::bgr24:
                 return Picture{info.size, pixels, 3, 3, filter_row<3, 3, true>};
-            case PixelFormat::gray8:
+            case frame::PixelFormat::gray8:
                 return Picture{info.size, pixels, 1, 1, filter_row<1, 1>, 8, gray_color};
-            case PixelFormat::depth32f:
+            case frame::PixelFormat::depth32f:
                 return depth_picture(frame);
-            case PixelFormat::id32:
+            case frame::PixelFormat::id32:
                 return id_picture(frame);
             default:
                 return error(ErrorKind::unsupported, "png: cannot encode " + std::string(to_string(info.format)) +
@@ -163,7 +163,7 @@ private:
         return Picture{size, gray16_.data(), 2, 2, filter_row<2, 2>, 16, gray_color};
     }
 
-    Result<Picture> depth_picture(const Frame& frame) {
+    Result<Picture> depth_picture(const frame::Frame& frame) {
         const auto* const metres = reinterpret_cast<const float*>(frame.bytes().data());
         const auto pixels = static_cast<std::size_t>(frame.info().size.pixels());
         gray16_.resize(pixels * 2);
@@ -175,7 +175,7 @@ private:
         return gray16_picture(frame.info().size);
     }
 
-    Result<Picture> id_picture(const Frame& frame) {
+    Result<Picture> id_picture(const frame::Frame& frame) {
         const auto* const ids = reinterpret_cast<const std::uint32_t*>(frame.bytes().data());
         const auto pixels = static_cast<std::size_t>(frame.info().size.pixels());
         gray16_.resize(pixels * 2);
@@ -207,4 +207,4 @@ Result<std::unique_ptr<Encoder>> create_png_encoder(int level) {
     return std::make_unique<PngEncoder>(std::move(compressor));
 }
 
-}  // namespace camrig
+}  // namespace camrig::codec

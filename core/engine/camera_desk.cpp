@@ -6,19 +6,19 @@
 #include "core/base/clock.h"
 #include "core/base/output_family.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
-CameraStream stream_of(const CameraEntry& entry) {
+stream::CameraStream stream_of(const CameraEntry& entry) {
     return {entry.id, *entry.name, entry.spec().size, entry.spec().rate, entry.spec().outputs};
 }
 
 }  // namespace
 
 Result<CameraReply> CameraDesk::run(CreateCamera& command) {
-    CameraSpec base;
+    world::CameraSpec base;
     base.name = command.name;
-    CameraPatch patch = command.patch;
+    world::CameraPatch patch = command.patch;
     if (command.place) {
         const auto found = rig_.scene->places.find(*command.place);
         if (found == rig_.scene->places.end()) {
@@ -28,7 +28,7 @@ Result<CameraReply> CameraDesk::run(CreateCamera& command) {
                                                    "'; " + (names.empty() ? "it has none" : "it has: " + names));
         }
         if (!patch.pose) patch.pose = found->second.pose;
-        if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
+        if (!patch.optics) patch.optics = world::VerticalFov{found->second.vfov_rad};
     }
     if (auto good = check_mount(patch); !good) return std::unexpected(good.error());
     auto spec = patch_camera_spec(base, patch);
@@ -39,7 +39,7 @@ Result<CameraReply> CameraDesk::run(CreateCamera& command) {
     return report_of(**entry);
 }
 
-Result<CameraEntry*> CameraDesk::add_camera(CameraSpec spec) {
+Result<CameraEntry*> CameraDesk::add_camera(world::CameraSpec spec) {
     if (auto good = check_free(spec); !good) return std::unexpected(good.error());
     auto entry = rig_.cameras.add(std::move(spec));
     if (entry) start_camera(**entry);
@@ -57,12 +57,12 @@ void CameraDesk::start_camera(CameraEntry& entry) {
     rig_.bus.add_camera(stream_of(entry));
 }
 
-Result<void> CameraDesk::check_mount(const CameraPatch& patch) {
+Result<void> CameraDesk::check_mount(const world::CameraPatch& patch) {
     if (!patch.mount || !*patch.mount) return {};
     return world_.world_of_now().check_mount(**patch.mount, "mount");
 }
 
-Result<void> CameraDesk::check_free(const CameraSpec& spec) {
+Result<void> CameraDesk::check_free(const world::CameraSpec& spec) {
     for (const OutputSpec& output : spec.outputs) {
         const OutputFamily& family = family_of(output);
         if (!family.is_key_of_rig) continue;
@@ -78,7 +78,7 @@ Result<void> CameraDesk::check_free(const CameraSpec& spec) {
     return {};
 }
 
-Result<void> CameraDesk::check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present) {
+Result<void> CameraDesk::check_new_outputs(const world::CameraSpec& spec, const std::vector<OutputSpec>& present) {
     for (const OutputSpec& output : spec.outputs) {
         const auto& can_open = family_of(output).can_open;
         if (!can_open) continue;
@@ -99,7 +99,7 @@ void CameraDesk::renew_latest(CameraEntry& entry, std::int64_t sequence) {
 void CameraDesk::show_latest(CameraEntry& entry) {
     const LatestDue& latest = entry.latest;
     DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(entry, latest)}};
-    if (const PixelFormats wanted = rig_.bus.wanted(entry.id, latest.state.world_ns); !wanted.empty())
+    if (const frame::PixelFormats wanted = rig_.bus.wanted(entry.id, latest.state.world_ns); !wanted.empty())
         due.views.front().color_formats = rig_.made_of(due.views.front(), wanted);
     rig_.drawing->add(due);
 }
@@ -111,7 +111,7 @@ Result<CameraReply> CameraDesk::run(SetCamera& command) {
     if (auto good = check_mount(command.patch); !good) return std::unexpected(good.error());
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
     world_.world_of_now();  // what events did to the camera until now comes before
-    const std::shared_ptr<const CameraSpec> old = entry.camera.spec();
+    const std::shared_ptr<const world::CameraSpec> old = entry.camera.spec();
     auto changed = entry.camera.changed(command.patch, now_ns, command.duration_ns);
     if (!changed) return std::unexpected(changed.error());
     if (auto good = check_free(*changed->spec()); !good) return std::unexpected(good.error());
@@ -162,14 +162,15 @@ Result<std::vector<CameraReply>> CameraDesk::run(ListCameras&) {
     return reports;
 }
 
-Result<PtzReply> CameraDesk::tell_head(const std::string& camera,
-                                       const std::function<Result<void>(PtzHead&, const Camera&, TimeNs)>& tell) {
+Result<PtzReply> CameraDesk::tell_head(
+    const std::string& camera,
+    const std::function<Result<void>(camera::PtzHead&, const world::Camera&, TimeNs)>& tell) {
     auto found = rig_.cameras.find(camera);
     if (!found) return std::unexpected(found.error());
     CameraEntry& entry = **found;
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
     world_.world_of_now();  // what events did to the camera until now comes before
-    auto told = entry.camera.with_head([&](PtzHead& head) { return tell(head, entry.camera, now_ns); });
+    auto told = entry.camera.with_head([&](camera::PtzHead& head) { return tell(head, entry.camera, now_ns); });
     if (!told) return std::unexpected(told.error());
     entry.camera = std::move(*told);  // its spec is as it was, and so is what is kept of its pictures
     return head_of(entry, now_ns);
@@ -182,20 +183,22 @@ Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) co
 }
 
 Result<PtzReply> CameraDesk::run(MovePtz& command) {
-    return tell_head(command.camera,
-                     [&](PtzHead& head, const Camera&, TimeNs now_ns) { return head.move(command.move, now_ns); });
-}
-
-Result<PtzReply> CameraDesk::run(AimPtz& command) {
-    return tell_head(command.camera, [&](PtzHead& head, const Camera& camera, TimeNs now_ns) -> Result<void> {
-        const auto aim = camera.aim(command.x, command.y, now_ns);
-        if (!aim) return std::unexpected(aim.error());
-        return head.aim(*aim, command.speed, now_ns);
+    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) {
+        return head.move(command.move, now_ns);
     });
 }
 
+Result<PtzReply> CameraDesk::run(AimPtz& command) {
+    return tell_head(command.camera,
+                     [&](camera::PtzHead& head, const world::Camera& camera, TimeNs now_ns) -> Result<void> {
+                         const auto aim = camera.aim(command.x, command.y, now_ns);
+                         if (!aim) return std::unexpected(aim.error());
+                         return head.aim(*aim, command.speed, now_ns);
+                     });
+}
+
 Result<PtzReply> CameraDesk::run(PtzPresets& command) {
-    return tell_head(command.camera, [&](PtzHead& head, const Camera&, TimeNs now_ns) -> Result<void> {
+    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) -> Result<void> {
         switch (command.action) {
             using enum PtzPresets::Action;
             case set:
@@ -215,7 +218,7 @@ Result<PtzReply> CameraDesk::run(PtzPresets& command) {
 }
 
 Result<PtzReply> CameraDesk::run(StopPtz& command) {
-    return tell_head(command.camera, [&](PtzHead& head, const Camera&, TimeNs now_ns) -> Result<void> {
+    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) -> Result<void> {
         return head.stop(command.pan_tilt, command.zoom, now_ns);
     });
 }
@@ -228,7 +231,7 @@ Result<PtzReply> CameraDesk::run(GetPtz& command) {
 
 CameraReply CameraDesk::report_of(const CameraEntry& entry) const {
     // Alone, a camera needs only the time; where its actor is now, the world would have to be asked.
-    const Snapshot alone{.world_ns = rig_.world_now_ns(monotonic_now_ns()), .statics = {}, .movers = {}};
+    const world::Snapshot alone{.world_ns = rig_.world_now_ns(monotonic_now_ns()), .statics = {}, .movers = {}};
     return {.id = entry.id,
             .camera = entry.camera,
             .now = entry.camera.at(entry.spec().mount ? *entry.latest.snapshot : alone),
@@ -237,9 +240,9 @@ CameraReply CameraDesk::report_of(const CameraEntry& entry) const {
             .applied_ns = entry.latest.state.world_ns};
 }
 
-Result<void> CameraDesk::add_cameras_of(const Scene& scene) {
+Result<void> CameraDesk::add_cameras_of(const world::Scene& scene) {
     added_.clear();
-    for (const CameraSpec& spec : scene.cameras) {
+    for (const world::CameraSpec& spec : scene.cameras) {
         if (rig_.cameras.find(spec.name)) continue;
         const auto good = check_free(spec);
         const auto entry = good ? rig_.cameras.add(spec) : Result<CameraEntry*>(std::unexpected(good.error()));
@@ -275,4 +278,4 @@ void CameraDesk::begin_world() {
     for (const CameraId id : added_) start_camera(rig_.cameras.at(id));
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

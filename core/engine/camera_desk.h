@@ -6,7 +6,7 @@
 #include "core/engine/rig_state.h"
 #include "core/engine/world_desk.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// What commands do to cameras. A command that fails changes nothing. Engine's thread.
 class CameraDesk {
@@ -25,23 +25,23 @@ public:
     Result<PtzReply> run(GetPtz& command);
 
     /// Adds the cameras of a scene that are not there: all of them or none. They take part from begin_world() on.
-    Result<void> add_cameras_of(const Scene& scene);
+    Result<void> add_cameras_of(const world::Scene& scene);
     /// There is a new world, and its clock does not run yet: all cameras show its beginning.
     void begin_world();
     /// Draws the newest picture of each, whether or not somebody reads it.
     void show_all();
 
 private:
-    Result<CameraEntry*> add_camera(CameraSpec spec);
+    Result<CameraEntry*> add_camera(world::CameraSpec spec);
     /// A camera that is in the table takes part from now on.
     void start_camera(CameraEntry& entry);
     /// What a camera is to be mounted on is there.
-    Result<void> check_mount(const CameraPatch& patch);
+    Result<void> check_mount(const world::CameraPatch& patch);
     /// What a rig has once (a device's number) is no other camera's.
-    Result<void> check_free(const CameraSpec& spec);
+    Result<void> check_free(const world::CameraSpec& spec);
     /// Those that `present` has not: can this machine open them? Of a scene's cameras this is not asked: they are made
     /// all the same.
-    Result<void> check_new_outputs(const CameraSpec& spec, const std::vector<OutputSpec>& present);
+    Result<void> check_new_outputs(const world::CameraSpec& spec, const std::vector<OutputSpec>& present);
     /// The camera's newest picture shows the world of now with its present spec.
     void renew_latest(CameraEntry& entry, std::int64_t sequence);
     /// The camera's newest picture is drawn, for who reads it.
@@ -49,7 +49,7 @@ private:
     CameraReply report_of(const CameraEntry& entry) const;
     /// What its head is told now, and how it stands then.
     Result<PtzReply> tell_head(const std::string& camera,
-                               const std::function<Result<void>(PtzHead&, const Camera&, TimeNs)>& tell);
+                               const std::function<Result<void>(camera::PtzHead&, const world::Camera&, TimeNs)>& tell);
     Result<PtzReply> head_of(const CameraEntry& entry, TimeNs now_ns) const;
 
     RigState& rig_;
@@ -57,4 +57,4 @@ private:
     std::vector<CameraId> added_;  ///< by add_cameras_of(), and not started yet
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

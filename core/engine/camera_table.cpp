@@ -5,7 +5,7 @@
 
 #include "core/base/names.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 Result<CameraEntry*> CameraTable::find(const std::string& name) {
     const auto found = std::ranges::find_if(by_id_, [&](const auto& entry) { return *entry.second.name == name; });
@@ -42,7 +42,7 @@ Result<void> CameraTable::check_pixels(std::int64_t added) const {
                                                     " are possible: delete cameras or make them smaller");
 }
 
-Result<CameraEntry*> CameraTable::add(CameraSpec spec) {
+Result<CameraEntry*> CameraTable::add(world::CameraSpec spec) {
     if (auto good = check_name("name", spec.name); !good) return std::unexpected(good.error());
     if (find(spec.name)) {
         return error(ErrorKind::already_exists,
@@ -60,28 +60,28 @@ Result<CameraEntry*> CameraTable::add(CameraSpec spec) {
     entry.id = id;
     entry.number = static_cast<std::uint8_t>(std::ranges::find(taken, false) - taken.begin());
     entry.name = std::make_shared<const std::string>(spec.name);
-    entry.camera = Camera(std::move(spec));
+    entry.camera = world::Camera(std::move(spec));
     entry.spec_revision = ++last_revision_;
     return &entry;
 }
 
-Result<void> CameraTable::replace(CameraEntry& entry, Camera camera) {
+Result<void> CameraTable::replace(CameraEntry& entry, world::Camera camera) {
     if (auto fits = check_pixels(camera.spec()->size.pixels() - entry.spec().size.pixels()); !fits) return fits;
     entry.camera = std::move(camera);
     entry.spec_revision = ++last_revision_;
     return {};
 }
 
-void CameraTable::show(CameraEntry& entry, std::int64_t sequence, SnapshotRef snapshot, TimeNs monotonic_ns) {
+void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns) {
     LatestDue& latest = entry.latest;
-    const CameraState before = std::exchange(latest.state, entry.camera.at(*snapshot));
+    const camera::CameraState before = std::exchange(latest.state, entry.camera.at(*snapshot));
     // A camera that is zoomed in and stands is the same from picture to picture.
     const bool is_as_before = latest.of_revision == entry.spec_revision && latest.state.intrinsics == before.intrinsics;
     if (!is_as_before) {
         latest.spec = entry.camera.spec();
         latest.spec_revision = latest.of_revision = entry.spec_revision;
         if (latest.state.intrinsics != latest.spec->intrinsics) {
-            auto zooming = std::make_shared<CameraSpec>(*latest.spec);
+            auto zooming = std::make_shared<world::CameraSpec>(*latest.spec);
             zooming->intrinsics = latest.state.intrinsics;
             latest.spec = std::move(zooming);
             latest.spec_revision = ++last_revision_;
@@ -101,4 +101,4 @@ Result<CameraEntry> CameraTable::remove(const std::string& name) {
     return entry;
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

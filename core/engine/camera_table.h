@@ -15,19 +15,19 @@
 #include "core/truth/make_truth.h"
 #include "core/world/camera.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// The latest picture a camera should have made: drawn already, or drawable at any time from the snapshot of its
 /// instant.
 struct LatestDue {
-    std::shared_ptr<const CameraSpec> spec;  ///< as it was at that instant, with the intrinsics of it
+    std::shared_ptr<const world::CameraSpec> spec;  ///< as it was at that instant, with the intrinsics of it
     std::uint64_t spec_revision = 0;
     std::uint64_t of_revision = 0;  ///< of the camera's spec that it was made from
     std::int64_t sequence = -1;
-    CameraState state;  ///< at that instant
+    camera::CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;
-    SnapshotRef snapshot;
-    std::vector<FrameRef> colors;  ///< as drawn, a pixel format each; none until then
+    world::SnapshotRef snapshot;
+    std::vector<frame::FrameRef> colors;  ///< as drawn, a pixel format each; none until then
 };
 
 /// A camera as the engine holds it.
@@ -35,16 +35,16 @@ struct CameraEntry {
     CameraId id{};
     std::uint8_t number = 0;  ///< what the code strip carries; free again when the camera is deleted
     std::shared_ptr<const std::string> name;
-    Camera camera;
+    world::Camera camera;
     std::uint64_t spec_revision = 0;
     LatestDue latest;
     /// For its truths. What is in it belongs to the lane that draws.
-    std::shared_ptr<StandingObjects> standing = std::make_shared<StandingObjects>();
+    std::shared_ptr<truth::StandingObjects> standing = std::make_shared<truth::StandingObjects>();
 
-    const CameraSpec& spec() const { return *camera.spec(); }
+    const world::CameraSpec& spec() const { return *camera.spec(); }
     TimeNs applied_ns = 0;  ///< world time from which its last command shows
     std::uint64_t due = 0, rendered = 0, idle = 0;
-    std::array<std::uint64_t, drop_reason_count> dropped{};  ///< by DropReason
+    std::array<std::uint64_t, stream::drop_reason_count> dropped{};  ///< by DropReason
 };
 
 /// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.
@@ -56,11 +56,11 @@ public:
     static constexpr std::int64_t max_total_pixels = std::int64_t{160} << 20;
 
     /// Adds a camera; already_exists, invalid name and resource_exhausted are errors and change nothing.
-    Result<CameraEntry*> add(CameraSpec spec);
+    Result<CameraEntry*> add(world::CameraSpec spec);
     /// Makes it another camera of the same name.
-    Result<void> replace(CameraEntry& entry, Camera camera);
+    Result<void> replace(CameraEntry& entry, world::Camera camera);
     /// Its newest picture is the one of this instant.
-    void show(CameraEntry& entry, std::int64_t sequence, SnapshotRef snapshot, TimeNs monotonic_ns);
+    void show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns);
     Result<CameraEntry*> find(const std::string& name);
     /// Null if it is gone.
     CameraEntry* find_id(CameraId id);
@@ -81,4 +81,4 @@ private:
     std::uint64_t last_revision_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

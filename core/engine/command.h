@@ -19,7 +19,7 @@
 
 /// Commands as data: what clients can ask of the engine, each with the type of its reply. The control side makes them
 /// from JSON, the engine applies them between instants, in the order they came.
-namespace camrig {
+namespace camrig::engine {
 
 enum class RunMode : std::uint8_t { realtime, lockstep };
 inline std::span<const Named<RunMode>> names_of(std::type_identity<RunMode>) {
@@ -34,8 +34,8 @@ inline std::span<const Named<OverloadPolicy>> names_of(std::type_identity<Overlo
 
 struct CameraReply {
     CameraId id{};
-    Camera camera;
-    CameraState now;             ///< of a mounted camera, at its latest due instant
+    world::Camera camera;
+    camera::CameraState now;     ///< of a mounted camera, at its latest due instant
     std::int64_t sequence = -1;  ///< of the latest due frame; -1: none yet
     std::size_t readers = 0;
     TimeNs applied_ns = 0;  ///< world time from which this state shows
@@ -46,7 +46,7 @@ struct WorldState {
     std::string scene_file;
     RunMode mode = RunMode::realtime;
     OverloadPolicy overload = OverloadPolicy::drop;
-    Quality quality = Quality::simple;
+    world::Quality quality = world::Quality::simple;
     bool paused = false;
     TimeNs world_ns = 0;
     TimeNs step_ns = 0;
@@ -54,7 +54,7 @@ struct WorldState {
     std::size_t objects = 0;
     std::size_t actors = 0;
     std::size_t cameras = 0;
-    StateHash state;  ///< of actors and lights, at the world's last step
+    world::StateHash state;  ///< of actors and lights, at the world's last step
     std::vector<std::string> places;
     TimeNs applied_ns = 0;
 };
@@ -68,19 +68,19 @@ struct AppliedReport {
     Report report;
     TimeNs applied_ns = 0;
 };
-using ActorChange = AppliedReport<ActorReport>;
-using EventChange = AppliedReport<EventReport>;
+using ActorChange = AppliedReport<world::ActorReport>;
+using EventChange = AppliedReport<world::EventReport>;
 
 struct CreateCamera {
     using Reply = CameraReply;
     std::string name;
     std::optional<std::string> place;  ///< pose and field of view of a place of the scene, under the patch
-    CameraPatch patch;
+    world::CameraPatch patch;
 };
 struct SetCamera {
     using Reply = CameraReply;
     std::string name;
-    CameraPatch patch;
+    world::CameraPatch patch;
     TimeNs duration_ns = 0;  ///< in which pose and field of view come there
 };
 struct DeleteCamera {
@@ -92,16 +92,16 @@ struct GetCamera {
     std::string name;
 };
 struct PtzReply {
-    PtzStatus status;
-    PtzPosition true_position;
+    camera::PtzStatus status;
+    camera::PtzPosition true_position;
     TimeNs world_ns = 0;    ///< time of both
     TimeNs arrives_ns = 0;  ///< world time from which it stands; of what never ends, the largest there is
-    std::map<std::string, PtzPosition> presets;
+    std::map<std::string, camera::PtzPosition> presets;
 };
 struct MovePtz {
     using Reply = PtzReply;
     std::string camera;
-    PtzMove move;
+    camera::PtzMove move;
 };
 /// Points the camera at what its picture shows at a place; x to the right and y up, in halves of the picture.
 struct AimPtz {
@@ -135,7 +135,7 @@ struct ListCameras {
 /// names are taken.
 struct LoadWorld {
     using Reply = WorldState;
-    SceneRef scene;
+    world::SceneRef scene;
 };
 struct GetWorld {
     using Reply = WorldState;
@@ -154,11 +154,11 @@ struct StepWorld {
 };
 
 struct ActorList {
-    std::vector<ActorReport> actors;  ///< in the order they came
-    StateHash state;
+    std::vector<world::ActorReport> actors;  ///< in the order they came
+    world::StateHash state;
 };
 struct EventLog {
-    std::vector<EventRecord> events;
+    std::vector<world::EventRecord> events;
     std::uint64_t last = 0;    ///< sequence of the newest event of all
     std::uint64_t missed = 0;  ///< of those asked for, so many are not kept any more
 };
@@ -168,7 +168,7 @@ struct ListActors {
 };
 struct SpawnActor {
     using Reply = ActorChange;
-    ActorSpec actor;
+    world::ActorSpec actor;
 };
 struct RemoveActor {
     using Reply = Applied;
@@ -176,18 +176,18 @@ struct RemoveActor {
 };
 struct SetActor {
     using Reply = ActorChange;
-    ActorPatch patch;
+    world::ActorPatch patch;
 };
 struct SteerActors {
     using Reply = Applied;
-    std::vector<SteerSpec> actors;
+    std::vector<world::SteerSpec> actors;
 };
 struct ListEvents {
-    using Reply = std::vector<EventReport>;
+    using Reply = std::vector<world::EventReport>;
 };
 struct AddEvent {
     using Reply = EventChange;
-    EventSpec event;
+    world::EventSpec event;
 };
 struct RemoveEvent {
     using Reply = Applied;
@@ -200,11 +200,11 @@ struct WaitEvents {
     TimeNs timeout_ns = 10 * ns_per_s;
 };
 struct GetStats {
-    using Reply = RigReport;
+    using Reply = stream::RigReport;
 };
 /// The truth of the camera's latest due frame; waits for one that shows min_ns or later.
 struct GetTruth {
-    using Reply = TruthRef;
+    using Reply = truth::TruthRef;
     std::string camera;
     TimeNs min_ns = 0;
 };
@@ -233,4 +233,4 @@ public:
 
 inline constexpr std::size_t max_queued_commands = 1024;
 
-}  // namespace camrig
+}  // namespace camrig::engine

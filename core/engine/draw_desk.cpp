@@ -5,7 +5,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
 /// The least cost of each class, CPU time of a view: what differs less than this is drawn and dropped together.
@@ -47,7 +47,7 @@ TimeNs smoothed(TimeNs before_ns, TimeNs now_ns) {
 
 }  // namespace
 
-DrawnViews draw_views(Renderer& renderer, DueViews due, StageTimer& timer) {
+DrawnViews draw_views(render::Renderer& renderer, DueViews due, stream::StageTimer& timer) {
     DrawnViews drawn;
     const TimeNs start_ns = monotonic_now_ns();
     if (auto finished = renderer.draw(due.snapshot, due.monotonic_ns, due.views)) {
@@ -55,7 +55,7 @@ DrawnViews draw_views(Renderer& renderer, DueViews due, StageTimer& timer) {
         drawn.failures = std::move(finished->failures);
         drawn.cost_ns = std::move(finished->cost_ns);
     } else {
-        for (const View& view : due.views) drawn.failures.push_back({view.camera, finished.error()});
+        for (const render::View& view : due.views) drawn.failures.push_back({view.camera, finished.error()});
     }
     drawn.wall_ns = monotonic_now_ns() - start_ns;
     timer.record(drawn.wall_ns);
@@ -80,7 +80,7 @@ int DrawDesk::Camera::cost_class(int present) const {
     return is_plain ? 0 : first_dear_class;
 }
 
-void DrawDesk::note_settings(const View& view) {
+void DrawDesk::note_settings(const render::View& view) {
     Camera& camera = cameras_[view.camera];
     const ImageSize size = view.spec->size;
     const bool is_plain = lanes_.front().lane->is_plain(view);
@@ -97,7 +97,7 @@ void DrawDesk::note_settings(const View& view) {
     }
 }
 
-DrawDesk::Group& DrawDesk::assign(const View& view) {
+DrawDesk::Group& DrawDesk::assign(const render::View& view) {
     Camera& camera = cameras_.at(view.camera);
     Group& group = groups_[camera.group];
     if (group.pending == 0) choose_lane(camera.group, group);
@@ -136,10 +136,10 @@ void DrawDesk::leave_group(const GroupName& name, CameraId camera) {
 }
 
 void DrawDesk::add(const DueViews& due) {
-    for (const View& view : due.views) note_settings(view);
+    for (const render::View& view : due.views) note_settings(view);
     // By lane and class, in the order of the views.
     std::map<std::pair<Lane*, int>, DueViews> parts;
-    for (const View& view : due.views) {
+    for (const render::View& view : due.views) {
         const Group& group = assign(view);
         DueViews& part = parts[{group.lane, group.cost_class}];
         part.views.push_back(view);
@@ -154,26 +154,26 @@ void DrawDesk::add(const DueViews& due) {
     drop(dropped);
 }
 
-DropReason DrawDesk::reason_for(const Group& group) const {
+stream::DropReason DrawDesk::reason_for(const Group& group) const {
     const TimeNs all_ns = group.lane->all_ns - group.all_ns, requests_ns = group.lane->requests_ns - group.requests_ns;
-    if (2 * requests_ns > all_ns) return DropReason::request;
+    if (2 * requests_ns > all_ns) return stream::DropReason::request;
     const auto rank = [](const Group& one) { return std::pair(one.lane, one.cost_class); };
     const bool is_dearer =
         std::ranges::any_of(groups_, [&](const auto& other) { return rank(other.second) < rank(group); });
-    return is_dearer ? DropReason::own_cost : DropReason::overload;
+    return is_dearer ? stream::DropReason::own_cost : stream::DropReason::overload;
 }
 
 void DrawDesk::drop(const std::vector<DueViews>& dropped) {
     for (const DueViews& due : dropped) {
-        for (const View& view : due.views) {
-            const DropReason reason = reason_for(groups_.at(cameras_.at(view.camera).group));
+        for (const render::View& view : due.views) {
+            const stream::DropReason reason = reason_for(groups_.at(cameras_.at(view.camera).group));
             end_view(view);
             callbacks_.dropped(due, view, reason);
         }
     }
 }
 
-void DrawDesk::end_view(const View& view) {
+void DrawDesk::end_view(const render::View& view) {
     CHECK(pending_views_ > 0);
     --pending_views_;
     const auto found = cameras_.find(view.camera);
@@ -213,9 +213,10 @@ void DrawDesk::post_views(Lane& lane, int cost_class, TimeNs monotonic_ns) {
     DueViews due = lane.queue.take(cost_class, std::max(least, static_cast<std::size_t>(time_ns / view_ns)));
     ++lane.tasks;
     const auto drawn = std::make_shared<DrawnViews>();
-    lane.lane->post({.draw = [drawn, timer = timer_, due = std::move(due)](
-                                 Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
-                     .done = [this, &lane, cost_class, drawn] { finish_views(lane, cost_class, *drawn); }});
+    lane.lane->post(
+        {.draw = [drawn, timer = timer_, due = std::move(due)](
+                     render::Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
+         .done = [this, &lane, cost_class, drawn] { finish_views(lane, cost_class, *drawn); }});
 }
 
 void DrawDesk::post_request(Lane& lane) {
@@ -224,7 +225,7 @@ void DrawDesk::post_request(Lane& lane) {
     ++lane.tasks;
     const auto wall_ns = std::make_shared<TimeNs>();
     lane.lane->post({.draw =
-                         [draw = std::move(task->draw), wall_ns](Renderer& renderer) {
+                         [draw = std::move(task->draw), wall_ns](render::Renderer& renderer) {
                              const TimeNs start_ns = monotonic_now_ns();
                              draw(renderer);
                              *wall_ns = monotonic_now_ns() - start_ns;
@@ -249,7 +250,7 @@ void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn) {
     TimeNs& view_ns = lane.view_ns[static_cast<std::size_t>(cost_class)];
     view_ns = smoothed(view_ns, drawn.wall_ns / static_cast<TimeNs>(drawn.due.views.size()));
     for (std::size_t i = 0; i < drawn.due.views.size(); ++i) {
-        const View& view = drawn.due.views[i];
+        const render::View& view = drawn.due.views[i];
         end_view(view);
         const auto found = cameras_.find(view.camera);
         if (found == cameras_.end() || drawn.cost_ns.empty()) continue;
@@ -281,19 +282,20 @@ void DrawDesk::forget(CameraId camera) {
 }
 
 void DrawDesk::forget(Lane& lane, CameraId camera) {
-    lane.lane->post({.draw = [camera](Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
+    lane.lane->post({.draw = [camera](render::Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
 }
 
-void DrawDesk::begin_world(const SnapshotRef& snapshot) {
+void DrawDesk::begin_world(const world::SnapshotRef& snapshot) {
     for (Lane& lane : lanes_)
         lane.lane->post(
-            {.draw = [snapshot](Renderer& renderer) { std::ignore = renderer.draw(snapshot, 0, {}); }, .done = [] {}});
+            {.draw = [snapshot](render::Renderer& renderer) { std::ignore = renderer.draw(snapshot, 0, {}); },
+             .done = [] {}});
 }
 
-RenderCounters DrawDesk::counters() const {
-    RenderCounters sum;
+render::RenderCounters DrawDesk::counters() const {
+    render::RenderCounters sum;
     for (const Lane& lane : lanes_) sum += lane.lane->counters();
     return sum;
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -9,19 +9,19 @@
 #include "core/engine/draw_queue.h"
 #include "core/stream/statistics.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Views that a lane has drawn, or failed to.
 struct DrawnViews {
     DueViews due;
-    std::vector<FrameRef> frames;
-    std::vector<Renderer::Finished::Failure> failures;
+    std::vector<frame::FrameRef> frames;
+    std::vector<render::Renderer::Finished::Failure> failures;
     TimeNs wall_ns = 0;
     std::vector<TimeNs> cost_ns;  ///< of each view (Renderer::Finished); empty where all failed
 };
 
 /// Draws views with a lane's renderer, on its thread, and notes the time. An error is a failure of each view.
-DrawnViews draw_views(Renderer& renderer, DueViews due, StageTimer& timer);
+DrawnViews draw_views(render::Renderer& renderer, DueViews due, stream::StageTimer& timer);
 
 /// Hands out what is to be drawn: which lane, in which order, how much at once. Engine's thread.
 ///
@@ -33,7 +33,7 @@ class DrawDesk {
 public:
     struct Callbacks {
         std::function<void(DrawnViews&)> drawn;
-        std::function<void(const DueViews&, const View&, DropReason)> dropped;
+        std::function<void(const DueViews&, const render::View&, stream::DropReason)> dropped;
         /// It is the turn of requests: the next that needs drawing; nothing if there is none (any more).
         std::function<std::optional<DrawTask>()> next_request;
     };
@@ -63,14 +63,16 @@ public:
     /// A camera is gone.
     void forget(CameraId camera);
     /// There is another world: no lane keeps what it had of the old one.
-    void begin_world(const SnapshotRef& snapshot);
+    void begin_world(const world::SnapshotRef& snapshot);
     /// Requests share the lane of running cameras.
     bool has_one_lane() const { return lanes_.size() == 1; }
 
-    bool makes(PixelFormat format, const View& view) const { return lanes_.front().lane->makes(format, view); }
-    RenderCounters counters() const;
+    bool makes(frame::PixelFormat format, const render::View& view) const {
+        return lanes_.front().lane->makes(format, view);
+    }
+    render::RenderCounters counters() const;
     /// Of all drawing. Shared with the lanes, which may still draw when the desk goes.
-    const std::shared_ptr<StageTimer>& timer() const { return timer_; }
+    const std::shared_ptr<stream::StageTimer>& timer() const { return timer_; }
 
 private:
     struct Lane {
@@ -94,7 +96,7 @@ private:
         std::array<TimeNs, 4> cpu_ns{};
         std::size_t next = 0;  ///< in cpu_ns
         ImageSize size;        ///< this and what follows: what these costs were measured with
-        Quality quality = Quality::simple;
+        world::Quality quality = world::Quality::simple;
         bool is_plain = true;
         int pending = 0;  ///< views that wait or are being drawn
         GroupName group;  ///< of its last view
@@ -102,18 +104,18 @@ private:
         int cost_class(int present) const;
     };
     /// Takes note of what the camera's cost depends on, and of its group.
-    void note_settings(const View& view);
+    void note_settings(const render::View& view);
     /// The view is pending from now on, in the group and so on the lane that this says. The settings of all views of
     /// its instant have been noted.
-    Group& assign(const View& view);
+    Group& assign(const render::View& view);
     /// The group has nothing pending: it goes to the lane of cameras that cost as much.
     void choose_lane(const GroupName& name, Group& group);
     /// The camera is not of this group any more.
     void leave_group(const GroupName& name, CameraId camera);
-    DropReason reason_for(const Group& group) const;
+    stream::DropReason reason_for(const Group& group) const;
     void drop(const std::vector<DueViews>& dropped);
     /// The view is drawn or dropped.
-    void end_view(const View& view);
+    void end_view(const render::View& view);
     static void forget(Lane& lane, CameraId camera);
     void dispatch(Lane& lane, TimeNs monotonic_ns);
     void post_views(Lane& lane, int cost_class, TimeNs monotonic_ns);
@@ -124,10 +126,10 @@ private:
     std::vector<Lane> lanes_;
     const std::shared_ptr<DrawnTasks> finished_;
     const Callbacks callbacks_;
-    const std::shared_ptr<StageTimer> timer_ = std::make_shared<StageTimer>();  ///< lanes write to it
+    const std::shared_ptr<stream::StageTimer> timer_ = std::make_shared<stream::StageTimer>();  ///< lanes write to it
     std::map<CameraId, Camera> cameras_;
     std::map<GroupName, Group> groups_;
     std::size_t pending_views_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

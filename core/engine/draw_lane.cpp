@@ -8,7 +8,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace camrig {
+namespace camrig::engine {
 
 Result<std::unique_ptr<DrawLane>> ThreadedLane::start(const Options& options, MakeRenderer make,
                                                       std::shared_ptr<DrawnTasks> drawn) {
@@ -46,7 +46,7 @@ void ThreadedLane::run(const Options& options, const MakeRenderer& make,
     while (auto task = tasks_.wait()) {
         task->draw(*renderer_);
         task->draw = nullptr;  // what it holds goes on this thread, before the engine hears of it
-        const RenderCounters counters = renderer_->counters();
+        const render::RenderCounters counters = renderer_->counters();
         {
             std::lock_guard lock(mutex_);
             counters_ = counters;
@@ -60,9 +60,9 @@ void ThreadedLane::post(DrawTask task) {
     CHECK(tasks_.put(std::move(task)));
 }
 
-RenderCounters ThreadedLane::counters() const {
+render::RenderCounters ThreadedLane::counters() const {
     std::lock_guard lock(mutex_);
     return counters_;
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

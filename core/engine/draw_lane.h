@@ -12,12 +12,12 @@
 #include "core/base/result.h"
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Something to draw, and what the engine does once it is drawn.
 struct DrawTask {
-    std::function<void(Renderer&)> draw;  ///< on the lane's thread
-    std::function<void()> done;           ///< afterwards, on the engine's
+    std::function<void(render::Renderer&)> draw;  ///< on the lane's thread
+    std::function<void()> done;                   ///< afterwards, on the engine's
 };
 
 /// What lanes have drawn, on its way back to the engine: DrawTask::done of each. Any thread puts, the engine's takes.
@@ -32,12 +32,12 @@ public:
     /// Engine's thread; never blocks.
     virtual void post(DrawTask task) = 0;
     /// As of the end of the last task. Any thread.
-    virtual RenderCounters counters() const = 0;
+    virtual render::RenderCounters counters() const = 0;
     /// Whether the lane's renderer gives colour pictures of this view in that format (Renderer::makes).
-    virtual bool makes(PixelFormat format, const View& view) const = 0;
+    virtual bool makes(frame::PixelFormat format, const render::View& view) const = 0;
     /// Whether it draws the view's colour with what it draws best, and nothing dear is set up for it
     /// (Renderer::is_plain).
-    virtual bool is_plain(const View& view) const = 0;
+    virtual bool is_plain(const render::View& view) const = 0;
     /// Whether a second lane with such a renderer draws beside it (Renderer::is_on_cpu).
     virtual bool wants_second() const = 0;
     virtual const std::string& description() const = 0;
@@ -46,7 +46,7 @@ public:
 /// A lane with a thread. The renderer lives and dies on it; what is still waiting when the lane goes is not drawn.
 class ThreadedLane final : public DrawLane {
 public:
-    using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;
+    using MakeRenderer = std::function<Result<std::unique_ptr<render::Renderer>>()>;
     struct Options {
         std::string name;  ///< of the thread, at most 15 characters
         /// Added to the thread's niceness, and to that of all threads that its renderer starts: the kernel lets others
@@ -59,9 +59,11 @@ public:
     ~ThreadedLane() override;
 
     void post(DrawTask task) override;
-    RenderCounters counters() const override;
-    bool makes(PixelFormat format, const View& view) const override { return renderer_->makes(format, view); }
-    bool is_plain(const View& view) const override { return renderer_->is_plain(view); }
+    render::RenderCounters counters() const override;
+    bool makes(frame::PixelFormat format, const render::View& view) const override {
+        return renderer_->makes(format, view);
+    }
+    bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
     bool wants_second() const override { return renderer_->is_on_cpu(); }
     const std::string& description() const override { return description_; }
 
@@ -70,12 +72,13 @@ private:
     void run(const Options& options, const MakeRenderer& make, const std::function<void(Result<void>)>& started);
 
     const std::shared_ptr<DrawnTasks> drawn_;
-    std::unique_ptr<Renderer> renderer_;  ///< made and destroyed on the thread; others ask it constant questions only
+    std::unique_ptr<render::Renderer>
+        renderer_;  ///< made and destroyed on the thread; others ask it constant questions only
     std::string description_;
     BoundedQueue<DrawTask> tasks_{max_draw_tasks};
     mutable std::mutex mutex_;
-    RenderCounters counters_;  ///< guarded by it
+    render::RenderCounters counters_;  ///< guarded by it
     std::thread thread_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <set>
 
-namespace camrig {
+namespace camrig::engine {
 
 void DrawQueue::begin_work(int one_class) {
     Class& one = classes_[static_cast<std::size_t>(one_class)];
@@ -25,8 +25,8 @@ void DrawQueue::drop_superseded(Class& one, std::vector<DueViews>& dropped) {
     for (auto at = one.due.end(); at != one.due.begin();) {
         --at;
         const bool is_superseded =
-            std::ranges::all_of(at->views, [&](const View& view) { return newer.contains(view.camera); });
-        for (const View& view : at->views) newer.insert(view.camera);
+            std::ranges::all_of(at->views, [&](const render::View& view) { return newer.contains(view.camera); });
+        for (const render::View& view : at->views) newer.insert(view.camera);
         const bool is_begun = one.is_begun && at == one.due.begin();
         if (!is_superseded || !at->may_be_dropped || is_begun) continue;
         dropped.push_back(std::move(*at));
@@ -85,7 +85,7 @@ std::size_t DrawQueue::remove(CameraId camera) {
     std::size_t removed = 0;
     for (Class& one : classes_) {
         for (auto at = one.due.begin(); at != one.due.end();) {
-            removed += std::erase_if(at->views, [&](const View& view) { return view.camera == camera; });
+            removed += std::erase_if(at->views, [&](const render::View& view) { return view.camera == camera; });
             if (!at->views.empty()) {
                 ++at;
                 continue;
@@ -101,4 +101,4 @@ bool DrawQueue::empty() const {
     return std::ranges::all_of(classes_, [](const Class& one) { return one.due.empty(); });
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

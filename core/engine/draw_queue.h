@@ -9,13 +9,13 @@
 #include "core/base/time.h"
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Pictures that are due at one instant.
 struct DueViews {
-    SnapshotRef snapshot;
+    world::SnapshotRef snapshot;
     TimeNs monotonic_ns = 0;
-    std::vector<View> views;
+    std::vector<render::View> views;
     bool may_be_dropped = true;  ///< when newer pictures of its cameras are due
 };
 
@@ -74,4 +74,4 @@ private:
     double now_ns_ = 0;  ///< the share of who was drawn last
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

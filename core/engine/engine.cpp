@@ -8,7 +8,7 @@
 #include "core/engine/rig.h"
 #include "core/render/shared_models.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
 /// For so long commands are done before what is due has its turn; a single command may take longer.
@@ -19,10 +19,10 @@ constexpr int dear_niceness = 10;
 
 /// Where the CPU draws, dear pictures and requests have a lane beside that of cameras that are quickly drawn. A GPU
 /// draws one picture after the other anyway: there all share one lane.
-Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const RendererOptions& options,
+Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const render::RendererOptions& options,
                                                            const std::shared_ptr<DrawnTasks>& drawn) {
-    RendererOptions sharing = options;
-    sharing.models = make_shared_models();
+    render::RendererOptions sharing = options;
+    sharing.models = render::make_shared_models();
     const auto make = [sharing] { return create_renderer(sharing); };
     std::vector<std::unique_ptr<DrawLane>> lanes;
     auto first = ThreadedLane::start({"camrig-draw", 0}, make, drawn);
@@ -37,7 +37,8 @@ Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const RendererOptions
 
 }  // namespace
 
-Result<std::unique_ptr<Engine>> Engine::start(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus) {
+Result<std::unique_ptr<Engine>> Engine::start(world::SceneRef scene, const EngineOptions& options,
+                                              stream::LocalFrameBus& bus) {
     std::unique_ptr<Engine> engine(new Engine);
     std::promise<Result<void>> promise;
     auto started = promise.get_future();
@@ -54,7 +55,7 @@ Engine::~Engine() {
     if (thread_.joinable()) thread_.join();
 }
 
-void Engine::run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus,
+void Engine::run(world::SceneRef scene, const EngineOptions& options, stream::LocalFrameBus& bus,
                  std::function<void(Result<void>)> started) {
     const auto drawn = std::make_shared<DrawnTasks>(max_draw_tasks, [queue = queue_] { queue->wake(); });
     auto lanes = start_lanes(options.renderer, drawn);
@@ -97,10 +98,10 @@ void Engine::post(Command command) {
     }
 }
 
-void Engine::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+void Engine::fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) {
     Message message(Fetch{std::move(request), std::move(done)});
     if (!queue_->put(std::move(message)))
         refuse(message, {ErrorKind::resource_exhausted, "too many requests are waiting; send slower"});
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

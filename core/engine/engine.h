@@ -14,14 +14,14 @@
 #include "core/render/renderer_factory.h"
 #include "core/stream/local_frame_bus.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 struct EngineOptions {
     RunMode mode = RunMode::realtime;
     OverloadPolicy overload = OverloadPolicy::drop;
-    Quality quality = Quality::simple;
+    world::Quality quality = world::Quality::simple;
     std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
-    RendererOptions renderer;
+    render::RendererOptions renderer;
 };
 
 /// The tick loop: the thread that owns the world and the renderer. Commands and requests for pictures come in by a
@@ -29,27 +29,28 @@ struct EngineOptions {
 /// request take turns of some ms: none of them keeps the others waiting for long, however many there are.
 ///
 /// Any thread may post and fetch. The bus must outlive the engine.
-class Engine final : public CommandPort, public FrameFetcher {
+class Engine final : public CommandPort, public stream::FrameFetcher {
 public:
     /// Starts the thread, makes world and renderer on it, and creates the scene's cameras.
-    static Result<std::unique_ptr<Engine>> start(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus);
+    static Result<std::unique_ptr<Engine>> start(world::SceneRef scene, const EngineOptions& options,
+                                                 stream::LocalFrameBus& bus);
     /// Stops and joins; what is still queued is answered with `unavailable`.
     ~Engine() override;
 
     void post(Command command) override;
-    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) override;
+    void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) override;
 
     const std::string& renderer_description() const { return renderer_description_; }
 
 private:
     struct Fetch {
-        FetchRequest request;
-        std::function<void(Result<MediaUnit>)> done;
+        stream::FetchRequest request;
+        std::function<void(Result<stream::MediaUnit>)> done;
     };
     using Message = std::variant<Command, Fetch>;
 
     Engine() = default;
-    void run(SceneRef scene, const EngineOptions& options, LocalFrameBus& bus,
+    void run(world::SceneRef scene, const EngineOptions& options, stream::LocalFrameBus& bus,
              std::function<void(Result<void>)> started);
     static void refuse(Message& message, const Error& why);
 
@@ -59,4 +60,4 @@ private:
     std::thread thread_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

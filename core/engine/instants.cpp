@@ -4,7 +4,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
 /// Policy slow: how late a picture may be before the world waits.
@@ -75,7 +75,7 @@ void Instants::account_skipped(TimeNs instant_ns) {
         const auto frames = static_cast<std::uint64_t>(skipped.frames);
         if (!rig_.bus.wanted(skipped.camera, skipped.first_ns).empty()) {
             entry.due += frames;
-            entry.dropped[static_cast<std::size_t>(DropReason::overload)] += frames;
+            entry.dropped[static_cast<std::size_t>(stream::DropReason::overload)] += frames;
         } else {
             entry.idle += frames;
         }
@@ -102,34 +102,34 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
         rig_.cameras.show(entry, next.sequence, due.snapshot, monotonic_ns);
-        PixelFormats formats = rig_.bus.wanted(entry.id, world_ns);
+        frame::PixelFormats formats = rig_.bus.wanted(entry.id, world_ns);
         if (formats.empty()) {
             ++entry.idle;
             continue;
         }
         requests_.add_awaited(entry, world_ns, formats);
-        View& view = due.views.emplace_back(rig_.view_of(entry, entry.latest));
+        render::View& view = due.views.emplace_back(rig_.view_of(entry, entry.latest));
         view.color_formats = rig_.made_of(view, formats);
     }
     rig_.drawing->add(due);
 }
 
 void Instants::drawn(DrawnViews& drawn) {
-    FrameSet set;
+    frame::FrameSet set;
     set.world_ns = drawn.due.snapshot->world_ns;
     set.monotonic_ns = drawn.due.monotonic_ns;
     for (const auto& failure : drawn.failures) {
         if (const CameraEntry* entry = rig_.cameras.find_id(failure.camera))
             rig_.note_failure(*entry->name, failure.error);
     }
-    for (const View& view : drawn.due.views) {
+    for (const render::View& view : drawn.due.views) {
         CameraEntry* entry = rig_.cameras.find_id(view.camera);
         if (entry == nullptr) continue;  // deleted meanwhile
-        const auto frames = std::ranges::equal_range(drawn.frames, view.camera, {},
-                                                     [](const FrameRef& frame) { return frame->info().camera_id; });
+        const auto frames = std::ranges::equal_range(
+            drawn.frames, view.camera, {}, [](const frame::FrameRef& frame) { return frame->info().camera_id; });
         ++entry->due;
         if (frames.empty()) {
-            ++entry->dropped[static_cast<std::size_t>(DropReason::failure)];
+            ++entry->dropped[static_cast<std::size_t>(stream::DropReason::failure)];
             continue;
         }
         ++entry->rendered;
@@ -145,7 +145,7 @@ void Instants::drawn(DrawnViews& drawn) {
     next.insert(next.end(), set.frames.begin(), set.frames.end());
 }
 
-void Instants::dropped(const DueViews& due, const View& view, DropReason reason) {
+void Instants::dropped(const DueViews& due, const render::View& view, stream::DropReason reason) {
     CameraEntry* entry = rig_.cameras.find_id(view.camera);
     if (entry == nullptr) return;
     ++entry->due;
@@ -162,7 +162,7 @@ void Instants::advance_step(TimeNs monotonic_ns) {
     const TimeNs next_ns = rig_.schedule.next_due_ns();
     if (!job.next && next_ns <= job.target_ns && world_.advance(next_ns)) {
         const TimeNs now_ns = monotonic_now_ns();
-        job.next = FrameSet{next_ns, now_ns, {}};
+        job.next = frame::FrameSet{next_ns, now_ns, {}};
         rig_.step_instant_ns = next_ns;
         begin_instant(next_ns, now_ns, false);
     }
@@ -173,12 +173,13 @@ void Instants::advance_step(TimeNs monotonic_ns) {
     }
     if (job.next) {
         if (!rig_.drawing->is_idle()) return;
-        FrameSet ready = std::move(*job.next);
+        frame::FrameSet ready = std::move(*job.next);
         job.next.reset();
         rig_.step_instant_ns.reset();
-        std::ranges::stable_sort(ready.frames, {}, [](const FrameRef& frame) { return frame->info().camera_id; });
+        std::ranges::stable_sort(ready.frames, {},
+                                 [](const frame::FrameRef& frame) { return frame->info().camera_id; });
         rig_.clock.hold(ready.world_ns);
-        job.latch = DeliveryLatch::create(rig_.wake);
+        job.latch = stream::DeliveryLatch::create(rig_.wake);
         job.deadline_ns = monotonic_now_ns() + job.timeout_ns;
         rig_.publish(ready, job.latch);
         return rig_.wake();
@@ -233,11 +234,11 @@ void Instants::begin_world() {
     dropped_at_.clear();
 }
 
-void Instants::fill_report(RigReport& report) const {
+void Instants::fill_report(stream::RigReport& report) const {
     report.instants = instants_;
     report.dropped_instants = dropped_instants_;
     report.stages.push_back({"wakeup", wakeup_time_.summary()});
     report.stages.push_back({"world", world_time_.summary()});
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -7,7 +7,7 @@
 #include "core/engine/rig_state.h"
 #include "core/engine/world_desk.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Brings about what falls due: in real time as the clock runs, else by steps. An instant begins with a snapshot of the
 /// world and where its cameras are; what is drawn of it goes out, what is not goes to the books. Engine's thread.
@@ -28,18 +28,19 @@ public:
 
     /// DrawDesk::Callbacks.
     void drawn(DrawnViews& drawn);
-    void dropped(const DueViews& due, const View& view, DropReason reason);
+    void dropped(const DueViews& due, const render::View& view, stream::DropReason reason);
 
     /// Its part of stats.get: instants and the times of stages.
-    void fill_report(RigReport& report) const;
+    void fill_report(stream::RigReport& report) const;
 
 private:
     struct StepJob {
         TimeNs target_ns = 0;
         TimeNs timeout_ns = 0;
-        TimeNs deadline_ns = 0;                ///< for the delivery in progress
-        std::shared_ptr<DeliveryLatch> latch;  ///< of the instant published last
-        std::optional<FrameSet> next;  ///< what is drawn of the next instant; to be published when the latch is open
+        TimeNs deadline_ns = 0;                        ///< for the delivery in progress
+        std::shared_ptr<stream::DeliveryLatch> latch;  ///< of the instant published last
+        std::optional<frame::FrameSet>
+            next;  ///< what is drawn of the next instant; to be published when the latch is open
         std::function<void(Result<WorldState>)> done;
         std::function<WorldState()> state;
     };
@@ -60,7 +61,7 @@ private:
     std::deque<StepJob> steps_;
     std::uint64_t instants_ = 0, dropped_instants_ = 0;
     std::set<TimeNs> dropped_at_;  ///< the last instants of which pictures were dropped
-    StageTimer wakeup_time_, world_time_;
+    stream::StageTimer wakeup_time_, world_time_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

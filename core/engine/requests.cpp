@@ -6,7 +6,7 @@
 #include "core/base/clock.h"
 #include "core/truth/make_truth.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
 constexpr std::size_t max_waiting = 256;
@@ -21,39 +21,41 @@ Error not_drawn(const std::string& camera) {
     return {ErrorKind::unavailable, "camera " + camera + ": this picture could not be drawn"};
 }
 
-View only(View view, FrameKind kind) {
+render::View only(render::View view, frame::FrameKind kind) {
     std::ranges::fill(view.kinds, false);
     view.kinds[static_cast<std::size_t>(kind)] = true;
     return view;
 }
 
-Result<TruthRef> truth_of(Renderer& renderer, const DueViews& due, StandingObjects& standing, StageTimer& draw_time) {
-    const View& view = due.views.front();
-    const auto draw = [&](View one) -> Result<std::vector<FrameRef>> {
+Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due, truth::StandingObjects& standing,
+                                 stream::StageTimer& draw_time) {
+    const render::View& view = due.views.front();
+    const auto draw = [&](render::View one) -> Result<std::vector<frame::FrameRef>> {
         DrawnViews drawn = draw_views(renderer, {due.snapshot, due.monotonic_ns, {std::move(one)}, false}, draw_time);
         if (!drawn.failures.empty()) return std::unexpected(drawn.failures.front().error);
         return std::move(drawn.frames);
     };
-    View scene = only(view, FrameKind::instance);
-    View alone = scene;
-    scene.kinds[static_cast<std::size_t>(FrameKind::depth)] = true;
+    render::View scene = only(view, frame::FrameKind::instance);
+    render::View alone = scene;
+    scene.kinds[static_cast<std::size_t>(frame::FrameKind::depth)] = true;
     auto frames = draw(std::move(scene));
     if (!frames) return std::unexpected(frames.error());
-    TruthPictures pictures;
-    for (const FrameRef& frame : *frames)
-        (frame->info().kind == FrameKind::depth ? pictures.depth : pictures.instance) = frame;
+    truth::TruthPictures pictures;
+    for (const frame::FrameRef& frame : *frames)
+        (frame->info().kind == frame::FrameKind::depth ? pictures.depth : pictures.instance) = frame;
     if (!pictures.depth || !pictures.instance) return std::unexpected(not_drawn(*view.name));
-    const auto draw_alone = [&](std::span<const ObjectId> objects) -> Result<FrameRef> {
+    const auto draw_alone = [&](std::span<const ObjectId> objects) -> Result<frame::FrameRef> {
         alone.only_objects.assign(objects.begin(), objects.end());
         auto one = draw(alone);
         if (!one) return std::unexpected(one.error());
         if (one->empty()) return std::unexpected(not_drawn(*view.name));
         return one->front();
     };
-    const auto find_silhouettes = [&](std::span<const ObjectId> objects,
-                                      std::span<const PixelBox> reaches) -> Result<std::vector<Silhouette>> {
+    const auto find_silhouettes =
+        [&](std::span<const ObjectId> objects,
+            std::span<const truth::PixelBox> reaches) -> Result<std::vector<frame::Silhouette>> {
         if (auto found = renderer.silhouettes(due.snapshot, view, objects)) return std::move(*found);
-        return silhouettes_from(draw_alone)(objects, reaches);
+        return truth::silhouettes_from(draw_alone)(objects, reaches);
     };
     auto truth = make_truth({.name = view.name,
                              .spec = view.spec,
@@ -62,7 +64,7 @@ Result<TruthRef> truth_of(Renderer& renderer, const DueViews& due, StandingObjec
                              .monotonic_ns = due.monotonic_ns},
                             *due.snapshot, pictures, find_silhouettes, &standing);
     if (!truth) return at("camera " + *view.name, truth.error());
-    return std::make_shared<const TruthOfFrame>(std::move(*truth));
+    return std::make_shared<const truth::TruthOfFrame>(std::move(*truth));
 }
 
 }  // namespace
@@ -80,7 +82,7 @@ void Requests::Waiter::fail(const Error& why) const {
         got_truth(std::unexpected(why));
 }
 
-void Requests::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+void Requests::fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) {
     wait({.name = request.camera,
           .min_ns = request.min_ns,
           .picture = std::move(request),
@@ -120,7 +122,7 @@ bool Requests::is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) co
     return !waiter.wants_color() || !rig_.drawing->is_pending(entry.id);
 }
 
-void Requests::add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const {
+void Requests::add_awaited(const CameraEntry& entry, TimeNs world_ns, frame::PixelFormats& formats) const {
     for (const Waiter& waiter : waiting_) {
         if (waiter.wants_color() && waiter.min_ns <= world_ns && waiter.camera == entry.id)
             formats.add(source_format(waiter.picture.format, entry.spec().size));
@@ -143,16 +145,16 @@ TimeNs Requests::wake_time_ns() const {
     return wake_ns;
 }
 
-const FrameRef* Requests::drawn_color(const CameraEntry& entry, std::span<const FrameRef> frames,
-                                      const MediaFormat& format) const {
+const frame::FrameRef* Requests::drawn_color(const CameraEntry& entry, std::span<const frame::FrameRef> frames,
+                                             const stream::MediaFormat& format) const {
     if (frames.empty()) return nullptr;
-    const View view = rig_.view_of(entry, entry.latest);
-    const PixelFormats made = rig_.made_of(view, {source_format(format, view.spec->size)});
+    const render::View view = rig_.view_of(entry, entry.latest);
+    const frame::PixelFormats made = rig_.made_of(view, {source_format(format, view.spec->size)});
     // Anything but a JPEG is the same bytes made of rgba8.
-    const bool takes_rgba = format.codec != Codec::jpeg;
-    for (const FrameRef& frame : frames) {
-        const PixelFormat pixels = frame->info().format;
-        if (made.contains(pixels) || (takes_rgba && pixels == PixelFormat::rgba8)) return &frame;
+    const bool takes_rgba = format.codec != codec::Codec::jpeg;
+    for (const frame::FrameRef& frame : frames) {
+        const frame::PixelFormat pixels = frame->info().format;
+        if (made.contains(pixels) || (takes_rgba && pixels == frame::PixelFormat::rgba8)) return &frame;
     }
     return nullptr;
 }
@@ -165,7 +167,7 @@ bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     }
     const bool there = is_there(waiter, *entry);
     if (there && waiter.wants_color()) {
-        if (const FrameRef* drawn = drawn_color(*entry, entry->latest.colors, waiter.picture.format)) {
+        if (const frame::FrameRef* drawn = drawn_color(*entry, entry->latest.colors, waiter.picture.format)) {
             rig_.bus.transcode_once(*drawn, waiter.picture.format, waiter.got_picture);
             return true;
         }
@@ -199,13 +201,13 @@ void Requests::turn(TimeNs monotonic_ns) {
     rig_.drawing->set_requests(is_ready_ && next_turn_ns(monotonic_ns) <= monotonic_ns);
 }
 
-void Requests::colors_drawn(const CameraEntry& entry, std::span<const FrameRef> frames) {
+void Requests::colors_drawn(const CameraEntry& entry, std::span<const frame::FrameRef> frames) {
     if (frames.empty()) return;
     for (auto it = waiting_.begin(); it != waiting_.end();) {
         const Waiter& waiter = *it;
         const bool wants =
             waiter.camera == entry.id && waiter.wants_color() && waiter.min_ns <= frames.front()->info().world_ns;
-        const FrameRef* drawn = wants ? drawn_color(entry, frames, waiter.picture.format) : nullptr;
+        const frame::FrameRef* drawn = wants ? drawn_color(entry, frames, waiter.picture.format) : nullptr;
         if (drawn == nullptr) {
             ++it;
             continue;
@@ -237,13 +239,13 @@ std::optional<DrawTask> Requests::next() {
 }
 
 DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
-    View& view = due.views.front();
+    render::View& view = due.views.front();
     view = only(view, waiter->picture.kind);
     if (waiter->wants_color())
         view.color_formats = rig_.made_of(view, {source_format(waiter->picture.format, view.spec->size)});
     const auto drawn = std::make_shared<DrawnViews>();
     return {.draw = [drawn, due = std::move(due), timer = rig_.drawing->timer()](
-                        Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
+                        render::Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
             .done =
                 [this, waiter, drawn] {
                     if (drawn->frames.empty()) {
@@ -252,9 +254,9 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
                         rig_.note_failure(waiter->name, why);
                         waiter->fail(why);
                     } else {
-                        const FrameRef& frame = drawn->frames.front();
+                        const frame::FrameRef& frame = drawn->frames.front();
                         CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
-                        const View& shown = drawn->due.views.front();
+                        const render::View& shown = drawn->due.views.front();
                         if (waiter->wants_color() && entry != nullptr && entry->latest.sequence == shown.sequence &&
                             entry->latest.spec_revision == shown.spec_revision)
                             entry->latest.colors.push_back(frame);
@@ -266,13 +268,13 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
 
 DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due) {
     struct Answer {
-        Result<TruthRef> truth;
+        Result<truth::TruthRef> truth;
         TimeNs spent_ns = 0;
     };
     const auto answer = std::make_shared<Answer>();
     return {.draw =
                 [answer, standing = entry.standing, due = std::move(due), draw_time = rig_.drawing->timer(),
-                 truth_time = truth_time_](Renderer& renderer) {
+                 truth_time = truth_time_](render::Renderer& renderer) {
                     const TimeNs start_ns = monotonic_now_ns();
                     answer->truth = truth_of(renderer, due, *standing, *draw_time);
                     answer->spent_ns = monotonic_now_ns() - start_ns;
@@ -291,4 +293,4 @@ void Requests::end_drawing(Waiters::iterator waiter, TimeNs spent_ns) {
     from_ns_ = turn_ns_ + spent_ns + std::min(readers_share * spent_ns, most_readers_turn_ns);
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -5,7 +5,7 @@
 
 #include "core/engine/rig_state.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Pictures and truth on request: of a camera's latest due frame, drawn now if nobody was watching, from the snapshot
 /// of its instant. Drawing for requests has a turn and a share of its own (DrawQueue). Engine's thread.
@@ -15,7 +15,7 @@ public:
     /// Answers who still waits.
     ~Requests();
 
-    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done);
+    void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done);
     void get_truth(Request<GetTruth>& request);
 
     /// Answers all whose picture is there or cannot come, and asks for a turn for those that need drawing.
@@ -23,12 +23,12 @@ public:
     /// The next that needs drawing (DrawDesk::Callbacks::next_request).
     std::optional<DrawTask> next();
     /// A running camera's colour pictures were drawn: they do for who waits for them.
-    void colors_drawn(const CameraEntry& entry, std::span<const FrameRef> frames);
+    void colors_drawn(const CameraEntry& entry, std::span<const frame::FrameRef> frames);
     /// Adds the pixel formats that waiters for a camera's picture of this instant want (LocalFrameBus::wanted).
-    void add_awaited(const CameraEntry& entry, TimeNs world_ns, PixelFormats& formats) const;
+    void add_awaited(const CameraEntry& entry, TimeNs world_ns, frame::PixelFormats& formats) const;
     /// The next time that turn() has something to do, if nothing else happens (CLOCK_MONOTONIC).
     TimeNs wake_time_ns() const;
-    const StageTimer& truth_time() const { return *truth_time_; }
+    const stream::StageTimer& truth_time() const { return *truth_time_; }
 
 private:
     /// Somebody who waits for a camera's frame of min_ns or later, or for its turn to have it drawn.
@@ -36,12 +36,12 @@ private:
         CameraId camera{};
         std::string name;
         TimeNs min_ns = 0;
-        FetchRequest picture;                                ///< what is asked for, unless it is truth
-        std::function<void(Result<MediaUnit>)> got_picture;  ///< one of the two
-        std::function<void(Result<TruthRef>)> got_truth;
+        stream::FetchRequest picture;                                ///< what is asked for, unless it is truth
+        std::function<void(Result<stream::MediaUnit>)> got_picture;  ///< one of the two
+        std::function<void(Result<truth::TruthRef>)> got_truth;
         TimeNs deadline_ns = 0;
 
-        bool wants_color() const { return got_picture && picture.kind == FrameKind::color; }
+        bool wants_color() const { return got_picture && picture.kind == frame::FrameKind::color; }
         void fail(const Error& why) const;
     };
     using Waiters = std::list<Waiter>;
@@ -54,8 +54,8 @@ private:
     }
     bool is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const;
     /// A picture that was drawn already and does for this format; nullptr: none.
-    const FrameRef* drawn_color(const CameraEntry& entry, std::span<const FrameRef> frames,
-                                const MediaFormat& format) const;
+    const frame::FrameRef* drawn_color(const CameraEntry& entry, std::span<const frame::FrameRef> frames,
+                                       const stream::MediaFormat& format) const;
     DrawTask draw_picture(Waiters::iterator waiter, DueViews due);
     DrawTask draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due);
     void end_drawing(Waiters::iterator waiter, TimeNs spent_ns);
@@ -69,7 +69,8 @@ private:
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average
     TimeNs turn_ns_ = 0;              ///< of the last turn()
     TimeNs from_ns_ = 0;              ///< until then the time is the readers' (CLOCK_MONOTONIC)
-    const std::shared_ptr<StageTimer> truth_time_ = std::make_shared<StageTimer>();  ///< lanes write to it
+    const std::shared_ptr<stream::StageTimer> truth_time_ =
+        std::make_shared<stream::StageTimer>();  ///< lanes write to it
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -5,15 +5,15 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
-std::vector<CounterReport> reports_of(const RenderCounters& counters) {
+std::vector<stream::CounterReport> reports_of(const render::RenderCounters& counters) {
     const auto now = [](std::string_view name, auto value, std::string_view help) {
-        return CounterReport{name, false, static_cast<std::uint64_t>(value), help};
+        return stream::CounterReport{name, false, static_cast<std::uint64_t>(value), help};
     };
     const auto all = [](std::string_view name, std::uint64_t value, std::string_view help) {
-        return CounterReport{name, true, value, help};
+        return stream::CounterReport{name, true, value, help};
     };
     return {
         now("static_layers", counters.layers, "Pictures kept of what does not move."),
@@ -36,7 +36,7 @@ std::vector<CounterReport> reports_of(const RenderCounters& counters) {
 }  // namespace
 
 Rig::Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> lanes,
-         std::shared_ptr<DrawnTasks> finished, LocalFrameBus& bus, std::function<void()> wake)
+         std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus, std::function<void()> wake)
     : state_(options, bus, std::move(wake)),
       world_(state_),
       cameras_(state_, world_),
@@ -45,14 +45,14 @@ Rig::Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> la
     state_.drawing = std::make_unique<DrawDesk>(
         std::move(lanes), std::move(finished),
         DrawDesk::Callbacks{.drawn = [this](DrawnViews& drawn) { instants_.drawn(drawn); },
-                            .dropped = [this](const DueViews& due, const View& view,
-                                              DropReason reason) { instants_.dropped(due, view, reason); },
+                            .dropped = [this](const DueViews& due, const render::View& view,
+                                              stream::DropReason reason) { instants_.dropped(due, view, reason); },
                             .next_request = [this] { return requests_.next(); }});
 }
 
-Result<std::unique_ptr<Rig>> Rig::create(SceneRef scene, const EngineOptions& options,
+Result<std::unique_ptr<Rig>> Rig::create(world::SceneRef scene, const EngineOptions& options,
                                          std::vector<std::unique_ptr<DrawLane>> lanes,
-                                         std::shared_ptr<DrawnTasks> finished, LocalFrameBus& bus,
+                                         std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus,
                                          std::function<void()> wake) {
     std::unique_ptr<Rig> rig(new Rig(options, std::move(lanes), std::move(finished), bus, std::move(wake)));
     rig->thread_.check();
@@ -97,7 +97,7 @@ void Rig::apply(Command& command) {
     std::visit(apply_one, command);
 }
 
-void Rig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
+void Rig::fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) {
     thread_.check();
     requests_.fetch(std::move(request), std::move(done));
 }
@@ -110,9 +110,9 @@ Result<WorldState> Rig::run(LoadWorld& command) {
     return state;
 }
 
-Result<void> Rig::load(SceneRef scene) {
+Result<void> Rig::load(world::SceneRef scene) {
     const std::uint64_t seed = state_.options.seed.value_or(scene->seed);
-    auto world = World::create(scene, seed);
+    auto world = world::World::create(scene, seed);
     if (!world) return std::unexpected(world.error());
     if (auto added = cameras_.add_cameras_of(*scene); !added) return std::unexpected(added.error());
 
@@ -160,7 +160,7 @@ Result<WorldState> Rig::run(ResumeWorld&) {
 }
 
 WorldState Rig::world_state() const {
-    const Scene& scene = *state_.scene;
+    const world::Scene& scene = *state_.scene;
     WorldState state;
     state.scene = scene.name;
     state.scene_file = scene.file.string();
@@ -180,8 +180,8 @@ WorldState Rig::world_state() const {
     return state;
 }
 
-Result<RigReport> Rig::run(GetStats&) {
-    RigReport report;
+Result<stream::RigReport> Rig::run(GetStats&) {
+    stream::RigReport report;
     report.monotonic_ns = monotonic_now_ns();
     report.world_ns = state_.world_now_ns(report.monotonic_ns);
     for (const auto& [id, entry] : state_.cameras.all()) {
@@ -197,4 +197,4 @@ Result<RigReport> Rig::run(GetStats&) {
     return report;
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

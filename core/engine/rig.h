@@ -11,7 +11,7 @@
 #include "core/engine/rig_state.h"
 #include "core/engine/world_desk.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// World, cameras, schedule and drawing put together: takes commands to the desk that does them, and gives each its
 /// turn.
@@ -22,13 +22,13 @@ class Rig {
 public:
     /// One lane or two (DrawDesk), whose drawn tasks come back through `finished`. Returns when the cameras of the
     /// scene have been drawn once.
-    static Result<std::unique_ptr<Rig>> create(SceneRef scene, const EngineOptions& options,
+    static Result<std::unique_ptr<Rig>> create(world::SceneRef scene, const EngineOptions& options,
                                                std::vector<std::unique_ptr<DrawLane>> lanes,
-                                               std::shared_ptr<DrawnTasks> finished, LocalFrameBus& bus,
+                                               std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus,
                                                std::function<void()> wake);
 
     void apply(Command& command);
-    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done);
+    void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done);
 
     /// A turn of everything: hears what was drawn, does what is due at monotonic_ns, hands out what is to be drawn.
     void tick(TimeNs monotonic_ns);
@@ -37,14 +37,14 @@ public:
 
 private:
     Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> lanes,
-        std::shared_ptr<DrawnTasks> finished, LocalFrameBus& bus, std::function<void()> wake);
+        std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus, std::function<void()> wake);
 
     Result<WorldState> run(LoadWorld& command);
     Result<WorldState> run(GetWorld& command);
     Result<WorldState> run(PauseWorld& command);
     Result<WorldState> run(ResumeWorld& command);
-    Result<RigReport> run(GetStats& command);
-    Result<void> load(SceneRef scene);
+    Result<stream::RigReport> run(GetStats& command);
+    Result<void> load(world::SceneRef scene);
     WorldState world_state() const;
 
     ThreadCheck thread_;
@@ -55,4 +55,4 @@ private:
     Instants instants_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
 /// A command finds the world of now unless that is further away: then it finds it there on its way.
@@ -23,8 +23,8 @@ TimeNs RigState::world_now_ns(TimeNs monotonic_ns) const {
     return std::min(now_ns, schedule.next_due_ns());
 }
 
-View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const {
-    View view;
+render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const {
+    render::View view;
     view.camera = entry.id;
     view.name = entry.name;
     view.spec = latest.spec;
@@ -36,15 +36,15 @@ View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const 
     return view;
 }
 
-PixelFormats RigState::made_of(const View& view, PixelFormats wanted) const {
-    PixelFormats made;
-    for (const PixelFormat format : color_formats) {
-        if (wanted.contains(format)) made.add(drawing->makes(format, view) ? format : PixelFormat::rgba8);
+frame::PixelFormats RigState::made_of(const render::View& view, frame::PixelFormats wanted) const {
+    frame::PixelFormats made;
+    for (const frame::PixelFormat format : frame::color_formats) {
+        if (wanted.contains(format)) made.add(drawing->makes(format, view) ? format : frame::PixelFormat::rgba8);
     }
     return made;
 }
 
-void RigState::publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
+void RigState::publish(const frame::FrameSet& set, const std::shared_ptr<stream::DeliveryLatch>& latch) {
     const TimeNs start_ns = monotonic_now_ns();
     bus.publish(set, latch);
     publish_time.record(monotonic_now_ns() - start_ns);
@@ -57,4 +57,4 @@ void RigState::note_failure(const std::string& camera, const Error& why) {
     spdlog::error("camera {}: could not be drawn: {}", camera, why.message);
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

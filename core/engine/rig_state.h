@@ -11,18 +11,18 @@
 #include "core/engine/world_clock.h"
 #include "core/world/world.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// What all parts of a rig work on. Engine's thread.
 struct RigState {
-    RigState(const EngineOptions& rig_options, LocalFrameBus& frame_bus, std::function<void()> wake_up)
+    RigState(const EngineOptions& rig_options, stream::LocalFrameBus& frame_bus, std::function<void()> wake_up)
         : options(rig_options), bus(frame_bus), wake(std::move(wake_up)) {}
 
     const EngineOptions options;
-    LocalFrameBus& bus;
+    stream::LocalFrameBus& bus;
     const std::function<void()> wake;  ///< asks for another Rig::tick(); any thread
-    std::unique_ptr<World> world;
-    SceneRef scene;
+    std::unique_ptr<world::World> world;
+    world::SceneRef scene;
     std::uint64_t seed = 0;
     CameraTable cameras;
     Schedule schedule;
@@ -34,19 +34,19 @@ struct RigState {
     /// World time now, but never past an instant that is still to begin, nor far from where the world's steps are:
     /// commands never wait for a world that has much to catch up.
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
-    View view_of(const CameraEntry& entry, const LatestDue& latest) const;
+    render::View view_of(const CameraEntry& entry, const LatestDue& latest) const;
     /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.
-    PixelFormats made_of(const View& view, PixelFormats wanted) const;
+    frame::PixelFormats made_of(const render::View& view, frame::PixelFormats wanted) const;
     /// Sends frames to who reads them.
-    void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
+    void publish(const frame::FrameSet& set, const std::shared_ptr<stream::DeliveryLatch>& latch);
     /// Logs why a picture could not be drawn, once a second at most.
     void note_failure(const std::string& camera, const Error& why);
 
-    StageTimer publish_time;
+    stream::StageTimer publish_time;
     TimeNs last_failure_log_ns = 0;
 };
 
 /// With no camera due, the world still keeps up this often, so that it never has to catch up much at once.
 inline constexpr TimeNs idle_tick_ns = 100 * ns_per_ms;
 
-}  // namespace camrig
+}  // namespace camrig::engine

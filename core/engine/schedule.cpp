@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace camrig {
+namespace camrig::engine {
 
 void Schedule::set(CameraId camera, const Rate& rate, TimeNs after_ns, std::int64_t first_sequence) {
     Entry& entry = entries_[camera];
@@ -57,4 +57,4 @@ std::vector<Schedule::Skipped> Schedule::skip_before(TimeNs world_ns) {
     return skipped;
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

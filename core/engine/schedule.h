@@ -8,7 +8,7 @@
 #include "core/base/rate.h"
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Which camera is due when. Pure arithmetic on world time; knows no clock.
 ///
@@ -59,4 +59,4 @@ private:
     std::map<CameraId, Entry> entries_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -2,7 +2,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// How world time follows CLOCK_MONOTONIC: one to one while running, or not at all. Plain arithmetic; reads no clock.
 class WorldClock {
@@ -30,4 +30,4 @@ private:
     TimeNs monotonic_base_ns_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

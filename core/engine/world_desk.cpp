@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::engine {
 namespace {
 
 constexpr std::size_t max_event_log = 1024;
@@ -23,7 +23,7 @@ WorldDesk::~WorldDesk() {
 bool WorldDesk::advance(TimeNs world_ns) {
     const TimeNs start_ns = monotonic_now_ns();
     TimeNs end_ns = start_ns;
-    World& world = *rig_.world;
+    world::World& world = *rig_.world;
     while (world.last_step_ns() < world_ns && end_ns - start_ns < steps_turn_ns) {
         world.advance_to(std::min(world_ns, world.last_step_ns() + rig_.scene->step_ns));
         end_ns = monotonic_now_ns();
@@ -42,7 +42,7 @@ void WorldDesk::begin_world() {
     collect();
 }
 
-World& WorldDesk::world_of_now() {
+world::World& WorldDesk::world_of_now() {
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
     rig_.world->advance_to(now_ns);
     collect();
@@ -51,49 +51,49 @@ World& WorldDesk::world_of_now() {
 }
 
 Result<ActorList> WorldDesk::run(ListActors&) {
-    const World& world = world_of_now();
+    const world::World& world = world_of_now();
     return ActorList{world.actors(), world.state_hash()};
 }
 
 Result<ActorChange> WorldDesk::run(SpawnActor& command) {
-    World& world = world_of_now();
+    world::World& world = world_of_now();
     auto actor = world.spawn_actor(command.actor);
     if (!actor) return std::unexpected(actor.error());
     return ActorChange{std::move(*actor), world.last_step_ns()};
 }
 
 Result<Applied> WorldDesk::run(RemoveActor& command) {
-    World& world = world_of_now();
+    world::World& world = world_of_now();
     if (auto done = world.remove_actor(command.name); !done) return std::unexpected(done.error());
     return Applied{world.last_step_ns()};
 }
 
 Result<ActorChange> WorldDesk::run(SetActor& command) {
-    World& world = world_of_now();
+    world::World& world = world_of_now();
     auto actor = world.change_actor(command.patch);
     if (!actor) return std::unexpected(actor.error());
     return ActorChange{std::move(*actor), world.last_step_ns()};
 }
 
 Result<Applied> WorldDesk::run(SteerActors& command) {
-    World& world = world_of_now();
+    world::World& world = world_of_now();
     if (auto done = world.steer_actors(command.actors); !done) return std::unexpected(done.error());
     return Applied{world.last_step_ns()};
 }
 
-Result<std::vector<EventReport>> WorldDesk::run(ListEvents&) {
+Result<std::vector<world::EventReport>> WorldDesk::run(ListEvents&) {
     return world_of_now().events();
 }
 
 Result<EventChange> WorldDesk::run(AddEvent& command) {
-    World& world = world_of_now();
+    world::World& world = world_of_now();
     auto event = world.add_event(command.event);
     if (!event) return std::unexpected(event.error());
     return EventChange{std::move(*event), world.last_step_ns()};
 }
 
 Result<Applied> WorldDesk::run(RemoveEvent& command) {
-    World& world = world_of_now();
+    world::World& world = world_of_now();
     if (auto done = world.remove_event(command.name); !done) return std::unexpected(done.error());
     return Applied{world.last_step_ns()};
 }
@@ -110,7 +110,7 @@ void WorldDesk::wait_events(Request<WaitEvents>& request) {
 EventLog WorldDesk::events_since(std::uint64_t since) const {
     EventLog log;
     log.last = last_event_;
-    for (const EventRecord& record : event_log_)
+    for (const world::EventRecord& record : event_log_)
         if (record.sequence > since) log.events.push_back(record);
     if (last_event_ > since) log.missed = last_event_ - since - log.events.size();
     return log;
@@ -135,16 +135,16 @@ TimeNs WorldDesk::next_deadline_ns() const {
 }
 
 void WorldDesk::collect() {
-    for (EventRecord& record : rig_.world->take_records()) {
+    for (world::EventRecord& record : rig_.world->take_records()) {
         last_event_ = record.sequence += event_base_;
         for (const std::string& problem : record.errors) spdlog::warn("event {}: {}", record.event, problem);
         event_log_.push_back(std::move(record));
         if (event_log_.size() > max_event_log) event_log_.pop_front();
     }
-    for (CameraMove& move : rig_.world->take_camera_moves()) camera_moves_.push_back(std::move(move));
-    for (const Departure& departure : rig_.world->take_departures()) {
+    for (world::CameraMove& move : rig_.world->take_camera_moves()) camera_moves_.push_back(std::move(move));
+    for (const world::Departure& departure : rig_.world->take_departures()) {
         for (auto& [id, entry] : rig_.cameras.all()) {
-            const std::optional<Mount>& mount = entry.spec().mount;
+            const std::optional<world::Mount>& mount = entry.spec().mount;
             if (mount && mount->actor == departure.instance.info->name)
                 entry.camera.leave(departure.instance, departure.world_ns);
         }
@@ -160,9 +160,9 @@ void WorldDesk::move_cameras(TimeNs world_ns) {
             spdlog::warn("an event moves camera {}, which is not there", action.camera);
             continue;
         }
-        CameraPatch patch;
+        world::CameraPatch patch;
         patch.pose = action.pose;
-        if (action.vfov_rad) patch.optics = VerticalFov{*action.vfov_rad};
+        if (action.vfov_rad) patch.optics = world::VerticalFov{*action.vfov_rad};
         auto camera = (*entry)->camera.changed(patch, begin_ns, action.duration_ns);
         const auto moved =
             camera ? rig_.cameras.replace(**entry, std::move(*camera)) : Result<void>(std::unexpected(camera.error()));
@@ -171,4 +171,4 @@ void WorldDesk::move_cameras(TimeNs world_ns) {
     camera_moves_.erase(camera_moves_.begin(), camera_moves_.begin() + static_cast<std::ptrdiff_t>(done));
 }
 
-}  // namespace camrig
+}  // namespace camrig::engine

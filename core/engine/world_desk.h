@@ -5,7 +5,7 @@
 
 #include "core/engine/rig_state.h"
 
-namespace camrig {
+namespace camrig::engine {
 
 /// Moves the world and does what commands ask of its actors and events. Engine's thread.
 class WorldDesk {
@@ -19,7 +19,7 @@ public:
     Result<Applied> run(RemoveActor& command);
     Result<ActorChange> run(SetActor& command);
     Result<Applied> run(SteerActors& command);
-    Result<std::vector<EventReport>> run(ListEvents& command);
+    Result<std::vector<world::EventReport>> run(ListEvents& command);
     Result<EventChange> run(AddEvent& command);
     Result<Applied> run(RemoveEvent& command);
     void wait_events(Request<WaitEvents>& request);
@@ -38,7 +38,7 @@ public:
     /// Time spent on steps since the last call.
     TimeNs take_spent_ns() { return std::exchange(spent_ns_, 0); }
     /// The world as of now; commands act on it.
-    World& world_of_now();
+    world::World& world_of_now();
     /// There is another world now.
     void begin_world();
 
@@ -59,10 +59,10 @@ private:
     bool is_behind_ = false;
     TimeNs spent_ns_ = 0;
     std::list<PendingWait> waits_;
-    std::deque<EventRecord> event_log_;  ///< the newest, in order
+    std::deque<world::EventRecord> event_log_;  ///< the newest, in order
     std::uint64_t last_event_ = 0;
-    std::uint64_t event_base_ = 0;          ///< events of the worlds before this one
-    std::vector<CameraMove> camera_moves_;  ///< still to come
+    std::uint64_t event_base_ = 0;                 ///< events of the worlds before this one
+    std::vector<world::CameraMove> camera_moves_;  ///< still to come
 };
 
-}  // namespace camrig
+}  // namespace camrig::engine

@@ -7,7 +7,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 constexpr int bit_count = code_strip_columns * code_strip_rows;
@@ -178,4 +178,4 @@ std::optional<CodeStrip> read_code_strip(std::span<const std::byte> pixels, Imag
     return std::nullopt;
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

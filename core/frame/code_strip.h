@@ -9,7 +9,7 @@
 #include "core/base/time.h"
 #include "core/frame/pixel_format.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// The machine-readable mark in the top-left corner of a picture: which camera, which frame, which instant. It proves
 /// synchronism and measures latency through any consumer, codec and device.
@@ -40,4 +40,4 @@ void draw_code_strip(std::span<std::byte> rgba, ImageSize size, const CodeStrip&
 std::optional<CodeStrip> read_code_strip(std::span<const std::byte> pixels, ImageSize size,
                                          PixelFormat format = PixelFormat::rgba8);
 
-}  // namespace camrig
+}  // namespace camrig::frame

@@ -10,7 +10,7 @@
 
 #include "core/frame/rgb_to_yuv.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 std::uint8_t* as_u8(std::byte* bytes) {
@@ -239,4 +239,4 @@ Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat f
     return target;
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

@@ -7,7 +7,7 @@
 #include "core/frame/frame.h"
 #include "core/frame/frame_pool.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// Colour conversion and scaling of rgba8 frames. Any thread; no state.
 ///
@@ -32,4 +32,4 @@ Result<void> convert(const Frame& rgba, PixelFormat format, ImageSize size, std:
 Result<FrameRef> converted(FramePool& pool, const FrameRef& frame, PixelFormat format, ImageSize size,
                            const FrameRef& last = nullptr);
 
-}  // namespace camrig
+}  // namespace camrig::frame

@@ -8,7 +8,7 @@
 
 #include "core/base/image_size.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// Where a picture may differ from a base, as compositors and remote desktops tell it: every row that is not damaged is
 /// the base's, byte for byte in any one pixel format, so it need not be drawn, converted or encoded again.
@@ -60,4 +60,4 @@ private:
     std::bitset<max_bands> bands_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::frame

@@ -14,7 +14,7 @@
 #include "core/frame/damage.h"
 #include "core/frame/pixel_format.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// What a frame's pixels mean.
 enum class FrameKind : std::uint8_t {
@@ -84,4 +84,4 @@ struct FrameSet {
     std::vector<FrameRef> frames;
 };
 
-}  // namespace camrig
+}  // namespace camrig::frame

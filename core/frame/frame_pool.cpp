@@ -4,7 +4,7 @@
 #include <deque>
 #include <utility>
 
-namespace camrig {
+namespace camrig::frame {
 
 /// Idle frames, oldest first. Kept alive by the pool and by every frame that will come back to it.
 struct FramePool::Shelf {
@@ -99,4 +99,4 @@ std::size_t FramePool::idle_bytes() const {
     return shelf_->idle_bytes;
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

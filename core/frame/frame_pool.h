@@ -7,7 +7,7 @@
 
 #include "core/frame/frame.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// Recycles frame buffers, so that steady state allocates nothing. Any thread.
 ///
@@ -34,4 +34,4 @@ private:
     std::shared_ptr<Shelf> shelf_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::frame

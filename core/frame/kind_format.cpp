@@ -2,7 +2,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>) {
     static constexpr Named<FrameKind> names[] = {{FrameKind::color, "color"},
@@ -29,4 +29,4 @@ PixelFormat format_of(FrameKind kind) {
     return PixelFormat::rgba8;
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

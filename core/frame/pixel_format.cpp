@@ -2,7 +2,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 std::size_t bytes_of(PixelFormat format, ImageSize size) {
     CHECK(size.width >= 0 && size.height >= 0);
@@ -60,4 +60,4 @@ std::string_view to_string(PixelFormat format) {
     return "unknown";
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

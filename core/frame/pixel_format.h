@@ -8,7 +8,7 @@
 
 #include "core/base/image_size.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// YUV formats are BT.601 limited range unless a name says otherwise; chroma planes are rounded up for odd sizes.
 enum class PixelFormat : std::uint8_t {
@@ -51,4 +51,4 @@ private:
 std::size_t bytes_of(PixelFormat format, ImageSize size);
 std::string_view to_string(PixelFormat format);
 
-}  // namespace camrig
+}  // namespace camrig::frame

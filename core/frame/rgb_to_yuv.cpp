@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 // A pixel as a little-endian number: R in the lowest byte. Byte lanes come out by shifts, which vectorise better than
@@ -104,4 +104,4 @@ void chroma_row(YuvRange range, const std::byte* rgba_0, const std::byte* rgba_1
                : chroma_row_plain(range, rgba_0, rgba_1, width, u, v);
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

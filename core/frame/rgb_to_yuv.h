@@ -4,7 +4,7 @@
 
 #include "core/frame/yuv_matrix.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// The row kernels of the colour conversion: BT.601 (Kr 0.299, Kb 0.114) on sRGB codes, 16-bit fixed point, rounded to
 /// nearest. Integer arithmetic only: the same bytes on every machine and with every instruction set.
@@ -21,4 +21,4 @@ void luma_row(YuvRange range, const std::byte* rgba, int width, std::byte* y);
 void chroma_row(YuvRange range, const std::byte* rgba_0, const std::byte* rgba_1, int width, std::byte* u,
                 std::byte* v);
 
-}  // namespace camrig
+}  // namespace camrig::frame

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace camrig {
+namespace camrig::frame {
 
 /// Pixels x0 <= x < x1 of row y.
 struct PixelRun {
@@ -14,4 +14,4 @@ struct PixelRun {
 /// The pixels that an object would show if nothing else were there: row by row, from left to right.
 using Silhouette = std::vector<PixelRun>;
 
-}  // namespace camrig
+}  // namespace camrig::frame

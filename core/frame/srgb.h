@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace camrig {
+namespace camrig::frame {
 
 /// The curve of IEC 61966-2-1 in double, between linear light and values that pictures hold; both 0 to 1.
 inline double linear_of_srgb(double value) {
@@ -12,4 +12,4 @@ inline double srgb_of_linear(double light) {
     return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

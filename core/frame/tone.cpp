@@ -7,7 +7,7 @@
 
 #include "core/frame/srgb.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 using ToneCurve = std::array<std::uint8_t, 256>;
@@ -77,4 +77,4 @@ void apply_tone(std::span<std::byte> rgba, const ImageControls& controls) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::frame

@@ -5,7 +5,7 @@
 
 #include "core/base/image_controls.h"
 
-namespace camrig {
+namespace camrig::frame {
 
 /// True when apply_tone() would change no pixel.
 bool changes_nothing(const ImageControls& controls);
@@ -15,4 +15,4 @@ bool changes_nothing(const ImageControls& controls);
 /// saturation on sRGB codes, with the luma of BT.601. Each of the two steps rounds to 8 bits.
 void apply_tone(std::span<std::byte> rgba, const ImageControls& controls);
 
-}  // namespace camrig
+}  // namespace camrig::frame

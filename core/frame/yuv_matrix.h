@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace camrig {
+namespace camrig::frame {
 
 /// Which codes YUV uses: full is 0..255 for all three (JFIF), limited is 16..235 for Y and 16..240 for U and V.
 enum class YuvRange : std::uint8_t { full, limited };
@@ -49,4 +49,4 @@ private:
 inline constexpr YuvMatrix full_yuv = YuvMatrix::bt601(1.0, 1.0, 0);
 inline constexpr YuvMatrix limited_yuv = YuvMatrix::bt601(219.0 / 255.0, 224.0 / 255.0, 16);
 
-}  // namespace camrig
+}  // namespace camrig::frame

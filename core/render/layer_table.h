@@ -9,13 +9,13 @@
 #include "core/camera/pose.h"
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// All that a camera's picture of what does not move follows from: equal keys, equal bytes.
 struct StaticLayerKey {
     std::uint64_t spec_revision = 0;  ///< size, optics, lens, antialiasing, near, far
-    Pose pose;
-    Quality quality = Quality::simple;
+    camera::Pose pose;
+    world::Quality quality = world::Quality::simple;
     std::uint64_t statics = 0;  ///< which static set, as the renderer counts them: objects, lights, environment
     friend bool operator==(const StaticLayerKey&, const StaticLayerKey&) = default;
 };
@@ -124,4 +124,4 @@ private:
     std::map<CameraId, Entry> entries_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// Texels around what the pixels' own places need: a 4x4 filter reads one to the left and two to the right.
@@ -27,7 +27,7 @@ constexpr std::int64_t mild_ratio = 3;
 constexpr unsigned max_threads = 4;
 
 /// Rays of all pixels, row by row; zero where the lens shows nothing.
-std::vector<glm::dvec3> rays_of(const CameraModel& camera) {
+std::vector<glm::dvec3> rays_of(const camera::CameraModel& camera) {
     const auto [width, height] = camera.size();
     std::vector<glm::dvec3> rays(static_cast<std::size_t>(camera.size().pixels()), glm::dvec3(0.0));
     const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1u, max_threads);
@@ -99,7 +99,7 @@ public:
         glm::dvec2 down{0.0};
     };
 
-    Survey(const CameraModel& camera, std::span<const glm::dvec3> rays, bool is_cube)
+    Survey(const camera::CameraModel& camera, std::span<const glm::dvec3> rays, bool is_cube)
         : camera_(camera), rays_(rays), faces_(cube_faces()), is_cube_(is_cube) {}
 
     /// False if the plane does not hold every ray.
@@ -147,7 +147,7 @@ private:
     /// to a fold the steps are as long as can be, hence the bound.
     glm::dvec2 step(const Place& place, int x, int y, int dx, int dy) const {
         const ImageSize size = camera_.size();
-        const Intrinsics& k = camera_.intrinsics();
+        const camera::Intrinsics& k = camera_.intrinsics();
         for (const int sign : {1, -1}) {
             const int nx = x + sign * dx, ny = y + sign * dy;
             if (nx < 0 || ny < 0 || nx >= size.width || ny >= size.height) continue;
@@ -162,7 +162,7 @@ private:
         return glm::dvec2(dx / k.fx, dy / k.fy);
     }
 
-    const CameraModel& camera_;
+    const camera::CameraModel& camera_;
     std::span<const glm::dvec3> rays_;
     std::array<Face, 6> faces_;
     bool is_cube_;
@@ -171,7 +171,7 @@ private:
     glm::dvec2 most_{max_density * std::max(camera_.intrinsics().fx, camera_.intrinsics().fy)};
 };
 
-SourceTile tile_of(const Survey& survey, int face, const CameraModel& camera, int oversample) {
+SourceTile tile_of(const Survey& survey, int face, const camera::CameraModel& camera, int oversample) {
     const Survey::Box& box = survey.box(face);
     const glm::dvec2 focal = survey.focal(face) * static_cast<double>(oversample);
     SourceTile tile{.tile_from_optical = survey.faces()[face].tile_from_optical};
@@ -212,10 +212,10 @@ ImageSize pack(std::vector<SourceTile>& tiles, int max_side) {
     return source;
 }
 
-LensPlan layout(const Survey& survey, const CameraModel& camera, const LensSampling& sampling,
+LensPlan layout(const Survey& survey, const camera::CameraModel& camera, const world::LensSampling& sampling,
                 const LensPlanLimits& limits) {
     LensPlan plan;
-    plan.method = survey.is_cube() ? LensMethod::cube : LensMethod::warp;
+    plan.method = survey.is_cube() ? world::LensMethod::cube : world::LensMethod::warp;
     plan.size = camera.size();
     for (int face = 0; face < 6; ++face) {
         if (survey.box(face).is_used()) plan.tiles.push_back(tile_of(survey, face, camera, sampling.oversample));
@@ -253,7 +253,7 @@ void fill_map(LensPlan& plan, const Survey& survey) {
             if (place.face < 0) continue;
             const std::size_t i = static_cast<std::size_t>(y) * plan.size.width + static_cast<std::size_t>(x);
             const SourceTile& tile = *tile_of_face[place.face];
-            const Intrinsics& k = tile.intrinsics;
+            const camera::Intrinsics& k = tile.intrinsics;
             const glm::dvec2 focal(k.fx, k.fy);
             const glm::dvec2 centre(k.cx, k.cy);
             const glm::dvec2 at = focal * place.at + centre + glm::dvec2(tile.x, tile.y);
@@ -270,7 +270,8 @@ void fill_map(LensPlan& plan, const Survey& survey) {
 
 }  // namespace
 
-Result<LensPlan> make_lens_plan(const CameraModel& camera, const LensSampling& sampling, const LensPlanLimits& limits) {
+Result<LensPlan> make_lens_plan(const camera::CameraModel& camera, const world::LensSampling& sampling,
+                                const LensPlanLimits& limits) {
     if (camera.size().pixels() > max_lens_pixels) {
         return error(ErrorKind::unsupported, "size: pictures through a lens have at most " +
                                                  std::to_string(max_lens_pixels >> 20) + " million pixels; " +
@@ -279,8 +280,8 @@ Result<LensPlan> make_lens_plan(const CameraModel& camera, const LensSampling& s
     const std::vector<glm::dvec3> rays = rays_of(camera);
     Survey plane(camera, rays, false);
     Survey cube(camera, rays, true);
-    const bool try_plane = sampling.method != LensMethod::cube && plane.measure();
-    if (!try_plane && sampling.method == LensMethod::warp) {
+    const bool try_plane = sampling.method != world::LensMethod::cube && plane.measure();
+    if (!try_plane && sampling.method == world::LensMethod::warp) {
         return error(ErrorKind::unsupported,
                      "lens.method: no single plane holds this picture, parts of it are 85 deg or more from the axis; "
                      "use auto or cube");
@@ -293,7 +294,7 @@ Result<LensPlan> make_lens_plan(const CameraModel& camera, const LensSampling& s
     }
     const auto pixels = camera.size().pixels() * sampling.oversample * sampling.oversample;
     const bool is_mild = has_plan && texels_of(plan) < mild_ratio * pixels;
-    if (sampling.method != LensMethod::warp && !is_mild && cube.measure()) {
+    if (sampling.method != world::LensMethod::warp && !is_mild && cube.measure()) {
         LensPlan faces = layout(cube, camera, sampling, limits);
         const bool is_smaller = plane_preference * static_cast<double>(texels_of(faces)) < texels_of(plan);
         if (!has_plan || is_smaller) {
@@ -308,8 +309,8 @@ Result<LensPlan> make_lens_plan(const CameraModel& camera, const LensSampling& s
                          std::to_string(limits.max_texels >> 20) +
                          " million in all; use a smaller size, less oversampling or less antialiasing");
     }
-    fill_map(plan, plan.method == LensMethod::cube ? cube : plane);
+    fill_map(plan, plan.method == world::LensMethod::cube ? cube : plane);
     return plan;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -10,12 +10,12 @@
 #include "core/camera/camera_model.h"
 #include "core/world/camera_sampling.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// One pinhole picture: a rectangle of the source and the frustum that is drawn into it.
 struct SourceTile {
     glm::dmat3 tile_from_optical{1.0};
-    Intrinsics intrinsics{};  ///< in the tile's own pixels
+    camera::Intrinsics intrinsics{};  ///< in the tile's own pixels
     ImageSize size{};
     int x = 0;  ///< of its first pixel in the source
     int y = 0;
@@ -36,8 +36,8 @@ struct LensPlan {
     static constexpr glm::ivec2 nowhere{-INT32_MAX, -INT32_MAX};
     static constexpr int fraction_bits = 16;
 
-    LensMethod method = LensMethod::warp;  ///< never automatic
-    ImageSize size;                        ///< of the camera's picture
+    world::LensMethod method = world::LensMethod::warp;  ///< never automatic
+    ImageSize size;                                      ///< of the camera's picture
     ImageSize source;
     std::vector<SourceTile> tiles;
     /// Per pixel: 65536 times the source place, texel centres at integers.
@@ -61,6 +61,7 @@ struct LensPlanLimits {
 inline constexpr std::int64_t max_lens_pixels = std::int64_t{1} << 25;
 
 /// Takes 0.2 to 0.6 microseconds per pixel on one core (rays are shared among a few threads of its own).
-Result<LensPlan> make_lens_plan(const CameraModel& camera, const LensSampling& sampling, const LensPlanLimits& limits);
+Result<LensPlan> make_lens_plan(const camera::CameraModel& camera, const world::LensSampling& sampling,
+                                const LensPlanLimits& limits);
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -8,7 +8,7 @@
 #include "core/base/clock.h"
 #include "core/render/view_frames.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 void paint_color(const View& view, TimeNs world_ns, std::span<std::byte> out) {
@@ -50,19 +50,19 @@ void paint_normals(ImageSize size, std::span<std::byte> out) {
     for (std::int64_t i = 0; i < size.pixels(); ++i) std::memcpy(out.data() + 12 * i, towards_camera.data(), 12);
 }
 
-void paint(FrameKind kind, const View& view, TimeNs world_ns, Frame& frame) {
+void paint(frame::FrameKind kind, const View& view, TimeNs world_ns, frame::Frame& frame) {
     const ImageSize size = view.spec->size;
     switch (kind) {
-        case FrameKind::color:
+        case frame::FrameKind::color:
             paint_color(view, world_ns, frame.mutable_bytes());
             finish_color(view, frame);
             return;
-        case FrameKind::depth:
+        case frame::FrameKind::depth:
             return paint_depth(size, frame.mutable_bytes());
-        case FrameKind::instance:
-        case FrameKind::semantic:
+        case frame::FrameKind::instance:
+        case frame::FrameKind::semantic:
             return paint_ids(size, frame.mutable_bytes());
-        case FrameKind::normal:
+        case frame::FrameKind::normal:
             return paint_normals(size, frame.mutable_bytes());
     }
 }
@@ -78,11 +78,11 @@ std::uint8_t null_pattern_blue(std::uint32_t camera_number, std::int64_t sequenc
     return static_cast<std::uint8_t>(hash >> 24);
 }
 
-NullRenderer::NullRenderer(std::shared_ptr<FramePool> pool) : pool_(std::move(pool)) {
+NullRenderer::NullRenderer(std::shared_ptr<frame::FramePool> pool) : pool_(std::move(pool)) {
     CHECK(pool_ != nullptr);
 }
 
-Result<Renderer::Finished> NullRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
+Result<Renderer::Finished> NullRenderer::draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                                               std::span<const View> views) {
     thread_.check();
     const TimeNs start_ns = monotonic_now_ns();
@@ -90,8 +90,8 @@ Result<Renderer::Finished> NullRenderer::draw(const SnapshotRef& snapshot, TimeN
     finished.set.world_ns = snapshot->world_ns;
     finished.set.monotonic_ns = monotonic_ns;
     for (const View& view : views) {
-        for (int k = 0; k < frame_kind_count; ++k) {
-            const auto kind = static_cast<FrameKind>(k);
+        for (int k = 0; k < frame::frame_kind_count; ++k) {
+            const auto kind = static_cast<frame::FrameKind>(k);
             if (!wants(view, kind)) continue;
             auto frame = acquire_frame(*pool_, view, kind, format_of(kind), snapshot->world_ns, monotonic_ns);
             paint(kind, view, snapshot->world_ns, *frame);
@@ -103,4 +103,4 @@ Result<Renderer::Finished> NullRenderer::draw(const SnapshotRef& snapshot, TimeN
     return finished;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

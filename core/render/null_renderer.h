@@ -6,7 +6,7 @@
 #include "core/frame/frame_pool.h"
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// A renderer without GL for tests of everything else: each pixel is a pure function of camera number, sequence, world
 /// time, place in the image and kind. All kinds are there; code strips are drawn; nothing ever fails.
@@ -17,18 +17,19 @@ namespace camrig {
 /// normal: towards the camera (0, 0, -1) everywhere
 class NullRenderer final : public Renderer {
 public:
-    explicit NullRenderer(std::shared_ptr<FramePool> pool);
+    explicit NullRenderer(std::shared_ptr<frame::FramePool> pool);
 
-    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const View> views) override;
     void forget(CameraId) override {}
     std::string description() const override { return "null (deterministic pattern, no GL)"; }
 
 private:
-    std::shared_ptr<FramePool> pool_;
+    std::shared_ptr<frame::FramePool> pool_;
     ThreadCheck thread_;
 };
 
 /// The blue value of a null renderer's picture: tells apart cameras, frames and instants.
 std::uint8_t null_pattern_blue(std::uint32_t camera_number, std::int64_t sequence, TimeNs world_ns);
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// Points and lines are a pixel wide, vertices snap to 1/256, samples lie half a pixel from the middle.
@@ -85,4 +85,4 @@ std::vector<PixelRect> disjoint_cover(std::vector<PixelRect> rects, std::size_t 
     return rects;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

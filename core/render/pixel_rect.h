@@ -5,7 +5,7 @@
 
 #include "core/render/view_transform.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// Pixels x0 <= x < x1, y0 <= y < y1.
 struct PixelRect {
@@ -28,4 +28,4 @@ std::optional<PixelRect> screen_bounds(const ViewTransform& view, const glm::dma
 /// that waste least.
 std::vector<PixelRect> disjoint_cover(std::vector<PixelRect> rects, std::size_t max_count);
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -1,6 +1,6 @@
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::render {
 
 RenderCounters& RenderCounters::operator+=(const RenderCounters& other) {
     layers += other.layers;
@@ -21,4 +21,4 @@ RenderCounters& RenderCounters::operator+=(const RenderCounters& other) {
     return *this;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -14,21 +14,21 @@
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// One picture to draw: a camera at an instant.
 struct View {
     CameraId camera{};
     std::shared_ptr<const std::string> name;
-    std::shared_ptr<const CameraSpec> spec;
+    std::shared_ptr<const world::CameraSpec> spec;
     std::uint64_t spec_revision = 0;  ///< changes whenever spec does; with the camera id the key of per-camera caches
-    Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
-    Quality quality = Quality::simple;
+    camera::Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
+    world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
-    std::uint32_t camera_number = 0;                                    ///< what the code strip carries
-    bool kinds[frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
+    std::uint32_t camera_number = 0;                                           ///< what the code strip carries
+    bool kinds[frame::frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
     /// The pixel formats that colour is wanted in, if it is; only those that the renderer makes().
-    PixelFormats color_formats = {PixelFormat::rgba8};
+    frame::PixelFormats color_formats = {frame::PixelFormat::rgba8};
     /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object
     /// would show if nothing stood in front of it.
     std::vector<ObjectId> only_objects;
@@ -64,7 +64,7 @@ struct RenderCounters {
 class Renderer {
 public:
     struct Finished {
-        FrameSet set;
+        frame::FrameSet set;
         struct Failure {
             CameraId camera{};
             Error error;
@@ -76,19 +76,21 @@ public:
     };
 
     virtual ~Renderer() = default;
-    virtual Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) = 0;
+    virtual Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                                  std::span<const View> views) = 0;
     /// Which pixels each of these objects would show in the view's instance picture if nothing else were there, in
     /// their order. Nothing: this renderer can only draw them (View::only_objects).
-    virtual std::optional<std::vector<Silhouette>> silhouettes(const SnapshotRef& snapshot, const View& view,
-                                                               std::span<const ObjectId> objects) {
+    virtual std::optional<std::vector<frame::Silhouette>> silhouettes(const world::SnapshotRef& snapshot,
+                                                                      const View& view,
+                                                                      std::span<const ObjectId> objects) {
         (void)snapshot, (void)view, (void)objects;
         return std::nullopt;
     }
     /// Whether it gives colour pictures of this view in that format. rgba8 always; others are converted from it. Any
     /// thread.
-    virtual bool makes(PixelFormat format, const View& view) const {
+    virtual bool makes(frame::PixelFormat format, const View& view) const {
         (void)view;
-        return format == PixelFormat::rgba8;
+        return format == frame::PixelFormat::rgba8;
     }
     /// Whether the view's colour is drawn with what this renderer draws best; else it may have to set up something
     /// dear first. Any thread.
@@ -105,4 +107,4 @@ public:
     virtual std::string description() const = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -9,13 +9,13 @@
 #include "core/render/gl/gl_renderer.h"
 #endif
 
-namespace camrig {
+namespace camrig::render {
 
 namespace {
 
 Result<std::unique_ptr<Renderer>> create_gl_renderer(const RendererOptions& options) {
 #ifdef CAMRIG_HAS_GL
-    return GlRenderer::create(options);
+    return gl::GlRenderer::create(options);
 #else
     return error(ErrorKind::unsupported, "this build has no GL renderer; the device can only be 'cpu' or 'null'");
 #endif
@@ -41,13 +41,13 @@ Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options
     for_the_rest.device = "llvmpipe";
     if (for_the_rest.models.software == nullptr) for_the_rest.models = make_shared_models();
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    return std::make_unique<CpuRenderer>(
-        SoftwareDrawer::Options{.pool = options.pool,
-                                .models = for_the_rest.models,
-                                .static_layer_bytes = options.static_layer_bytes,
-                                .max_detail_error_px = options.max_detail_error_px,
-                                .threads = options.raster_threads > 0 ? options.raster_threads : cores},
+    return std::make_unique<software::CpuRenderer>(
+        software::SoftwareDrawer::Options{.pool = options.pool,
+                                          .models = for_the_rest.models,
+                                          .static_layer_bytes = options.static_layer_bytes,
+                                          .max_detail_error_px = options.max_detail_error_px,
+                                          .threads = options.raster_threads > 0 ? options.raster_threads : cores},
         [for_the_rest] { return create_gl_renderer(for_the_rest); });
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -9,7 +9,7 @@
 #include "core/render/renderer.h"
 #include "core/render/shared_models.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// Where colour pictures become what readers take: YUV, BGR.
 enum class Conversion : std::uint8_t {
@@ -23,7 +23,7 @@ struct RendererOptions {
     /// draw (CpuRenderer). "llvmpipe": all by that. "N": EGL device N. "": a hardware device if there is one, else
     /// "cpu".
     std::string device;
-    std::shared_ptr<FramePool> pool;
+    std::shared_ptr<frame::FramePool> pool;
     SharedModels models{};  ///< shared with other renderers; empty: its own
     /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.
     std::int64_t static_layer_bytes = std::int64_t{256} << 20;
@@ -43,4 +43,4 @@ struct RendererOptions {
 /// Errors say which devices there are.
 Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options);
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -8,7 +8,7 @@
 #include "core/base/portable_math.h"
 #include "core/render/scene/light_selection.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -48,7 +48,7 @@ glm::dvec3 median_centre(std::span<const WorldBox> boxes) {
     return result;
 }
 
-ShadowView directional_view(const Light& light, std::span<const WorldBox> receivers) {
+ShadowView directional_view(const world::Light& light, std::span<const WorldBox> receivers) {
     const WorldBox all = joined(receivers);
     ShadowView view;
     view.map_from_world = map_rotation(light.direction);
@@ -82,11 +82,11 @@ ShadowView directional_view(const Light& light, std::span<const WorldBox> receiv
     return view;
 }
 
-std::optional<ShadowView> spot_view(const Light& light, float exposure, std::span<const WorldBox> receivers) {
+std::optional<ShadowView> spot_view(const world::Light& light, float exposure, std::span<const WorldBox> receivers) {
     const WorldBox all = joined(receivers);
     double far = 0.0;
     for (int i = 0; i < 8; ++i) far = std::max(far, glm::distance(corner(all, i), light.position));
-    far = std::min({far, reach_m(light, exposure), max_shadow_extent_m});
+    far = std::min({far, scene::reach_m(light, exposure), max_shadow_extent_m});
     if (!(far > 2.0 * nearest_spot_caster_m)) return std::nullopt;
     ShadowView view;
     view.is_spot = true;
@@ -169,7 +169,7 @@ double longest_way(const ShadowView& shadow, const WorldBox& caster, const World
 
 }  // namespace
 
-WorldBox world_box(const glm::dmat4& world_from_local, const Box& local) {
+WorldBox world_box(const glm::dmat4& world_from_local, const world::Box& local) {
     const glm::dvec3 centre(world_from_local * glm::dvec4(0.5 * (glm::dvec3(local.min) + glm::dvec3(local.max)), 1.0));
     const glm::dvec3 half = 0.5 * (glm::dvec3(local.max) - glm::dvec3(local.min));
     const glm::dvec3 extent = glm::abs(glm::dvec3(world_from_local[0])) * half.x +
@@ -195,7 +195,7 @@ bool operator==(const ShadowView& a, const ShadowView& b) {
            a.map_from_world == b.map_from_world && a.clip_from_map == b.clip_from_map;
 }
 
-std::vector<ShadowView> plan_shadows(std::span<const Light> lights, float exposure,
+std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float exposure,
                                      std::span<const WorldBox> receivers) {
     std::vector<ShadowView> views;
     if (receivers.empty()) return views;
@@ -205,20 +205,20 @@ std::vector<ShadowView> plan_shadows(std::span<const Light> lights, float exposu
         return lights[i].intensity * std::max({c.r, c.g, c.b});
     };
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const Light& light = lights[i];
-        if (light.type == LightType::point || !(brightness(i) > 0.0f)) continue;
-        if (light.type == LightType::spot && light.outer_cone_rad > widest_cone_rad) continue;
+        const world::Light& light = lights[i];
+        if (light.type == world::LightType::point || !(brightness(i) > 0.0f)) continue;
+        if (light.type == world::LightType::spot && light.outer_cone_rad > widest_cone_rad) continue;
         order.push_back(i);
     }
     std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
-        const bool a_first = lights[a].type == LightType::directional,
-                   b_first = lights[b].type == LightType::directional;
+        const bool a_first = lights[a].type == world::LightType::directional,
+                   b_first = lights[b].type == world::LightType::directional;
         return a_first != b_first ? a_first : brightness(a) > brightness(b);
     });
     for (const std::size_t i : order) {
         if (views.size() == max_shadowed_lights) break;
-        auto view = lights[i].type == LightType::spot ? spot_view(lights[i], exposure, receivers)
-                                                      : std::optional(directional_view(lights[i], receivers));
+        auto view = lights[i].type == world::LightType::spot ? spot_view(lights[i], exposure, receivers)
+                                                             : std::optional(directional_view(lights[i], receivers));
         if (!view) continue;
         view->light = i;
         views.push_back(*view);
@@ -269,4 +269,4 @@ std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowVi
     return rect_around(low, high, glm::dvec2(2.0), view.size);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

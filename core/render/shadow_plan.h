@@ -10,7 +10,7 @@
 #include "core/render/view_transform.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// Of the lights of a scene, at most so many have a shadow map: directional ones first, then spots, the brighter first.
 inline constexpr int max_shadowed_lights = 4;
@@ -30,7 +30,7 @@ struct WorldBox {
     glm::dvec3 max{0.0};
 };
 /// Of a box placed in the world.
-WorldBox world_box(const glm::dmat4& world_from_local, const Box& local);
+WorldBox world_box(const glm::dmat4& world_from_local, const world::Box& local);
 WorldBox joined(std::span<const WorldBox> boxes);  ///< of at least one
 
 /// Where the shadow map of one light looks. Depends on the light and on what stands still, never on a camera: all
@@ -57,7 +57,7 @@ struct ShadowView {
 
 /// Chooses the lights and places their maps around `receivers`, the boxes of what stands still and is lit. Empty
 /// where there is nothing to fall on or no light for it.
-std::vector<ShadowView> plan_shadows(std::span<const Light> lights, float exposure,
+std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float exposure,
                                      std::span<const WorldBox> receivers);
 
 /// All texels that something inside the box may be in, and those whose look-ups may read them.
@@ -67,4 +67,4 @@ std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox&
 std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,
                                        const WorldBox& receivers);
 
-}  // namespace camrig
+}  // namespace camrig::render

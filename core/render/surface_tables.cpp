@@ -7,7 +7,7 @@
 
 #include "core/base/portable_math.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 constexpr int directions = 256;
@@ -93,4 +93,4 @@ std::vector<float> make_sky_table() {
     return table;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-namespace camrig {
+namespace camrig::render {
 
 /// Tables of the split-sum approximation (Karis, Real shading in Unreal Engine 4, 2013), the same for every scene. Rows
 /// are roughness from 0 to 1, columns a cosine; both ends lie on texel centres.
@@ -19,4 +19,4 @@ std::vector<glm::vec2> make_reflectance_table();
 /// on a surface that faces up is the sky's alone, as that of hard-edged halves is; so it may leave 0..1 by up to 0.01.
 std::vector<float> make_sky_table();
 
-}  // namespace camrig
+}  // namespace camrig::render

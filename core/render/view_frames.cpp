@@ -5,12 +5,12 @@
 #include "core/frame/code_strip.h"
 #include "core/frame/tone.h"
 
-namespace camrig {
+namespace camrig::render {
 
 namespace {
 
 double samples_of(const View& view) {
-    const Antialias antialias = antialias_of(*view.spec, view.quality);
+    const world::Antialias antialias = antialias_of(*view.spec, view.quality);
     const int side = supersampling_of(antialias);
     return static_cast<double>(view.spec->size.pixels()) * side * side * multisampling_of(antialias);
 }
@@ -24,8 +24,8 @@ void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> 
         cost_ns[i] += static_cast<TimeNs>(static_cast<double>(spent_ns) * samples_of(views[i]) / all);
 }
 
-std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, PixelFormat format,
-                                     TimeNs world_ns, TimeNs monotonic_ns) {
+std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& view, frame::FrameKind kind,
+                                            frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns) {
     return pool.acquire({.camera_id = view.camera,
                          .camera = view.name,
                          .sequence = view.sequence,
@@ -36,10 +36,10 @@ std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKin
                          .format = format});
 }
 
-void ids_to_classes(const Snapshot& snapshot, Frame& frame) {
+void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame) {
     std::unordered_map<std::uint32_t, std::uint32_t> class_of{{0, 0}};
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
-        for (const Instance& instance : *instances)
+        for (const world::Instance& instance : *instances)
             class_of[static_cast<std::uint32_t>(instance.info->id)] = instance.info->class_number;
     }
     auto* const pixels = reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data());
@@ -56,14 +56,14 @@ void ids_to_classes(const Snapshot& snapshot, Frame& frame) {
     }
 }
 
-void finish_color(const View& view, Frame& frame) {
-    apply_tone(frame.mutable_bytes(), view.spec->controls);
+void finish_color(const View& view, frame::Frame& frame) {
+    frame::apply_tone(frame.mutable_bytes(), view.spec->controls);
     if (!view.spec->code_strip) return;
-    frame.add_damage(0, code_strip_rows * code_strip_cell(frame.info().size));
-    draw_code_strip(frame.mutable_bytes(), frame.info().size,
-                    {.camera = static_cast<std::uint8_t>(view.camera_number),
-                     .sequence = static_cast<std::uint32_t>(view.sequence),
-                     .world_ns = frame.info().world_ns});
+    frame.add_damage(0, frame::code_strip_rows * frame::code_strip_cell(frame.info().size));
+    frame::draw_code_strip(frame.mutable_bytes(), frame.info().size,
+                           {.camera = static_cast<std::uint8_t>(view.camera_number),
+                            .sequence = static_cast<std::uint32_t>(view.sequence),
+                            .world_ns = frame.info().world_ns});
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

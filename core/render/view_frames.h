@@ -8,9 +8,9 @@
 #include "core/frame/kind_format.h"
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::render {
 
-inline bool wants(const View& view, FrameKind kind) {
+inline bool wants(const View& view, frame::FrameKind kind) {
     return view.kinds[static_cast<int>(kind)];
 }
 
@@ -18,13 +18,13 @@ inline bool wants(const View& view, FrameKind kind) {
 void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> cost_ns);
 
 /// An empty frame of the view's size that carries everything about the instant.
-std::shared_ptr<Frame> acquire_frame(FramePool& pool, const View& view, FrameKind kind, PixelFormat format,
-                                     TimeNs world_ns, TimeNs monotonic_ns);
+std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& view, frame::FrameKind kind,
+                                            frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns);
 
 /// Turns the object numbers of an instance picture into the numbers of their classes: a semantic picture.
-void ids_to_classes(const Snapshot& snapshot, Frame& frame);
+void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame);
 
 /// What comes after drawing: the camera's image controls, then the code strip if it wants one.
-void finish_color(const View& view, Frame& frame);
+void finish_color(const View& view, frame::Frame& frame);
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <limits>
 
-namespace camrig {
+namespace camrig::render {
 
-ViewTransform make_view_transform(const Pose& pose, ImageSize size, const Intrinsics& intrinsics, double near_m,
-                                  double far_m) {
+ViewTransform make_view_transform(const camera::Pose& pose, ImageSize size, const camera::Intrinsics& intrinsics,
+                                  double near_m, double far_m) {
     ViewTransform view;
     view.eye = pose.position;
     view.optical_from_world = glm::transpose(world_from_optical_rotation(pose));
@@ -29,8 +29,8 @@ ViewTransform make_view_transform(const Pose& pose, ImageSize size, const Intrin
     return view;
 }
 
-ViewTransform make_tile_transform(const Pose& pose, const glm::dmat3& tile_from_optical, ImageSize size,
-                                  const Intrinsics& intrinsics, double near_m, double far_m) {
+ViewTransform make_tile_transform(const camera::Pose& pose, const glm::dmat3& tile_from_optical, ImageSize size,
+                                  const camera::Intrinsics& intrinsics, double near_m, double far_m) {
     ViewTransform view = make_view_transform(pose, size, intrinsics, near_m, far_m);
     if (tile_from_optical == glm::dmat3(1.0)) return view;
     view.optical_from_world = tile_from_optical * view.optical_from_world;
@@ -51,7 +51,7 @@ float metres_of_depth(const ViewTransform& view, float depth) {
 
 Frustum make_frustum(const ViewTransform& view, double far_m) {
     constexpr double slack_px = 1.0;
-    const Intrinsics& k = view.intrinsics;
+    const camera::Intrinsics& k = view.intrinsics;
     const double left = -0.5 - slack_px;
     const double top = -0.5 - slack_px;
     const double right = view.size.width - 0.5 + slack_px;
@@ -84,4 +84,4 @@ bool may_be_visible(const Frustum& frustum, const glm::dmat4& optical_from_local
     return true;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -8,7 +8,7 @@
 #include "core/camera/intrinsics.h"
 #include "core/camera/pose.h"
 
-namespace camrig {
+namespace camrig::render {
 
 /// The linear part of one rasterised picture: where the camera stands and how points become pixels.
 ///
@@ -23,7 +23,7 @@ struct ViewTransform {
     /// The camera's own optical frame from this picture's; they differ only for the faces of a cube.
     glm::dmat3 truth_from_optical{1.0};
     ImageSize size;
-    Intrinsics intrinsics;
+    camera::Intrinsics intrinsics;
     double near_m = 0.05;
     /// clip = (x_scale * X + x_shift * Z, y_scale * Y + y_shift * Z, depth_scale * Z + depth_shift, Z)
     double x_scale = 1.0;
@@ -39,12 +39,12 @@ struct ViewTransform {
 };
 
 /// far_m = 0: infinite.
-ViewTransform make_view_transform(const Pose& pose, ImageSize size, const Intrinsics& intrinsics, double near_m,
-                                  double far_m);
+ViewTransform make_view_transform(const camera::Pose& pose, ImageSize size, const camera::Intrinsics& intrinsics,
+                                  double near_m, double far_m);
 
 /// The same eye looking through a plane turned against the camera's.
-ViewTransform make_tile_transform(const Pose& pose, const glm::dmat3& tile_from_optical, ImageSize size,
-                                  const Intrinsics& intrinsics, double near_m, double far_m);
+ViewTransform make_tile_transform(const camera::Pose& pose, const glm::dmat3& tile_from_optical, ImageSize size,
+                                  const camera::Intrinsics& intrinsics, double near_m, double far_m);
 
 /// Metres along the optical axis of a depth buffer value; +inf where nothing was drawn.
 float metres_of_depth(const ViewTransform& view, float depth);
@@ -60,4 +60,4 @@ Frustum make_frustum(const ViewTransform& view, double far_m);
 /// False only if the box, placed by `optical_from_local`, certainly touches no pixel.
 bool may_be_visible(const Frustum& frustum, const glm::dmat4& optical_from_local, glm::vec3 box_min, glm::vec3 box_max);
 
-}  // namespace camrig
+}  // namespace camrig::render

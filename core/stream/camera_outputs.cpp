@@ -4,7 +4,7 @@
 
 #include "core/base/output_family.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 CameraOutputs::Change CameraOutputs::update(const CameraStream& camera, bool is_there) {
     std::vector<OutputSpec> now;
@@ -29,4 +29,4 @@ CameraOutputs::Change CameraOutputs::update(const CameraStream& camera, bool is_
     return change;
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

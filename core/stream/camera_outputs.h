@@ -6,7 +6,7 @@
 
 #include "core/stream/frame_bus.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// Which outputs of one kind the cameras of a bus have, and what a change of a camera means for them. For a
 /// CameraObserver that opens and closes them; one thread at a time.
@@ -29,4 +29,4 @@ private:
     std::map<std::string, std::vector<OutputSpec>> outputs_;  ///< by camera
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

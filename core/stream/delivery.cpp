@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace camrig {
+namespace camrig::stream {
 
 std::shared_ptr<DeliveryLatch> DeliveryLatch::create(std::function<void()> on_open) {
     auto latch = std::make_shared<DeliveryLatch>();
@@ -49,4 +49,4 @@ std::vector<std::string> DeliveryLatch::holders() const {
     return {holders_.begin(), holders_.end()};
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

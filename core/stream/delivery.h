@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace camrig {
+namespace camrig::stream {
 
 /// Knows when everything that was published at one instant has reached (or finally missed) its readers.
 ///
@@ -52,4 +52,4 @@ inline DeliveryLatch::Hold hold_if(const std::shared_ptr<DeliveryLatch>& latch, 
     return latch ? latch->hold(std::move(who)) : DeliveryLatch::Hold{};
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

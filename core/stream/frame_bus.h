@@ -12,7 +12,7 @@
 #include "core/stream/sink.h"
 #include "core/stream/statistics.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// A camera as outputs see it.
 struct CameraStream {
@@ -86,7 +86,7 @@ public:
 /// What a one-off request for a picture gives.
 struct FetchRequest {
     std::string camera;
-    FrameKind kind = FrameKind::color;
+    frame::FrameKind kind = frame::FrameKind::color;
     TimeNs min_ns = 0;   ///< world time the picture must at least show; waits for it
     MediaFormat format;  ///< raw rgba8, jpeg or png
     /// Asked before anything is drawn, with the picture's size; an error is the answer. May be empty. On the engine's
@@ -102,4 +102,4 @@ public:
     virtual void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 Error unknown_camera(std::string_view name, const std::vector<CameraStream>& known) {
@@ -160,9 +160,9 @@ void LocalFrameBus::end_outputs(Camera& camera, const Error& why) {
     camera.outputs.clear();
 }
 
-PixelFormats LocalFrameBus::wanted(CameraId id, TimeNs world_ns) const {
+frame::PixelFormats LocalFrameBus::wanted(CameraId id, TimeNs world_ns) const {
     std::lock_guard lock(mutex_);
-    PixelFormats formats;
+    frame::PixelFormats formats;
     const auto found = cameras_.find(id);
     if (found == cameras_.end()) return formats;
     for (const auto& [format, output] : found->second.outputs) {
@@ -180,12 +180,12 @@ std::size_t LocalFrameBus::reader_count(CameraId id) const {
     return readers;
 }
 
-void LocalFrameBus::publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
-    for (std::span<const FrameRef> rest(set.frames); !rest.empty();) {
-        const FrameInfo& info = rest.front()->info();
+void LocalFrameBus::publish(const frame::FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
+    for (std::span<const frame::FrameRef> rest(set.frames); !rest.empty();) {
+        const frame::FrameInfo& info = rest.front()->info();
         const auto next_camera = std::ranges::find_if(
-            rest, [&](const FrameRef& frame) { return frame->info().camera_id != info.camera_id; });
-        const std::span<const FrameRef> frames(rest.begin(), next_camera);
+            rest, [&](const frame::FrameRef& frame) { return frame->info().camera_id != info.camera_id; });
+        const std::span<const frame::FrameRef> frames(rest.begin(), next_camera);
         rest = {next_camera, rest.end()};
         std::lock_guard lock(mutex_);
         const auto found = cameras_.find(info.camera_id);
@@ -193,22 +193,22 @@ void LocalFrameBus::publish(const FrameSet& set, const std::shared_ptr<DeliveryL
         // A frame drawn before a change of size belongs to outputs that have ended.
         if (info.size != found->second.stream.size) continue;
         for (const auto& [format, output] : found->second.outputs) {
-            if (const FrameRef* frame = frame_for(*output, frames)) output->offer(*frame, latch);
+            if (const frame::FrameRef* frame = frame_for(*output, frames)) output->offer(*frame, latch);
         }
     }
 }
 
-const FrameRef* LocalFrameBus::frame_for(const Output& output, std::span<const FrameRef> frames) {
-    const FrameRef* rgba = nullptr;
-    for (const FrameRef& frame : frames) {
-        if (frame->info().kind != FrameKind::color) continue;
+const frame::FrameRef* LocalFrameBus::frame_for(const Output& output, std::span<const frame::FrameRef> frames) {
+    const frame::FrameRef* rgba = nullptr;
+    for (const frame::FrameRef& frame : frames) {
+        if (frame->info().kind != frame::FrameKind::color) continue;
         if (frame->info().format == output.source()) return &frame;
-        if (frame->info().format == PixelFormat::rgba8) rgba = &frame;
+        if (frame->info().format == frame::PixelFormat::rgba8) rgba = &frame;
     }
     return rgba;  // null: drawn for others, before this output was there or for a reader of a higher rate
 }
 
-void LocalFrameBus::transcode_once(FrameRef frame, const MediaFormat& format,
+void LocalFrameBus::transcode_once(frame::FrameRef frame, const MediaFormat& format,
                                    std::function<void(Result<MediaUnit>)> done) {
     auto transcoder = Transcoder::create(format, options_.pool, timers_);
     if (!transcoder) return done(std::unexpected(transcoder.error()));
@@ -230,4 +230,4 @@ void LocalFrameBus::fill_report(RigReport& report) const {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -10,14 +10,14 @@
 #include "core/stream/frame_bus.h"
 #include "core/stream/output.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// The frame bus of one rig. Consumer side: any thread (FrameBus). Producer side: the engine's thread.
 class LocalFrameBus final : public FrameBus {
 public:
     struct Options {
         int workers = 2;  ///< threads that convert and encode
-        std::shared_ptr<FramePool> pool;
+        std::shared_ptr<frame::FramePool> pool;
         /// Jobs that wait for a worker. An output has one at most, a picture on request one.
         std::size_t max_jobs = 1'000'000;
     };
@@ -42,15 +42,15 @@ public:
     void remove_camera(CameraId id);
     /// The pixel formats that those want who would take a frame of this camera at this world time (Output::source);
     /// none: nobody would.
-    PixelFormats wanted(CameraId id, TimeNs world_ns) const;
+    frame::PixelFormats wanted(CameraId id, TimeNs world_ns) const;
     std::size_t reader_count(CameraId id) const;
     /// Never blocks. With a latch, everything on its way holds it. Each output gets a camera's frame in the pixel
     /// format that it wants, else the one in rgba8.
-    void publish(const FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
+    void publish(const frame::FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);
 
     /// Brings one frame into a format, on the worker pool; `done` is called there, or at once with an error:
     /// resource_exhausted where too many jobs wait.
-    void transcode_once(FrameRef frame, const MediaFormat& format, std::function<void(Result<MediaUnit>)> done);
+    void transcode_once(frame::FrameRef frame, const MediaFormat& format, std::function<void(Result<MediaUnit>)> done);
 
     /// Fills in each camera's outputs (by name) and the stages of this side.
     void fill_report(RigReport& report) const;
@@ -65,7 +65,7 @@ private:
     void detach(CameraId id, const MediaFormat& format, const std::shared_ptr<Output>& output,
                 const std::shared_ptr<Reader>& reader);
     void end_outputs(Camera& camera, const Error& why);
-    static const FrameRef* frame_for(const Output& output, std::span<const FrameRef> frames);
+    static const frame::FrameRef* frame_for(const Output& output, std::span<const frame::FrameRef> frames);
     Cameras::iterator find_locked(std::string_view name);
 
     const Options options_;
@@ -77,4 +77,4 @@ private:
     std::unique_ptr<WorkerPool> pool_;  ///< last member: its threads go first
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -8,7 +8,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 /// How long a sink that is unavailable is left alone before it is opened again.
@@ -70,7 +70,7 @@ bool Output::wants(TimeNs world_ns) const {
     return std::ranges::any_of(readers_, [&](const auto& reader) { return takes(*reader, world_ns); });
 }
 
-void Output::offer(const FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch) {
+void Output::offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch) {
     const TimeNs world_ns = frame->info().world_ns;
     Item item;
     {
@@ -186,4 +186,4 @@ OutputReport Output::report() const {
     return report;
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -11,7 +11,7 @@
 #include "core/stream/transcoder.h"
 #include "core/stream/worker_pool.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// One sink with its books. The mutex makes sink calls come one at a time, also against detaching.
 struct Reader {
@@ -37,7 +37,7 @@ public:
     const CameraStream& camera() const { return camera_; }
     const MediaFormat& format() const { return transcoder_->format(); }
     /// The pixel format that frames had best be offered in; rgba8 will do.
-    PixelFormat source() const { return source_format(format(), camera_.size); }
+    frame::PixelFormat source() const { return source_format(format(), camera_.size); }
 
     void attach(std::shared_ptr<Reader> reader);
     /// Closes the sink (waits for a write in progress, never from inside one). True if no reader is left.
@@ -49,13 +49,13 @@ public:
     /// Engine thread: would a frame of this world time be taken by anybody?
     bool wants(TimeNs world_ns) const;
     /// Engine thread.
-    void offer(const FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch);
+    void offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch);
 
     OutputReport report() const;
 
 private:
     struct Item {
-        FrameRef frame;
+        frame::FrameRef frame;
         std::shared_ptr<DeliveryLatch> latch;
         DeliveryLatch::Hold hold;
         std::vector<std::shared_ptr<Reader>> takers;
@@ -82,4 +82,4 @@ private:
     std::atomic<std::uint64_t> failed_{0};
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -15,15 +15,15 @@
 #include "core/stream/delivery.h"
 #include "core/stream/statistics.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// In which form a sink wants a camera's pictures. Equal formats of one camera share one conversion and one encoding.
 struct MediaFormat {
-    Codec codec = Codec::raw;
-    PixelFormat pixels = PixelFormat::rgba8;           ///< raw: the layout. jpeg, png: ignored
-    int quality = 0;                                   ///< jpeg: 1..100. Others: 0
-    ImageSize size;                                    ///< 0x0: the camera's own; else scaled to this
-    ChromaSampling sampling = ChromaSampling::yuv420;  ///< jpeg. Others: ignored
+    codec::Codec codec = codec::Codec::raw;
+    frame::PixelFormat pixels = frame::PixelFormat::rgba8;           ///< raw: the layout. jpeg, png: ignored
+    int quality = 0;                                                 ///< jpeg: 1..100. Others: 0
+    ImageSize size;                                                  ///< 0x0: the camera's own; else scaled to this
+    codec::ChromaSampling sampling = codec::ChromaSampling::yuv420;  ///< jpeg. Others: ignored
 
     friend auto operator<=>(const MediaFormat&, const MediaFormat&) = default;
 };
@@ -41,9 +41,9 @@ struct StreamInfo {
 
 /// One picture ready to send. Cheap to copy; bytes are shared.
 struct MediaUnit {
-    FrameInfo info;
-    BytesRef bytes;                        ///< encoded (jpeg, png); null for raw
-    FrameRef frame;                        ///< raw pixels in the wanted layout and size; null for encoded
+    frame::FrameInfo info;
+    codec::BytesRef bytes;                 ///< encoded (jpeg, png); null for raw
+    frame::FrameRef frame;                 ///< raw pixels in the wanted layout and size; null for encoded
     std::shared_ptr<DeliveryLatch> latch;  ///< lockstep only: take a hold while the unit is on its way
 };
 
@@ -67,4 +67,4 @@ public:
     virtual std::vector<ReaderReport> readers() const { return {}; }
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 constexpr int buckets_per_octave = 8;
@@ -69,4 +69,4 @@ StageTimer::Summary StageTimer::summary() const {
     return summary;
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

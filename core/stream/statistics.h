@@ -10,7 +10,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// The counts of a reader at one moment.
 struct ReaderReport {
@@ -101,4 +101,4 @@ struct RigReport {
     std::vector<CounterReport> renderer;
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -3,7 +3,7 @@
 #include "core/base/clock.h"
 #include "core/frame/convert.h"
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 class ScopedTimer {
@@ -18,7 +18,8 @@ private:
 
 }  // namespace
 
-Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
+Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format,
+                                                       std::shared_ptr<frame::FramePool> pool,
                                                        std::shared_ptr<TranscodeTimers> timers) {
     const bool own_size = format.size == ImageSize{};
     if (!own_size && (format.size.width < min_image_size.width || format.size.height < min_image_size.height ||
@@ -30,20 +31,21 @@ Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format
     transcoder->format_ = format;
     transcoder->pool_ = std::move(pool);
     transcoder->timers_ = std::move(timers);
-    if (format.codec != Codec::raw) {
-        auto encoder =
-            format.codec == Codec::jpeg ? create_jpeg_encoder(format.quality, format.sampling) : create_png_encoder();
+    if (format.codec != codec::Codec::raw) {
+        auto encoder = format.codec == codec::Codec::jpeg ? create_jpeg_encoder(format.quality, format.sampling)
+                                                          : codec::create_png_encoder();
         if (!encoder) return std::unexpected(encoder.error());
         transcoder->encoder_ = std::move(*encoder);
     }
     return transcoder;
 }
 
-Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
-    FrameRef current = frame;
+Result<MediaUnit> Transcoder::transcode(const frame::FrameRef& frame) {
+    frame::FrameRef current = frame;
     const ImageSize size = format_.size == ImageSize{} ? frame->info().size : format_.size;
-    const bool is_color = frame->info().kind == FrameKind::color;
-    const PixelFormat pixels = format_.codec == Codec::raw && is_color ? format_.pixels : frame->info().format;
+    const bool is_color = frame->info().kind == frame::FrameKind::color;
+    const frame::PixelFormat pixels =
+        format_.codec == codec::Codec::raw && is_color ? format_.pixels : frame->info().format;
     if (size != frame->info().size || pixels != frame->info().format) {
         const ScopedTimer timer(timers_->convert);
         auto converted_frame = converted(*pool_, current, pixels, size, last_converted_);
@@ -67,20 +69,20 @@ Result<MediaUnit> Transcoder::transcode(const FrameRef& frame) {
     return unit;
 }
 
-PixelFormat source_format(const MediaFormat& format, ImageSize camera_size) {
+frame::PixelFormat source_format(const MediaFormat& format, ImageSize camera_size) {
     const bool is_scaled = format.size != ImageSize{} && format.size != camera_size;
-    if (is_scaled || format.codec == Codec::png) return PixelFormat::rgba8;
-    if (format.codec != Codec::jpeg) return format.pixels;
-    return format.sampling == ChromaSampling::yuv420 ? PixelFormat::jpeg_i420 : PixelFormat::rgba8;
+    if (is_scaled || format.codec == codec::Codec::png) return frame::PixelFormat::rgba8;
+    if (format.codec != codec::Codec::jpeg) return format.pixels;
+    return format.sampling == codec::ChromaSampling::yuv420 ? frame::PixelFormat::jpeg_i420 : frame::PixelFormat::rgba8;
 }
 
 std::string describe(const MediaFormat& format) {
     std::string text(to_string(format.codec));
-    if (format.codec == Codec::raw) text += " " + std::string(to_string(format.pixels));
-    if (format.codec == Codec::jpeg)
+    if (format.codec == codec::Codec::raw) text += " " + std::string(to_string(format.pixels));
+    if (format.codec == codec::Codec::jpeg)
         text += " q" + std::to_string(format.quality) + " " + std::string(to_string(format.sampling));
     if (format.size != ImageSize{}) text += " " + format.size.to_string();
     return text;
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -8,7 +8,7 @@
 #include "core/stream/sink.h"
 #include "core/stream/statistics.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// Stage timers that all transcoders of a rig share.
 struct TranscodeTimers {
@@ -21,25 +21,25 @@ struct TranscodeTimers {
 class Transcoder {
 public:
     /// Errors: invalid_argument for a quality or size that cannot be.
-    static Result<std::unique_ptr<Transcoder>> create(const MediaFormat& format, std::shared_ptr<FramePool> pool,
+    static Result<std::unique_ptr<Transcoder>> create(const MediaFormat& format, std::shared_ptr<frame::FramePool> pool,
                                                       std::shared_ptr<TranscodeTimers> timers);
-    Result<MediaUnit> transcode(const FrameRef& frame);
+    Result<MediaUnit> transcode(const frame::FrameRef& frame);
     const MediaFormat& format() const { return format_; }
 
 private:
     Transcoder() = default;
     MediaFormat format_;
-    std::shared_ptr<FramePool> pool_;
+    std::shared_ptr<frame::FramePool> pool_;
     std::shared_ptr<TranscodeTimers> timers_;
-    std::unique_ptr<Encoder> encoder_;
-    FrameRef last_converted_;  ///< to copy from what is not damaged; null where that is not known
+    std::unique_ptr<codec::Encoder> encoder_;
+    frame::FrameRef last_converted_;  ///< to copy from what is not damaged; null where that is not known
 };
 
 /// Which pixel format of a colour picture of that size takes the least to bring into this format: no conversion, unless
 /// it is scaled too.
-PixelFormat source_format(const MediaFormat& format, ImageSize camera_size);
+frame::PixelFormat source_format(const MediaFormat& format, ImageSize camera_size);
 
 /// "jpeg q90", "raw yuyv 640x480": for statistics and messages.
 std::string describe(const MediaFormat& format);
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -4,7 +4,7 @@
 
 #include <pthread.h>
 
-namespace camrig {
+namespace camrig::stream {
 
 WorkerPool::WorkerPool(int threads, std::size_t max_waiting) : jobs_(max_waiting) {
     for (int i = 0; i < std::max(threads, 1); ++i) {
@@ -29,4 +29,4 @@ void WorkerPool::run() {
     while (auto job = jobs_.wait()) (*job)();
 }
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -7,7 +7,7 @@
 
 #include "core/base/bounded_queue.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// Threads that run jobs in the order they came. Any thread may post; a job must not stop its own pool.
 class WorkerPool {
@@ -32,4 +32,4 @@ private:
     std::vector<std::thread> threads_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -34,31 +34,32 @@ Spread spread_at(double z) {
     return {value, (1.0 - value * z) / sine_square};
 }
 
-LensMap::IdealCurve curve_of_line(const EdgePiece& p) {
+camera::LensMap::IdealCurve curve_of_line(const EdgePiece& p) {
     const glm::dvec2 a(p.a), b(p.b), step = b - a;
     const double from_a = glm::dot(a, step), from_b = glm::dot(b, step), square_a = glm::dot(a, a),
                  square_b = glm::dot(b, b);
-    Interval s = hull(square_a, square_b);
+    camera::Interval s = camera::hull(square_a, square_b);
     if (from_a < 0.0 && from_b > 0.0)  // nearest to the axis in between
         s.low = std::max(0.0, std::min(s.low, square_a - from_a * from_a / glm::dot(step, step)));
-    return {hull(a.x, b.x), hull(a.y, b.y), {step.x, step.x}, {step.y, step.y}, s, hull(from_a, from_b)};
+    return {camera::hull(a.x, b.x),      camera::hull(a.y, b.y), {step.x, step.x}, {step.y, step.y}, s,
+            camera::hull(from_a, from_b)};
 }
 
-LensMap::IdealCurve curve_of_arc(const EdgePiece& p, double radius) {
+camera::LensMap::IdealCurve curve_of_arc(const EdgePiece& p, double radius) {
     // A sinusoid exceeds its values at both ends of a piece by this at most.
     const double bulge = 1.0 - std::cos(0.5 * p.length);
     const auto between = [bulge](double a, double b) {
-        const Interval range = widened(hull(a, b), bulge);
-        return Interval{std::max(range.low, -1.0), std::min(range.high, 1.0)};
+        const camera::Interval range = widened(camera::hull(a, b), bulge);
+        return camera::Interval{std::max(range.low, -1.0), std::min(range.high, 1.0)};
     };
     const glm::dvec3 slope_a = glm::cross(p.normal, p.a), slope_b = glm::cross(p.normal, p.b);
-    const Interval x = between(p.a.x, p.b.x), y = between(p.a.y, p.b.y), dx = between(slope_a.x, slope_b.x),
-                   dy = between(slope_a.y, slope_b.y), dz = between(slope_a.z, slope_b.z);
-    Interval z = between(p.a.z, p.b.z);
+    const camera::Interval x = between(p.a.x, p.b.x), y = between(p.a.y, p.b.y), dx = between(slope_a.x, slope_b.x),
+                           dy = between(slope_a.y, slope_b.y), dz = between(slope_a.z, slope_b.z);
+    camera::Interval z = between(p.a.z, p.b.z);
     z = {std::max(z.low, std::cos(radius)), std::max(z.high, std::cos(radius))};
     const Spread nearest = spread_at(z.high), farthest = spread_at(z.low);
-    const Interval spread{nearest.value, farthest.value};
-    const Interval bend = dz * Interval{nearest.by_z, farthest.by_z};
+    const camera::Interval spread{nearest.value, farthest.value};
+    const camera::Interval bend = dz * camera::Interval{nearest.by_z, farthest.by_z};
     const double inner = std::acos(z.high), outer = std::acos(z.low);
     return {
         x * spread,        y * spread, dx * spread - x * bend, dy * spread - y * bend, {inner * inner, outer * outer},
@@ -66,11 +67,11 @@ LensMap::IdealCurve curve_of_arc(const EdgePiece& p, double radius) {
 }
 
 /// What lies between values `a` and `b` at the ends of a piece of this length, where the slope is in `slope`.
-Interval between_ends(double a, double b, Interval slope, double length, Interval natural) {
-    const Interval ends = hull(a, b);
+camera::Interval between_ends(double a, double b, camera::Interval slope, double length, camera::Interval natural) {
+    const camera::Interval ends = camera::hull(a, b);
     if (slope.low >= 0.0 || slope.high <= 0.0) return ends;
     const double span = slope.high - slope.low, product = slope.high * slope.low * length;
-    Interval range = natural;
+    camera::Interval range = natural;
     if (std::isfinite(span) && std::isfinite(product)) {
         range.high = std::min(range.high, (slope.high * b - slope.low * a - product) / span);
         range.low = std::max(range.low, (slope.high * a - slope.low * b + product) / span);
@@ -80,9 +81,9 @@ Interval between_ends(double a, double b, Interval slope, double length, Interva
 
 }  // namespace
 
-EdgeTracer::EdgeTracer(const CameraModel& camera)
+EdgeTracer::EdgeTracer(const camera::CameraModel& camera)
     : camera_(camera),
-      angular_(camera.lens().lens().model == LensModel::equidistant),
+      angular_(camera.lens().lens().model == camera::LensModel::equidistant),
       radius_(camera.lens().valid_radius() * (1.0 - field_inset)) {
     if (angular_) radius_ = std::min(radius_, largest_angle);
 }
@@ -96,7 +97,7 @@ std::optional<EdgeTracer::Seen> EdgeTracer::see(const glm::dvec3& point) const {
 
 glm::dvec2 EdgeTracer::pixel_of_ideal(const glm::dvec2& ideal) const {
     const glm::dvec2 distorted = camera_.lens().distort(ideal);
-    const Intrinsics& k = camera_.intrinsics();
+    const camera::Intrinsics& k = camera_.intrinsics();
     return {k.fx * distorted.x + k.cx, k.fy * distorted.y + k.cy};
 }
 
@@ -137,7 +138,7 @@ void EdgeTracer::trace_line(const glm::dvec3& a, const glm::dvec3& b) {
         if (!(discriminant > 0.0)) return;
         // Never the difference of two near numbers (Press et al., Numerical Recipes, section 5.6).
         const double q = -(half + std::copysign(std::sqrt(discriminant), half));
-        const Interval within = hull(q / square, rest / q);
+        const camera::Interval within = camera::hull(q / square, rest / q);
         from = std::max(from, within.low);
         to = std::min(to, within.high);
         if (!(from < to)) return;
@@ -182,10 +183,12 @@ std::pair<EdgePiece, EdgePiece> EdgeTracer::halves(const EdgePiece& piece) const
 
 void EdgeTracer::bound(EdgePiece& piece) const {
     const auto curve = angular_ ? curve_of_arc(piece, radius_) : curve_of_line(piece);
-    const LensMap::CurveImage image = camera_.lens().distort_curve(curve);
-    const Intrinsics& k = camera_.intrinsics();
-    const Interval x = between_ends(piece.at_a.x, piece.at_b.x, image.dx * k.fx, piece.length, image.x * k.fx + k.cx);
-    const Interval y = between_ends(piece.at_a.y, piece.at_b.y, image.dy * k.fy, piece.length, image.y * k.fy + k.cy);
+    const camera::LensMap::CurveImage image = camera_.lens().distort_curve(curve);
+    const camera::Intrinsics& k = camera_.intrinsics();
+    const camera::Interval x =
+        between_ends(piece.at_a.x, piece.at_b.x, image.dx * k.fx, piece.length, image.x * k.fx + k.cx);
+    const camera::Interval y =
+        between_ends(piece.at_a.y, piece.at_b.y, image.dy * k.fy, piece.length, image.y * k.fy + k.cy);
     piece.min = {x.low, y.low};
     piece.max = {x.high, y.high};
 }
@@ -199,8 +202,8 @@ double EdgeTracer::reach(double radius) const {
     const double furthest = angular_ ? radius + longest_chord : radius;
     if (furthest > radius_) return std::numeric_limits<double>::infinity();
     const double arcs = angular_ ? spread_at(std::cos(furthest)).value * arc_of_chord : 1.0;
-    const Intrinsics& k = camera_.intrinsics();
+    const camera::Intrinsics& k = camera_.intrinsics();
     return camera_.lens().greatest_stretch(furthest) * std::max(k.fx, k.fy) * arcs;
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -9,7 +9,7 @@
 
 #include "core/camera/camera_model.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// A piece of the picture of a straight edge, seen through a lens that bends it: where its ends are, exactly, and a
 /// rectangle that holds all of it.
@@ -31,7 +31,7 @@ struct EdgePiece {
 class EdgeTracer {
 public:
     /// `camera` must outlive it.
-    explicit EdgeTracer(const CameraModel& camera);
+    explicit EdgeTracer(const camera::CameraModel& camera);
 
     /// A point that has a pixel.
     struct Seen {
@@ -58,11 +58,11 @@ private:
     void trace_arc(const glm::dvec3& a, const glm::dvec3& b);
     void bound(EdgePiece& piece) const;
 
-    const CameraModel& camera_;
+    const camera::CameraModel& camera_;
     bool angular_;
     double radius_;  ///< of the valid disc, a little less
     std::array<EdgePiece, 2> pieces_;
     std::size_t count_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -4,7 +4,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 /// A rectangle while it grows; ends are exclusive.
@@ -41,9 +41,10 @@ std::unordered_map<std::uint32_t, IdCount> count_ids(std::span<const std::uint32
     return counts;
 }
 
-Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box, ImageSize size) {
+frame::Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box,
+                                ImageSize size) {
     CHECK(std::ssize(ids) == size.pixels());
-    Silhouette runs;
+    frame::Silhouette runs;
     for (int y = box.y; y < box.y + box.height; ++y) {
         const std::uint32_t* const row = ids.data() + std::ptrdiff_t{y} * size.width;
         const int end = box.x + box.width;
@@ -57,11 +58,11 @@ Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, c
     return runs;
 }
 
-std::uint32_t main_occluder(std::span<const std::uint32_t> ids, const Silhouette& silhouette, std::uint32_t id,
+std::uint32_t main_occluder(std::span<const std::uint32_t> ids, const frame::Silhouette& silhouette, std::uint32_t id,
                             ImageSize size) {
     CHECK(std::ssize(ids) == size.pixels());
     std::unordered_map<std::uint32_t, std::int64_t> covered;
-    for (const PixelRun& run : silhouette) {
+    for (const frame::PixelRun& run : silhouette) {
         const std::uint32_t* const row = ids.data() + std::ptrdiff_t{run.y} * size.width;
         for (int x = run.x0; x < run.x1;) {
             const std::uint32_t shown = row[x];
@@ -80,4 +81,4 @@ std::uint32_t main_occluder(std::span<const std::uint32_t> ids, const Silhouette
     return most;
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -8,7 +8,7 @@
 #include "core/frame/silhouette.h"
 #include "core/truth/truth.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// What an instance picture shows of one object.
 struct IdCount {
@@ -20,11 +20,12 @@ struct IdCount {
 std::unordered_map<std::uint32_t, IdCount> count_ids(std::span<const std::uint32_t> ids, ImageSize size);
 
 /// The runs of `id` in an instance picture, in the rows and columns of the box.
-Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box, ImageSize size);
+frame::Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box,
+                                ImageSize size);
 
 /// The object that shows on most of those pixels of a silhouette where not `id` does; 0 when there are none, or nothing
 /// but background shows on them. Of equals, the smaller number.
-std::uint32_t main_occluder(std::span<const std::uint32_t> ids, const Silhouette& silhouette, std::uint32_t id,
+std::uint32_t main_occluder(std::span<const std::uint32_t> ids, const frame::Silhouette& silhouette, std::uint32_t id,
                             ImageSize size);
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -7,7 +7,7 @@
 
 #include <glm/glm.hpp>
 
-namespace camrig {
+namespace camrig::truth {
 
 /// The 17 body points of COCO (person keypoints), in COCO's order; a model names its nodes so by `extras.keypoint`.
 inline constexpr std::array<std::string_view, 17> coco_keypoints{
@@ -29,4 +29,4 @@ struct Keypoint {
 /// the face lie on the skin; joints lie inside the body, up to 0.13 m below the cloth in our people (a hip).
 double keypoint_tolerance_m(std::size_t coco_index);
 
-}  // namespace camrig
+}  // namespace camrig::truth

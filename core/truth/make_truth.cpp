@@ -10,16 +10,16 @@
 #include "core/truth/projected_box.h"
 #include "core/truth/view_cone.h"
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 /// Rasterisers round to their sub-pixel grid: an object may show this far outside of its exact box.
 constexpr int box_margin_px = 2;
 
-std::span<const std::uint32_t> ids_of(const Frame& frame) {
+std::span<const std::uint32_t> ids_of(const frame::Frame& frame) {
     return {reinterpret_cast<const std::uint32_t*>(frame.bytes().data()), frame.bytes().size() / sizeof(std::uint32_t)};
 }
-std::span<const float> depths_of(const Frame& frame) {
+std::span<const float> depths_of(const frame::Frame& frame) {
     return {reinterpret_cast<const float*>(frame.bytes().data()), frame.bytes().size() / sizeof(float)};
 }
 
@@ -32,9 +32,9 @@ struct StandingObjects::Found {
         PixelBox reach;  ///< the pixels that may show it
     };
 
-    std::weak_ptr<const StaticSet> statics;
-    std::shared_ptr<const CameraSpec> spec;
-    Pose pose;
+    std::weak_ptr<const world::StaticSet> statics;
+    std::shared_ptr<const world::CameraSpec> spec;
+    camera::Pose pose;
     std::vector<std::optional<Candidate>> candidates;  ///< of the statics' objects; none: beside the picture
 };
 
@@ -43,7 +43,7 @@ StandingObjects::~StandingObjects() = default;
 
 class TruthMaker {
 public:
-    TruthMaker(const TruthView& view, const CameraModel& camera, const TruthPictures& pictures)
+    TruthMaker(const TruthView& view, const camera::CameraModel& camera, const TruthPictures& pictures)
         : view_(view),
           camera_(camera),
           pictures_(pictures),
@@ -53,23 +53,23 @@ public:
           counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
 
     /// All of the snapshot's objects.
-    Result<void> measure(const Snapshot& snapshot, StandingObjects* standing);
+    Result<void> measure(const world::Snapshot& snapshot, StandingObjects* standing);
     Result<std::vector<ObjectTruth>> finish(const FindSilhouettes& find_silhouettes);
 
 private:
     using Candidate = StandingObjects::Found::Candidate;
 
-    Result<void> measure(const Instance& instance);
+    Result<void> measure(const world::Instance& instance);
     /// Relative to the eye in double before anything else: exact however far out the world is.
     glm::dvec3 optical(const glm::dvec3& world) const { return optical_from_world_ * (world - view_.pose.position); }
     std::optional<PixelBox> reach_of(const ProjectedBox& box) const;
     double truncation_of(const ProjectedBox& box) const;
-    std::vector<Keypoint> keypoints_of(const Instance& instance);
+    std::vector<Keypoint> keypoints_of(const world::Instance& instance);
     KeypointVisibility visibility_of(const Keypoint& point, double depth_m, double tolerance_m, ObjectId id) const;
-    void account(ObjectTruth& truth, const Silhouette& alone) const;
+    void account(ObjectTruth& truth, const frame::Silhouette& alone) const;
 
     const TruthView& view_;
-    const CameraModel& camera_;
+    const camera::CameraModel& camera_;
     const TruthPictures& pictures_;
     ViewCone cone_;
     BoxProjector projector_;
@@ -80,7 +80,7 @@ private:
     std::vector<Candidate> candidates_;
 };
 
-Result<void> TruthMaker::measure(const Snapshot& snapshot, StandingObjects* standing) {
+Result<void> TruthMaker::measure(const world::Snapshot& snapshot, StandingObjects* standing) {
     const auto& objects = snapshot.statics->objects;
     if (standing != nullptr) {
         StandingObjects::Found& found = *standing->found_;
@@ -103,15 +103,15 @@ Result<void> TruthMaker::measure(const Snapshot& snapshot, StandingObjects* stan
             if (candidates_.size() > before) found.candidates.back() = candidates_.back();
         }
     } else {
-        for (const Instance& instance : objects)
+        for (const world::Instance& instance : objects)
             if (auto measured = measure(instance); !measured) return measured;
     }
-    for (const Instance& instance : snapshot.movers)
+    for (const world::Instance& instance : snapshot.movers)
         if (auto measured = measure(instance); !measured) return measured;
     return {};
 }
 
-Result<void> TruthMaker::measure(const Instance& instance) {
+Result<void> TruthMaker::measure(const world::Instance& instance) {
     object_.pose(instance);
     const glm::dmat3 optical_from_object = optical_from_world_ * glm::mat3_cast(object_.orientation());
     const glm::dvec3 origin = optical(object_.position());
@@ -175,8 +175,8 @@ double TruthMaker::truncation_of(const ProjectedBox& box) const {
     return area > 0.0 ? std::clamp(1.0 - inside.x * inside.y / area, 0.0, 1.0) : 0.0;
 }
 
-std::vector<Keypoint> TruthMaker::keypoints_of(const Instance& instance) {
-    const Model& model = *instance.info->model;
+std::vector<Keypoint> TruthMaker::keypoints_of(const world::Instance& instance) {
+    const world::Model& model = *instance.info->model;
     std::vector<Keypoint> points;
     for (std::size_t i = 0; i < model.nodes.size(); ++i) {
         if (model.nodes[i].keypoint.empty()) continue;
@@ -211,9 +211,9 @@ KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth
     return depths_of(*pictures_.depth)[i] >= hides_m ? KeypointVisibility::visible : KeypointVisibility::occluded;
 }
 
-void TruthMaker::account(ObjectTruth& truth, const Silhouette& alone) const {
+void TruthMaker::account(ObjectTruth& truth, const frame::Silhouette& alone) const {
     const auto id = static_cast<std::uint32_t>(truth.id);
-    for (const PixelRun& run : alone) truth.pixels_alone += run.x1 - run.x0;
+    for (const frame::PixelRun& run : alone) truth.pixels_alone += run.x1 - run.x0;
     if (const auto seen = counts_.find(id); seen != counts_.end()) {
         truth.pixels = seen->second.pixels;
         truth.box = seen->second.box;
@@ -264,11 +264,12 @@ std::vector<std::size_t> group_apart(std::span<const PixelBox> boxes) {
 }
 
 FindSilhouettes silhouettes_from(DrawAlone draw_alone) {
-    return [draw_alone = std::move(draw_alone)](std::span<const ObjectId> objects,
-                                                std::span<const PixelBox> reaches) -> Result<std::vector<Silhouette>> {
+    return [draw_alone = std::move(draw_alone)](
+               std::span<const ObjectId> objects,
+               std::span<const PixelBox> reaches) -> Result<std::vector<frame::Silhouette>> {
         const std::vector<std::size_t> group_of = group_apart(reaches);
         const std::size_t groups = group_of.empty() ? 0 : *std::ranges::max_element(group_of) + 1;
-        std::vector<Silhouette> silhouettes(objects.size());
+        std::vector<frame::Silhouette> silhouettes(objects.size());
         std::vector<ObjectId> together;
         for (std::size_t group = 0; group < groups; ++group) {
             together.clear();
@@ -286,10 +287,10 @@ FindSilhouettes silhouettes_from(DrawAlone draw_alone) {
     };
 }
 
-Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot, const TruthPictures& pictures,
+Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& snapshot, const TruthPictures& pictures,
                                 const FindSilhouettes& find_silhouettes, StandingObjects* standing) {
-    const CameraSpec& spec = *view.spec;
-    const auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens);
+    const world::CameraSpec& spec = *view.spec;
+    const auto camera = camera::CameraModel::create(spec.size, spec.intrinsics, spec.lens);
     if (!camera) return std::unexpected(camera.error());
     TruthOfFrame truth;
     truth.camera = *view.name;
@@ -303,7 +304,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot,
 
     TruthMaker maker(view, *camera, pictures);
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {
-        for (const Instance& instance : *instances)
+        for (const world::Instance& instance : *instances)
             truth.classes[instance.info->class_number] = instance.info->object_class;
     }
     if (auto measured = maker.measure(snapshot, standing); !measured) return std::unexpected(measured.error());
@@ -313,4 +314,4 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot,
     return truth;
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

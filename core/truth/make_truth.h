@@ -10,30 +10,30 @@
 #include "core/truth/truth.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// The camera and the frame whose truth is asked for.
 struct TruthView {
     std::shared_ptr<const std::string> name;
-    std::shared_ptr<const CameraSpec> spec;
-    Pose pose;  ///< world_from_link at the snapshot's instant
+    std::shared_ptr<const world::CameraSpec> spec;
+    camera::Pose pose;  ///< world_from_link at the snapshot's instant
     std::int64_t sequence = 0;
     TimeNs monotonic_ns = 0;
 };
 
 /// The frame's pictures, drawn by whoever has a renderer.
 struct TruthPictures {
-    FrameRef instance;
-    FrameRef depth;
+    frame::FrameRef instance;
+    frame::FrameRef depth;
 };
 
 /// Tells for each of these objects which pixels it would show if nothing else were in the world: the same camera, the
 /// same instant. `reaches`: none of them shows beyond its box.
-using FindSilhouettes = std::function<Result<std::vector<Silhouette>>(std::span<const ObjectId> objects,
-                                                                      std::span<const PixelBox> reaches)>;
+using FindSilhouettes = std::function<Result<std::vector<frame::Silhouette>>(std::span<const ObjectId> objects,
+                                                                             std::span<const PixelBox> reaches)>;
 
 /// Draws the instance picture of these objects alone: the same camera, the same instant, nothing else in the world.
-using DrawAlone = std::function<Result<FrameRef>(std::span<const ObjectId>)>;
+using DrawAlone = std::function<Result<frame::FrameRef>(std::span<const ObjectId>)>;
 
 /// From pictures: one for each group of objects whose boxes are apart from each other.
 FindSilhouettes silhouettes_from(DrawAlone draw_alone);
@@ -54,11 +54,11 @@ private:
 /// The truth of one frame. Pixels, visible boxes and occlusion come from the pictures and the silhouettes, which are
 /// asked for once; full boxes, 3D boxes and keypoints from the posed surfaces through the camera's exact model. Fails
 /// only if the silhouettes do, or the camera has no model.
-Result<TruthOfFrame> make_truth(const TruthView& view, const Snapshot& snapshot, const TruthPictures& pictures,
+Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& snapshot, const TruthPictures& pictures,
                                 const FindSilhouettes& find_silhouettes, StandingObjects* standing = nullptr);
 
 /// Puts boxes into groups so that those of one group do not touch; each is given as [left, right) x [top, bottom).
 /// Returns the group of each box. Large boxes come first into a group, so that the groups are few.
 std::vector<std::size_t> group_apart(std::span<const PixelBox> boxes);
 
-}  // namespace camrig
+}  // namespace camrig::truth

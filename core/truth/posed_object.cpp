@@ -2,9 +2,9 @@
 
 #include <limits>
 
-namespace camrig {
+namespace camrig::truth {
 
-void PosedObject::pose(const Instance& instance) {
+void PosedObject::pose(const world::Instance& instance) {
     part_count_ = 0;
     min_ = glm::dvec3(std::numeric_limits<double>::infinity());
     max_ = -min_;
@@ -22,10 +22,10 @@ void PosedObject::for_each_surface(Visit&& visit) const {
     for (const int node : model_->order) {
         const int mesh = model_->nodes[static_cast<std::size_t>(node)].mesh;
         if (mesh < 0) continue;
-        for (const Primitive& primitive : model_->meshes[static_cast<std::size_t>(mesh)].primitives) {
+        for (const world::Primitive& primitive : model_->meshes[static_cast<std::size_t>(mesh)].primitives) {
             const bool is_blended =
                 primitive.material >= 0 &&
-                model_->materials[static_cast<std::size_t>(primitive.material)].alpha_mode == AlphaMode::blend;
+                model_->materials[static_cast<std::size_t>(primitive.material)].alpha_mode == world::AlphaMode::blend;
             if (!is_blended) visit(primitive, node);
         }
     }
@@ -35,7 +35,7 @@ std::optional<PosedObject::Ball> PosedObject::reach() const {
     const glm::dmat4 object_from_model(object_from_model_);
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     bool is_known = true;
-    const auto grow = [&](const glm::dmat4& m, const Box& box) {
+    const auto grow = [&](const glm::dmat4& m, const world::Box& box) {
         const glm::dvec3 middle(m * glm::dvec4(0.5 * (glm::dvec3(box.min) + glm::dvec3(box.max)), 1.0));
         const glm::dvec3 half = 0.5 * (glm::dvec3(box.max) - glm::dvec3(box.min));
         const glm::dvec3 extent = glm::abs(glm::dvec3(m[0])) * half.x + glm::abs(glm::dvec3(m[1])) * half.y +
@@ -43,7 +43,7 @@ std::optional<PosedObject::Ball> PosedObject::reach() const {
         low = glm::min(low, middle - extent);
         high = glm::max(high, middle + extent);
     };
-    for_each_surface([&](const Primitive& primitive, int node) {
+    for_each_surface([&](const world::Primitive& primitive, int node) {
         const int skin = model_->nodes[static_cast<std::size_t>(node)].skin;
         is_known &= primitive.targets.empty();
         if (skin < 0) {
@@ -51,7 +51,7 @@ std::optional<PosedObject::Ball> PosedObject::reach() const {
             return;
         }
         // A skinned vertex is a weighted mean of where its joints carry it.
-        const Skin& bones = model_->skins[static_cast<std::size_t>(skin)];
+        const world::Skin& bones = model_->skins[static_cast<std::size_t>(skin)];
         for (std::size_t j = 0; j < bones.joints.size(); ++j) {
             const auto joint = static_cast<std::size_t>(bones.joints[j]);
             grow(object_from_model * pose_.model_from_node[joint] * bones.inverse_bind[j], primitive.bounds);
@@ -63,11 +63,11 @@ std::optional<PosedObject::Ball> PosedObject::reach() const {
 }
 
 void PosedObject::place_vertices() {
-    for_each_surface([this](const Primitive& primitive, int node) { add_part(primitive, node); });
+    for_each_surface([this](const world::Primitive& primitive, int node) { add_part(primitive, node); });
 }
 
-void PosedObject::add_part(const Primitive& primitive, int node) {
-    const Model& model = *model_;
+void PosedObject::add_part(const world::Primitive& primitive, int node) {
+    const world::Model& model = *model_;
     if (part_count_ == parts_.size()) parts_.emplace_back();
     Part& part = parts_[part_count_];
     part.primitive = &primitive;
@@ -95,4 +95,4 @@ glm::dvec3 PosedObject::place_of_node(std::size_t node) const {
     return object_from_model_ * glm::dvec3(pose_.model_from_node[node][3]);
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

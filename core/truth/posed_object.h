@@ -9,7 +9,7 @@
 #include "core/world/posed_model.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// The surface of one object at one instant: what ground truth measures. Vertices in the object's own frame (its
 /// heading's: x ahead for actors), metres, scale applied; surfaces with alpha mode BLEND are left out.
@@ -22,12 +22,12 @@ public:
         double radius = -1.0;
     };
     struct Part {
-        const Primitive* primitive = nullptr;
+        const world::Primitive* primitive = nullptr;
         std::vector<glm::dvec3> points;  ///< one per vertex of the primitive
     };
 
     /// Places the nodes only: enough for reach().
-    void pose(const Instance& instance);
+    void pose(const world::Instance& instance);
     /// A ball in the object's own frame that holds all of its surface; generous for skinned meshes. None where that
     /// cannot be told without the vertices (morph targets); a radius below 0 when there is no surface.
     std::optional<Ball> reach() const;
@@ -49,10 +49,10 @@ public:
 private:
     template <typename Visit>
     void for_each_surface(Visit&& visit) const;
-    void add_part(const Primitive& primitive, int node);
+    void add_part(const world::Primitive& primitive, int node);
 
-    ModelRef model_;
-    PosedModel pose_;
+    world::ModelRef model_;
+    world::PosedModel pose_;
     std::vector<Part> parts_;
     std::size_t part_count_ = 0;
     std::vector<glm::vec3> positions_, normals_;
@@ -62,4 +62,4 @@ private:
     glm::dvec3 min_{0.0}, max_{0.0};
 };
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 constexpr int rim_points = 720;
@@ -46,10 +46,10 @@ glm::dvec2 tolerance_of(const ProjectedBox& box) {
 
 }  // namespace
 
-BoxProjector::BoxProjector(const CameraModel& camera, double near_m, double far_m)
+BoxProjector::BoxProjector(const camera::CameraModel& camera, double near_m, double far_m)
     : camera_(camera),
       tracer_(camera),
-      has_planes_(camera.lens().lens().model != LensModel::equidistant),
+      has_planes_(camera.lens().lens().model != camera::LensModel::equidistant),
       bends_(!camera.lens().is_identity()),
       near_m_(near_m),
       far_m_(far_m > 0.0 ? far_m : std::numeric_limits<double>::infinity()),
@@ -68,7 +68,8 @@ bool BoxProjector::between_planes(const glm::dvec3& point) const {
     return !has_planes_ || (point.z >= near_m_ && point.z <= far_m_);
 }
 
-Result<void> BoxProjector::add(std::span<const glm::dvec3> points, const Primitive& primitive, ProjectedBox& box) {
+Result<void> BoxProjector::add(std::span<const glm::dvec3> points, const world::Primitive& primitive,
+                               ProjectedBox& box) {
     seen_.assign(points.size(), std::nullopt);
     bool all_seen = true;
     // Vertices first: most edges then lie well inside of the box and need no following.
@@ -82,10 +83,10 @@ Result<void> BoxProjector::add(std::span<const glm::dvec3> points, const Primiti
         }
     }
     if (!all_seen) box.is_clipped = true;
-    if (primitive.topology == Topology::points || (all_seen && !bends_)) return {};
+    if (primitive.topology == world::Topology::points || (all_seen && !bends_)) return {};
     reach_ = bends_ ? tracer_.reach(greatest_radius()) : 0.0;
     candidates_.clear();
-    const std::size_t corners = primitive.topology == Topology::lines ? 2 : 3;
+    const std::size_t corners = primitive.topology == world::Topology::lines ? 2 : 3;
     const std::span indices(primitive.indices);
     for (std::size_t i = 0; i + corners <= indices.size(); i += corners)
         add_surface(indices.subspan(i, corners), points, box);
@@ -216,4 +217,4 @@ Result<void> BoxProjector::halve_the_worst(ProjectedBox& box) {
     return {};
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -13,7 +13,7 @@
 #include "core/truth/edge_piece.h"
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// The smallest upright rectangle around something in the picture plane.
 struct ProjectedBox {
@@ -41,11 +41,11 @@ struct ProjectedBox {
 class BoxProjector {
 public:
     /// far_m 0: no far plane. `camera` must outlive it.
-    BoxProjector(const CameraModel& camera, double near_m, double far_m);
+    BoxProjector(const camera::CameraModel& camera, double near_m, double far_m);
 
     /// Grows `box` by a primitive whose vertices are at `points` in the optical frame. resource_exhausted when the
     /// halvings are used up; `box` is then short by what the message says.
-    Result<void> add(std::span<const glm::dvec3> points, const Primitive& primitive, ProjectedBox& box);
+    Result<void> add(std::span<const glm::dvec3> points, const world::Primitive& primitive, ProjectedBox& box);
 
     std::int64_t halvings() const { return halvings_; }
 
@@ -76,7 +76,7 @@ private:
     void consider(const EdgePiece& piece, const ProjectedBox& box);
     Result<void> halve_the_worst(ProjectedBox& box);
 
-    const CameraModel& camera_;
+    const camera::CameraModel& camera_;
     EdgeTracer tracer_;
     bool has_planes_;
     bool bends_;  ///< the lens bends straight lines
@@ -92,4 +92,4 @@ private:
     std::vector<Candidate> candidates_;      ///< a heap, the worst on top
 };
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -17,7 +17,7 @@
 #include "core/truth/keypoints.h"
 #include "core/world/camera_spec.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// A rectangle of pixels as array slices and cv2.boundingRect have it: columns [x, x + width), rows [y, y + height).
 struct PixelBox {
@@ -64,13 +64,13 @@ struct TruthOfFrame {
     TimeNs world_ns = 0;
     TimeNs monotonic_ns = 0;
     ImageSize size;
-    Intrinsics intrinsics;
-    Lens lens;
-    Pose pose;                                     ///< world_from_link at that instant
+    camera::Intrinsics intrinsics;
+    camera::Lens lens;
+    camera::Pose pose;                             ///< world_from_link at that instant
     std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
     std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
 };
 
 using TruthRef = std::shared_ptr<const TruthOfFrame>;
 
-}  // namespace camrig
+}  // namespace camrig::truth

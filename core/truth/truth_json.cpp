@@ -2,7 +2,7 @@
 
 #include "core/world/camera_json.h"
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 using nlohmann::json;
@@ -56,17 +56,17 @@ json truth_to_json(const TruthOfFrame& truth) {
     json classes = json::object(), objects = json::array();
     for (const auto& [number, name] : truth.classes) classes[name] = number;
     for (const ObjectTruth& object : truth.objects) objects.push_back(object_json(object));
-    const Intrinsics& k = truth.intrinsics;
+    const camera::Intrinsics& k = truth.intrinsics;
     return {{"camera", truth.camera},
             {"sequence", truth.sequence},
             {"time_ns", truth.world_ns},
             {"monotonic_ns", truth.monotonic_ns},
             {"size", {truth.size.width, truth.size.height}},
             {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
-            {"lens", lens_to_json(truth.lens)},
+            {"lens", world::lens_to_json(truth.lens)},
             {"pose", {{"position", array_of(truth.pose.position)}, {"orientation", array_of(truth.pose.orientation)}}},
             {"classes", std::move(classes)},
             {"objects", std::move(objects)}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -4,9 +4,9 @@
 
 #include "core/truth/truth.h"
 
-namespace camrig {
+namespace camrig::truth {
 
 /// The truth as truth.get, HTTP and recordings give it; docs/truth.md explains each member.
 nlohmann::json truth_to_json(const TruthOfFrame& truth);
 
-}  // namespace camrig
+}  // namespace camrig::truth

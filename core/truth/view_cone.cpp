@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 /// Pictures are rounded to pixels and, behind a lens, to those of a source picture.
@@ -12,7 +12,7 @@ constexpr double margin_rad = 0.01;
 
 }  // namespace
 
-ViewCone::ViewCone(const CameraModel& camera)
+ViewCone::ViewCone(const camera::CameraModel& camera)
     : half_angle_(camera.max_field_angle() + margin_rad +
                   margin_px / std::min(camera.intrinsics().fx, camera.intrinsics().fy)) {}
 
@@ -24,4 +24,4 @@ bool ViewCone::may_meet(const glm::dvec3& center, double radius) const {
     return off_axis - std::asin(radius / distance) <= half_angle_;
 }
 
-}  // namespace camrig
+}  // namespace camrig::truth

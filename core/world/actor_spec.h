@@ -9,7 +9,7 @@
 
 #include "core/world/behaviour_spec.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// A thing that hangs on a node of an actor, e.g. a bag in a hand.
 struct Attachment {
@@ -73,4 +73,4 @@ struct ActorReport {
     std::string attached_to;  ///< empty: nothing
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

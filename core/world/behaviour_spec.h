@@ -11,7 +11,7 @@
 #include "core/base/time.h"
 
 /// Behaviours as data: what a scene file or a command can ask of an actor. docs/scene-format.md explains each.
-namespace camrig {
+namespace camrig::world {
 
 /// Stays where it is and plays a clip in a loop.
 struct StandBehaviour {
@@ -114,4 +114,4 @@ std::string_view type_name(const BehaviourSpec& behaviour);
 /// Whether the behaviour itself says where the actor begins.
 bool places_actor(const BehaviourSpec& behaviour);
 
-}  // namespace camrig
+}  // namespace camrig::world

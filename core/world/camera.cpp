@@ -7,9 +7,9 @@
 #include "core/world/mount.h"
 #include "core/world/step_history.h"
 
-namespace camrig {
+namespace camrig::world {
 
-static_assert(Timeline<Pose>::kept_ns >= StepHistory::span_ns);
+static_assert(camera::Timeline<camera::Pose>::kept_ns >= StepHistory::span_ns);
 
 Camera::Camera(CameraSpec spec)
     : spec_(std::make_shared<const CameraSpec>(std::move(spec))), pose_(spec_->pose), intrinsics_(spec_->intrinsics) {
@@ -32,57 +32,58 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
     next.spec_ = std::make_shared<const CameraSpec>(std::move(*spec));
     const CameraSpec &before = *spec_, &after = *next.spec_;
     if (after.mount != before.mount) {
-        next.pose_ = Timeline(after.pose);
-        next.left_ = Timeline(Pose{});
+        next.pose_ = camera::Timeline(after.pose);
+        next.left_ = camera::Timeline(camera::Pose{});
     } else if (patch.pose || turns) {
         next.pose_.go_to(after.pose, begin_ns, duration_ns);
     }
-    if (after.ptz != before.ptz) next.head_ = after.ptz ? std::optional<PtzHead>(*after.ptz) : std::nullopt;
-    const Intrinsics &from = before.intrinsics, &to = after.intrinsics;
+    if (after.ptz != before.ptz) next.head_ = after.ptz ? std::optional<camera::PtzHead>(*after.ptz) : std::nullopt;
+    const camera::Intrinsics &from = before.intrinsics, &to = after.intrinsics;
     if ((patch.optics || patch.zoom) && after.size == before.size)
         next.intrinsics_.go_to(to, begin_ns, from.cx == to.cx && from.cy == to.cy ? duration_ns : 0);
     else if (from != to)
-        next.intrinsics_ = Timeline(to);
+        next.intrinsics_ = camera::Timeline(to);
     return next;
 }
 
-Result<const PtzHead*> Camera::head() const {
+Result<const camera::PtzHead*> Camera::head() const {
     if (head_) return &*head_;
     return error(ErrorKind::unsupported, "camera " + spec_->name +
                                              " has no head; give it one, as by camrig camera set " + spec_->name +
                                              " --ptz preset=dome");
 }
 
-Result<Camera> Camera::with_head(const std::function<Result<void>(PtzHead&)>& tell) const {
+Result<Camera> Camera::with_head(const std::function<Result<void>(camera::PtzHead&)>& tell) const {
     if (auto there = head(); !there) return std::unexpected(there.error());
     Camera next = *this;
     if (auto told = tell(*next.head_); !told) return std::unexpected(told.error());
     return next;
 }
 
-Result<PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) const {
+Result<camera::PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) const {
     const auto head = this->head();
     if (!head) return std::unexpected(head.error());
-    const auto lens = LensMap::create(spec_->lens);
+    const auto lens = camera::LensMap::create(spec_->lens);
     if (!lens) return std::unexpected(lens.error());
-    const PtzPosition now = (*head)->status(world_ns).position;
-    const Intrinsics k = intrinsics_.at(world_ns);
+    const camera::PtzPosition now = (*head)->status(world_ns).position;
+    const camera::Intrinsics k = intrinsics_.at(world_ns);
     const auto [width, height] = spec_->size;
     const glm::dvec2 pixel(0.5 * (width - 1 + x * width), 0.5 * (height - 1 - y * height));
     const auto ideal = lens->undistort({(pixel.x - k.cx) / (k.fx * now.zoom), (pixel.y - k.cy) / (k.fy * now.zoom)});
     if (!ideal) return error(ErrorKind::invalid_argument, "x: the lens shows nothing there");
-    const glm::dvec3 seen = link_from_optical() * lens->direction_from_ideal(*ideal);
-    const glm::dvec3 from_base = turned_by(Pose{}, now).orientation * seen;
+    const glm::dvec3 seen = camera::link_from_optical() * lens->direction_from_ideal(*ideal);
+    const glm::dvec3 from_base = turned_by(camera::Pose{}, now).orientation * seen;
     // Straight up or down any pan will do; the present one does not roll the picture.
     const bool is_at_pole = glm::length(glm::dvec2(from_base)) < 1e-9;
-    return PtzPosition{is_at_pole ? now.pan_deg : glm::degrees(portable::atan2(from_base.y, from_base.x)),
-                       glm::degrees(portable::atan2(from_base.z, glm::length(glm::dvec2(from_base)))), now.zoom};
+    return camera::PtzPosition{is_at_pole ? now.pan_deg : glm::degrees(portable::atan2(from_base.y, from_base.x)),
+                               glm::degrees(portable::atan2(from_base.z, glm::length(glm::dvec2(from_base)))),
+                               now.zoom};
 }
 
 Camera Camera::in_another_world(const Snapshot& last) const {
     Camera camera(*spec_);
     if (head_) camera.head_ = head_->standing(last.world_ns);
-    if (spec_->mount) camera.left_ = Timeline(frame_in(last));
+    if (spec_->mount) camera.left_ = camera::Timeline(frame_in(last));
     return camera;
 }
 
@@ -90,17 +91,17 @@ void Camera::leave(const Instance& carrier, TimeNs world_ns) {
     left_.go_to(mount_frame(carrier, spec_->mount->node), world_ns, 0);
 }
 
-Pose Camera::frame_in(const Snapshot& world) const {
+camera::Pose Camera::frame_in(const Snapshot& world) const {
     const Mount& mount = *spec_->mount;
     const auto carrier =
         std::ranges::find_if(world.movers, [&](const Instance& mover) { return mover.info->name == mount.actor; });
     return carrier == world.movers.end() ? left_.at(world.world_ns) : mount_frame(*carrier, mount.node);
 }
 
-CameraState Camera::at(const Snapshot& world) const {
-    CameraState state{world.world_ns, pose_.at(world.world_ns), intrinsics_.at(world.world_ns)};
+camera::CameraState Camera::at(const Snapshot& world) const {
+    camera::CameraState state{world.world_ns, pose_.at(world.world_ns), intrinsics_.at(world.world_ns)};
     if (head_) {
-        const PtzPosition turned = head_->at(world.world_ns);
+        const camera::PtzPosition turned = head_->at(world.world_ns);
         state.pose = turned_by(state.pose, turned);
         state.intrinsics.fx *= turned.zoom;
         state.intrinsics.fy *= turned.zoom;
@@ -116,4 +117,4 @@ CameraSpec Camera::spec_at(TimeNs world_ns) const {
     return spec;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -9,7 +9,7 @@
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// A camera as a function of world time: what commands and events said of it so far, and what follows from that for
 /// any time. Nothing is carried on from picture to picture: states may be asked for in any order, and a picture that is
@@ -31,12 +31,12 @@ public:
     /// name goes on.
     Result<Camera> changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const;
     /// With its head told something. unsupported: it has none.
-    Result<Camera> with_head(const std::function<Result<void>(PtzHead&)>& tell) const;
+    Result<Camera> with_head(const std::function<Result<void>(camera::PtzHead&)>& tell) const;
     /// unsupported: it has none.
-    Result<const PtzHead*> head() const;
+    Result<const camera::PtzHead*> head() const;
     /// Where its head would look at what the picture of that time shows at a place: x to the right and y up, in halves
     /// of the picture from its middle. unsupported: it has no head. invalid_argument: the lens shows nothing there.
-    Result<PtzPosition> aim(double x, double y, TimeNs world_ns) const;
+    Result<camera::PtzPosition> aim(double x, double y, TimeNs world_ns) const;
 
     /// Of another world, whose time begins at 0: it has arrived, and what it was mounted on last stays where it was.
     Camera in_another_world(const Snapshot& last) const;
@@ -44,19 +44,20 @@ public:
     void leave(const Instance& carrier, TimeNs world_ns);
 
     /// As it is at the snapshot's time, anywhere in what the world and Timeline keep of the past.
-    CameraState at(const Snapshot& world) const;
+    camera::CameraState at(const Snapshot& world) const;
     /// The spec with pose (in the frame of its mount) and intrinsics of a time: camera.create makes one that is so.
     CameraSpec spec_at(TimeNs world_ns) const;
 
 private:
     /// world_from_mount; of a camera that is mounted.
-    Pose frame_in(const Snapshot& world) const;
+    camera::Pose frame_in(const Snapshot& world) const;
 
     std::shared_ptr<const CameraSpec> spec_;
-    Timeline<Pose> pose_;              ///< in the frame of its mount, without its head
-    Timeline<Intrinsics> intrinsics_;  ///< without its head
-    std::optional<PtzHead> head_;
-    Timeline<Pose> left_{Pose{}};  ///< world_from_mount while what it is mounted on is not there
+    camera::Timeline<camera::Pose> pose_;              ///< in the frame of its mount, without its head
+    camera::Timeline<camera::Intrinsics> intrinsics_;  ///< without its head
+    std::optional<camera::PtzHead> head_;
+    camera::Timeline<camera::Pose> left_{
+        camera::Pose{}};  ///< world_from_mount while what it is mounted on is not there
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

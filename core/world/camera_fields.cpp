@@ -3,7 +3,7 @@
 #include "core/base/output_family.h"
 #include "core/world/camera_json.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 using nlohmann::json;
@@ -170,12 +170,12 @@ std::vector<Entry> make_camera_fields() {
                    .type = "object",
                    .doc = "see intrinsics; in an answer, as they follow from the above and zoom",
                    .unit = "px",
-                   .parts = descriptions_of<Intrinsics>(),
+                   .parts = descriptions_of<camera::Intrinsics>(),
                    .shape = "Intrinsics",
                    .is_whole = true},
          .write =
              [](const CameraSpec& spec) {
-                 return write_fields(fields_of(std::type_identity<Intrinsics>{}), spec.intrinsics);
+                 return write_fields(fields_of(std::type_identity<camera::Intrinsics>{}), spec.intrinsics);
              }},
         zoom(),
         {.field = {.name = "pose",
@@ -253,13 +253,13 @@ std::vector<Entry> make_camera_fields() {
                    .type = "object",
                    .doc = "intrinsics of its picture now, with what its head zooms",
                    .unit = "px",
-                   .parts = descriptions_of<Intrinsics>(),
+                   .parts = descriptions_of<camera::Intrinsics>(),
                    .shape = "Intrinsics",
                    .is_whole = true,
                    .by = Field::By::rig},
          .read =
              [](JsonReader& reader, CameraPatch&) {
-                 static_cast<void>(read_object<Intrinsics>(reader, {.name = "shown_intrinsics"}));
+                 static_cast<void>(read_object<camera::Intrinsics>(reader, {.name = "shown_intrinsics"}));
              }},
         told({.name = "id", .type = "integer", .doc = "one life of a camera; never used again"}),
         told({.name = "sequence", .type = "integer", .doc = "number of its latest due frame"}),
@@ -323,4 +323,4 @@ FieldTable<Mount> fields_of(std::type_identity<Mount>) {
     return table;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

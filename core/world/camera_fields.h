@@ -7,7 +7,7 @@
 #include "core/world/camera_spec.h"
 
 /// The parameters of a camera, each described once; docs/decisions/0100 says what is made from them.
-namespace camrig {
+namespace camrig::world {
 
 /// In the order in which people are told them; asked for the first time when the families of outputs are registered.
 /// `name`, `place` and what only the rig says have no `read` or `write` that does anything: they are not of the spec.
@@ -17,4 +17,4 @@ FieldTable<Mount> fields_of(std::type_identity<Mount>);
 /// position, look_at, the angles and orientation; read_pose reads them.
 const std::vector<Field>& pose_fields();
 
-}  // namespace camrig
+}  // namespace camrig::world

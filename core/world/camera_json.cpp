@@ -6,7 +6,7 @@
 
 #include "core/world/camera_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 using nlohmann::json;
@@ -28,7 +28,7 @@ void check_fields_of_view(JsonReader& reader, const CameraPatch& patch, std::opt
     if (!vfov_deg && !hfov_deg) return;
     if (!patch.size)
         return reader.fail("intrinsics", "give only one of vfov_deg, hfov_deg and intrinsics, or size too");
-    const Intrinsics& k = std::get<Intrinsics>(*patch.optics);
+    const camera::Intrinsics& k = std::get<camera::Intrinsics>(*patch.optics);
     const auto check = [&](const char* key, std::optional<double> given, double expected_rad) {
         if (given && !(std::abs(*given - glm::degrees(expected_rad)) <= agreement_deg))
             reader.fail(key, "is not that of the intrinsics; give only one of vfov_deg, hfov_deg and intrinsics");
@@ -83,7 +83,7 @@ void read_optics(JsonReader& reader, CameraPatch& patch) {
     if (vfov_deg) patch.optics = VerticalFov{glm::radians(*vfov_deg)};
     if (hfov_deg) patch.optics = HorizontalFov{glm::radians(*hfov_deg)};
     static const Field field{.name = "intrinsics"};
-    const auto k = read_object<Intrinsics>(reader, field);
+    const auto k = read_object<camera::Intrinsics>(reader, field);
     if (!k) return;
     patch.optics = *k;
     check_fields_of_view(reader, patch, vfov_deg, hfov_deg);
@@ -95,9 +95,9 @@ void read_lens(JsonReader& reader, CameraPatch& patch) {
     JsonReader nested(*value, reader.path_of("lens"));
     std::string name;
     nested.required("model", name);
-    Lens lens;
+    camera::Lens lens;
     if (nested.ok())
-        if (const auto model = take(nested, "model", parse_lens_model(name))) lens.model = *model;
+        if (const auto model = take(nested, "model", camera::parse_lens_model(name))) lens.model = *model;
     const auto wanted = static_cast<std::size_t>(coefficient_count(lens.model));
     if (nested.ok() && (wanted > 0 || nested.has("coefficients")))
         nested.required("coefficients", std::span<double>(lens.coefficients.data(), wanted));
@@ -118,11 +118,11 @@ json camera_to_json(const CameraSpec& spec) {
     return write_fields(camera_fields(), spec);
 }
 
-Result<Pose> read_pose(const json& value, std::string path) {
+Result<camera::Pose> read_pose(const json& value, std::string path) {
     JsonReader reader(value, path);
     std::array<double, 3> position{}, target{};
     std::array<double, 4> q{};
-    PanTiltRoll angles;
+    camera::PanTiltRoll angles;
     reader.required("position", std::span<double>(position));
     const bool looks = reader.has("look_at");
     const bool turned = reader.has("orientation");
@@ -141,8 +141,8 @@ Result<Pose> read_pose(const json& value, std::string path) {
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
 
     const glm::dvec3 eye(position[0], position[1], position[2]);
-    auto pose = looks    ? pose_look_at(eye, {target[0], target[1], target[2]})
-                : turned ? pose_from_quaternion(eye, glm::dquat(q[3], q[0], q[1], q[2]))
+    auto pose = looks    ? camera::pose_look_at(eye, {target[0], target[1], target[2]})
+                : turned ? camera::pose_from_quaternion(eye, glm::dquat(q[3], q[0], q[1], q[2]))
                          : pose_from_angles(eye, angles);
     if (!pose) {
         reader.fail_inside(pose.error());
@@ -157,8 +157,8 @@ Result<Pose> read_pose(const json& value, std::string path) {
     return pose;
 }
 
-json pose_to_json(const Pose& pose) {
-    const PanTiltRoll angles = angles_of(pose.orientation);
+json pose_to_json(const camera::Pose& pose) {
+    const camera::PanTiltRoll angles = camera::angles_of(pose.orientation);
     const glm::dquat& q = pose.orientation;
     return {{"position", array_of(pose.position)},
             {"orientation", {q.x, q.y, q.z, q.w}},
@@ -167,10 +167,10 @@ json pose_to_json(const Pose& pose) {
             {"roll_deg", glm::degrees(angles.roll)}};
 }
 
-json lens_to_json(const Lens& lens) {
+json lens_to_json(const camera::Lens& lens) {
     const auto count = static_cast<std::ptrdiff_t>(coefficient_count(lens.model));
     return {{"model", to_string(lens.model)},
             {"coefficients", std::vector<double>(lens.coefficients.begin(), lens.coefficients.begin() + count)}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

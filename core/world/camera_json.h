@@ -8,7 +8,7 @@
 #include "core/base/json_reader.h"
 #include "core/world/camera_spec.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Reads the fields of camera_fields() from an object whose other keys (name, place) the caller reads. Errors carry the
 /// JSON path. The same reader serves camera.create, camera.set, scene files and camera files. What camera.get answers
@@ -27,9 +27,9 @@ void read_lens(JsonReader& reader, CameraPatch& patch);
 
 /// {"position": [..], one of "look_at" | "pan_deg","tilt_deg","roll_deg" | "orientation"}; orientation and angles
 /// together only when they are the same direction.
-Result<Pose> read_pose(const nlohmann::json& value, std::string path);
-nlohmann::json pose_to_json(const Pose& pose);
+Result<camera::Pose> read_pose(const nlohmann::json& value, std::string path);
+nlohmann::json pose_to_json(const camera::Pose& pose);
 /// {"model": .., "coefficients": [..]}, as many as the model has.
-nlohmann::json lens_to_json(const Lens& lens);
+nlohmann::json lens_to_json(const camera::Lens& lens);
 
-}  // namespace camrig
+}  // namespace camrig::world

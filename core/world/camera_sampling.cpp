@@ -2,7 +2,7 @@
 
 #include "core/base/field_of.h"
 
-namespace camrig {
+namespace camrig::world {
 
 std::span<const Named<Antialias>> names_of(std::type_identity<Antialias>) {
     static constexpr Named<Antialias> names[] = {{Antialias::none, "none"},     {Antialias::coverage, "coverage"},
@@ -62,4 +62,4 @@ FieldTable<LensSampling> fields_of(std::type_identity<LensSampling>) {
     return table;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -5,7 +5,7 @@
 #include "core/base/field_table.h"
 #include "core/base/named.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// How many samples make a pixel of a colour picture; ids, depth and normals always have one, at the pixel's centre.
 /// `coverage`: each surface by how much of the pixel it covers, shaded once; msaa4 where camrig's own rasteriser does
@@ -37,4 +37,4 @@ struct LensSampling {
 };
 FieldTable<LensSampling> fields_of(std::type_identity<LensSampling>);
 
-}  // namespace camrig
+}  // namespace camrig::world

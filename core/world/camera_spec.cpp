@@ -6,7 +6,7 @@
 #include "core/camera/camera_model.h"
 #include "core/world/camera_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// The code strip's cells need this much room (core/frame/code_strip).
@@ -16,11 +16,12 @@ Error invalid(std::string message) {
     return {ErrorKind::invalid_argument, std::move(message)};
 }
 
-Result<Intrinsics> derive_intrinsics(ImageSize size, const Optics& optics) {
-    if (const auto* vertical = std::get_if<VerticalFov>(&optics)) return intrinsics_from_vfov(size, vertical->rad);
+Result<camera::Intrinsics> derive_intrinsics(ImageSize size, const Optics& optics) {
+    if (const auto* vertical = std::get_if<VerticalFov>(&optics))
+        return camera::intrinsics_from_vfov(size, vertical->rad);
     if (const auto* horizontal = std::get_if<HorizontalFov>(&optics))
-        return intrinsics_from_hfov(size, horizontal->rad);
-    return std::get<Intrinsics>(optics);
+        return camera::intrinsics_from_hfov(size, horizontal->rad);
+    return std::get<camera::Intrinsics>(optics);
 }
 
 Result<void> check_size(const CameraSpec& spec) {
@@ -46,9 +47,9 @@ Result<void> check_range(const CameraSpec& spec) {
     return {};
 }
 
-Result<void> check_pose(const Pose& pose) {
+Result<void> check_pose(const camera::Pose& pose) {
     for (glm::length_t i = 0; i < 3; ++i) {
-        if (!(std::abs(pose.position[i]) <= max_coordinate_m))
+        if (!(std::abs(pose.position[i]) <= camera::max_coordinate_m))
             return std::unexpected(invalid("pose.position: must be finite and within 1e10 m of the origin"));
     }
     // Made by core/camera, so a unit quaternion; this is for specs put together in code.
@@ -58,9 +59,9 @@ Result<void> check_pose(const Pose& pose) {
 }
 
 /// The pose with its head turned.
-Result<Pose> turned(const Pose& pose, std::optional<double> pan_rad, std::optional<double> tilt_rad) {
+Result<camera::Pose> turned(const camera::Pose& pose, std::optional<double> pan_rad, std::optional<double> tilt_rad) {
     if (!pan_rad && !tilt_rad) return pose;
-    PanTiltRoll angles = angles_of(pose.orientation);
+    camera::PanTiltRoll angles = camera::angles_of(pose.orientation);
     angles.pan = pan_rad.value_or(angles.pan);
     angles.tilt = tilt_rad.value_or(angles.tilt);
     return pose_from_angles(pose.position, angles);
@@ -70,10 +71,10 @@ Result<void> check_lens(const CameraSpec& spec) {
     // A lens sees along its axis: where that is in the picture, its edges need no survey, which takes milliseconds.
     const auto is_within = [](double centre, int pixels) { return centre >= -0.5 && centre < pixels - 0.5; };
     if (is_within(spec.intrinsics.cx, spec.size.width) && is_within(spec.intrinsics.cy, spec.size.height)) {
-        const auto map = LensMap::create(spec.lens);
+        const auto map = camera::LensMap::create(spec.lens);
         return map ? Result<void>() : std::unexpected(map.error());
     }
-    if (auto camera = CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
+    if (auto camera = camera::CameraModel::create(spec.size, spec.intrinsics, spec.lens); !camera)
         return std::unexpected(camera.error());
     return {};
 }
@@ -132,4 +133,4 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     return spec;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

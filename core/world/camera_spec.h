@@ -18,7 +18,7 @@
 #include "core/camera/ptz_spec.h"
 #include "core/world/camera_sampling.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// What a camera is fixed to: an actor, at one of its model's nodes or, without one, at its body.
 struct Mount {
@@ -39,7 +39,7 @@ struct HorizontalFov {
     double rad = 1.0471975511965976;
     friend bool operator==(const HorizontalFov&, const HorizontalFov&) = default;
 };
-using Optics = std::variant<VerticalFov, HorizontalFov, Intrinsics>;
+using Optics = std::variant<VerticalFov, HorizontalFov, camera::Intrinsics>;
 
 /// Everything a user can say about a camera; camera_fields.cpp says what each means. Valid by construction: made by
 /// patch_camera_spec only.
@@ -49,14 +49,14 @@ struct CameraSpec {
     Rate rate;  // 25
     Optics optics = VerticalFov{};
     double zoom = 1.0;
-    double optics_zoom = 1.0;  ///< the zoom that the optics were given at
-    Intrinsics intrinsics;     ///< derived from size, optics and zoom
+    double optics_zoom = 1.0;       ///< the zoom that the optics were given at
+    camera::Intrinsics intrinsics;  ///< derived from size, optics and zoom
     /// world_from_link; of a mounted camera frame_from_link, in the frame of its mount; of one on a head, with the head
     /// at pan and tilt 0.
-    Pose pose;
+    camera::Pose pose;
     std::optional<Mount> mount;
-    std::optional<PtzSpec> ptz;  ///< the head that turns and zooms it; nullopt: none
-    Lens lens;
+    std::optional<camera::PtzSpec> ptz;  ///< the head that turns and zooms it; nullopt: none
+    camera::Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::automatic;
     double near_m = 0.05;
@@ -79,11 +79,11 @@ struct CameraPatch {
     std::optional<Rate> rate = {};
     std::optional<Optics> optics = {};  ///< as they are at the zoom given with them, else at zoom 1
     std::optional<double> zoom = {};
-    std::optional<Pose> pose = {};
+    std::optional<camera::Pose> pose = {};
     std::optional<std::optional<Mount>> mount = {};  ///< nullopt inside: on nothing
     std::optional<double> pan_rad = {},
                           tilt_rad = {};  ///< turn the pose as a pan/tilt head does; position and roll stay
-    std::optional<Lens> lens = {};
+    std::optional<camera::Lens> lens = {};
     std::optional<LensSampling> lens_sampling = {};
     std::optional<std::vector<OutputSpec>> outputs = {};
     std::vector<std::function<void(CameraSpec&)>> others = {};  ///< in this order
@@ -94,4 +94,4 @@ struct CameraPatch {
 /// A copy of `base` with the patch applied, checked as a whole; nothing changes when it fails.
 Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& patch);
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -6,7 +6,7 @@
 
 // Skinning and morphing on the CPU, in single precision with matrices made in double: models are metres across, so
 // float is good to a micrometre, and the arithmetic is the same on every x86-64 machine.
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 // Four floats as one SSE register; GCC and clang both know this form, and -O2 would not vectorise by itself. Joints are
@@ -187,4 +187,4 @@ void deform_vertices(const Model& model, const PosedModel& pose, int node, const
     transform(vertices, which, [&](std::size_t v) { return blend(joints, primitive.joints[v], primitive.weights[v]); });
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

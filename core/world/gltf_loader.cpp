@@ -8,7 +8,7 @@
 #include "core/world/gltf/node_reader.h"
 #include "core/world/gltf/resources.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 ModelRef read_model(std::span<const std::byte> bytes, const std::filesystem::path& base, std::string_view name) {
@@ -67,4 +67,4 @@ Result<ModelRef> load_model(std::span<const std::byte> bytes, const std::filesys
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -6,7 +6,7 @@
 
 #include "core/base/portable_math.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 struct KeyPlace {
@@ -91,4 +91,4 @@ void sample_weights(const Channel& channel, TimeNs phase_ns, std::vector<float>&
     for (std::size_t c = 0; c < out.size(); ++c) out[c] = static_cast<float>(component(channel, at, c));
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

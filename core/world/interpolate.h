@@ -8,7 +8,7 @@
 #include "core/base/time.h"
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Spherical interpolation of unit quaternions along the shorter arc, unit to 1e-15 for every input. Nearly equal and
 /// opposite keys are exact: the angle comes from atan2(|a - b|, |a + b|), not from acos. q and -q are one rotation; at
@@ -21,4 +21,4 @@ glm::dvec3 sample_vector(const Channel& channel, TimeNs phase_ns);
 glm::dquat sample_rotation(const Channel& channel, TimeNs phase_ns);
 void sample_weights(const Channel& channel, TimeNs phase_ns, std::vector<float>& out);
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -17,7 +17,7 @@
 ///
 /// Frame: glTF's own (y up) below the roots; `world_from_gltf` (x, y, z) -> (x, -z, y) is applied once, on top of the
 /// roots, by pose_model(): from there on everything is in camrig's z-up frame.
-namespace camrig {
+namespace camrig::world {
 
 struct Box {
     glm::vec3 min{0.0f};
@@ -195,4 +195,4 @@ struct Model {
 
 using ModelRef = std::shared_ptr<const Model>;
 
-}  // namespace camrig
+}  // namespace camrig::world

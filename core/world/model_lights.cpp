@@ -4,7 +4,7 @@
 
 #include "core/world/posed_model.h"
 
-namespace camrig {
+namespace camrig::world {
 
 glm::dmat4 world_from_model(const glm::dvec3& position, const glm::dquat& orientation, double scale) {
     const glm::dmat3 rotation = glm::mat3_cast(orientation);
@@ -39,4 +39,4 @@ void append_model_lights(const Model& model, const ObjectSpec& object, std::vect
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -11,7 +11,7 @@
 #include "core/world/scene_reader.h"
 #include "core/world/shape_model.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 struct Sphere {
@@ -47,7 +47,7 @@ Result<CameraSpec> framing_camera(const Sphere& bounds) {
     const double distance = 1.1 * bounds.radius / portable::sin(vfov / 2.0);
     // glTF's front (+z) is -y here; a little from the right and above shows depth.
     const glm::dvec3 eye = bounds.center + distance * glm::normalize(glm::dvec3(0.5, -1.0, 0.4));
-    auto pose = pose_look_at(eye, bounds.center);
+    auto pose = camera::pose_look_at(eye, bounds.center);
     if (!pose) return std::unexpected(pose.error());
     CameraSpec spec;
     spec.name = "main";
@@ -76,13 +76,14 @@ std::string camera_name(const std::string& wish, std::set<std::string>& taken) {
 }
 
 /// A glTF camera looks along -z of its node with +y up; a body frame has x forward, y left, z up.
-Result<Pose> camera_pose(const glm::dmat4& world_from_node) {
+Result<camera::Pose> camera_pose(const glm::dmat4& world_from_node) {
     const glm::dvec3 back(world_from_node[2]), up(world_from_node[1]);
     const glm::dvec3 left = glm::cross(-up, back);
     if (!(glm::length(back) > 0.0) || !(glm::length(left) > 0.0))
         return error(ErrorKind::invalid_argument, "a camera's node is scaled to nothing");
     const glm::dvec3 x = -glm::normalize(back), y = glm::normalize(left);
-    return pose_from_quaternion(glm::dvec3(world_from_node[3]), glm::quat_cast(glm::dmat3(x, y, glm::cross(x, y))));
+    return camera::pose_from_quaternion(glm::dvec3(world_from_node[3]),
+                                        glm::quat_cast(glm::dmat3(x, y, glm::cross(x, y))));
 }
 
 Result<CameraSpec> model_camera(const ModelCamera& from, const glm::dmat4& world_from_node, std::string name) {
@@ -176,4 +177,4 @@ Result<Scene> scene_of_model(ModelRef model, const SceneOptions& options) {
     return scene;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -2,7 +2,7 @@
 
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// A bare model as a scene: one object `model` (a mover that loops the first clip, if there is one), the model's lights
 /// or else a default sun, the model's perspective cameras or else one camera `main` that sees all of it. With
@@ -10,4 +10,4 @@ namespace camrig {
 /// covers nothing that the file brings, and the sky is beyond all of it.
 Result<Scene> scene_of_model(ModelRef model, const SceneOptions& options = {});
 
-}  // namespace camrig
+}  // namespace camrig::world

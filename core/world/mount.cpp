@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-namespace camrig {
+namespace camrig::world {
 
 namespace {
 
@@ -18,7 +18,7 @@ glm::dquat z_up_turn(const glm::dmat4& model_from_node) {
     return glm::quat_cast(axes) * glm::dquat(quarter_turn_part, -quarter_turn_part, 0.0, 0.0);
 }
 
-Pose mount_frame(const Instance& carrier, std::string_view node) {
+camera::Pose mount_frame(const Instance& carrier, std::string_view node) {
     const glm::dquat model_from_body = glm::inverse(carrier.info->heading_from_model);
     const Model& model = *carrier.info->model;
     const auto found = node.empty() ? model.nodes.end() : std::ranges::find(model.nodes, node, &Node::name);
@@ -30,9 +30,9 @@ Pose mount_frame(const Instance& carrier, std::string_view node) {
             glm::normalize(carrier.orientation * z_up_turn(placed) * model_from_body)};
 }
 
-Pose in_world(const Pose& world_from_frame, const Pose& frame_from_link) {
+camera::Pose in_world(const camera::Pose& world_from_frame, const camera::Pose& frame_from_link) {
     return {world_from_frame.position + world_from_frame.orientation * frame_from_link.position,
             glm::normalize(world_from_frame.orientation * frame_from_link.orientation)};
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

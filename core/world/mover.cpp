@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr TimeNs cross_fade_ns = 250 * ns_per_ms;
@@ -116,4 +116,4 @@ std::optional<Body> Mover::body(TimeNs step_ns) const {
     return body;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

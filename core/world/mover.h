@@ -8,7 +8,7 @@
 #include "core/world/behaviour/behaviour.h"
 #include "core/world/step_history.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Something that moves: an actor, an object that plays a clip, or one that somebody has picked up. Thread: the
 /// world's.
@@ -70,4 +70,4 @@ private:
     bool has_clip_ = false;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

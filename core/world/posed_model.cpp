@@ -5,7 +5,7 @@
 #include "core/base/result.h"
 #include "core/world/interpolate.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 // glTF is y up, the world z up (REP 103): (x, y, z) -> (x, -z, y), columns below.
@@ -115,4 +115,4 @@ bool is_deformed(const Model& model, int node) {
     return n.skin >= 0 || !model.meshes[static_cast<std::size_t>(n.mesh)].weights.empty();
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

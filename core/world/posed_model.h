@@ -8,7 +8,7 @@
 
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// One animation clip at one moment. phase_ns is in [0, duration]; weights of all clips of an instance sum to 1.
 struct ClipState {
@@ -39,4 +39,4 @@ void deform_vertices(const Model& model, const PosedModel& pose, int node, const
 /// model_from_node[node] moves them rigidly.
 bool is_deformed(const Model& model, int node);
 
-}  // namespace camrig
+}  // namespace camrig::world

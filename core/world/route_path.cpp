@@ -7,7 +7,7 @@
 #include "core/base/portable_math.h"
 #include "core/world/turn.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr double min_piece_m = 1e-3;
@@ -109,4 +109,4 @@ RoutePath::Point RoutePath::at(double at_m) const {
     return {position, yaw_of(glm::dvec2(direction))};
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -5,7 +5,7 @@
 #include "core/base/result.h"
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// A route as a smooth path by arc length: straight pieces joined by circular arcs, so position and direction are
 /// continuous. Length 0 is the first point of an open route; on a closed one it is where the rounding of the first
@@ -41,4 +41,4 @@ private:
     double length_m_ = 0.0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

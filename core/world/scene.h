@@ -13,7 +13,7 @@
 #include "core/world/event/event_spec.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// A route over the floor: a polyline of world points.
 struct Route {
@@ -43,7 +43,7 @@ struct ObjectSpec {
 /// A named viewpoint that camera.create can refer to.
 struct Place {
     std::string description;
-    Pose pose;
+    camera::Pose pose;
     double vfov_rad = 1.0471975511965976;
 };
 
@@ -84,4 +84,4 @@ struct SceneOptions {
 /// cameras if it has some, else default lights and one camera `main` that sees all of it.
 Result<SceneRef> load_scene(const std::filesystem::path& scene, const SceneOptions& options = {});
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -7,7 +7,7 @@
 #include "core/base/error_list.h"
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// What is wrong with a scene.
 struct SceneCheck {
@@ -21,4 +21,4 @@ struct SceneCheck {
 /// blamed for that; errors of a kind that only shows when others are mended may be left.
 SceneCheck check_scene(const std::filesystem::path& scene);
 
-}  // namespace camrig
+}  // namespace camrig::world

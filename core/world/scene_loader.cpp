@@ -10,7 +10,7 @@
 #include "core/world/scene_reader.h"
 #include "core/world/shipped.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 Result<Scene> load_scene_file(const std::filesystem::path& file) {
@@ -80,4 +80,4 @@ Result<SceneRef> load_scene(const std::filesystem::path& given, const SceneOptio
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace camrig {
+namespace camrig::world {
 
 /// "hall, person_1, person_2" for messages, of a set or of the keys of a map; long lists are cut.
 template <typename Names>
@@ -19,4 +19,4 @@ std::string known_names(const Names& entries) {
     return names.empty() ? "none" : names;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -14,7 +14,7 @@
 #include "core/world/scene_names.h"
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 using nlohmann::json;
@@ -274,4 +274,4 @@ Result<Scene> read_scene(const json& document, const std::filesystem::path& fold
     return SceneReader(document, folder, models).read();
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -8,7 +8,7 @@
 #include "core/world/read/model_json.h"
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// What one scene file may hold.
 inline constexpr std::size_t max_scene_bytes = std::size_t{64} << 20;
@@ -31,4 +31,4 @@ FieldTable<Scene> fields_of(std::type_identity<Scene>);
 Result<Scene> read_scene(const nlohmann::json& document, const std::filesystem::path& folder,
                          const ModelSource& models);
 
-}  // namespace camrig
+}  // namespace camrig::world

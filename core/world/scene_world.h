@@ -13,7 +13,7 @@
 #include "core/world/read/check_names.h"
 #include "core/world/world.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// The World of a scene. Steps and snapshots are in world.cpp, what commands do in world_actors.cpp, events in
 /// world_events.cpp.
@@ -128,4 +128,4 @@ private:
     mutable ThreadCheck thread_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -5,7 +5,7 @@
 
 #include "core/base/portable_math.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// The picture of a grid: so many cells a side, so many texels each. Lines are one texel wide, the bold one three.
@@ -158,4 +158,4 @@ ModelRef shape_model(const Shape& shape) {
     return std::visit([](const auto& one) { return make(one); }, shape);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

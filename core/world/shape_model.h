@@ -8,7 +8,7 @@
 
 /// Models that need no file: what a scene file asks for by `shape` (docs/scene-format.md). Sizes in metres, colours
 /// linear. The caller has checked ranges.
-namespace camrig {
+namespace camrig::world {
 
 /// A level rectangle about the origin, seen from above. Every `grid_m` there is a thin line, every ten cells a bolder
 /// one, and cells are lighter and darker in turn, so that scale and motion show; 0: plain.
@@ -38,4 +38,4 @@ using Shape = std::variant<GroundShape, BoxShape, SkyShape>;
 
 ModelRef shape_model(const Shape& shape);
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -5,7 +5,7 @@
 
 #include "core/world/scene_names.h"
 
-namespace camrig {
+namespace camrig::world {
 
 namespace fs = std::filesystem;
 
@@ -88,4 +88,4 @@ Result<fs::path> find_shipped_model(std::string_view name) {
                                            "'; there are: " + known_names(shipped_models(folder)));
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -9,7 +9,7 @@
 
 /// The scenes and models that come with the program. They lie in one folder: $CAMRIG_SCENES, else
 /// ../share/camrig/scenes beside the program (installed), else scenes/ of the source checkout that the program is in.
-namespace camrig {
+namespace camrig::world {
 
 /// What a scene file writes before the name of a shipped model: "camrig:people/anna".
 inline constexpr std::string_view shipped_prefix = "camrig:";
@@ -32,4 +32,4 @@ Result<std::filesystem::path> find_scene(const std::filesystem::path& scene);
 /// for a name that leads elsewhere, not_found with those that are.
 Result<std::filesystem::path> find_shipped_model(std::string_view name);
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -12,7 +12,7 @@
 #include "core/world/model.h"
 #include "core/world/posed_model.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// What never changes about an object while it lives.
 struct ObjectInfo {
@@ -75,4 +75,4 @@ struct Snapshot {
 
 using SnapshotRef = std::shared_ptr<const Snapshot>;
 
-}  // namespace camrig
+}  // namespace camrig::world

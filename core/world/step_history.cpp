@@ -8,7 +8,7 @@
 #include "core/world/mount.h"
 #include "core/world/posed_model.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 ClipState clip_before(const ClipPlay& play, TimeNs remaining_ns, TimeNs step_ns) {
@@ -112,4 +112,4 @@ SnapshotRef StepHistory::at(TimeNs world_ns, const StepRecord& present) const {
     return snapshot;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

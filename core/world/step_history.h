@@ -9,7 +9,7 @@
 #include "core/world/behaviour/behaviour.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// What an attached thing hangs on, and where.
 struct Held {
@@ -64,4 +64,4 @@ private:
     std::deque<StepRecord> records_;  ///< oldest first
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -5,7 +5,7 @@
 
 #include "core/base/portable_math.h"
 
-namespace camrig {
+namespace camrig::world {
 
 double angle_to(double from_rad, double to_rad) {
     return std::remainder(to_rad - from_rad, 2.0 * std::numbers::pi);
@@ -23,4 +23,4 @@ glm::dquat turned_to(double yaw_rad) {
     return {portable::cos(0.5 * yaw_rad), 0.0, 0.0, portable::sin(0.5 * yaw_rad)};
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -4,7 +4,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 /// Turns about the vertical, in radians, counter-clockwise from +x. The same bits on every machine.
-namespace camrig {
+namespace camrig::world {
 
 /// The turn from `from` to `to`, in [-pi, pi].
 double angle_to(double from_rad, double to_rad);
@@ -14,4 +14,4 @@ double yaw_of(const glm::dvec2& direction);
 double yaw_of(const glm::dquat& orientation);
 glm::dquat turned_to(double yaw_rad);
 
-}  // namespace camrig
+}  // namespace camrig::world

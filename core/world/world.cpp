@@ -6,7 +6,7 @@
 #include "core/world/behaviour/stand_behaviour.h"
 #include "core/world/scene_world.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// What actors take of the floor, unless they say so themselves.
@@ -227,4 +227,4 @@ Result<std::unique_ptr<World>> World::create(SceneRef scene, std::uint64_t seed)
     return world;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

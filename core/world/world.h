@@ -9,7 +9,7 @@
 #include "core/world/scene.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::world {
 
 inline constexpr std::size_t max_world_actors = 5000;
 inline constexpr std::size_t max_world_events = 1000;
@@ -78,4 +78,4 @@ public:
     virtual StateHash state_hash() const = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -7,7 +7,7 @@
 #include "core/world/turn.h"
 
 // What commands and events do to actors. Everything is checked before anything changes.
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr std::ptrdiff_t max_departures = 4096;
@@ -144,7 +144,7 @@ Result<void> SceneWorld::check_behave(const Mover& mover, const BehaviourSpec& s
 
 Result<void> SceneWorld::check_mount(const Mount& mount, const std::string& path) const {
     thread_.check();
-    return camrig::check_mount(mount, known_names(), path);
+    return world::check_mount(mount, known_names(), path);
 }
 
 Result<void> SceneWorld::check_carrier(const std::string& name, const Attachment& to, const std::string& path) const {
@@ -278,4 +278,4 @@ Result<void> SceneWorld::steer_actors(std::span<const SteerSpec> steers) {
     return {};
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

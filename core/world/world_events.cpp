@@ -6,7 +6,7 @@
 #include "core/world/scene_world.h"
 
 // What events do, at the end of a step.
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr std::size_t max_records = 4096;
@@ -221,4 +221,4 @@ Result<void> SceneWorld::remove_event(const std::string& name) {
     return error(ErrorKind::not_found, "name: there is no event '" + name.substr(0, 80) + "'; event.list lists them");
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

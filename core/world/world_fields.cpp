@@ -6,7 +6,7 @@
 #include "core/camera/pose.h"
 #include "core/world/turn.h"
 
-namespace camrig {
+namespace camrig::world {
 
 std::string item_path(std::string_view list, std::size_t index) {
     return std::string(list) + "[" + std::to_string(index) + "]";
@@ -35,7 +35,7 @@ void read_vector(JsonReader& reader, std::string_view key, glm::dvec3& out) {
     std::array<double, 3> v{};
     reader.required(key, std::span<double>(v));
     for (const double part : v) {
-        if (reader.ok(key) && std::abs(part) > max_coordinate_m)
+        if (reader.ok(key) && std::abs(part) > camera::max_coordinate_m)
             reader.fail(key, "expected coordinates within 1e10 m of the origin");
     }
     out = {v[0], v[1], v[2]};
@@ -50,7 +50,7 @@ bool read_orientation(JsonReader& reader, glm::dquat& out) {
     if (quaternion) {
         std::array<double, 4> q{};
         reader.required("orientation", std::span<double>(q));
-        auto pose = pose_from_quaternion(glm::dvec3(0.0), glm::dquat(q[3], q[0], q[1], q[2]));
+        auto pose = camera::pose_from_quaternion(glm::dvec3(0.0), glm::dquat(q[3], q[0], q[1], q[2]));
         if (pose)
             out = pose->orientation;
         else
@@ -59,4 +59,4 @@ bool read_orientation(JsonReader& reader, glm::dquat& out) {
     return quaternion || yaw;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

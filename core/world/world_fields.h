@@ -11,7 +11,7 @@
 
 /// Values that scene files and commands share, and the entries of tables (core/base/field_of.h) for them. $defs are
 /// those of scenes/schema.json.
-namespace camrig {
+namespace camrig::world {
 
 inline constexpr std::size_t max_scene_name_bytes = 64;
 inline constexpr double max_speed_m_s = 1000.0;
@@ -194,4 +194,4 @@ void add_inner(std::vector<FieldOf<T>>& table, const std::vector<FieldOf<Inner>>
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

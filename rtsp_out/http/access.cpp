@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 constexpr std::string_view cookie_name = "camrig_token=";
@@ -81,4 +81,4 @@ Result<void> check_origin(const RequestOrigin& request, std::string_view configu
     return refuse("Origin");
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

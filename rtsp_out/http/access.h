@@ -6,7 +6,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// The header fields that decide who may ask; empty optionals were not sent.
 struct RequestOrigin {
@@ -31,4 +31,4 @@ bool is_loopback_host(std::string_view host_and_port);
 /// header is ever sent, so foreign pages cannot read what they GET.
 Result<void> check_origin(const RequestOrigin& request, std::string_view configured_host, bool token_set);
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 /// "http://name:port" of a URL; empty when it is none.
@@ -55,4 +55,4 @@ Result<void> check_page(const AskingPage& page) {
     return refuse(page.origin ? "Origin" : "Referer");
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

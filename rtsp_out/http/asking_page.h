@@ -7,7 +7,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// What a browser says of the page that asks; empty optionals were not sent.
 struct AskingPage {
@@ -29,4 +29,4 @@ bool is_listed_page(const AskingPage& page, std::span<const std::string> origins
 /// a program. Sources: Fetch Metadata Request Headers (W3C), RFC 9110 section 10.1.3, RFC 6454.
 Result<void> check_page(const AskingPage& page);
 
-}  // namespace camrig
+}  // namespace camrig::http

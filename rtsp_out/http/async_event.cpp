@@ -4,7 +4,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-namespace camrig {
+namespace camrig::http {
 
 namespace asio = boost::asio;
 
@@ -38,4 +38,4 @@ void AsyncEvent::disconnect() {
     timer_.reset();
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

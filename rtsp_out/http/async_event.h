@@ -14,7 +14,7 @@
 #include "core/base/latest_slot.h"
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::http {
 
 enum class Wake : std::uint8_t { set, timeout, disconnected };
 
@@ -66,4 +66,4 @@ boost::asio::awaitable<Result<T>> wait_for_answer(std::shared_ptr<LatestSlot<T>>
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

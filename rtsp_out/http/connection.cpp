@@ -17,7 +17,7 @@
 #include "rtsp_out/http/asking_page.h"
 #include "rtsp_out/http/send.h"
 
-namespace camrig {
+namespace camrig::http {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -327,4 +327,4 @@ asio::awaitable<void> HttpConnection::linger() {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

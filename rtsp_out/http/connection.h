@@ -18,7 +18,7 @@
 #include "rtsp_out/http/reply.h"
 #include "rtsp_out/http/server_state.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// "127.0.0.1:8080", "[::1]:8080".
 std::string describe(const boost::asio::ip::tcp::endpoint& endpoint);
@@ -74,4 +74,4 @@ private:
     const AsyncEventRef event_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -7,14 +7,15 @@
 #include "core/stream/sink.h"
 #include "rtsp_out/http/server_state.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// A stream's claim on one encoding of a camera. Streams of equal form share it; how many different ones a camera has
 /// at once is bounded. Server's thread; the state outlives it.
 class EncodingShare {
 public:
     /// resource_exhausted: this would be one encoding more than HttpLimits::qualities_per_camera.
-    static Result<EncodingShare> take(ServerState& state, const std::string& camera, const MediaFormat& format) {
+    static Result<EncodingShare> take(ServerState& state, const std::string& camera,
+                                      const stream::MediaFormat& format) {
         auto& formats = state.streams_by_format;
         const auto open_now = formats.find(camera);
         if (open_now != formats.end() && !open_now->second.contains(format) &&
@@ -37,15 +38,15 @@ public:
         if (--formats[format_] == 0) formats.erase(format_);
         if (formats.empty()) state_->streams_by_format.erase(camera_);
     }
-    const MediaFormat& format() const { return format_; }
+    const stream::MediaFormat& format() const { return format_; }
 
 private:
-    EncodingShare(ServerState& state, std::string camera, const MediaFormat& format)
+    EncodingShare(ServerState& state, std::string camera, const stream::MediaFormat& format)
         : state_(&state), camera_(std::move(camera)), format_(format) {}
 
     ServerState* state_;  ///< null: moved from
     std::string camera_;
-    MediaFormat format_;
+    stream::MediaFormat format_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

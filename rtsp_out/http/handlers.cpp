@@ -7,7 +7,7 @@
 #include "rtsp_out/http/metrics.h"
 #include "rtsp_out/http/npy.h"
 
-namespace camrig {
+namespace camrig::http {
 
 namespace asio = boost::asio;
 
@@ -45,7 +45,7 @@ nlohmann::json rate_json(const Rate& rate) {
 
 Reply cameras_reply(ServerState& state) {
     nlohmann::json list = nlohmann::json::array();
-    for (const CameraStream& camera : state.options.bus->cameras()) {
+    for (const stream::CameraStream& camera : state.options.bus->cameras()) {
         nlohmann::json urls;
         for (const HttpPath& one : camera_paths())
             urls[std::string(one.url)] = "/cameras/" + camera.name + "/" + std::string(one.path);
@@ -57,7 +57,7 @@ Reply cameras_reply(ServerState& state) {
     return json_reply(nlohmann::json{{"cameras", std::move(list)}}.dump() + "\n");
 }
 
-Reply picture_reply(const MediaUnit& unit, const HttpRequest& request) {
+Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request) {
     Reply reply;
     reply.fields = frame_fields(unit.info);
     reply.fields.emplace_back("Cache-Control", "no-store");
@@ -68,7 +68,7 @@ Reply picture_reply(const MediaUnit& unit, const HttpRequest& request) {
         return reply;
     }
     if (request.route.kind == RouteKind::depth_npy) {
-        if (!unit.frame || unit.frame->info().format != PixelFormat::depth32f)
+        if (!unit.frame || unit.frame->info().format != frame::PixelFormat::depth32f)
             return error_reply({ErrorKind::internal, "the depth picture came in another form"});
         reply.content_type = "application/octet-stream";
         reply.text = npy_float32_head(unit.frame->info().size);
@@ -77,7 +77,7 @@ Reply picture_reply(const MediaUnit& unit, const HttpRequest& request) {
         return reply;
     }
     if (!unit.bytes) return error_reply({ErrorKind::internal, "the picture came without bytes"});
-    reply.content_type = request.route.codec == Codec::jpeg ? "image/jpeg" : "image/png";
+    reply.content_type = request.route.codec == codec::Codec::jpeg ? "image/jpeg" : "image/png";
     reply.data = *unit.bytes;
     reply.keep = unit.bytes;
     return reply;
@@ -99,9 +99,9 @@ asio::awaitable<Reply> picture(ServerState& state, AsyncEventRef event, const Ht
         *claim = std::move(*claimed);
         return {};
     };
-    const auto slot = make_answer_slot<Result<MediaUnit>>(event);
+    const auto slot = make_answer_slot<Result<stream::MediaUnit>>(event);
     state.options.fetcher->fetch(std::move(*wanted),
-                                 [slot, ticket](Result<MediaUnit> unit) { slot->put(std::move(unit)); });
+                                 [slot, ticket](Result<stream::MediaUnit> unit) { slot->put(std::move(unit)); });
     auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
     if (!got) co_return error_reply(got.error());
     if (!*got) co_return error_reply(got->error());
@@ -145,10 +145,10 @@ asio::awaitable<Reply> rpc(ServerState& state, AsyncEventRef event, const HttpRe
 }
 
 asio::awaitable<Reply> metrics(ServerState& state, AsyncEventRef event) {
-    RigReport report;
+    stream::RigReport report;
     if (state.options.hooks.stats) {
-        const auto slot = make_answer_slot<RigReport>(event);
-        state.options.hooks.stats([slot](RigReport made) { slot->put(std::move(made)); });
+        const auto slot = make_answer_slot<stream::RigReport>(event);
+        state.options.hooks.stats([slot](stream::RigReport made) { slot->put(std::move(made)); });
         auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
         if (!got) co_return error_reply(got.error());
         report = std::move(*got);
@@ -190,4 +190,4 @@ asio::awaitable<Reply> answer(ServerState& state, AsyncEventRef event, const Htt
     co_return error_reply({ErrorKind::internal, "this request failed inside the server; its log says why"});
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

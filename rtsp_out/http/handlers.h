@@ -12,7 +12,7 @@
 #include "rtsp_out/http/server_state.h"
 #include "rtsp_out/http/target.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// A request that was read, checked (access.h) and routed.
 struct HttpRequest {
@@ -30,4 +30,4 @@ struct HttpRequest {
 /// Answers everything but streams. Server's thread; waits on `event`; throws nothing.
 boost::asio::awaitable<Reply> answer(ServerState& state, AsyncEventRef event, const HttpRequest& request);
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -15,7 +15,7 @@
 #include "core/stream/frame_bus.h"
 #include "core/stream/statistics.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// A file of the web page.
 struct StaticFile {
@@ -33,7 +33,7 @@ struct RpcText {
 /// called once, later, from any thread, also after the server is gone.
 struct HttpHooks {
     using Rpc = std::function<void(std::string body, bool may_command, std::function<void(RpcText)> reply)>;
-    using Stats = std::function<void(std::function<void(RigReport)> reply)>;
+    using Stats = std::function<void(std::function<void(stream::RigReport)> reply)>;
     using Truth =
         std::function<void(std::string camera, TimeNs min_ns, std::function<void(Result<std::string>)> reply)>;
 
@@ -69,13 +69,13 @@ struct HttpLimits {
 };
 
 struct HttpOptions {
-    std::string host = "127.0.0.1";      ///< address or name to listen on
-    std::uint16_t port = 8080;           ///< 0: any free port
-    std::string token;                   ///< of every request; empty: none; required unless `host` is loopback
-    std::string command_key;             ///< without a token: what a `POST /rpc` shows to command; empty: all may
-    FrameBus* bus = nullptr;             ///< outlives the server
-    FrameFetcher* fetcher = nullptr;     ///< outlives the server
-    std::vector<std::string> embedders;  ///< origins of pages that may show pictures (asking_page.h)
+    std::string host = "127.0.0.1";           ///< address or name to listen on
+    std::uint16_t port = 8080;                ///< 0: any free port
+    std::string token;                        ///< of every request; empty: none; required unless `host` is loopback
+    std::string command_key;                  ///< without a token: what a `POST /rpc` shows to command; empty: all may
+    stream::FrameBus* bus = nullptr;          ///< outlives the server
+    stream::FrameFetcher* fetcher = nullptr;  ///< outlives the server
+    std::vector<std::string> embedders;       ///< origins of pages that may show pictures (asking_page.h)
     HttpHooks hooks;
     HttpLimits limits;
 };
@@ -95,4 +95,4 @@ struct HttpCounts {
     std::uint64_t stalled = 0;         ///< streams closed for taking nothing
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

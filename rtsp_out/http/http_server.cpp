@@ -25,7 +25,7 @@
 #include "rtsp_out/http/connection.h"
 #include "rtsp_out/http/server_state.h"
 
-namespace camrig {
+namespace camrig::http {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
@@ -59,12 +59,12 @@ bool run_until_thrown(asio::io_context& io) {
 
 }  // namespace
 
-struct HttpServer::Impl final : CameraObserver {
+struct HttpServer::Impl final : stream::CameraObserver {
     explicit Impl(HttpOptions options) : state(std::move(options)) {}
 
-    void camera_added(const CameraStream&) override {}
-    void camera_changed(const CameraStream&) override { ++state.camera_changes; }
-    void camera_removed(const CameraStream&) override {}
+    void camera_added(const stream::CameraStream&) override {}
+    void camera_changed(const stream::CameraStream&) override { ++state.camera_changes; }
+    void camera_removed(const stream::CameraStream&) override {}
 
     Result<void> listen();
     asio::awaitable<void> accept_all();
@@ -209,4 +209,4 @@ void HttpServer::stop() {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

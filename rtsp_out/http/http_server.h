@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "rtsp_out/http/http_options.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// MJPEG streams, pictures, JSON-RPC and statistics over HTTP/1.1 (docs/streams.md describes them for users).
 ///
@@ -35,4 +35,4 @@ private:
     const std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

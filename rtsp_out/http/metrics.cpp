@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
@@ -61,37 +61,40 @@ double seconds(TimeNs ns) {
     return static_cast<double>(ns) / 1e9;
 }
 
-void write_cameras(Writer& out, const RigReport& report) {
-    using Field = std::uint64_t CameraReport::*;
+void write_cameras(Writer& out, const stream::RigReport& report) {
+    using Field = std::uint64_t stream::CameraReport::*;
     const auto each = [&](std::string_view name, std::string_view help, Field field) {
         out.metric(name, "counter", help);
         for (const auto& camera : report.cameras) out.sample({{"camera", camera.name}}, camera.*field);
     };
-    each("camrig_camera_frames_due_total", "Frames that fell due while somebody watched.", &CameraReport::due);
-    each("camrig_camera_frames_rendered_total", "Frames made.", &CameraReport::rendered);
+    each("camrig_camera_frames_due_total", "Frames that fell due while somebody watched.", &stream::CameraReport::due);
+    each("camrig_camera_frames_rendered_total", "Frames made.", &stream::CameraReport::rendered);
     out.metric("camrig_camera_frames_dropped_total", "counter", "Frames due that were not made.");
     for (const auto& camera : report.cameras)
-        for (std::size_t i = 0; i < drop_reason_names.size(); ++i)
-            out.sample({{"camera", camera.name}, {"reason", std::string(drop_reason_names[i])}}, camera.dropped_for[i]);
-    each("camrig_camera_frames_idle_total", "Frames that nobody watched and that were not made.", &CameraReport::idle);
+        for (std::size_t i = 0; i < stream::drop_reason_names.size(); ++i)
+            out.sample({{"camera", camera.name}, {"reason", std::string(stream::drop_reason_names[i])}},
+                       camera.dropped_for[i]);
+    each("camrig_camera_frames_idle_total", "Frames that nobody watched and that were not made.",
+         &stream::CameraReport::idle);
 }
 
-void write_outputs(Writer& out, const RigReport& report) {
-    using Field = std::uint64_t OutputReport::*;
+void write_outputs(Writer& out, const stream::RigReport& report) {
+    using Field = std::uint64_t stream::OutputReport::*;
     const auto each = [&](std::string_view name, std::string_view help, Field field) {
         out.metric(name, "counter", help);
         for (const auto& camera : report.cameras)
             for (const auto& output : camera.outputs)
                 out.sample({{"camera", camera.name}, {"format", output.format}}, output.*field);
     };
-    each("camrig_output_frames_received_total", "Frames offered to a conversion or encoding.", &OutputReport::received);
-    each("camrig_output_frames_encoded_total", "Frames converted or encoded.", &OutputReport::encoded);
+    each("camrig_output_frames_received_total", "Frames offered to a conversion or encoding.",
+         &stream::OutputReport::received);
+    each("camrig_output_frames_encoded_total", "Frames converted or encoded.", &stream::OutputReport::encoded);
     each("camrig_output_frames_dropped_total", "Frames replaced by newer ones before encoding.",
-         &OutputReport::dropped);
-    each("camrig_output_frames_failed_total", "Frames that could not be encoded.", &OutputReport::failed);
+         &stream::OutputReport::dropped);
+    each("camrig_output_frames_failed_total", "Frames that could not be encoded.", &stream::OutputReport::failed);
 }
 
-void write_readers(Writer& out, const RigReport& report) {
+void write_readers(Writer& out, const stream::RigReport& report) {
     const auto each = [&](std::string_view name, std::string_view type, std::string_view help, auto value_of) {
         out.metric(name, type, help);
         for (const auto& camera : report.cameras)
@@ -104,18 +107,18 @@ void write_readers(Writer& out, const RigReport& report) {
                                value_of(reader));
     };
     each("camrig_reader_frames_offered_total", "counter", "Frames meant for a reader.",
-         [](const ReaderReport& reader) { return reader.offered; });
+         [](const stream::ReaderReport& reader) { return reader.offered; });
     each("camrig_reader_frames_delivered_total", "counter", "Frames handed to a reader.",
-         [](const ReaderReport& reader) { return reader.delivered; });
+         [](const stream::ReaderReport& reader) { return reader.delivered; });
     each("camrig_reader_frames_dropped_total", "counter", "Frames a reader was too slow for.",
-         [](const ReaderReport& reader) { return reader.dropped; });
+         [](const stream::ReaderReport& reader) { return reader.dropped; });
     each("camrig_reader_bytes_total", "counter", "Bytes handed to a reader.",
-         [](const ReaderReport& reader) { return reader.bytes; });
+         [](const stream::ReaderReport& reader) { return reader.bytes; });
     each("camrig_reader_latency_seconds", "gauge", "Age of the newest frame when it was handed over.",
-         [](const ReaderReport& reader) { return reader.latency_ms / 1e3; });
+         [](const stream::ReaderReport& reader) { return reader.latency_ms / 1e3; });
 }
 
-void write_stages(Writer& out, const RigReport& report) {
+void write_stages(Writer& out, const stream::RigReport& report) {
     out.metric("camrig_stage_duration_seconds", "summary", "Time a stage of the pipeline takes.");
     for (const auto& stage : report.stages) {
         const auto& summary = stage.summary;
@@ -129,7 +132,7 @@ void write_stages(Writer& out, const RigReport& report) {
     for (const auto& stage : report.stages) out.sample({{"stage", stage.name}}, stage.summary.max_ms / 1e3);
 }
 
-void write_renderer(Writer& out, const RigReport& report) {
+void write_renderer(Writer& out, const stream::RigReport& report) {
     for (const auto& counter : report.renderer) {
         const std::string name = "camrig_renderer_" + std::string(counter.name) + (counter.total ? "_total" : "");
         out.metric(name, counter.total ? "counter" : "gauge", counter.help);
@@ -161,7 +164,7 @@ void write_http(Writer& out, const HttpCounts& http) {
 
 }  // namespace
 
-std::string to_prometheus(const RigReport& report, const HttpCounts& http) {
+std::string to_prometheus(const stream::RigReport& report, const HttpCounts& http) {
     Writer out;
     out.metric("camrig_world_time_seconds", "gauge", "The world's own time.");
     out.sample({}, seconds(report.world_ns));
@@ -178,4 +181,4 @@ std::string to_prometheus(const RigReport& report, const HttpCounts& http) {
     return std::move(out).take();
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -1,6 +1,6 @@
 #include "rtsp_out/http/mjpeg_output.h"
 
-namespace camrig {
+namespace camrig::http {
 
 FieldTable<MjpegOutput> fields_of(std::type_identity<MjpegOutput>) {
     static const std::vector<FieldOf<MjpegOutput>> table{
@@ -19,4 +19,4 @@ MjpegOutput mjpeg_options_of(const std::vector<OutputSpec>& outputs) {
     return {};
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

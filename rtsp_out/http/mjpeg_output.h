@@ -3,12 +3,12 @@
 #include "core/base/output_family.h"
 #include "core/codec/encoder.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// The options of an output {kind: "mjpeg"}: of the camera's MJPEG stream over HTTP, which every camera has, where
 /// its reader asks for nothing else.
 struct MjpegOutput {
-    int quality = default_jpeg_quality;
+    int quality = codec::default_jpeg_quality;
 };
 FieldTable<MjpegOutput> fields_of(std::type_identity<MjpegOutput>);
 
@@ -17,4 +17,4 @@ OutputFamily mjpeg_family();
 /// What these outputs of a camera say.
 MjpegOutput mjpeg_options_of(const std::vector<OutputSpec>& outputs);
 
-}  // namespace camrig
+}  // namespace camrig::http

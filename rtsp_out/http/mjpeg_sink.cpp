@@ -4,15 +4,15 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::http {
 
-Result<void> MjpegSink::open(const StreamInfo& info) {
+Result<void> MjpegSink::open(const stream::StreamInfo& info) {
     CHECK(info.stats != nullptr);
     stats_ = info.stats;
     return {};
 }
 
-Result<void> MjpegSink::write(const MediaUnit& unit) {
+Result<void> MjpegSink::write(const stream::MediaUnit& unit) {
     CHECK(stats_ != nullptr && unit.bytes != nullptr);
     const auto without_place =
         is_ended_ ? std::optional<InFlight>(InFlight{}) : slot_.put({unit, hold_if(unit.latch, who_)});
@@ -41,4 +41,4 @@ void MjpegSink::abandon() {
     if (const auto waiting = slot_.close()) stats_->dropped.fetch_add(1, std::memory_order_relaxed);
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -8,27 +8,27 @@
 #include "core/stream/sink.h"
 #include "rtsp_out/http/async_event.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// One client's end of a stream: a single slot between the output's worker and the connection.
 ///
 /// A unit that is not sent yet is replaced by the next one and counted as dropped, so a slow client sees the newest
 /// picture and costs two JPEGs of memory at most. In lockstep the unit's latch is held until its bytes are with the
 /// kernel. Sink side: the output's thread. take() and what follows: the server's thread.
-class MjpegSink final : public Sink {
+class MjpegSink final : public stream::Sink {
 public:
     /// A unit on its way; whoever has it must hand it to sent() or dropped().
     struct InFlight {
-        MediaUnit unit;
-        DeliveryLatch::Hold hold;
+        stream::MediaUnit unit;
+        stream::DeliveryLatch::Hold hold;
     };
 
     MjpegSink(AsyncEventRef event, const std::string& camera, const std::string& peer)
         : event_(std::move(event)), who_("MJPEG reader " + peer + " of camera " + camera) {}
     ~MjpegSink() override { abandon(); }
 
-    Result<void> open(const StreamInfo& info) override;
-    Result<void> write(const MediaUnit& unit) override;
+    Result<void> open(const stream::StreamInfo& info) override;
+    Result<void> write(const stream::MediaUnit& unit) override;
     /// No more units will come; the one that waits may still be taken.
     void close() noexcept override;
 
@@ -42,9 +42,9 @@ public:
 private:
     const AsyncEventRef event_;
     const std::string who_;
-    std::shared_ptr<ReaderStats> stats_;  ///< from open() on, so before there is a unit
+    std::shared_ptr<stream::ReaderStats> stats_;  ///< from open() on, so before there is a unit
     LatestSlot<InFlight> slot_{[event = event_] { event->set(); }};
     std::atomic<bool> is_ended_{false};
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

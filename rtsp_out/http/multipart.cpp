@@ -2,9 +2,9 @@
 
 #include "rtsp_out/http/reply.h"
 
-namespace camrig {
+namespace camrig::http {
 
-std::string part_head(const MediaUnit& unit, std::string_view camera) {
+std::string part_head(const stream::MediaUnit& unit, std::string_view camera) {
     // Header lines stay below 128 bytes and Content-Type has no parameters: limits of ffmpeg's mpjpeg reader.
     std::string head = "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(unit.bytes->size()) + "\r\n";
     if (!camera.empty()) head.append("X-Camera: ").append(camera).append("\r\n");
@@ -13,4 +13,4 @@ std::string part_head(const MediaUnit& unit, std::string_view camera) {
     return head + "\r\n";
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

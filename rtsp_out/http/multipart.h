@@ -5,7 +5,7 @@
 
 #include "core/stream/sink.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// The text around the JPEG parts of a stream's body, in the form that stock readers take: ffmpeg and OpenCV want the
 /// body to begin with a boundary line and a Content-Type of exactly "image/jpeg"; Chrome shows a picture only when the
@@ -16,6 +16,6 @@ inline constexpr std::string_view after_picture = "\r\n--frame\r\n";
 inline constexpr std::string_view closing = "\r\n--frame--\r\n";
 
 /// The header fields of a part, with the empty line after them. `camera`: named in X-Camera unless empty.
-std::string part_head(const MediaUnit& unit, std::string_view camera = {});
+std::string part_head(const stream::MediaUnit& unit, std::string_view camera = {});
 
-}  // namespace camrig
+}  // namespace camrig::http

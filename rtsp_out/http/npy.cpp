@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace camrig {
+namespace camrig::http {
 
 static_assert(std::endian::native == std::endian::little, "the pixels are sent as they lie in memory");
 
@@ -20,4 +20,4 @@ std::string npy_float32_head(ImageSize size) {
     return head + dictionary;
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

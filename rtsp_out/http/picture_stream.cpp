@@ -7,7 +7,7 @@
 #include "rtsp_out/http/mjpeg_output.h"
 #include "rtsp_out/http/multipart.h"
 
-namespace camrig {
+namespace camrig::http {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -23,9 +23,9 @@ ImageSize scaled_to(const ImageSize& own, int width) {
     return {width, static_cast<int>(std::clamp<std::int64_t>(height, min_image_size.height, max_image_size.height))};
 }
 
-MediaFormat jpeg_of(int quality, ImageSize size = {}) {
-    MediaFormat format;
-    format.codec = Codec::jpeg;
+stream::MediaFormat jpeg_of(int quality, ImageSize size = {}) {
+    stream::MediaFormat format;
+    format.codec = codec::Codec::jpeg;
     format.quality = quality;
     format.size = size;
     return format;
@@ -51,13 +51,13 @@ Result<std::unique_ptr<PictureStream>> PictureStream::open_live(ServerState& sta
     for (const std::string& name : params.cameras) {
         const auto camera = state.options.bus->find(name);
         if (!camera) return std::unexpected(camera.error());
-        const MediaFormat format = jpeg_of(params.quality, scaled_to(camera->size, params.width));
+        const stream::MediaFormat format = jpeg_of(params.quality, scaled_to(camera->size, params.width));
         if (auto added = stream->add(name, format); !added) return std::unexpected(added.error());
     }
     return stream;
 }
 
-Result<void> PictureStream::add(const std::string& camera, const MediaFormat& format) {
+Result<void> PictureStream::add(const std::string& camera, const stream::MediaFormat& format) {
     auto channel = StreamChannel::open(state_, event_, camera, format, rate_, peer_);
     if (!channel) return std::unexpected(channel.error());
     channels_.push_back(std::move(*channel));
@@ -70,7 +70,7 @@ asio::awaitable<PictureStream::Failure> PictureStream::follow_output(beast::tcp_
     auto& channel = channels_.front();
     const auto found = state_.options.bus->find(channel->camera());
     if (!found) co_return Failure{};  // the channel's end says so
-    const MediaFormat format = jpeg_of(mjpeg_options_of(found->outputs).quality);
+    const stream::MediaFormat format = jpeg_of(mjpeg_options_of(found->outputs).quality);
     if (format == channel->format()) co_return Failure{};
     auto next = StreamChannel::open(state_, event_, channel->camera(), format, rate_, peer_);
     if (!next) {
@@ -123,7 +123,8 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_text(beast::tcp_stre
     co_return co_await send_all(socket, pieces, state_.options.limits.stalled_after);
 }
 
-asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stream& socket, const MediaUnit& unit,
+asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stream& socket,
+                                                                 const stream::MediaUnit& unit,
                                                                  const std::string& camera) {
     const std::string head = form_ == Form::live ? part_head(unit, camera) : part_head(unit);
     SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), unit.bytes->size()),
@@ -169,4 +170,4 @@ asio::awaitable<PictureStream::Failure> PictureStream::wait(beast::tcp_stream& s
     co_return co_await send_part(socket, *last_, {});
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

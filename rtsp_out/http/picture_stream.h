@@ -13,7 +13,7 @@
 #include "rtsp_out/http/send.h"
 #include "rtsp_out/http/stream_channel.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// Pictures of cameras for one client on one connection, as the parts of one answer (multipart.h says in which form).
 ///
@@ -53,11 +53,11 @@ private:
         : state_(state), event_(std::move(event)), form_(form), rate_(rate), peer_(std::move(peer)) {
         ++state_.counts.streams_open;
     }
-    Result<void> add(const std::string& camera, const MediaFormat& format);
+    Result<void> add(const std::string& camera, const stream::MediaFormat& format);
     /// Goes on in the quality that the camera's output {kind: mjpeg} says now.
     boost::asio::awaitable<Failure> follow_output(boost::beast::tcp_stream& socket);
     boost::asio::awaitable<Failure> send_text(boost::beast::tcp_stream& socket, std::string_view text);
-    boost::asio::awaitable<Failure> send_part(boost::beast::tcp_stream& socket, const MediaUnit& unit,
+    boost::asio::awaitable<Failure> send_part(boost::beast::tcp_stream& socket, const stream::MediaUnit& unit,
                                               const std::string& camera);
     /// One picture of each camera that has one; `ended` when a camera has none and never will.
     boost::asio::awaitable<Failure> send_round(boost::beast::tcp_stream& socket, int& sent, bool& ended);
@@ -72,8 +72,8 @@ private:
     bool follows_output_ = false;                         ///< mjpeg: the client asked for no quality
     std::uint64_t changes_seen_ = state_.camera_changes;  ///< ServerState::camera_changes
     std::vector<std::unique_ptr<StreamChannel>> channels_;
-    std::optional<MediaUnit> last_;  ///< mjpeg: what the client shows
+    std::optional<stream::MediaUnit> last_;  ///< mjpeg: what the client shows
     Clock::time_point repeat_at_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 std::string_view reason_of(int status) {
@@ -118,13 +118,13 @@ std::string head_of(const Reply& reply, unsigned version, bool keep_alive) {
     return head;
 }
 
-std::vector<std::pair<std::string, std::string>> frame_fields(const FrameInfo& info) {
+std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info) {
     return {{"X-Sequence", std::to_string(info.sequence)},
             {"X-World-Time-Ns", std::to_string(info.world_ns)},
             {"X-Monotonic-Ns", std::to_string(info.monotonic_ns)}};
 }
 
-std::string etag_of(const FrameInfo& info) {
+std::string etag_of(const frame::FrameInfo& info) {
     return "\"" + (info.camera ? *info.camera : std::string()) + "-" +
            std::to_string(static_cast<std::uint32_t>(info.camera_id)) + "-" + std::to_string(info.sequence) + "\"";
 }
@@ -134,4 +134,4 @@ bool etag_matches(std::string_view if_none_match, std::string_view etag) {
     return if_none_match == "*" || if_none_match.find(etag) != std::string_view::npos;
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -11,7 +11,7 @@
 #include "core/base/result.h"
 #include "core/frame/frame.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// One HTTP answer. The body is `text`, `data` and `pieces`; `keep` owns what `data` shows.
 struct Reply {
@@ -44,12 +44,12 @@ inline Reply error_reply(int status, ErrorKind kind, std::string message) {
 std::string head_of(const Reply& reply, unsigned version, bool keep_alive);
 
 /// The fields that say which frame a picture is: X-Sequence, X-World-Time-Ns, X-Monotonic-Ns.
-std::vector<std::pair<std::string, std::string>> frame_fields(const FrameInfo& info);
+std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info);
 
 /// An entity tag of a frame: camera (and its life) and sequence.
-std::string etag_of(const FrameInfo& info);
+std::string etag_of(const frame::FrameInfo& info);
 
 /// True if an If-None-Match field names this tag.
 bool etag_matches(std::string_view if_none_match, std::string_view etag);
 
-}  // namespace camrig
+}  // namespace camrig::http

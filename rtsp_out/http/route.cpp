@@ -6,7 +6,7 @@
 
 #include "core/base/names.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 std::string names_of_camera() {
@@ -99,13 +99,13 @@ std::span<const HttpPath> camera_paths() {
     using enum RouteKind;
     constexpr bool get = false, guarded = true;
     static constexpr HttpPath paths[] = {
-        {"stream.mjpg", stream, get, guarded, FrameKind::color, Codec::jpeg, "stream"},
-        {"snapshot.jpg", picture, get, guarded, FrameKind::color, Codec::jpeg, "jpeg"},
-        {"snapshot.png", picture, get, guarded, FrameKind::color, Codec::png, "png"},
-        {"depth.png", picture, get, guarded, FrameKind::depth, Codec::png, "depth_png"},
-        {"depth.npy", depth_npy, get, guarded, FrameKind::depth, Codec::raw, "depth_npy"},
-        {"instance.png", picture, get, guarded, FrameKind::instance, Codec::png, "instance"},
-        {"truth", truth, get, guarded, FrameKind::color, Codec::png, "truth"},
+        {"stream.mjpg", stream, get, guarded, frame::FrameKind::color, codec::Codec::jpeg, "stream"},
+        {"snapshot.jpg", picture, get, guarded, frame::FrameKind::color, codec::Codec::jpeg, "jpeg"},
+        {"snapshot.png", picture, get, guarded, frame::FrameKind::color, codec::Codec::png, "png"},
+        {"depth.png", picture, get, guarded, frame::FrameKind::depth, codec::Codec::png, "depth_png"},
+        {"depth.npy", depth_npy, get, guarded, frame::FrameKind::depth, codec::Codec::raw, "depth_npy"},
+        {"instance.png", picture, get, guarded, frame::FrameKind::instance, codec::Codec::png, "instance"},
+        {"truth", truth, get, guarded, frame::FrameKind::color, codec::Codec::png, "truth"},
     };
     return paths;
 }
@@ -141,7 +141,7 @@ Result<LiveParams> live_params(const Target& target) {
     if (!rate) return std::unexpected(rate.error());
     auto quality = quality_of(target);
     if (!quality) return std::unexpected(quality.error());
-    LiveParams params{std::move(*cameras), 0, *rate, quality->value_or(default_jpeg_quality)};
+    LiveParams params{std::move(*cameras), 0, *rate, quality->value_or(codec::default_jpeg_quality)};
     if (const std::string* text = target.find("width")) {
         const auto found = std::ranges::find(live_widths, *text, [](int width) { return std::to_string(width); });
         if (found == std::end(live_widths))
@@ -152,19 +152,19 @@ Result<LiveParams> live_params(const Target& target) {
     return params;
 }
 
-Result<FetchRequest> fetch_request(const HttpRoute& route, const Target& target) {
-    const bool jpeg = route.codec == Codec::jpeg;
+Result<stream::FetchRequest> fetch_request(const HttpRoute& route, const Target& target) {
+    const bool jpeg = route.codec == codec::Codec::jpeg;
     auto known = jpeg ? only_params(target, {"quality", "min_ns"}) : only_params(target, {"min_ns"});
     if (!known) return std::unexpected(known.error());
-    FetchRequest request;
+    stream::FetchRequest request;
     request.camera = route.camera;
     request.kind = route.frame;
     request.format.codec = route.codec;
-    if (route.kind == RouteKind::depth_npy) request.format.pixels = PixelFormat::depth32f;
+    if (route.kind == RouteKind::depth_npy) request.format.pixels = frame::PixelFormat::depth32f;
     if (jpeg) {
         auto quality = quality_of(target);
         if (!quality) return std::unexpected(quality.error());
-        request.format.quality = quality->value_or(default_jpeg_quality);
+        request.format.quality = quality->value_or(codec::default_jpeg_quality);
     }
     if (const std::string* text = target.find("min_ns")) {
         auto min_ns = parse_integer<TimeNs>("min_ns", *text, 0, max_time_ns);
@@ -178,4 +178,4 @@ Result<void> no_params(const Target& target) {
     return only_params(target, {});
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -11,7 +11,7 @@
 #include "core/stream/frame_bus.h"
 #include "rtsp_out/http/target.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// What a path stands for. `file` is everything else: the web page and its parts.
 enum class RouteKind : std::uint8_t { file, cameras, stream, live, picture, depth_npy, truth, rpc, healthz, metrics };
@@ -20,11 +20,11 @@ enum class RouteKind : std::uint8_t { file, cameras, stream, live, picture, dept
 struct HttpPath {
     std::string_view path = "/";  ///< of a camera, what follows /cameras/NAME/
     RouteKind kind = RouteKind::file;
-    bool takes_post = false;             ///< only; else GET and HEAD
-    bool is_guarded = false;             ///< web pages of others may not ask for it (asking_page.h)
-    FrameKind frame = FrameKind::color;  ///< of a camera
-    Codec codec = Codec::raw;            ///< of a picture: jpeg or png
-    std::string_view url = {};           ///< of a camera: its name among the `urls` of /cameras
+    bool takes_post = false;                           ///< only; else GET and HEAD
+    bool is_guarded = false;                           ///< web pages of others may not ask for it (asking_page.h)
+    frame::FrameKind frame = frame::FrameKind::color;  ///< of a camera
+    codec::Codec codec = codec::Codec::raw;            ///< of a picture: jpeg or png
+    std::string_view url = {};                         ///< of a camera: its name among the `urls` of /cameras
 };
 std::span<const HttpPath> rig_paths();
 std::span<const HttpPath> camera_paths();
@@ -52,15 +52,15 @@ struct LiveParams {
     std::vector<std::string> cameras;  ///< each once, 1 to max_live_cameras
     int width = 0;                     ///< one of live_widths; 0: each camera's own
     std::optional<Rate> rate;
-    int quality = default_jpeg_quality;
+    int quality = codec::default_jpeg_quality;
 };
 Result<LiveParams> live_params(const Target& target);
 
 /// What to fetch for a picture, depth or truth route: `?quality=` (JPEG only) and `?min_ns=`.
-Result<FetchRequest> fetch_request(const HttpRoute& route, const Target& target);
+Result<stream::FetchRequest> fetch_request(const HttpRoute& route, const Target& target);
 
 /// Fails when the target has a parameter (other than `token` and `t`, which are never refused) that this route does not
 /// know.
 Result<void> no_params(const Target& target);
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -5,7 +5,7 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-namespace camrig {
+namespace camrig::http {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -25,4 +25,4 @@ asio::awaitable<beast::error_code> send_all(beast::tcp_stream& stream, SendPiece
     co_return beast::error_code{};
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -7,7 +7,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 
-namespace camrig {
+namespace camrig::http {
 
 using SendPieces = std::array<boost::asio::const_buffer, 3>;
 
@@ -16,4 +16,4 @@ using SendPieces = std::array<boost::asio::const_buffer, 3>;
 boost::asio::awaitable<boost::beast::error_code> send_all(boost::beast::tcp_stream& stream, SendPieces pieces,
                                                           std::chrono::nanoseconds stalled_after);
 
-}  // namespace camrig
+}  // namespace camrig::http

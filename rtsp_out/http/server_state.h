@@ -14,7 +14,7 @@
 #include "core/stream/sink.h"
 #include "rtsp_out/http/http_options.h"
 
-namespace camrig {
+namespace camrig::http {
 
 class HttpConnection;
 
@@ -39,7 +39,8 @@ struct ServerState {
     std::atomic<std::uint64_t> camera_changes{0};  ///< of any camera: streams look whether it was theirs
     /// Pictures being made. Shared, because a fetch may end after the server.
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
-    std::map<std::string, std::map<MediaFormat, int>> streams_by_format;  ///< camera -> form of its JPEGs -> streams
+    std::map<std::string, std::map<stream::MediaFormat, int>>
+        streams_by_format;  ///< camera -> form of its JPEGs -> streams
     /// What pictures count against from before they are drawn until they are sent.
     const std::shared_ptr<ByteBudget> pictures = ByteBudget::create(
         options.limits.picture_bytes,
@@ -70,4 +71,4 @@ private:
     const std::shared_ptr<std::atomic<std::size_t>> count_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

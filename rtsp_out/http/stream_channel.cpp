@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-namespace camrig {
+namespace camrig::http {
 
 StreamChannel::StreamChannel(ServerState& state, AsyncEventRef event, std::string camera, EncodingShare share)
     : state_(state), event_(std::move(event)), camera_(std::move(camera)), share_(std::move(share)) {}
@@ -13,13 +13,13 @@ StreamChannel::~StreamChannel() {
 }
 
 Result<std::unique_ptr<StreamChannel>> StreamChannel::open(ServerState& state, AsyncEventRef event,
-                                                           const std::string& camera, const MediaFormat& format,
+                                                           const std::string& camera, const stream::MediaFormat& format,
                                                            const std::optional<Rate>& rate, const std::string& peer) {
     auto share = EncodingShare::take(state, camera, format);
     if (!share) return std::unexpected(share.error());
     std::unique_ptr<StreamChannel> channel(new StreamChannel(state, event, camera, std::move(*share)));
     channel->sink_ = std::make_shared<MjpegSink>(event, camera, peer);
-    SubscribeOptions options{"mjpeg", peer, rate};
+    stream::SubscribeOptions options{"mjpeg", peer, rate};
     // The sink is closed before on_end is called, and that says all the stream needs.
     auto subscription = state.options.bus->subscribe(camera, format, std::move(options), channel->sink_, {});
     if (!subscription) return std::unexpected(subscription.error());
@@ -31,18 +31,18 @@ void StreamChannel::fetch() {
     if (fetched_) return;
     const auto ticket = FetchTicket::begin(state_);
     if (!ticket) return;
-    FetchRequest request;
+    stream::FetchRequest request;
     request.camera = camera_;
     request.format = share_.format();
-    fetched_ = make_answer_slot<Result<MediaUnit>>(event_);
-    state_.options.fetcher->fetch(std::move(request),
-                                  [slot = fetched_, ticket](Result<MediaUnit> unit) { slot->put(std::move(unit)); });
+    fetched_ = make_answer_slot<Result<stream::MediaUnit>>(event_);
+    state_.options.fetcher->fetch(
+        std::move(request), [slot = fetched_, ticket](Result<stream::MediaUnit> unit) { slot->put(std::move(unit)); });
 }
 
 std::optional<StreamChannel::Picture> StreamChannel::next() {
     while (auto item = sink_->take()) {
         if (!last_sequence_ || item->unit.info.sequence > *last_sequence_) {
-            MediaUnit unit = item->unit;
+            stream::MediaUnit unit = item->unit;
             return Picture{std::move(unit), std::move(item)};
         }
         // The fetched picture was this frame (the client has it: delivered) or a later one (it missed this: dropped).
@@ -77,4 +77,4 @@ void StreamChannel::sent(Picture&& picture, bool failed) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

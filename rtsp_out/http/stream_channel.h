@@ -10,7 +10,7 @@
 #include "rtsp_out/http/mjpeg_sink.h"
 #include "rtsp_out/http/server_state.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// One camera's pictures for one client: those that the bus brings, and before them the camera's latest due frame,
 /// fetched, so that a reader has a picture even when the world stands still. No picture is given twice, none out of
@@ -19,12 +19,12 @@ class StreamChannel {
 public:
     /// A picture to send; whoever has it must say so by sent().
     struct Picture {
-        MediaUnit unit;
+        stream::MediaUnit unit;
         std::optional<MjpegSink::InFlight> item;  ///< absent: it was fetched
     };
 
     static Result<std::unique_ptr<StreamChannel>> open(ServerState& state, AsyncEventRef event,
-                                                       const std::string& camera, const MediaFormat& format,
+                                                       const std::string& camera, const stream::MediaFormat& format,
                                                        const std::optional<Rate>& rate, const std::string& peer);
     ~StreamChannel();
     StreamChannel(const StreamChannel&) = delete;
@@ -39,7 +39,7 @@ public:
     bool ended() const { return sink_->ended(); }
     bool has_picture() const { return last_sequence_.has_value(); }
     const std::string& camera() const { return camera_; }
-    const MediaFormat& format() const { return share_.format(); }
+    const stream::MediaFormat& format() const { return share_.format(); }
 
 private:
     StreamChannel(ServerState& state, AsyncEventRef event, std::string camera, EncodingShare share);
@@ -49,9 +49,9 @@ private:
     const std::string camera_;
     const EncodingShare share_;
     std::shared_ptr<MjpegSink> sink_;
-    Subscription subscription_;
-    std::shared_ptr<LatestSlot<Result<MediaUnit>>> fetched_;  ///< null: no fetch under way
-    std::optional<std::int64_t> last_sequence_;               ///< what the client has
+    stream::Subscription subscription_;
+    std::shared_ptr<LatestSlot<Result<stream::MediaUnit>>> fetched_;  ///< null: no fetch under way
+    std::optional<std::int64_t> last_sequence_;                       ///< what the client has
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

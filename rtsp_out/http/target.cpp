@@ -4,7 +4,7 @@
 
 #include "core/base/percent.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 bool is_printable(char c) {
@@ -125,4 +125,4 @@ Result<Target> parse_target(std::string_view text) {
     return target;
 }
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -8,7 +8,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::http {
 
 inline constexpr std::size_t max_target_length = 2048;
 inline constexpr std::size_t max_query_parameters = 16;
@@ -33,4 +33,4 @@ bool is_host_field(std::string_view text);
 /// Splits "/cameras/lobby/stream.mjpg" into its segments without slashes; "/" has none.
 std::vector<std::string_view> segments_of(std::string_view path);
 
-}  // namespace camrig
+}  // namespace camrig::http

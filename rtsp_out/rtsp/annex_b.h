@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// A NAL unit's place in a byte stream (ITU-T H.264, Annex B).
 struct Nal {
@@ -38,4 +38,4 @@ inline std::optional<Nal> next_nal(std::span<const std::byte> data, std::size_t 
     return nal;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

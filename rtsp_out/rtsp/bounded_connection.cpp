@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr const char* guard_key = "camrig-guard";
@@ -160,4 +160,4 @@ ConnectionGuardRef guard_of(GSocket* socket) {
     return kept ? *static_cast<ConnectionGuardRef*>(kept) : nullptr;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

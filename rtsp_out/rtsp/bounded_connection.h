@@ -8,7 +8,7 @@
 
 #include "rtsp_out/rtsp/request_bounds.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// What stands between a client's bytes and the RTSP library, for one connection. Server thread.
 struct ConnectionGuard {
@@ -34,4 +34,4 @@ void guard_socket(GSocket* socket, ConnectionGuardRef guard);
 /// Null: none.
 ConnectionGuardRef guard_of(GSocket* socket);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -9,7 +9,7 @@
 #include "rtsp_out/rtsp/rtsp_mount.h"
 #include "rtsp_out/rtsp/tcp_flush.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 GstRTSPStatusCode status_of(ErrorKind kind) {
@@ -255,4 +255,4 @@ std::vector<GObjectHandle<GstRTSPClient>> ClientTable::all() const {
     return found;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -16,7 +16,7 @@
 #include "rtsp_out/rtsp/mount_path.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// The RTSP connections: who may come in, what each has asked for, how they are tuned, and how they end.
 ///
@@ -95,4 +95,4 @@ private:
 /// Closes a connection from the main loop, not from inside one of its callbacks.
 void close_later(GMainContext* context, GstRTSPClient* client);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

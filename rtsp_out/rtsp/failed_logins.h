@@ -6,7 +6,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Which addresses have guessed wrong lately. Plain arithmetic, bounded memory.
 class FailedLogins {
@@ -43,4 +43,4 @@ private:
     std::map<std::string, Failures> failures_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -2,7 +2,7 @@
 
 #include "rtsp_out/rtsp/annex_b.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr std::uint8_t sei_user_data_unregistered = 5;
@@ -58,4 +58,4 @@ std::vector<std::byte> with_frame_times(std::span<const std::byte> access_unit, 
     return out;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -8,7 +8,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// When and what a picture of an H.264 stream shows.
 struct FrameTimes {
@@ -29,4 +29,4 @@ inline constexpr std::array<std::uint8_t, 16> frame_times_uuid = {0x73, 0x53, 0x
 /// a slice is given back as it is.
 std::vector<std::byte> with_frame_times(std::span<const std::byte> access_unit, const FrameTimes& times);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -4,7 +4,7 @@
 
 #include <gst/gst.h>
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Owns one reference of a GObject.
 struct GObjectUnref {
@@ -39,4 +39,4 @@ inline GObjectHandle<GstElement> child_of(GstElement* bin, const char* name) {
     return GObjectHandle<GstElement>(gst_bin_get_by_name(GST_BIN(bin), name));
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -6,7 +6,7 @@
 
 #include <gst/gst.h>
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr double bits_per_pixel = 0.15;
@@ -40,7 +40,7 @@ H264Encoder x264(const RtspOutput& options, ImageSize size, const Rate& rate, co
                           " key-int-max=" + std::to_string(key_interval_frames(options, rate)) +
                           " threads=" + std::to_string(encoder_threads(size)) + common,
                       options),
-            PixelFormat::i420};
+            frame::PixelFormat::i420};
 }
 
 H264Encoder openh264(const RtspOutput& options, ImageSize size, const Rate& rate, int kbps) {
@@ -51,7 +51,7 @@ H264Encoder openh264(const RtspOutput& options, ImageSize size, const Rate& rate
                       (is_fast(options) ? "low" : "medium") + " multi-thread=" + std::to_string(encoder_threads(size)) +
                       " min-force-key-unit-interval=" + std::to_string(min_key_request_ms * 1'000'000),
                   options),
-        PixelFormat::i420};
+        frame::PixelFormat::i420};
 }
 
 // The two hardware encoders are written from their documentation (GStreamer 1.22) and were not run: no machine with
@@ -62,7 +62,7 @@ H264Encoder nvidia(const RtspOutput& options, const Rate& rate, const std::strin
                           std::string(is_fast(options) ? "low-latency-hp" : "low-latency-hq") +
                           " gop-size=" + std::to_string(key_interval_frames(options, rate)) + common,
                       options),
-            PixelFormat::nv12};
+            frame::PixelFormat::nv12};
 }
 
 H264Encoder va_api(const RtspOutput& options, const Rate& rate, const std::string& common) {
@@ -71,7 +71,7 @@ H264Encoder va_api(const RtspOutput& options, const Rate& rate, const std::strin
                           std::string(is_fast(options) ? "7" : "4") +
                           " key-int-max=" + std::to_string(key_interval_frames(options, rate)) + common,
                       options),
-            PixelFormat::nv12};
+            frame::PixelFormat::nv12};
 }
 
 }  // namespace
@@ -101,4 +101,4 @@ Result<H264Encoder> choose_h264_encoder(const std::vector<std::string>& elements
                                              " is installed (Debian: gstreamer1.0-plugins-ugly has x264enc)");
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

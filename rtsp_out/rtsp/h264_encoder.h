@@ -9,16 +9,16 @@
 #include "core/frame/pixel_format.h"
 #include "rtsp_out/rtsp/rtsp_output.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// 0.15 bits per pixel, at least 200 kbit/s: 1.2 Mbit/s for 640x480 at 25, 7.8 Mbit/s for 1920x1080 at 25.
 int default_bitrate_kbps(ImageSize size, const Rate& rate);
 
 /// An encoder as a piece of a GStreamer pipeline.
 struct H264Encoder {
-    std::string element;                     ///< e.g. "x264enc"
-    std::string launch;                      ///< "x264enc name=enc ... ! video/x-h264,..."
-    PixelFormat pixels = PixelFormat::i420;  ///< what it takes: i420 or nv12
+    std::string element;                                   ///< e.g. "x264enc"
+    std::string launch;                                    ///< "x264enc name=enc ... ! video/x-h264,..."
+    frame::PixelFormat pixels = frame::PixelFormat::i420;  ///< what it takes: i420 or nv12
 };
 
 /// In order of preference: hardware first.
@@ -29,4 +29,4 @@ inline const std::vector<std::string> h264_elements = {"nvh264enc", "vah264enc",
 Result<H264Encoder> choose_h264_encoder(const std::vector<std::string>& elements, const RtspOutput& options,
                                         ImageSize size, const Rate& rate);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

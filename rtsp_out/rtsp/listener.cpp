@@ -7,7 +7,7 @@
 #include "core/base/clock.h"
 #include "core/base/unique_fd.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 std::string take_message(GError*& failed) {
@@ -121,4 +121,4 @@ void RtspListener::look_after(TimeNs now_ns) {
     if (!source_ && context_) listen();
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

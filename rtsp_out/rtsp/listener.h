@@ -11,7 +11,7 @@
 #include "core/base/tcp_listener.h"
 #include "rtsp_out/rtsp/gst_handle.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Takes connections in for an RTSP server, at a pace that the process can stand.
 ///
@@ -75,4 +75,4 @@ private:
 /// Are fewer descriptors than `reserve` free? Any thread.
 bool descriptors_are_short(int reserve);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -10,7 +10,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 /// Two pictures never share a tick of the RTP clock.
@@ -34,18 +34,18 @@ GstBuffer* wrapped(const void* data, std::size_t size, T keeper) {
                                        [](void* pointer) { delete static_cast<T*>(pointer); });
 }
 
-GstCapsHandle caps_of(const MediaFormat& format, ImageSize size, const Rate& rate) {
+GstCapsHandle caps_of(const stream::MediaFormat& format, ImageSize size, const Rate& rate) {
     GstCaps* caps = nullptr;
-    if (format.codec == Codec::jpeg) {
+    if (format.codec == codec::Codec::jpeg) {
         caps = gst_caps_new_empty_simple("image/jpeg");
     } else {
         // sRGB pictures (BT.709 primaries, sRGB transfer) through the BT.601 matrix in limited range, chroma in the
         // middle of its pixels: core/frame/convert.h. BT.601 at every size, for many programs never read the
         // description.
         caps = gst_caps_new_simple("video/x-raw", "format", G_TYPE_STRING,
-                                   format.pixels == PixelFormat::nv12 ? "NV12" : "I420", "colorimetry", G_TYPE_STRING,
-                                   "2:4:7:1", "chroma-site", G_TYPE_STRING, "jpeg", "interlace-mode", G_TYPE_STRING,
-                                   "progressive", nullptr);
+                                   format.pixels == frame::PixelFormat::nv12 ? "NV12" : "I420", "colorimetry",
+                                   G_TYPE_STRING, "2:4:7:1", "chroma-site", G_TYPE_STRING, "jpeg", "interlace-mode",
+                                   G_TYPE_STRING, "progressive", nullptr);
     }
     gst_caps_set_simple(caps, "width", G_TYPE_INT, size.width, "height", G_TYPE_INT, size.height, "framerate",
                         GST_TYPE_FRACTION, static_cast<int>(rate.num()), static_cast<int>(rate.den()), nullptr);
@@ -55,9 +55,9 @@ GstCapsHandle caps_of(const MediaFormat& format, ImageSize size, const Rate& rat
 }  // namespace
 
 struct MediaFeed::PendingPicture {
-    FrameInfo info;
-    std::shared_ptr<ReaderStats> stats;
-    DeliveryLatch::Hold hold;
+    frame::FrameInfo info;
+    std::shared_ptr<stream::ReaderStats> stats;
+    stream::DeliveryLatch::Hold hold;
     std::size_t sent_bytes = 0;  ///< 0: it never came out of the encoder
 
     ~PendingPicture() {
@@ -127,8 +127,8 @@ void MediaFeed::start() {
         subscription_ = std::move(*subscription);
     }
     // Nothing may be due for long (the world stands still, or a low rate): the stream begins with the latest picture.
-    options_.fetcher->fetch({options_.camera.name, FrameKind::color, 0, options_.format},
-                            [weak](Result<MediaUnit> unit) {
+    options_.fetcher->fetch({options_.camera.name, frame::FrameKind::color, 0, options_.format},
+                            [weak](Result<stream::MediaUnit> unit) {
                                 if (const auto self = weak.lock()) self->first_picture(std::move(unit));
                             });
     bool stopped_meanwhile = false;
@@ -139,7 +139,7 @@ void MediaFeed::start() {
     if (stopped_meanwhile) stop();
 }
 
-void MediaFeed::first_picture(Result<MediaUnit> unit) {
+void MediaFeed::first_picture(Result<stream::MediaUnit> unit) {
     if (!unit) {
         spdlog::warn("rtsp {}: no first picture: {}", options_.path, unit.error().message);
         return;  // the next due frame will do
@@ -150,14 +150,14 @@ void MediaFeed::first_picture(Result<MediaUnit> unit) {
     push(*unit, std::max(unit->info.monotonic_ns, monotonic_now_ns() - repeat_lag_ns), nullptr);
 }
 
-Result<void> MediaFeed::open(const StreamInfo& info) {
+Result<void> MediaFeed::open(const stream::StreamInfo& info) {
     if (info.size != options_.camera.size) return error(ErrorKind::not_found, "the camera has another size now");
     std::lock_guard lock(mutex_);
     stats_ = info.stats;
     return {};
 }
 
-Result<void> MediaFeed::write(const MediaUnit& unit) {
+Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
     std::lock_guard lock(mutex_);
     CHECK(stats_ != nullptr);
     if (stopped_ || (last_ && unit.info.sequence <= last_->info.sequence)) {
@@ -179,10 +179,10 @@ Result<void> MediaFeed::write(const MediaUnit& unit) {
 void MediaFeed::close() noexcept {}
 
 /// With the mutex held.
-void MediaFeed::push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending) {
+void MediaFeed::push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending) {
     stamp_ns = std::max({stamp_ns, options_.timeline.base_ns(), last_stamp_ns_ + min_step_ns});
     const TimeNs pts = options_.timeline.pts_of(stamp_ns);
-    const FrameInfo& info = unit.info;
+    const frame::FrameInfo& info = unit.info;
     on_way_.push_back(
         {pts,
          {info.sequence, info.world_ns, info.monotonic_ns, options_.timeline.realtime_of(info.monotonic_ns)},
@@ -200,14 +200,14 @@ void MediaFeed::push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<Pen
     gst_app_src_push_buffer(GST_APP_SRC(source_.get()), buffer);
 }
 
-GstBuffer* MediaFeed::buffer_of(const MediaUnit& unit) const {
+GstBuffer* MediaFeed::buffer_of(const stream::MediaUnit& unit) const {
     if (unit.bytes) return wrapped(unit.bytes->data(), unit.bytes->size(), unit.bytes);
-    const FrameRef& frame = unit.frame;
+    const frame::FrameRef& frame = unit.frame;
     GstBuffer* buffer = wrapped(frame->bytes().data(), frame->bytes().size(), frame);
     // Our rows are not padded, and an odd last column or row is left out: pixel (x, y) stays pixel (x, y).
     const auto width = static_cast<gsize>(unit.info.size.width), height = static_cast<gsize>(unit.info.size.height);
     const gsize half_width = (width + 1) / 2, half_height = (height + 1) / 2;
-    const bool nv12 = options_.format.pixels == PixelFormat::nv12;
+    const bool nv12 = options_.format.pixels == frame::PixelFormat::nv12;
     gsize offsets[GST_VIDEO_MAX_PLANES] = {0, width * height, width * height + half_width * half_height};
     gint strides[GST_VIDEO_MAX_PLANES] = {
         static_cast<gint>(width), static_cast<gint>(nv12 ? 2 * half_width : half_width), static_cast<gint>(half_width)};
@@ -248,7 +248,7 @@ GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
         gst_buffer_unmap(encoded, &map);
     }
     if (entry->pending) entry->pending->sent_bytes = entry->bytes->size();
-    const BytesRef bytes = entry->bytes;
+    const codec::BytesRef bytes = entry->bytes;
     GstBuffer* buffer = wrapped(bytes->data(), bytes->size(), std::make_pair(bytes, std::move(entry->pending)));
     constexpr int what = GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS;
     gst_buffer_copy_into(buffer, encoded, static_cast<GstBufferCopyFlags>(what), 0, static_cast<gsize>(-1));
@@ -280,7 +280,8 @@ void MediaFeed::client_joins() {
     const TimeNs now_ns = monotonic_now_ns();
     std::lock_guard lock(mutex_);
     opened_ns_ = now_ns;
-    if (last_ && now_ns - last_push_ns_ >= repeat_lag_ns) push(MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
+    if (last_ && now_ns - last_push_ns_ >= repeat_lag_ns)
+        push(stream::MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
 }
 
 void MediaFeed::client_plays() {
@@ -319,7 +320,7 @@ void MediaFeed::repeat_if_idle(TimeNs now_ns) {
     if (stopped_ || !last_ || now_ns - last_new_ns_ < repeat_after_ns) return;
     const bool is_opening = now_ns - opened_ns_ < opening_ns;
     if (now_ns - last_push_ns_ < (is_opening ? opening_repeat_ns : repeat_after_ns)) return;
-    push(MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
+    push(stream::MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
 }
 
 void MediaFeed::end() {
@@ -333,9 +334,9 @@ void MediaFeed::stop() {
         stopped_ = true;
         gone.swap(on_way_);
     }
-    std::optional<Subscription> subscription;
+    std::optional<stream::Subscription> subscription;
     std::lock_guard lock(subscription_mutex_);
     subscription.swap(subscription_);
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -15,7 +15,7 @@
 #include "rtsp_out/rtsp/gst_handle.h"
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Brings a camera's pictures into the pipeline of one RTSP stream, from the moment the pipeline runs until it ends.
 ///
@@ -29,13 +29,13 @@ namespace camrig {
 ///
 /// Threads: Sink calls come from the bus; the pipeline's streaming thread calls in through the appsrc and a probe; all
 /// else is the server's.
-class MediaFeed final : public Sink, public std::enable_shared_from_this<MediaFeed> {
+class MediaFeed final : public stream::Sink, public std::enable_shared_from_this<MediaFeed> {
 public:
     struct Options {
-        FrameBus* bus = nullptr;
-        FrameFetcher* fetcher = nullptr;
-        CameraStream camera;
-        MediaFormat format;
+        stream::FrameBus* bus = nullptr;
+        stream::FrameFetcher* fetcher = nullptr;
+        stream::CameraStream camera;
+        stream::MediaFormat format;
         std::string path;  ///< for messages and statistics
         RtpTimeline timeline;
     };
@@ -65,8 +65,8 @@ public:
     /// The pipeline is going. Nothing comes in any more, and nothing is asked for.
     void stop();
 
-    Result<void> open(const StreamInfo& info) override;
-    Result<void> write(const MediaUnit& unit) override;
+    Result<void> open(const stream::StreamInfo& info) override;
+    Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
 
 private:
@@ -75,15 +75,15 @@ private:
     struct Entry {
         TimeNs pts = 0;
         FrameTimes times;
-        BytesRef bytes;  ///< JPEG only
+        codec::BytesRef bytes;  ///< JPEG only
         std::shared_ptr<PendingPicture> pending;
     };
 
     MediaFeed(Options options, GstElement* bin);
     void start();
-    void first_picture(Result<MediaUnit> unit);
-    void push(const MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
-    GstBuffer* buffer_of(const MediaUnit& unit) const;
+    void first_picture(Result<stream::MediaUnit> unit);
+    void push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
+    GstBuffer* buffer_of(const stream::MediaUnit& unit) const;
     GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
     std::optional<Entry> take_entry(TimeNs pts);
     void request_key_frame();
@@ -102,8 +102,8 @@ private:
     bool stopped_ = false;
     bool playing_ = false;
     bool lockstep_ = false;
-    std::shared_ptr<ReaderStats> stats_;
-    std::optional<MediaUnit> last_;  ///< without its latch
+    std::shared_ptr<stream::ReaderStats> stats_;
+    std::optional<stream::MediaUnit> last_;  ///< without its latch
     TimeNs last_stamp_ns_ = 0;
     TimeNs last_push_ns_ = 0;
     TimeNs last_new_ns_ = 0;    ///< when a picture came that was not sent before
@@ -116,7 +116,7 @@ private:
     bool tcp_missed_ = false;  ///< packets were left out since the last that went on
 
     std::mutex subscription_mutex_;
-    std::optional<Subscription> subscription_;
+    std::optional<stream::Subscription> subscription_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

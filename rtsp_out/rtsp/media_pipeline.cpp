@@ -10,7 +10,7 @@
 #include "rtsp_out/rtsp/rtp_packet.h"
 #include "rtsp_out/rtsp/tcp_flush.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 /// Reports come every 0.1 to 0.3 s (RFC 3550 randomises around this, and the first one comes after half of it).
@@ -110,4 +110,4 @@ void set_up_media_pipeline(GstPipeline* pipeline, const RtpTimeline& timeline, P
                           GConnectFlags{});
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -6,7 +6,7 @@
 
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// What the pipeline asks on its streaming threads before RTP packets go to the TCP readers.
 struct PipelineQuestions {
@@ -20,4 +20,4 @@ struct PipelineQuestions {
 /// gst-rtsp-server makes most of the elements later; they are caught as they are added.
 void set_up_media_pipeline(GstPipeline* pipeline, const RtpTimeline& timeline, PipelineQuestions questions);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

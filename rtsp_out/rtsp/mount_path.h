@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// "/lobby/mjpeg" of "/lobby/mjpeg/stream=0" and "/lobby/mjpeg/".
 inline std::string mount_path_of(std::string_view url_path) {
@@ -13,4 +13,4 @@ inline std::string mount_path_of(std::string_view url_path) {
     return std::string(url_path);
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr std::string_view token_marks = "!#$%&'*+-.^_`|~";  // RFC 9110, 5.6.2
@@ -152,4 +152,4 @@ void RequestBounds::end_message() {
     began_ns_ = 0;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -7,7 +7,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// What a client may send. A request of a stock client is a few hundred bytes in some ten lines.
 struct RequestLimits {
@@ -60,4 +60,4 @@ private:
     int messages_in_second_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

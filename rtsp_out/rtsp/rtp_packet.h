@@ -2,7 +2,7 @@
 
 #include <gst/gst.h>
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Whether this is RTCP: its second byte is a packet type of 192 to 223, which no RTP packet has there (RFC 5761, 4).
 inline bool is_rtcp(GstBuffer* packet) {
@@ -16,4 +16,4 @@ inline bool ends_picture(GstBuffer* packet) {
     return gst_buffer_extract(packet, 0, head, sizeof head) == sizeof head && (head[1] & 0x80) != 0 && !is_rtcp(packet);
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

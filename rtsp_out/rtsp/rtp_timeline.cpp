@@ -4,7 +4,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr std::int64_t ntp_seconds_at_1970 = 2'208'988'800;
@@ -59,4 +59,4 @@ std::uint64_t ntp_from_realtime(TimeNs realtime_ns) {
     return (seconds << 32) + ((rest << 32) + ns_per_s / 2) / ns_per_s;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

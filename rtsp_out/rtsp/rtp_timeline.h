@@ -4,7 +4,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// CLOCK_REALTIME minus CLOCK_MONOTONIC, one value for all streams of a rig: two streams that give an instant as
 /// absolute time give the same number.
@@ -60,4 +60,4 @@ private:
 /// Nanoseconds since 1970 as NTP time, to the nearest 2^-32 s.
 std::uint64_t ntp_from_realtime(TimeNs realtime_ns);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr const char* role = "reader";
@@ -65,4 +65,4 @@ GObjectHandle<GstRTSPAuth> create_rtsp_auth(const RtspOptions& options) {
     return auth;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

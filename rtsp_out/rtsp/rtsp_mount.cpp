@@ -4,7 +4,7 @@
 #include "core/base/tcp_listener.h"
 #include "rtsp_out/rtsp/media_pipeline.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 constexpr const char* feed_key = "camrig-feed";
@@ -13,7 +13,7 @@ constexpr int max_jpeg_side = 2040;
 constexpr int jpeg_side_unit = 8;
 
 /// What the camera's output of this codec says, or the defaults.
-RtspOutput options_for(const CameraStream& camera, RtspCodec codec) {
+RtspOutput options_for(const stream::CameraStream& camera, RtspCodec codec) {
     for (const OutputSpec& output : camera.outputs) {
         if (output.kind != "rtsp") continue;
         if (auto options = options_of<RtspOutput>(output); options.codec == codec) return options;
@@ -27,7 +27,8 @@ std::string RtspMount::path_of(RtspCodec codec, const std::string& camera) {
     return "/" + camera + (codec == RtspCodec::mjpeg ? "/mjpeg" : "");
 }
 
-Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const CameraStream& camera, const RtspOptions& options) {
+Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const stream::CameraStream& camera,
+                                        const RtspOptions& options) {
     Plan plan{path_of(codec, camera.name), "", camera, {}};
     const RtspOutput wish = options_for(camera, codec);
     if (codec == RtspCodec::h264) {
@@ -45,7 +46,7 @@ Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const CameraStream& cam
                                                  camera.size.to_string() + "; use H.264 at /" + camera.name +
                                                  " or MJPEG over HTTP at /cameras/" + camera.name + "/stream.mjpg");
     }
-    plan.format.codec = Codec::jpeg;
+    plan.format.codec = codec::Codec::jpeg;
     plan.format.quality = wish.quality;
     plan.launch = "( appsrc name=src ! rtpjpegpay name=pay0 pt=26 )";
     return plan;
@@ -116,4 +117,4 @@ std::vector<std::shared_ptr<MediaFeed>> RtspMount::feeds() const {
     return alive;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

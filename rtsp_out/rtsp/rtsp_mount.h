@@ -11,7 +11,7 @@
 #include "rtsp_out/rtsp/rtsp_options.h"
 #include "rtsp_out/rtsp/rtsp_output.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// One path of the server, "/NAME" or "/NAME/mjpeg": makes the stream when somebody comes, shares it among all who
 /// come, and lets it go when the last one left.
@@ -25,14 +25,14 @@ public:
     struct Plan {
         std::string path;
         std::string launch;
-        CameraStream camera;
-        MediaFormat format;
+        stream::CameraStream camera;
+        stream::MediaFormat format;
         friend bool operator==(const Plan& a, const Plan& b) {
             return a.path == b.path && a.launch == b.launch && a.format == b.format && a.camera.id == b.camera.id &&
                    a.camera.size == b.camera.size && a.camera.rate == b.camera.rate;
         }
     };
-    static Result<Plan> plan(RtspCodec codec, const CameraStream& camera, const RtspOptions& options);
+    static Result<Plan> plan(RtspCodec codec, const stream::CameraStream& camera, const RtspOptions& options);
     static std::string path_of(RtspCodec codec, const std::string& camera);
 
     /// `addresses`: where it may send from by UDP, and the groups it may send to.
@@ -60,4 +60,4 @@ private:
     std::vector<std::weak_ptr<MediaFeed>> feeds_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -10,7 +10,7 @@
 #include "rtsp_out/rtsp/h264_encoder.h"
 #include "rtsp_out/rtsp/request_bounds.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Bounds. The defaults are the product's; tests shorten them.
 struct RtspLimits {
@@ -32,14 +32,14 @@ struct RtspOptions {
     std::string host = "127.0.0.1";  ///< address to listen on
     std::uint16_t port = 8554;       ///< 0: any free port
     std::string token;               ///< empty: none; required unless `host` is loopback. User "camrig", password token
-    std::filesystem::path certificate;  ///< PEM; with it the port speaks RTSPS only
-    std::filesystem::path key;          ///< PEM; empty: it is in the certificate's file
-    FrameBus* bus = nullptr;            ///< outlives the server
-    FrameFetcher* fetcher = nullptr;    ///< outlives the server
-    std::vector<std::string> h264_elements = camrig::h264_elements;
+    std::filesystem::path certificate;        ///< PEM; with it the port speaks RTSPS only
+    std::filesystem::path key;                ///< PEM; empty: it is in the certificate's file
+    stream::FrameBus* bus = nullptr;          ///< outlives the server
+    stream::FrameFetcher* fetcher = nullptr;  ///< outlives the server
+    std::vector<std::string> h264_elements = rtsp::h264_elements;
     RtspLimits limits;
 };
 
 inline constexpr const char* rtsp_user = "camrig";
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -1,6 +1,6 @@
 #include "rtsp_out/rtsp/rtsp_output.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 void check_codec(const RtspOutput& output, JsonReader& reader) {
@@ -53,4 +53,4 @@ OutputFamily rtsp_family() {
         .key = "codec"};
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -14,7 +14,7 @@
 #include "rtsp_out/rtsp/rtsp_access.h"
 #include "rtsp_out/rtsp/rtsp_mount.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 /// How often idle streams and dead sessions are looked after.
@@ -50,7 +50,7 @@ void attach(GSource* source, GMainContext* context, GSourceFunc run, Task task) 
 
 }  // namespace
 
-struct RtspServer::Impl final : CameraObserver {
+struct RtspServer::Impl final : stream::CameraObserver {
     explicit Impl(RtspOptions given)
         : options(std::move(given)), context(g_main_context_new()), loop(g_main_loop_new(context, FALSE)) {}
     ~Impl() override {
@@ -64,10 +64,10 @@ struct RtspServer::Impl final : CameraObserver {
     void stop();
 
     // Engine thread; the work is done on ours, before anything that a client asks.
-    void camera_added(const CameraStream& camera) override { post_camera(camera, true); }
-    void camera_changed(const CameraStream& camera) override { post_camera(camera, true); }
-    void camera_removed(const CameraStream& camera) override { post_camera(camera, false); }
-    void post_camera(const CameraStream& camera, bool is_there) {
+    void camera_added(const stream::CameraStream& camera) override { post_camera(camera, true); }
+    void camera_changed(const stream::CameraStream& camera) override { post_camera(camera, true); }
+    void camera_removed(const stream::CameraStream& camera) override { post_camera(camera, false); }
+    void post_camera(const stream::CameraStream& camera, bool is_there) {
         post([this, camera, is_there] { mount(camera, is_there); });
     }
     void post(Task task) {
@@ -77,7 +77,7 @@ struct RtspServer::Impl final : CameraObserver {
     }
 
     // Server thread.
-    void mount(const CameraStream& camera, bool is_there);
+    void mount(const stream::CameraStream& camera, bool is_there);
     void unmount(const std::string& path);
     Result<void> refusal(const std::string& path) const;
     GObjectHandle<GstRTSPAddressPool> addresses();
@@ -159,7 +159,7 @@ void RtspServer::Impl::run() {
     g_main_context_pop_thread_default(context);
 }
 
-void RtspServer::Impl::mount(const CameraStream& camera, bool is_there) {
+void RtspServer::Impl::mount(const stream::CameraStream& camera, bool is_there) {
     for (const RtspCodec codec : codecs) {
         const std::string path = RtspMount::path_of(codec, camera.name);
         refused.erase(path);
@@ -286,4 +286,4 @@ void RtspServer::stop() {
     impl_->stop();
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

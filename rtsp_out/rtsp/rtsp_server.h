@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Every camera as a network camera: rtsp://HOST:PORT/NAME (H.264) and /NAME/mjpeg, by UDP, TCP and multicast.
 ///
@@ -30,4 +30,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -4,7 +4,7 @@
 
 #include "rtsp_out/rtsp/rtp_packet.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 /// The chain functions of an appsink, as they were.
@@ -74,4 +74,4 @@ void drop_flush_buffers(GstRTSPStreamTransport* transport) {
                                             send_single<gst_rtsp_stream_transport_send_rtcp_list>, transport, nullptr);
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

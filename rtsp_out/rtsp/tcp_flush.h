@@ -4,7 +4,7 @@
 
 #include <gst/rtsp-server/rtsp-server.h>
 
-namespace camrig {
+namespace camrig::rtsp {
 
 /// Lets a picture go when its last packet has been written to the last TCP reader.
 ///
@@ -23,4 +23,4 @@ void send_flush_buffers(GstPad* pad, std::function<bool()> wanted);
 /// For a TCP reader, before it plays: flush buffers end here. Server thread.
 void drop_flush_buffers(GstRTSPStreamTransport* transport);
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -14,7 +14,7 @@ void require(bool condition) {
 }
 
 void run(std::string_view text) {
-    Result<Calibration> read = parse_calibration(text, "fuzz.yaml");
+    Result<camera::Calibration> read = camera::parse_calibration(text, "fuzz.yaml");
     if (!read) {
         require(!read.error().message.empty());
         return;
@@ -22,7 +22,7 @@ void run(std::string_view text) {
     read->camera_name = "camera";
     const Result<std::string> written = write_camera_info(*read);
     if (!written) return;  // a size or a lens that ROS has no name for
-    const Result<Calibration> again = parse_calibration(*written, "written.yaml");
+    const Result<camera::Calibration> again = camera::parse_calibration(*written, "written.yaml");
     require(again.has_value());
     require(again->size == read->size && again->intrinsics == read->intrinsics);
 }

@@ -17,7 +17,7 @@ void run(std::string_view answers) {
     int pair[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair) != 0) std::abort();
     const UniqueFd rig(pair[1]);
-    RpcClient client(LineSocket(UniqueFd(pair[0]), "fuzzer"));
+    client::RpcClient client(client::LineSocket(UniqueFd(pair[0]), "fuzzer"));
     // What does not fit in the socket's buffer is left out; then nothing more will come.
     static_cast<void>(::send(rig.get(), answers.data(), answers.size(), MSG_NOSIGNAL));
     ::shutdown(rig.get(), SHUT_WR);

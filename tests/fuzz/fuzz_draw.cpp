@@ -25,28 +25,29 @@ class Draws {
 public:
     Draws(const std::uint8_t* data, std::size_t size) : from_(data, size) {}
 
-    TestWorld world() {
-        TestWorld result;
+    render::TestWorld world() {
+        render::TestWorld result;
         result.environment = {.background = color(), .ambient_sky = color(), .ambient_ground = color()};
         const int objects = below(max_objects) + 1, lights = below(max_lights + 1);
         for (int i = 0; i < objects; ++i) {
             auto& list = from_.ConsumeBool() ? result.movers : result.objects;
-            Instance& instance = list.emplace_back(instance_of(model(), place(), static_cast<std::uint32_t>(i + 1)));
+            world::Instance& instance =
+                list.emplace_back(render::instance_of(model(), place(), static_cast<std::uint32_t>(i + 1)));
             instance.scale = from_.ConsumeBool() ? -1.0 : 1.0;
         }
         for (int i = 0; i < lights; ++i) {
-            const auto type = static_cast<LightType>(below(3));
-            result.lights.push_back(light_of(type, within(0.0f, 10.0f), place(), glm::dvec3(0.6, 0.0, -0.8)));
+            const auto type = static_cast<world::LightType>(below(3));
+            result.lights.push_back(render::light_of(type, within(0.0f, 10.0f), place(), glm::dvec3(0.6, 0.0, -0.8)));
         }
         return result;
     }
 
-    View view(std::uint32_t number) {
-        TestCamera camera{.eye = place() * 0.2};
+    render::View view(std::uint32_t number) {
+        render::TestCamera camera{.eye = place() * 0.2};
         camera.size = {16 + below(80), 16 + below(60)};
         camera.focal_px = std::exp(within(0.0f, 9.0f));
         camera.near_m = 0.001 + within(0.0f, 1.0f);
-        camera.quality = from_.ConsumeBool() ? Quality::fast : Quality::simple;
+        camera.quality = from_.ConsumeBool() ? world::Quality::fast : world::Quality::simple;
         return camera.view(number);
     }
 
@@ -65,17 +66,17 @@ private:
     /// Mostly a number that a scene would have, at times any number there is.
     float coordinate() { return below(8) == 0 ? from_.ConsumeFloatingPoint<float>() : within(-3.0f, 3.0f); }
 
-    Material material() {
-        Material result = colored(color(), from_.ConsumeBool());
+    world::Material material() {
+        world::Material result = render::colored(color(), from_.ConsumeBool());
         result.double_sided = from_.ConsumeBool();
-        result.alpha_mode = static_cast<AlphaMode>(below(3));
+        result.alpha_mode = static_cast<world::AlphaMode>(below(3));
         result.base_color.a = within(0.0f, 1.0f);
         result.emissive = color();
         return result;
     }
 
-    ModelRef model() {
-        Primitive surface;
+    world::ModelRef model() {
+        world::Primitive surface;
         const int corners = 3 * (below(max_triangles) + 1);
         const bool has_texture = from_.ConsumeBool(), has_colors = from_.ConsumeBool();
         for (int i = 0; i < corners; ++i) {
@@ -86,13 +87,13 @@ private:
             if (has_texture) surface.texcoords[0].emplace_back(coordinate(), coordinate());
             if (has_colors) surface.colors.emplace_back(color(), within(0.0f, 1.0f));
         }
-        Material look = material();
+        world::Material look = material();
         if (has_texture) look.base_color_texture.texture = 0;
-        auto result = model_of(std::move(surface), std::move(look));
+        auto result = render::model_of(std::move(surface), std::move(look));
         if (has_texture) {
-            result->images.push_back(patterned({1 + below(16), 1 + below(16)}));
-            Sampler sampler{static_cast<Wrap>(below(3)), static_cast<Wrap>(below(3))};
-            sampler.magnify = static_cast<Filter>(below(2));
+            result->images.push_back(render::patterned({1 + below(16), 1 + below(16)}));
+            world::Sampler sampler{static_cast<world::Wrap>(below(3)), static_cast<world::Wrap>(below(3))};
+            sampler.magnify = static_cast<world::Filter>(below(2));
             sampler.mipmaps = from_.ConsumeBool();
             result->textures.push_back({.image = 0, .sampler = sampler});
         }
@@ -102,33 +103,36 @@ private:
     FuzzedDataProvider from_;
 };
 
-SoftwareDrawer make_drawer(int threads, std::int64_t layer_bytes, bool wide_lanes) {
-    SoftwareDrawer::Options options;
-    options.pool = std::make_shared<FramePool>();
+render::software::SoftwareDrawer make_drawer(int threads, std::int64_t layer_bytes, bool wide_lanes) {
+    render::software::SoftwareDrawer::Options options;
+    options.pool = std::make_shared<frame::FramePool>();
     options.threads = threads;
     options.static_layer_bytes = layer_bytes;
-    options.wide_lanes = wide_lanes && has_wide_lanes();
-    return SoftwareDrawer(options);
+    options.wide_lanes = wide_lanes && render::software::has_wide_lanes();
+    return render::software::SoftwareDrawer(options);
 }
 
-std::vector<FrameRef> drawn(SoftwareDrawer& by, const SnapshotRef& snapshot, const View& view) {
+std::vector<frame::FrameRef> drawn(render::software::SoftwareDrawer& by, const world::SnapshotRef& snapshot,
+                                   const render::View& view) {
     by.begin_instant(snapshot);
     require(by.can_draw(view));
-    std::vector<FrameRef> frames;
-    by.draw(std::vector<const View*>{&view}, 0, frames);
+    std::vector<frame::FrameRef> frames;
+    by.draw(std::vector<const render::View*>{&view}, 0, frames);
     return frames;
 }
 
 void run(const std::uint8_t* data, std::size_t size) {
-    static SoftwareDrawer with_layers = make_drawer(2, std::int64_t{1} << 20, true), plain = make_drawer(1, 0, false);
+    static render::software::SoftwareDrawer with_layers = make_drawer(2, std::int64_t{1} << 20, true),
+                                            plain = make_drawer(1, 0, false);
     Draws from(data, size);
-    const TestWorld world = from.world();
-    const SnapshotRef first = world.snapshot();
-    const View view = from.view(1);
+    const render::TestWorld world = from.world();
+    const world::SnapshotRef first = world.snapshot();
+    const render::View view = from.view(1);
     for (int instant = 0; instant < 3; ++instant) {
-        auto snapshot = std::make_shared<Snapshot>(*first);
-        for (Instance& mover : snapshot->movers) mover.position += from.place() * 0.1;
-        const FrameRef kept = drawn(with_layers, snapshot, view).at(0), full = drawn(plain, snapshot, view).at(0);
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
+        for (world::Instance& mover : snapshot->movers) mover.position += from.place() * 0.1;
+        const frame::FrameRef kept = drawn(with_layers, snapshot, view).at(0),
+                              full = drawn(plain, snapshot, view).at(0);
         require(std::ranges::equal(kept->bytes(), full->bytes()));
     }
     with_layers.forget(view.camera);

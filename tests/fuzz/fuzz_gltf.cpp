@@ -14,19 +14,20 @@ namespace {
 
 using namespace camrig;
 
-Result<ModelRef> load(std::span<const std::byte> bytes) {
+Result<world::ModelRef> load(std::span<const std::byte> bytes) {
     const auto nul = std::ranges::find(bytes, std::byte{0});
-    if (bytes.empty() || bytes.front() != std::byte{'{'} || nul == bytes.end()) return load_model(bytes, {}, "fuzz");
+    if (bytes.empty() || bytes.front() != std::byte{'{'} || nul == bytes.end())
+        return world::load_model(bytes, {}, "fuzz");
     const std::string text(reinterpret_cast<const char*>(bytes.data()), static_cast<std::size_t>(nul - bytes.begin()));
-    return load_model(GlbBuilder::assemble(text, {nul + 1, bytes.end()}), {}, "fuzz");
+    return world::load_model(world::GlbBuilder::assemble(text, {nul + 1, bytes.end()}), {}, "fuzz");
 }
 
-void deform_all(const Model& model, const PosedModel& pose) {
+void deform_all(const world::Model& model, const world::PosedModel& pose) {
     std::vector<glm::vec3> positions, normals;
     for (const int node : model.order) {
         const int mesh = model.nodes[static_cast<std::size_t>(node)].mesh;
         if (mesh < 0) continue;
-        for (const Primitive& primitive : model.meshes[static_cast<std::size_t>(mesh)].primitives) {
+        for (const world::Primitive& primitive : model.meshes[static_cast<std::size_t>(mesh)].primitives) {
             positions.resize(primitive.positions.size());
             normals.resize(primitive.positions.size());
             deform_vertices(model, pose, node, primitive, positions, normals);
@@ -40,9 +41,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto model = load(std::as_bytes(std::span(data, size)));
     if (!model) return 0;
     (void)scene_of_model(*model);
-    PosedModel pose;
+    world::PosedModel pose;
     for (std::size_t a = 0; a < (*model)->animations.size() && a < 4; ++a) {
-        const ClipState clip{.animation = static_cast<int>(a), .phase_ns = (*model)->animations[a].duration_ns / 3};
+        const world::ClipState clip{.animation = static_cast<int>(a),
+                                    .phase_ns = (*model)->animations[a].duration_ns / 3};
         pose_model(**model, std::span(&clip, 1), pose);
         deform_all(**model, pose);
     }

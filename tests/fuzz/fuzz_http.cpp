@@ -12,29 +12,29 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     using namespace camrig;
     const std::string_view text(reinterpret_cast<const char*>(data), size);
 
-    static_cast<void>(is_loopback_host(text));
-    static_cast<void>(token_of(text, nullptr, text));
-    static_cast<void>(check_origin({"POST", text, text, {}}, "localhost", false));
+    static_cast<void>(http::is_loopback_host(text));
+    static_cast<void>(http::token_of(text, nullptr, text));
+    static_cast<void>(http::check_origin({"POST", text, text, {}}, "localhost", false));
 
-    const AskingPage page{.host = "localhost", .origin = {}, .referer = text, .sec_fetch_site = {}};
+    const http::AskingPage page{.host = "localhost", .origin = {}, .referer = text, .sec_fetch_site = {}};
     if (check_page(page)) CHECK(text.starts_with("http://localhost") || text.starts_with("https://localhost"));
-    if (is_host_field(text)) CHECK(text.find_first_of(" @/\r\n") == std::string_view::npos);
-    static_cast<void>(check_page_origin(text));
+    if (http::is_host_field(text)) CHECK(text.find_first_of(" @/\r\n") == std::string_view::npos);
+    static_cast<void>(http::check_page_origin(text));
 
-    const auto target = parse_target(text);
+    const auto target = http::parse_target(text);
     if (!target) return 0;
-    CHECK(text.size() <= max_target_length);
-    CHECK(target->query.size() <= max_query_parameters);
+    CHECK(text.size() <= http::max_target_length);
+    CHECK(target->query.size() <= http::max_query_parameters);
     for (const char c : target->path) CHECK(c >= 0x20 && c <= 0x7e);
-    for (const auto segment : segments_of(target->path)) CHECK(segment != ".." && segment != ".");
+    for (const auto segment : http::segments_of(target->path)) CHECK(segment != ".." && segment != ".");
     if (target->path == "*") return 0;
     CHECK(target->path.front() == '/');
 
-    const auto route = route_of(target->path);
+    const auto route = http::route_of(target->path);
     if (!route) return 0;
     const bool of_camera = !route->camera.empty();
-    CHECK(of_camera == (route->kind == RouteKind::stream || route->kind == RouteKind::picture ||
-                        route->kind == RouteKind::depth_npy || route->kind == RouteKind::truth));
+    CHECK(of_camera == (route->kind == http::RouteKind::stream || route->kind == http::RouteKind::picture ||
+                        route->kind == http::RouteKind::depth_npy || route->kind == http::RouteKind::truth));
     if (const auto params = stream_params(*target)) {
         const int quality = params->quality.value_or(1);
         CHECK(quality >= 1 && quality <= 100);

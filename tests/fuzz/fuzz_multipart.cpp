@@ -18,7 +18,7 @@ void require(bool condition) {
 
 /// The bytes of all parts, until there are no more or the stream breaks.
 std::vector<std::string> parts_of(std::string_view body, std::size_t piece) {
-    auto reader = MultipartReader::create("multipart/x-mixed-replace; boundary=frame");
+    auto reader = probe::MultipartReader::create("multipart/x-mixed-replace; boundary=frame");
     require(reader.has_value());
     std::vector<std::string> parts;
     while (!body.empty()) {
@@ -28,7 +28,7 @@ std::vector<std::string> parts_of(std::string_view body, std::size_t piece) {
             auto part = reader->next();
             if (!part) return parts;
             if (!*part) break;
-            require((*part)->bytes.size() <= MultipartReader::max_part_bytes);
+            require((*part)->bytes.size() <= probe::MultipartReader::max_part_bytes);
             static_cast<void>((*part)->number("x-sequence"));
             parts.push_back(std::move((*part)->bytes));
         }
@@ -43,8 +43,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     using namespace camrig;
     // The first byte says how large the pieces are, the rest is the body; and the same text as a Content-Type.
     const std::string_view text(reinterpret_cast<const char*>(data), size);
-    static_cast<void>(MultipartReader::create(text));
-    if (text.empty() || size > MultipartReader::max_head_bytes) return 0;
+    static_cast<void>(probe::MultipartReader::create(text));
+    if (text.empty() || size > probe::MultipartReader::max_head_bytes) return 0;
     const std::string_view body = text.substr(1);
     const auto whole = parts_of(body, body.size());
     const auto pieces = parts_of(body, data[0] % 64 + 1U);

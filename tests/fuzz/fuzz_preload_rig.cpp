@@ -11,10 +11,10 @@ namespace {
 using namespace camrig;
 
 /// One control of each kind.
-class SomeControls final : public ControlPort {
+class SomeControls final : public device::ControlPort {
 public:
-    std::vector<DeviceControl> list(std::string_view) override {
-        using enum DeviceControl::Kind;
+    std::vector<device::DeviceControl> list(std::string_view) override {
+        using enum device::DeviceControl::Kind;
         return {{1, integer, "integer", -5, 5, 1, 0, 0, {}},
                 {2, boolean, "boolean", 0, 1, 1, 0, 0, {}},
                 {3, menu, "menu", 0, 1, 1, 0, 0, {"off", "on"}}};
@@ -23,7 +23,7 @@ public:
         if (id < 1 || id > 3) return error(ErrorKind::not_found, "no such control");
         return 0;
     }
-    void set(std::string_view, std::span<const DeviceControlValue> values,
+    void set(std::string_view, std::span<const device::DeviceControlValue> values,
              std::function<void(Result<void>)> done) override {
         for (const auto& [id, value] : values) CHECK(id >= 1 && id <= 3 && value >= -5 && value <= 5);
         done({});
@@ -35,7 +35,7 @@ struct Peer {
         int pair[2];
         CHECK(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) == 0);
         theirs.reset(pair[0]);
-        session = std::make_shared<DeviceSession>(UniqueFd(pair[1]));
+        session = std::make_shared<device::DeviceSession>(UniqueFd(pair[1]));
     }
     void drain() const {
         alignas(cmsghdr) char control[256];
@@ -57,7 +57,7 @@ struct Peer {
         }
     }
     UniqueFd theirs;
-    std::shared_ptr<DeviceSession> session;
+    std::shared_ptr<device::DeviceSession> session;
 };
 
 camrig_request hello() {
@@ -71,14 +71,14 @@ camrig_request hello() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static LocalFrameBus* const bus = [] {
-        auto* made = new LocalFrameBus({1, std::make_shared<FramePool>()});
+    static stream::LocalFrameBus* const bus = [] {
+        auto* made = new stream::LocalFrameBus({1, std::make_shared<frame::FramePool>()});
         made->add_camera({CameraId{1}, "lobby", {64, 48}, Rate()});
         return made;
     }();
-    const auto tasks = std::make_shared<TaskQueue>();
-    DeviceHost host(*bus, std::make_shared<SomeControls>(), tasks);
-    host.add_device(10, "lobby", ChromaSampling::yuv422);
+    const auto tasks = std::make_shared<device::TaskQueue>();
+    device::DeviceHost host(*bus, std::make_shared<SomeControls>(), tasks);
+    host.add_device(10, "lobby", codec::ChromaSampling::yuv422);
     Peer hostile, honest;
     const camrig_request first = hello();
     host.receive(honest.session, std::as_bytes(std::span(&first, 1)));

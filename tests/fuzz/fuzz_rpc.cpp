@@ -9,12 +9,12 @@
 namespace camrig {
 namespace {
 
-class RefusingRig final : public CommandPort, public FrameFetcher {
+class RefusingRig final : public engine::CommandPort, public stream::FrameFetcher {
 public:
-    void post(Command command) override {
+    void post(engine::Command command) override {
         std::visit([](auto& request) { request.done(error(ErrorKind::unavailable, "no")); }, command);
     }
-    void fetch(FetchRequest, std::function<void(Result<MediaUnit>)> done) override {
+    void fetch(stream::FetchRequest, std::function<void(Result<stream::MediaUnit>)> done) override {
         done(error(ErrorKind::unavailable, "no"));
     }
 };
@@ -25,13 +25,14 @@ void require(bool condition) {
 
 void run(std::string_view text) {
     static RefusingRig rig;
-    static RpcServer server(RpcContext{rig, rig});
+    static control::RpcServer server(control::RpcContext{rig, rig});
     // Loading reads files named by the input, on another thread: not this target's business, and slow. Asked of the
     // decoded message, because escapes can write the name in many ways.
-    for (const auto& item : parse_rpc(text).items)
-        if (const auto* request = std::get_if<RpcRequest>(&item); request && request->method == "world.load") return;
+    for (const auto& item : control::parse_rpc(text).items)
+        if (const auto* request = std::get_if<control::RpcRequest>(&item); request && request->method == "world.load")
+            return;
     int answers = 0;
-    server.handle(text, [&](const RpcAnswer& answer) {
+    server.handle(text, [&](const control::RpcAnswer& answer) {
         ++answers;
         const std::string reply = answer.joined();
         if (reply.empty()) return;

@@ -20,12 +20,12 @@ void check(bool good) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace camrig;
     if (size < 2) return 0;
-    RequestLimits limits;
+    rtsp::RequestLimits limits;
     limits.line_bytes = 64;
     limits.head_bytes = 256;
     limits.header_lines = 6;
     limits.body_bytes = limits.data_bytes = 300;
-    RequestBounds singly(limits), in_pieces(limits);
+    rtsp::RequestBounds singly(limits), in_pieces(limits);
     if (data[0] & 1) {
         singly.allow_data();
         in_pieces.allow_data();
@@ -46,7 +46,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     check(good == good_in_pieces);
     if (good) check(singly.message_began_ns() == in_pieces.message_began_ns());
 
-    const std::string path = mount_path_of(bytes);
+    const std::string path = rtsp::mount_path_of(bytes);
     check(path.size() <= bytes.size() && path.find("/stream=") == std::string::npos);
     check(path.size() < 2 || path.back() != '/');
     return 0;

@@ -38,15 +38,15 @@ const std::vector<glm::dvec3>& room() {
                                                 {-4, -3, 3}, {4, -3, 3}, {4, 3, 3}, {-4, 3, 3}};
     return points;
 }
-Primitive walls() {
-    Primitive p;
+world::Primitive walls() {
+    world::Primitive p;
     p.indices = {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
                  1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
     return p;
 }
-Primitive diagonal() {
-    Primitive p;
-    p.topology = Topology::lines;
+world::Primitive diagonal() {
+    world::Primitive p;
+    p.topology = world::Topology::lines;
     p.indices = {0, 6};
     return p;
 }
@@ -56,10 +56,10 @@ void require(bool holds) {
 }
 
 /// Points of the edges, where neither the end of the field nor rounding leaves room for doubt.
-void check_edges(const CameraModel& camera, std::span<const glm::dvec3> points, const Primitive& primitive,
-                 double near_m, double far_m, const ProjectedBox& box) {
-    const LensMap& lens = camera.lens();
-    const bool has_planes = lens.lens().model != LensModel::equidistant;
+void check_edges(const camera::CameraModel& camera, std::span<const glm::dvec3> points,
+                 const world::Primitive& primitive, double near_m, double far_m, const truth::ProjectedBox& box) {
+    const camera::LensMap& lens = camera.lens();
+    const bool has_planes = lens.lens().model != camera::LensModel::equidistant;
     if (std::ranges::any_of(lens.lens().coefficients, [](double k) { return std::abs(k) > 100.0; })) return;
     const double radius = std::min(lens.valid_radius() * (1.0 - 1e-6), has_planes ? 1e5 : 3.1415);
     // Neighbours in the list: of walls() every other pair of corners of one wall.
@@ -71,8 +71,8 @@ void check_edges(const CameraModel& camera, std::span<const glm::dvec3> points, 
             if (!ideal || glm::length(*ideal) > radius) continue;
             const auto pixel = camera.project(p);
             if (!pixel) continue;
-            const glm::dvec2 slack = glm::max(glm::dvec2(1.01 * BoxProjector::tolerance_px),
-                                              1.01 * BoxProjector::tolerance_share * (box.max - box.min)) +
+            const glm::dvec2 slack = glm::max(glm::dvec2(1.01 * truth::BoxProjector::tolerance_px),
+                                              1.01 * truth::BoxProjector::tolerance_share * (box.max - box.min)) +
                                      1e-7 * glm::abs(*pixel);
             require(glm::all(glm::greaterThanEqual(*pixel, box.min - slack)) &&
                     glm::all(glm::lessThanEqual(*pixel, box.max + slack)));
@@ -84,12 +84,12 @@ void check_edges(const CameraModel& camera, std::span<const glm::dvec3> points, 
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (size < 1) return 0;
-    Lens lens{static_cast<LensModel>(data[0] % 4), {}};
+    camera::Lens lens{static_cast<camera::LensModel>(data[0] % 4), {}};
     Numbers numbers({data + 1, size - 1});
     for (int i = 0; i < coefficient_count(lens.model); ++i)
         lens.coefficients[static_cast<std::size_t>(i)] = numbers.next(9);
-    const Intrinsics k{std::abs(numbers.next(7)), std::abs(numbers.next(7)), numbers.next(4), numbers.next(4)};
-    const auto camera = CameraModel::create({64, 48}, k, lens);
+    const camera::Intrinsics k{std::abs(numbers.next(7)), std::abs(numbers.next(7)), numbers.next(4), numbers.next(4)};
+    const auto camera = camera::CameraModel::create({64, 48}, k, lens);
     if (!camera) return 0;
     const double near_m = std::max(1e-4, std::abs(numbers.next(1))), far_m = std::abs(numbers.next(7));
     const glm::dvec3 eye{numbers.next(8), numbers.next(8), numbers.next(8)};
@@ -99,12 +99,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
     std::vector<glm::dvec3> points;
     for (const glm::dvec3& p : room()) points.push_back(turn * (p - eye));
-    BoxProjector projector(*camera, near_m, far_m > near_m ? far_m : 0.0);
-    for (const Primitive& primitive : {walls(), diagonal()}) {
-        ProjectedBox box;
+    truth::BoxProjector projector(*camera, near_m, far_m > near_m ? far_m : 0.0);
+    for (const world::Primitive& primitive : {walls(), diagonal()}) {
+        truth::ProjectedBox box;
         const auto added = projector.add(points, primitive, box);
-        require(projector.halvings() <= BoxProjector::max_halvings);
-        require(added || projector.halvings() == BoxProjector::max_halvings);
+        require(projector.halvings() <= truth::BoxProjector::max_halvings);
+        require(added || projector.halvings() == truth::BoxProjector::max_halvings);
         require(!std::isnan(box.min.x) && !std::isnan(box.min.y) && !std::isnan(box.max.x) && !std::isnan(box.max.y));
         if (added) check_edges(*camera, points, primitive, near_m, far_m > near_m ? far_m : 0.0, box);
     }

@@ -48,29 +48,29 @@ void operator delete(void* memory, const std::nothrow_t&) noexcept {
     std::free(memory);
 }
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// Blocks that one instant of these views takes once everything is warm. Movers go to and fro, some of them glass.
 std::uint64_t blocks_an_instant(const std::vector<View>& views) {
     TestWorld world;
-    world.lights = {light_of(LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7)))};
-    Material glass = colored({0.3f, 0.5f, 0.9f});
-    glass.alpha_mode = AlphaMode::blend;
+    world.lights = {light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7)))};
+    world::Material glass = colored({0.3f, 0.5f, 0.9f});
+    glass.alpha_mode = world::AlphaMode::blend;
     glass.base_color.a = 0.4f;
     std::uint32_t id = 1;
     for (int i = -2; i <= 2; ++i) {
-        const Material paint = colored({0.2f, 0.5f, 0.4f});
+        const world::Material paint = colored({0.2f, 0.5f, 0.4f});
         world.objects.push_back(instance_of(model_of(box({0.4f, 0.4f, 0.7f}), paint), {5.0, 1.1 * i, -0.3}, id++));
         world.objects.push_back(instance_of(model_of(box({0.1f, 0.4f, 0.7f}), glass), {4.0, 1.1 * i, -0.3}, id++));
         world.movers.push_back(instance_of(model_of(box({0.1f, 0.1f, 0.2f}), paint), {3.5, 0.7 * i, 0.1}, id++));
         world.movers.push_back(instance_of(model_of(box({0.1f, 0.1f, 0.2f}), glass), {3.2, 0.7 * i, 0.1}, id++));
     }
     constexpr int warm_up = 16, counted_instants = 16;  // eight frames of a camera are remembered
-    std::vector<SnapshotRef> moments;
+    std::vector<world::SnapshotRef> moments;
     for (int n = 0; n < warm_up + counted_instants; ++n) {
-        auto moment = std::make_shared<Snapshot>(n == 0 ? *world.snapshot() : *moments.front());
-        for (Instance& mover : moment->movers) mover.position.z = 0.1 * (n % 4);
+        auto moment = std::make_shared<world::Snapshot>(n == 0 ? *world.snapshot() : *moments.front());
+        for (world::Instance& mover : moment->movers) mover.position.z = 0.1 * (n % 4);
         moments.push_back(moment);
     }
     std::uint64_t before = 0;
@@ -103,14 +103,14 @@ TEST(SteadyState, PicturesOfOneInstantWithoutEndTakeBoundedMemory) {
     constexpr int objects = 1024, pictures = 80;
     TestWorld world;
     for (std::uint32_t i = 0; i < objects; ++i) {
-        const Material paint = colored(glm::vec3(0.5f));
+        const world::Material paint = colored(glm::vec3(0.5f));
         world.movers.push_back(instance_of(model_of(box(glm::vec3(0.01f)), paint),
                                            {5.0, 0.02 * (i % 32) - 0.3, 0.02 * (i / 32) - 0.2}, i + 1));
     }
-    const SnapshotRef moment = world.snapshot();
+    const world::SnapshotRef moment = world.snapshot();
     View view = TestCamera{.size = {16, 16}, .focal_px = 40.0}.view();
     std::ranges::fill(view.kinds, false);
-    view.kinds[static_cast<int>(FrameKind::instance)] = true;
+    view.kinds[static_cast<int>(frame::FrameKind::instance)] = true;
     for (int n = 0; n < pictures; ++n) {
         ASSERT_TRUE(cpu_renderer().draw(moment, 0, {&view, 1}).has_value());
     }
@@ -118,22 +118,22 @@ TEST(SteadyState, PicturesOfOneInstantWithoutEndTakeBoundedMemory) {
 }
 
 /// Blocks that bringing one frame into this format takes once everything is warm. Of each frame other rows changed.
-std::uint64_t blocks_a_unit(const MediaFormat& format) {
+std::uint64_t blocks_a_unit(const stream::MediaFormat& format) {
     constexpr ImageSize size{320, 200};
-    auto pool = std::make_shared<FramePool>();
-    auto transcoder = Transcoder::create(format, pool, std::make_shared<TranscodeTimers>()).value();
+    auto pool = std::make_shared<frame::FramePool>();
+    auto transcoder = stream::Transcoder::create(format, pool, std::make_shared<stream::TranscodeTimers>()).value();
     constexpr int warm_up = 8, counted_frames = 16;
-    std::vector<FrameRef> frames;
+    std::vector<frame::FrameRef> frames;
     for (int n = 0; n < warm_up + counted_frames; ++n) {
-        FrameInfo info;
+        frame::FrameInfo info;
         info.camera = std::make_shared<const std::string>("lobby");
         info.sequence = n;
         info.size = size;
-        info.damage = Damage::since(n - 1);
+        info.damage = frame::Damage::since(n - 1);
         info.damage.add(13 * (n % 4), 13 * (n % 4) + 40);
-        std::vector<std::byte> bytes(bytes_of(PixelFormat::rgba8, size));
+        std::vector<std::byte> bytes(bytes_of(frame::PixelFormat::rgba8, size));
         for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(i >> 6);
-        frames.push_back(std::make_shared<const Frame>(std::move(info), std::move(bytes)));
+        frames.push_back(std::make_shared<const frame::Frame>(std::move(info), std::move(bytes)));
     }
     std::uint64_t before = 0;
     for (int n = 0; n < warm_up + counted_frames; ++n) {
@@ -144,11 +144,11 @@ std::uint64_t blocks_a_unit(const MediaFormat& format) {
 }
 
 TEST(SteadyState, AUnitForReadersTakesNoMemoryButTheCountOfItsReaders) {
-    EXPECT_LE(blocks_a_unit({Codec::jpeg, {}, 90, {}}), 1u);
-    EXPECT_LE(blocks_a_unit({Codec::raw, PixelFormat::yuyv, 0, {}}), 1u);
-    EXPECT_LE(blocks_a_unit({Codec::raw, PixelFormat::i420, 0, {160, 100}}), 2u) << "scaled first";
-    EXPECT_EQ(blocks_a_unit({Codec::raw, PixelFormat::rgba8, 0, {}}), 0u);
+    EXPECT_LE(blocks_a_unit({codec::Codec::jpeg, {}, 90, {}}), 1u);
+    EXPECT_LE(blocks_a_unit({codec::Codec::raw, frame::PixelFormat::yuyv, 0, {}}), 1u);
+    EXPECT_LE(blocks_a_unit({codec::Codec::raw, frame::PixelFormat::i420, 0, {160, 100}}), 2u) << "scaled first";
+    EXPECT_EQ(blocks_a_unit({codec::Codec::raw, frame::PixelFormat::rgba8, 0, {}}), 0u);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

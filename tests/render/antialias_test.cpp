@@ -6,7 +6,7 @@
 #include "core/base/random.h"
 #include "tests/render/support/targets.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// The half plane normal . p < offset.
@@ -59,7 +59,7 @@ CoverageError coverage_error(TestCamera camera) {
             return glm::vec3(2.0, -at.x, -at.y);
         };
         const glm::dvec2 side = along * 300.0, back = on_edge - normal * 300.0;
-        Material white = colored(glm::vec3(1.0f), true);
+        world::Material white = colored(glm::vec3(1.0f), true);
         white.double_sided = true;
         const glm::dvec2 mid = along * glm::dot(along, glm::dvec2(middle));
         TestWorld world;
@@ -94,23 +94,24 @@ bool draws_areas() {
 // The best that so many samples in this arrangement can do, computed apart: 1x 0.248, 4 rotated 0.094, 4x4 0.031, the
 // 64 of coverage 0.0125 and at most 0.049; what codes of 8 bits round is 0.004 at most.
 TEST(Antialias, CoverageOfEdgePixelsIsAsGoodAsTheSamplesAllow) {
-    const std::pair<Antialias, double> bounds[] = {
-        {Antialias::none, 0.252},  {Antialias::coverage, draws_areas() ? 0.015 : 0.097},
-        {Antialias::msaa4, 0.097}, {Antialias::ssaa2, 0.097 * 1.25},
-        {Antialias::ssaa3, 0.065}, {Antialias::ssaa4, 0.033}};
+    const std::pair<world::Antialias, double> bounds[] = {
+        {world::Antialias::none, 0.252},  {world::Antialias::coverage, draws_areas() ? 0.015 : 0.097},
+        {world::Antialias::msaa4, 0.097}, {world::Antialias::ssaa2, 0.097 * 1.25},
+        {world::Antialias::ssaa3, 0.065}, {world::Antialias::ssaa4, 0.033}};
     for (const auto& [antialias, bound] : bounds) {
         const CoverageError error = coverage_error({.antialias = antialias});
         std::printf("%s: rms %.4f, max %.3f\n", std::string(to_string(antialias)).c_str(), error.rms, error.worst);
         EXPECT_LT(error.rms, bound) << to_string(antialias);
-        if (antialias == Antialias::coverage && draws_areas()) {
+        if (antialias == world::Antialias::coverage && draws_areas()) {
             EXPECT_LT(error.worst, 0.06);
         }
     }
 }
 
 TEST(Antialias, FlatColoursStayWhatTheyAre) {
-    for (const Antialias antialias :
-         {Antialias::coverage, Antialias::msaa4, Antialias::ssaa2, Antialias::ssaa3, Antialias::ssaa4}) {
+    for (const world::Antialias antialias :
+         {world::Antialias::coverage, world::Antialias::msaa4, world::Antialias::ssaa2, world::Antialias::ssaa3,
+          world::Antialias::ssaa4}) {
         for (const float level : {0.003f, 0.05f, 0.37f, 0.8f}) {
             TestWorld world;
             world.environment.background = glm::vec3(level);
@@ -122,9 +123,11 @@ TEST(Antialias, FlatColoursStayWhatTheyAre) {
 TEST(Antialias, DepthAndIdsAreThoseOfThePixelsCentre) {
     TestWorld world;
     world.objects = {instance_of(model_of(box(glm::vec3(0.5f)), colored({1, 1, 1})), {3, 0.2, 0.1}, 7)};
-    for (const FrameKind kind : {FrameKind::depth, FrameKind::instance, FrameKind::normal}) {
-        const FrameRef plain = draw_kind(world, {}, kind);
-        for (const Antialias antialias : {Antialias::coverage, Antialias::msaa4, Antialias::ssaa2, Antialias::ssaa3}) {
+    for (const frame::FrameKind kind :
+         {frame::FrameKind::depth, frame::FrameKind::instance, frame::FrameKind::normal}) {
+        const frame::FrameRef plain = draw_kind(world, {}, kind);
+        for (const world::Antialias antialias :
+             {world::Antialias::coverage, world::Antialias::msaa4, world::Antialias::ssaa2, world::Antialias::ssaa3}) {
             View view = TestCamera{.antialias = antialias}.view();
             view.kinds[static_cast<int>(kind)] = true;
             const auto frames = draw_views(world.snapshot(), {&view, 1});
@@ -136,7 +139,7 @@ TEST(Antialias, DepthAndIdsAreThoseOfThePixelsCentre) {
 
 TEST(Antialias, MoreSamplesThanTheDeviceDrawsAreAnError) {
     Renderer& renderer = cpu_renderer();
-    const View view = TestCamera{.size = {8192, 8192}, .antialias = Antialias::ssaa4}.view();
+    const View view = TestCamera{.size = {8192, 8192}, .antialias = world::Antialias::ssaa4}.view();
     const auto finished = renderer.draw(TestWorld{}.snapshot(), 0, {&view, 1});
     ASSERT_TRUE(finished.has_value());
     ASSERT_EQ(finished->failures.size(), 1u);
@@ -147,7 +150,7 @@ TEST(Antialias, MoreSamplesThanTheDeviceDrawsAreAnError) {
 /// A floor of fine tiles up to the horizon, and leaves of a fraction of a pixel's width, of which each shows the green
 /// left half of a picture whose right half is red.
 TestWorld tiles_and_leaves() {
-    Image tiles{.size = {64, 64}, .rgba = std::vector<std::uint8_t>(std::size_t{64} * 64 * 4, 255)};
+    world::Image tiles{.size = {64, 64}, .rgba = std::vector<std::uint8_t>(std::size_t{64} * 64 * 4, 255)};
     for (std::size_t i = 0; i < std::size_t{64} * 64; ++i) {
         const bool is_dark = random_unit(3, i / 64 / 4, i % 64 / 4) < 0.5;
         std::fill_n(tiles.rgba.begin() + static_cast<std::ptrdiff_t>(4 * i), 3, is_dark ? 40 : 220);
@@ -155,11 +158,11 @@ TestWorld tiles_and_leaves() {
     auto floor = model_of(rectangle({14, 0, -1.5}, {0, -20, 0}, {13, 0, 0}), colored(glm::vec3(1.0f), true));
     for (glm::vec2& at : floor->meshes[0].primitives[0].texcoords[0]) at *= 12.0f;
     floor->images.push_back(std::move(tiles));
-    Image halves{.size = {64, 1}, .rgba = {}};
+    world::Image halves{.size = {64, 1}, .rgba = {}};
     for (int x = 0; x < 64; ++x)
         halves.rgba.insert(halves.rgba.end(), {static_cast<std::uint8_t>(x < 32 ? 0 : 255),
                                                static_cast<std::uint8_t>(x < 32 ? 255 : 0), 0, 255});
-    Primitive blades;
+    world::Primitive blades;
     for (int i = 0; i < 20; ++i) {
         const float y = 1.1f - 0.11f * static_cast<float>(i), lean = 0.02f * static_cast<float>(i - 10), width = 0.02f;
         const auto first = static_cast<std::uint32_t>(blades.positions.size());
@@ -169,7 +172,7 @@ TestWorld tiles_and_leaves() {
         blades.indices.insert(blades.indices.end(), {first, first + 1, first + 2});
     }
     blades.bounds = {glm::vec3(-10.0f), glm::vec3(10.0f)};
-    Material green = colored(glm::vec3(1.0f), true);
+    world::Material green = colored(glm::vec3(1.0f), true);
     green.double_sided = true;
     auto leaves = model_of(std::move(blades), green);
     leaves->images.push_back(std::move(halves));
@@ -185,7 +188,7 @@ TestWorld tiles_and_leaves() {
 TEST(Antialias, ByCoverageTexturesAreTheMeanOfWhatThePixelShowsOfThem) {
     if (!draws_areas()) return;
     constexpr int side = 8;
-    const TestCamera small{.size = {96, 72}, .focal_px = 80.0, .antialias = Antialias::coverage};
+    const TestCamera small{.size = {96, 72}, .focal_px = 80.0, .antialias = world::Antialias::coverage};
     const Picture picture = draw(tiles_and_leaves(), small);
     const Picture large = draw(tiles_and_leaves(), {.size = {side * small.size.width, side * small.size.height},
                                                     .focal_px = side * small.focal_px});
@@ -209,4 +212,4 @@ TEST(Antialias, ByCoverageTexturesAreTheMeanOfWhatThePixelShowsOfThem) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

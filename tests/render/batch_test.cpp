@@ -5,21 +5,21 @@
 #include "tests/render/support/gallery.h"
 
 // Surfaces that differ only in mesh and place are drawn by one call of OpenGL: the bytes of drawing each by its own.
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// A surface somewhere in the world.
 struct Placed {
-    Primitive primitive;
+    world::Primitive primitive;
     int material = 0;
     glm::dmat4 world_from_local{1.0};
 };
 
-std::vector<Material> paints() {
-    std::vector<Material> paints(6, colored(glm::vec3(0.8f)));
+std::vector<world::Material> paints() {
+    std::vector<world::Material> paints(6, colored(glm::vec3(0.8f)));
     paints[1] = colored({0.2f, 0.7f, 0.4f});
     paints[2].double_sided = true;
-    paints[3].alpha_mode = AlphaMode::mask;
+    paints[3].alpha_mode = world::AlphaMode::mask;
     paints[3].base_color_texture = {.texture = 0, .scale = {2.0f, 2.0f}};
     paints[4].base_color_texture.texture = 0;
     paints[4].emissive = {0.3f, 0.1f, 0.2f};
@@ -29,7 +29,7 @@ std::vector<Material> paints() {
 }
 
 /// The same surface with indices that need 32 bits.
-Primitive widened(Primitive primitive) {
+world::Primitive widened(world::Primitive primitive) {
     constexpr std::size_t unused = 66000;
     const auto widen = [](auto& values) {
         if (!values.empty()) values.insert(values.begin(), unused, values.front());
@@ -42,7 +42,7 @@ Primitive widened(Primitive primitive) {
     return primitive;
 }
 
-Primitive without_colors(Primitive primitive) {
+world::Primitive without_colors(world::Primitive primitive) {
     primitive.colors.clear();
     return primitive;
 }
@@ -60,10 +60,10 @@ std::vector<Placed> pair() {
 /// boxes of one material than one call may draw.
 std::vector<Placed> wall() {
     constexpr float size = 0.16f;
-    const Primitive shapes[] = {box(glm::vec3(size)), ball(size, 6), without_colors(ball(size, 8)),
-                                rectangle({0, 0, 0}, {0.1f, size, 0}, {0, 0, size})};
-    const Primitive wide_box = widened(shapes[0]);
-    const Primitive wide_ball = widened(shapes[1]);
+    const world::Primitive shapes[] = {box(glm::vec3(size)), ball(size, 6), without_colors(ball(size, 8)),
+                                       rectangle({0, 0, 0}, {0.1f, size, 0}, {0, 0, size})};
+    const world::Primitive wide_box = widened(shapes[0]);
+    const world::Primitive wide_ball = widened(shapes[1]);
     std::vector<Placed> placed;
     for (int i = 0; i < 72; ++i) {
         Placed next{.primitive = i % 12 == 4   ? wide_box
@@ -80,10 +80,10 @@ std::vector<Placed> wall() {
 }
 
 /// The model of some surfaces, a node each.
-std::shared_ptr<Model> model_with(std::span<const Placed> surfaces) {
+std::shared_ptr<world::Model> model_with(std::span<const Placed> surfaces) {
     auto model = model_of(surfaces.front().primitive, {});
-    const Node turned = model->nodes[0];
-    const Mesh like = model->meshes[0];
+    const world::Node turned = model->nodes[0];
+    const world::Mesh like = model->meshes[0];
     model->materials = paints();
     model->images.push_back(patterned({32, 32}));
     model->textures.push_back({.image = 0, .sampler = {}});
@@ -92,12 +92,12 @@ std::shared_ptr<Model> model_with(std::span<const Placed> surfaces) {
     model->order.clear();
     for (const Placed& surface : surfaces) {
         const auto number = static_cast<int>(model->nodes.size());
-        Node node = turned;
+        world::Node node = turned;
         node.matrix = turned.matrix * surface.world_from_local;
         node.mesh = number;
         model->order.push_back(number);
         model->nodes.push_back(node);
-        Mesh mesh = model_of(surface.primitive, {})->meshes[0];
+        world::Mesh mesh = model_of(surface.primitive, {})->meshes[0];
         mesh.primitives[0].material = surface.material;
         model->meshes.push_back(std::move(mesh));
     }
@@ -106,13 +106,14 @@ std::shared_ptr<Model> model_with(std::span<const Placed> surfaces) {
 
 enum class Models : std::uint8_t { one, one_each };
 
-SnapshotRef world_of(Models models) {
+world::SnapshotRef world_of(Models models) {
     TestWorld world;
     world.environment.ambient_sky = glm::vec3(0.2f);
     world.environment.ambient_ground = glm::vec3(0.1f);
-    world.lights = {light_of(LightType::directional, 0.5f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
-                    light_of(LightType::point, 1.5f, {3.0, 1.0, 0.5}),
-                    light_of(LightType::spot, 9.0f, {2.0, -1.5, 1.5}, glm::normalize(glm::dvec3(0.6, 0.2, -0.5)))};
+    world.lights = {
+        light_of(world::LightType::directional, 0.5f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
+        light_of(world::LightType::point, 1.5f, {3.0, 1.0, 0.5}),
+        light_of(world::LightType::spot, 9.0f, {2.0, -1.5, 1.5}, glm::normalize(glm::dvec3(0.6, 0.2, -0.5)))};
     world.lights[1].range = 1.2f;  // so that not all have the same lights
     std::uint32_t id = 1;
     for (const std::vector<Placed>& surfaces : {wall(), pair()}) {
@@ -121,7 +122,7 @@ SnapshotRef world_of(Models models) {
             world.objects.push_back(instance_of(model_with(std::span(surfaces).subspan(i, step)), {}, id++));
     }
     // Objects of one model, neighbours too.
-    ModelRef crate;
+    world::ModelRef crate;
     for (const double y : {-2.3, -2.0, -1.7}) {
         if (crate == nullptr || models == Models::one_each) crate = model_with(std::vector{pair().front()});
         world.objects.push_back(instance_of(crate, {-0.5, y - 0.5, 1.0}, id++));
@@ -132,11 +133,11 @@ SnapshotRef world_of(Models models) {
 }
 
 struct Pictures {
-    std::vector<FrameRef> frames;
+    std::vector<frame::FrameRef> frames;
     RenderCounters counters;
 };
 
-Pictures film(const SnapshotRef& first, Quality quality, const RendererOptions& options) {
+Pictures film(const world::SnapshotRef& first, world::Quality quality, const RendererOptions& options) {
     auto renderer = create_renderer(options);
     if (!renderer) {
         ADD_FAILURE() << renderer.error().message;
@@ -148,7 +149,7 @@ Pictures film(const SnapshotRef& first, Quality quality, const RendererOptions& 
     for (View& view : views) std::ranges::fill(view.kinds, true);
     Pictures seen;
     for (int n = 0; n < 4; ++n) {
-        auto snapshot = std::make_shared<Snapshot>(*first);
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
         snapshot->movers[0].position.y = 0.2 * n;
         auto finished = (*renderer)->draw(snapshot, 0, views);
         if (!finished || !finished->failures.empty()) {
@@ -163,26 +164,26 @@ Pictures film(const SnapshotRef& first, Quality quality, const RendererOptions& 
 
 RendererOptions options_with(bool batch_draws, std::int64_t static_layer_bytes = 0) {
     return {.device = "llvmpipe",
-            .pool = std::make_shared<FramePool>(),
+            .pool = std::make_shared<frame::FramePool>(),
             .static_layer_bytes = static_layer_bytes,
             .batch_draws = batch_draws};
 }
 
-constexpr Quality qualities[] = {Quality::fast, Quality::simple, Quality::beautiful};
+constexpr world::Quality qualities[] = {world::Quality::fast, world::Quality::simple, world::Quality::beautiful};
 
 void expect_same(const Pictures& a, const Pictures& b, const std::string& what, bool with_ids = true) {
     ASSERT_EQ(a.frames.size(), b.frames.size());
     ASSERT_FALSE(a.frames.empty());
     for (std::size_t i = 0; i < a.frames.size(); ++i) {
-        const FrameKind kind = a.frames[i]->info().kind;
-        if (!with_ids && (kind == FrameKind::instance || kind == FrameKind::semantic)) continue;
+        const frame::FrameKind kind = a.frames[i]->info().kind;
+        if (!with_ids && (kind == frame::FrameKind::instance || kind == frame::FrameKind::semantic)) continue;
         EXPECT_TRUE(std::ranges::equal(a.frames[i]->bytes(), b.frames[i]->bytes())) << what << ", picture " << i;
     }
 }
 
 TEST(BatchedDraws, ChangeNoByteInAnyQualityWithAndWithoutLayers) {
-    const SnapshotRef snapshot = world_of(Models::one);
-    for (const Quality quality : qualities) {
+    const world::SnapshotRef snapshot = world_of(Models::one);
+    for (const world::Quality quality : qualities) {
         for (const std::int64_t layer_bytes : {0, 1 << 24}) {
             const Pictures apart = film(snapshot, quality, options_with(false, layer_bytes));
             const Pictures batched = film(snapshot, quality, options_with(true, layer_bytes));
@@ -195,11 +196,11 @@ TEST(BatchedDraws, ChangeNoByteInAnyQualityWithAndWithoutLayers) {
 }
 
 TEST(BatchedDraws, ShowWhatSurfacesInModelsOfTheirOwnShow) {
-    const Pictures in_one = film(world_of(Models::one), Quality::simple, options_with(true));
-    const Pictures in_many = film(world_of(Models::one_each), Quality::simple, options_with(true));
+    const Pictures in_one = film(world_of(Models::one), world::Quality::simple, options_with(true));
+    const Pictures in_many = film(world_of(Models::one_each), world::Quality::simple, options_with(true));
     expect_same(in_one, in_many, "all but ids", false);
     EXPECT_EQ(in_one.counters.draws, in_many.counters.draws);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -4,13 +4,13 @@
 
 #include "tests/render/support/test_rig.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
-constexpr Quality all_qualities[] = {Quality::fast, Quality::simple, Quality::beautiful};
+constexpr world::Quality all_qualities[] = {world::Quality::fast, world::Quality::simple, world::Quality::beautiful};
 
 /// A wall 2 m in front of the camera that fills the picture and faces it.
-Primitive wall() {
+world::Primitive wall() {
     return rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});
 }
 
@@ -24,7 +24,7 @@ TEST(Color, AnUnlitWallHasExactlyItsSrgbValue) {
 }
 
 TEST(Color, AWallInFullAmbientLightHasItsOwnColour) {
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple}) {
         TestWorld world;
         world.objects = {instance_of(model_of(wall(), colored({0.5f, 0.2f, 0.05f})))};
         const auto pixel = draw(world, {.size = {16, 16}, .focal_px = 16, .quality = quality}).at(3, 12);
@@ -35,11 +35,11 @@ TEST(Color, AWallInFullAmbientLightHasItsOwnColour) {
 TEST(Color, TheFittedSrgbCurveIsNeverMoreThanOneCodeFromTheExactOne) {
     // 2048 greys, one strip of vertex colours each, most of them in the dark where the curve is steep.
     constexpr int greys = 2048;
-    Primitive strips;
+    world::Primitive strips;
     for (int i = 0; i < greys; ++i) {
         const float left = static_cast<float>(i) / greys * 64.0f - 32.0f;
         const auto base = static_cast<std::uint32_t>(strips.positions.size());
-        const Primitive strip = rectangle({32.0f, -left - 32.0f / greys, 0}, {0, -32.0f / greys, 0}, {0, 0, 32});
+        const world::Primitive strip = rectangle({32.0f, -left - 32.0f / greys, 0}, {0, -32.0f / greys, 0}, {0, 0, 32});
         strips.positions.insert(strips.positions.end(), strip.positions.begin(), strip.positions.end());
         const float x = static_cast<float>(i) / (greys - 1);
         strips.colors.insert(strips.colors.end(), 4, glm::vec4(glm::vec3(x * x * x), 1.0f));
@@ -67,11 +67,11 @@ TEST(Color, TheBackgroundIsTheEnvironmentsTimesExposure) {
 }
 
 TEST(Color, DirectionalLightFollowsTheCosine) {
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple}) {
         TestWorld world;
         world.environment.ambient_sky = world.environment.ambient_ground = glm::vec3(0.0f);
         const double angle = 1.0471975511965976;
-        world.lights = {light_of(LightType::directional, 0.8f, {}, {std::cos(angle), std::sin(angle), 0.0})};
+        world.lights = {light_of(world::LightType::directional, 0.8f, {}, {std::cos(angle), std::sin(angle), 0.0})};
         world.objects = {instance_of(model_of(wall(), colored(glm::vec3(1.0f))))};
         EXPECT_NEAR(draw(world, {.quality = quality}).red(32, 24), srgb_code(0.4), 1);
     }
@@ -83,7 +83,7 @@ TEST(Color, PointLightFallsWithTheSquareOfTheDistanceAndEndsAtItsRange) {
     world.objects = {instance_of(model_of(wall(), colored(glm::vec3(1.0f))))};
     const TestCamera camera{.size = {65, 49}};
     for (const float range : {0.0f, 1.5f, 3.0f}) {
-        world.lights = {light_of(LightType::point, 0.6f, {1, 0, 0})};
+        world.lights = {light_of(world::LightType::point, 0.6f, {1, 0, 0})};
         world.lights[0].range = range;
         const Picture picture = draw(world, camera);
         for (int x = 2; x < 65; x += 10) {
@@ -100,7 +100,7 @@ TEST(Color, SpotLightFadesBetweenItsCones) {
     TestWorld world;
     world.environment.ambient_sky = world.environment.ambient_ground = glm::vec3(0.0f);
     world.objects = {instance_of(model_of(wall(), colored(glm::vec3(1.0f))))};
-    Light spot = light_of(LightType::spot, 0.9f, {1, 0, 0}, {1, 0, 0});
+    world::Light spot = light_of(world::LightType::spot, 0.9f, {1, 0, 0}, {1, 0, 0});
     spot.inner_cone_rad = 0.2f;
     spot.outer_cone_rad = 0.6f;
     world.lights = {spot};
@@ -126,7 +126,7 @@ TEST(Color, HemisphereLightsUpwardFacesFromTheSkyAndDownwardOnesFromTheGround) {
 
 TEST(Color, EmissiveAddsToTheLight) {
     TestWorld world;
-    Material material = colored(glm::vec3(0.1f));
+    world::Material material = colored(glm::vec3(0.1f));
     material.emissive = {0.3f, 0.0f, 0.0f};
     world.objects = {instance_of(model_of(wall(), material))};
     const auto pixel = draw(world, {}).at(10, 10);
@@ -134,12 +134,12 @@ TEST(Color, EmissiveAddsToTheLight) {
 }
 
 TEST(Color, BlendingIsLinearLightAndKeepsThePictureOpaque) {
-    for (const Quality quality : all_qualities) {
+    for (const world::Quality quality : all_qualities) {
         TestWorld world;
         world.environment.background = {0.2f, 0.2f, 0.2f};
-        Material glass = colored({1.0f, 1.0f, 1.0f});
+        world::Material glass = colored({1.0f, 1.0f, 1.0f});
         glass.base_color.a = 0.25f;
-        glass.alpha_mode = AlphaMode::blend;
+        glass.alpha_mode = world::AlphaMode::blend;
         world.objects = {instance_of(model_of(wall(), glass))};
         const auto pixel = draw(world, {.quality = quality}).at(10, 10);
         EXPECT_NEAR(pixel[0], srgb_code(0.25 + 0.75 * 0.2), 1);
@@ -149,10 +149,10 @@ TEST(Color, BlendingIsLinearLightAndKeepsThePictureOpaque) {
 
 TEST(Color, BlendedSurfacesAreDrawnFarthestFirst) {
     TestWorld world;
-    Material red = colored({1, 0, 0}, true);
-    Material green = colored({0, 1, 0}, true);
+    world::Material red = colored({1, 0, 0}, true);
+    world::Material green = colored({0, 1, 0}, true);
     red.base_color.a = green.base_color.a = 0.5f;
-    red.alpha_mode = green.alpha_mode = AlphaMode::blend;
+    red.alpha_mode = green.alpha_mode = world::AlphaMode::blend;
     // The nearer one comes first in the list.
     world.objects = {instance_of(model_of(rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4}), red), {}, 1),
                      instance_of(model_of(rectangle({3, 0, 0}, {0, -9, 0}, {0, 0, 9}), green), {}, 2)};
@@ -162,4 +162,4 @@ TEST(Color, BlendedSurfacesAreDrawnFarthestFirst) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

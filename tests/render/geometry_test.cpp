@@ -6,11 +6,11 @@
 
 #include "tests/render/support/test_rig.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// World point that the test camera (looking along +x) sees at pixel (u, v), `depth` metres away.
-glm::vec3 point_at(const Intrinsics& k, double u, double v, double depth) {
+glm::vec3 point_at(const camera::Intrinsics& k, double u, double v, double depth) {
     return glm::vec3(glm::dvec3(depth, -(u - k.cx) / k.fx * depth, -(v - k.cy) / k.fy * depth));
 }
 
@@ -18,7 +18,7 @@ glm::vec3 point_at(const Intrinsics& k, double u, double v, double depth) {
 // the mean over all rows of "pixels left of the edge" is the mean edge position + 1/2, within 1 / (2 * rows): 0.001 px.
 TEST(Geometry, AnEdgeLandsWithinAHundredthOfAPixel) {
     const ImageSize size{640, 480};
-    const Intrinsics intrinsics{.fx = 611.3, .fy = 587.9, .cx = 301.7, .cy = 255.2};
+    const camera::Intrinsics intrinsics{.fx = 611.3, .fy = 587.9, .cx = 301.7, .cy = 255.2};
     for (const double place : {77.13, 320.5, 571.846}) {
         for (const double depth : {0.3, 4.0, 900.0}) {
             constexpr double lean = 7.0;
@@ -32,7 +32,7 @@ TEST(Geometry, AnEdgeLandsWithinAHundredthOfAPixel) {
                            point_at(intrinsics, -200, 580, 1.5 * depth),
                            point_at(intrinsics, edge_at(580), 580, 2.0 * depth)}),
                 [] {
-                    Material white = colored(glm::vec3(1.0f), true);
+                    world::Material white = colored(glm::vec3(1.0f), true);
                     white.double_sided = true;
                     return white;
                 }()))};
@@ -48,11 +48,11 @@ TEST(Geometry, AnEdgeLandsWithinAHundredthOfAPixel) {
 
 TEST(Geometry, AHorizontalEdgeLandsWithinAHundredthOfAPixel) {
     const ImageSize size{640, 480};
-    const Intrinsics intrinsics{.fx = 611.3, .fy = 587.9, .cx = 301.7, .cy = 255.2};
+    const camera::Intrinsics intrinsics{.fx = 611.3, .fy = 587.9, .cx = 301.7, .cy = 255.2};
     for (const double place : {33.27, 401.91}) {
         const auto edge_at = [&](double u) { return place + 9.0 * (u - 319.5) / size.width; };
         TestWorld world;
-        Material white = colored(glm::vec3(1.0f), true);
+        world::Material white = colored(glm::vec3(1.0f), true);
         white.double_sided = true;
         world.objects = {instance_of(model_of(
             triangles({point_at(intrinsics, -200, -300, 3), point_at(intrinsics, 900, -300, 3),
@@ -70,10 +70,11 @@ TEST(Geometry, AHorizontalEdgeLandsWithinAHundredthOfAPixel) {
 
 TestWorld cluttered(glm::dvec3 offset) {
     TestWorld world;
-    world.lights = {light_of(LightType::point, 4.0f, offset + glm::dvec3(2, 1, 2))};
+    world.lights = {light_of(world::LightType::point, 4.0f, offset + glm::dvec3(2, 1, 2))};
     for (std::uint32_t i = 0; i < 20; ++i) {
-        Instance box_i = instance_of(model_of(box({0.4f, 0.3f, 0.5f}), colored({0.1f + 0.04f * i, 0.5f, 0.3f})),
-                                     offset + glm::dvec3(4.0 + 0.25 * (i % 7), 0.5 * i - 5.0, 0.125 * (i % 5)), i + 1);
+        world::Instance box_i =
+            instance_of(model_of(box({0.4f, 0.3f, 0.5f}), colored({0.1f + 0.04f * i, 0.5f, 0.3f})),
+                        offset + glm::dvec3(4.0 + 0.25 * (i % 7), 0.5 * i - 5.0, 0.125 * (i % 5)), i + 1);
         box_i.orientation = glm::angleAxis(0.3 * i, glm::normalize(glm::dvec3(1, i, 2)));
         world.objects.push_back(box_i);
     }
@@ -90,8 +91,8 @@ TEST(Geometry, TheSameSceneFarFromTheOriginGivesTheSameBytes) {
 }
 
 TEST(Geometry, BackFacesAreHiddenUnlessDoubleSided) {
-    const Primitive away = rectangle({2, 0, 0}, {0, 4, 0}, {0, 0, 4});
-    Material material = colored(glm::vec3(1.0f));
+    const world::Primitive away = rectangle({2, 0, 0}, {0, 4, 0}, {0, 0, 4});
+    world::Material material = colored(glm::vec3(1.0f));
     TestWorld world;
     world.objects = {instance_of(model_of(away, material))};
     EXPECT_EQ(draw(world, {}).red(32, 24), 0);
@@ -108,7 +109,7 @@ TEST(Geometry, AMirroredNodeKeepsItsFrontAndItsNormals) {
     model->nodes[0].matrix = model->nodes[0].matrix * mirror;
     TestWorld world;
     world.environment.ambient_sky = world.environment.ambient_ground = glm::vec3(0.0f);
-    world.lights = {light_of(LightType::directional, 0.5f, {}, {1, 0, 0})};
+    world.lights = {light_of(world::LightType::directional, 0.5f, {}, {1, 0, 0})};
     world.objects = {instance_of(model)};
     EXPECT_NEAR(draw(world, {}).red(32, 24), srgb_code(0.5), 1);
 }
@@ -118,7 +119,7 @@ TEST(Geometry, NearPlaneCutsAndWhatIsBehindTheCameraIsGone) {
     world.objects = {instance_of(model_of(box(glm::vec3(1.0f)), colored({1, 0, 0}, true)), {-3, 0, 0})};
     EXPECT_EQ(draw(world, {}).red(32, 24), 0);
     // A wall through the camera, seen edge-on and crossing the near plane, must not smear.
-    Material both = colored({0, 1, 0}, true);
+    world::Material both = colored({0, 1, 0}, true);
     both.double_sided = true;
     world.objects = {instance_of(model_of(rectangle({0, 0, -1}, {50, 0, 0}, {0, 50, 0}), both))};
     const Picture floor = draw(world, {});
@@ -128,13 +129,13 @@ TEST(Geometry, NearPlaneCutsAndWhatIsBehindTheCameraIsGone) {
 
 TEST(Geometry, PointsAndLinesAreDrawnWhereTheyAre) {
     const TestCamera camera{.size = {65, 49}};
-    const Intrinsics k{64, 64, 32, 24};
-    Primitive dots;
-    dots.topology = Topology::points;
+    const camera::Intrinsics k{64, 64, 32, 24};
+    world::Primitive dots;
+    dots.topology = world::Topology::points;
     dots.positions = {point_at(k, 10, 12, 5), point_at(k, 50, 40, 9)};
     dots.indices = {0, 1};
-    Primitive line;
-    line.topology = Topology::lines;
+    world::Primitive line;
+    line.topology = world::Topology::lines;
     line.positions = {point_at(k, 5, 30, 5), point_at(k, 60, 30, 5)};
     line.indices = {0, 1};
     TestWorld world;
@@ -148,14 +149,14 @@ TEST(Geometry, PointsAndLinesAreDrawnWhereTheyAre) {
 }
 
 /// A strip of two squares; the upper two corners hang on joint 1, which is moved by the node's translation.
-std::shared_ptr<Model> skinned_strip(glm::dvec3 joint_moved_by) {
+std::shared_ptr<world::Model> skinned_strip(glm::dvec3 joint_moved_by) {
     auto model = model_of(rectangle({2, 0, 0}, {0, -0.25f, 0}, {0, 0, 0.25f}), colored(glm::vec3(1.0f), true));
-    Primitive& p = model->meshes[0].primitives[0];
+    world::Primitive& p = model->meshes[0].primitives[0];
     p.joints = {{0, 0, 0, 0}, {0, 0, 0, 0}, {1, 0, 0, 0}, {1, 0, 0, 0}};
     p.weights.assign(4, glm::vec4(1, 0, 0, 0));
     const glm::dmat4 turn = model->nodes[0].matrix;
     model->nodes[0].skin = 0;
-    Node joint;
+    world::Node joint;
     joint.has_matrix = true;
     joint.matrix = turn;
     model->nodes.push_back(joint);
@@ -185,7 +186,7 @@ TEST(Geometry, AMeshWithASkinAndWithoutIsWhereEachNodeHasIt) {
     // The node without a skin is a metre to the left, where the strip stands as it was modelled.
     const TestCamera camera{.size = {64, 64}, .focal_px = 40};
     auto model = skinned_strip({0, 0, 0.5});
-    Node rigid = model->nodes[0];
+    world::Node rigid = model->nodes[0];
     rigid.skin = -1;
     const glm::dvec3 left = glm::dmat3(rigid.matrix) * glm::dvec3(0, 1, 0);
     for (int i = 0; i < 3; ++i) rigid.matrix[3][i] += left[i];
@@ -193,7 +194,7 @@ TEST(Geometry, AMeshWithASkinAndWithoutIsWhereEachNodeHasIt) {
     model->order.push_back(3);
     for (const bool moves : {false, true}) {
         TestWorld world;
-        std::vector<Instance>& place = moves ? world.movers : world.objects;
+        std::vector<world::Instance>& place = moves ? world.movers : world.objects;
         place.push_back(instance_of(model));
         const Picture picture = draw(world, camera);
         EXPECT_EQ(picture.red(32, 20), 255) << "the skinned one reaches up";
@@ -235,7 +236,7 @@ TEST(Geometry, EveryViewOfAnInstantHasItsPicture) {
 
 TEST(Geometry, APictureTheDeviceCannotDrawCostsItselfAndNotTheInstant) {
     std::vector<View> views{TestCamera{}.view(1), TestCamera{}.view(2)};
-    auto too_large = std::make_shared<CameraSpec>(*views[0].spec);
+    auto too_large = std::make_shared<world::CameraSpec>(*views[0].spec);
     too_large->size = {100000, 16};
     views[0].spec = too_large;
     Renderer& renderer = cpu_renderer();
@@ -259,4 +260,4 @@ TEST(Geometry, EverySizeFromTheSmallestOnIsDrawnToItsLastPixel) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

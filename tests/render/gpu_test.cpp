@@ -8,15 +8,15 @@
 
 // How a GPU's pictures come to host memory, and whether a GPU draws what the CPU rasteriser draws. Every test has the
 // process's only renderer: two GL contexts on one thread would be in each other's way.
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 TestWorld boxes() {
     TestWorld world;
-    world.lights = {light_of(LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7)))};
+    world.lights = {light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7)))};
     std::uint32_t id = 1;
     for (int i = -2; i <= 2; ++i) {
-        const Material paint = colored({0.2f + 0.15f * static_cast<float>(i), 0.5f, 0.4f});
+        const world::Material paint = colored({0.2f + 0.15f * static_cast<float>(i), 0.5f, 0.4f});
         world.objects.push_back(instance_of(model_of(box({0.4f, 0.4f, 0.7f}), paint), {5.0, 1.1 * i, -0.3}, id++));
     }
     world.movers.push_back(instance_of(model_of(box({0.3f, 0.3f, 0.5f}), colored({0.9f, 0.2f, 0.1f})), {4, 0, 0}, id));
@@ -24,14 +24,14 @@ TestWorld boxes() {
 }
 
 /// Three instants of two cameras, all kinds of pictures.
-std::vector<FrameRef> film(Renderer& renderer) {
+std::vector<frame::FrameRef> film(Renderer& renderer) {
     std::vector<View> views{TestCamera{.size = {160, 120}, .focal_px = 100.0}.view(1),
                             TestCamera{.eye = {0.0, 0.5, 0.3}, .size = {81, 61}, .focal_px = 60.0}.view(2)};
     for (View& view : views) std::fill(std::begin(view.kinds), std::end(view.kinds), true);
-    const SnapshotRef first = boxes().snapshot();
-    std::vector<FrameRef> frames;
+    const world::SnapshotRef first = boxes().snapshot();
+    std::vector<frame::FrameRef> frames;
     for (int n = 0; n < 3; ++n) {
-        auto snapshot = std::make_shared<Snapshot>(*first);
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
         snapshot->movers[0].position.y = -0.6 + 0.5 * n;
         auto finished = renderer.draw(snapshot, 0, views).value();
         EXPECT_TRUE(finished.failures.empty());
@@ -40,9 +40,9 @@ std::vector<FrameRef> film(Renderer& renderer) {
     return frames;
 }
 
-std::vector<FrameRef> film_on(const std::string& device, bool is_buffered = false) {
-    auto renderer =
-        create_renderer({.device = device, .pool = std::make_shared<FramePool>(), .buffered_readback = is_buffered});
+std::vector<frame::FrameRef> film_on(const std::string& device, bool is_buffered = false) {
+    auto renderer = create_renderer(
+        {.device = device, .pool = std::make_shared<frame::FramePool>(), .buffered_readback = is_buffered});
     if (!renderer) {
         ADD_FAILURE() << renderer.error().message;
         return {};
@@ -52,7 +52,7 @@ std::vector<FrameRef> film_on(const std::string& device, bool is_buffered = fals
 
 TEST(BufferedReadback, GivesTheBytesOfDirectReading) {
     const auto direct = film_on("llvmpipe"), buffered = film_on("llvmpipe", true);
-    ASSERT_EQ(direct.size(), 3u * 2u * frame_kind_count);
+    ASSERT_EQ(direct.size(), 3u * 2u * frame::frame_kind_count);
     ASSERT_EQ(buffered.size(), direct.size());
     for (std::size_t i = 0; i < direct.size(); ++i)
         EXPECT_TRUE(std::ranges::equal(direct[i]->bytes(), buffered[i]->bytes())) << "picture " << i;
@@ -74,55 +74,55 @@ TestWorld colours() {
         for (const glm::vec3& corner : {low, low + z, low + y, low + y, low + z, low + y + z})
             corners.push_back(corner);
     }
-    Primitive wall = triangles(corners);
+    world::Primitive wall = triangles(corners);
     for (std::size_t i = 0; i < corners.size(); ++i) wall.colors.emplace_back(next(), next(), next(), 1.0f);
-    Material paint = colored(glm::vec3(1.0f), true);
+    world::Material paint = colored(glm::vec3(1.0f), true);
     paint.double_sided = true;
     TestWorld world;
     world.objects.push_back(instance_of(model_of(std::move(wall), paint)));
     return world;
 }
 
-std::vector<FrameRef> drawn(Renderer& renderer, const SnapshotRef& world, const View& view) {
+std::vector<frame::FrameRef> drawn(Renderer& renderer, const world::SnapshotRef& world, const View& view) {
     auto finished = renderer.draw(world, 0, {&view, 1});
     EXPECT_TRUE(finished && finished->failures.empty());
-    return finished ? finished->set.frames : std::vector<FrameRef>{};
+    return finished ? finished->set.frames : std::vector<frame::FrameRef>{};
 }
 
 void expect_bytes_of_the_host(Renderer& renderer) {
-    const SnapshotRef world = colours().snapshot();
-    const Lens lens{.model = LensModel::plumb_bob, .coefficients = {-0.2, 0.05}};
+    const world::SnapshotRef world = colours().snapshot();
+    const camera::Lens lens{.model = camera::LensModel::plumb_bob, .coefficients = {-0.2, 0.05}};
     for (TestCamera camera :
          {TestCamera{.size = {160, 120}}, TestCamera{.size = {17, 33}}, TestCamera{.size = {641, 359}},
           TestCamera{.size = {1282, 18}}, TestCamera{.size = {81, 61}, .lens = lens},
-          TestCamera{.size = {98, 75}, .antialias = Antialias::msaa4}}) {
+          TestCamera{.size = {98, 75}, .antialias = world::Antialias::msaa4}}) {
         camera.focal_px = 0.8 * camera.size.height;
         View view = camera.view();
         view.color_formats = {};
-        for (const PixelFormat format : color_formats) {
+        for (const frame::PixelFormat format : frame::color_formats) {
             ASSERT_TRUE(renderer.makes(format, view));
             view.color_formats.add(format);
         }
         const auto frames = drawn(renderer, world, view);
-        ASSERT_EQ(frames.size(), color_formats.size());
-        ASSERT_EQ(frames[0]->info().format, PixelFormat::rgba8);
+        ASSERT_EQ(frames.size(), frame::color_formats.size());
+        ASSERT_EQ(frames[0]->info().format, frame::PixelFormat::rgba8);
         for (std::size_t i = 0; i < frames.size(); ++i) {
-            const FrameInfo& info = frames[i]->info();
-            EXPECT_EQ(info.format, color_formats[i]);
+            const frame::FrameInfo& info = frames[i]->info();
+            EXPECT_EQ(info.format, frame::color_formats[i]);
             std::vector<std::byte> expected(bytes_of(info.format, info.size));
             ASSERT_TRUE(convert(*frames[0], info.format, {}, expected).has_value());
             EXPECT_TRUE(std::ranges::equal(frames[i]->bytes(), expected))
                 << to_string(info.format) << " " << info.size.to_string();
         }
     }
-    EXPECT_EQ(renderer.counters().conversions, 6 * (color_formats.size() - 1));
+    EXPECT_EQ(renderer.counters().conversions, 6 * (frame::color_formats.size() - 1));
 }
 
 class ConvertedOnTheDevice : public testing::Test {
 protected:
     void SetUp() override {
         auto made = create_renderer(
-            {.device = "llvmpipe", .pool = std::make_shared<FramePool>(), .conversion = Conversion::device});
+            {.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>(), .conversion = Conversion::device});
         ASSERT_TRUE(made.has_value()) << made.error().message;
         renderer = std::move(*made);
     }
@@ -135,19 +135,19 @@ TEST_F(ConvertedOnTheDevice, EveryLayoutHasTheBytesOfTheHost) {
 }
 
 TEST_F(ConvertedOnTheDevice, InstantsKeepTheirPictures) {
-    const SnapshotRef first = boxes().snapshot();
+    const world::SnapshotRef first = boxes().snapshot();
     View view = TestCamera{.size = {81, 61}, .focal_px = 60.0}.view();
-    view.color_formats.add(PixelFormat::i420);
-    std::vector<FrameRef> frames;
+    view.color_formats.add(frame::PixelFormat::i420);
+    std::vector<frame::FrameRef> frames;
     for (int n = 0; n < 6; ++n) {
-        auto snapshot = std::make_shared<Snapshot>(*first);
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
         snapshot->movers[0].position.y = -0.6 + 0.2 * n;
         std::ranges::move(drawn(*renderer, snapshot, view), std::back_inserter(frames));
     }
     ASSERT_EQ(frames.size(), 12u);
     for (std::size_t i = 0; i < frames.size(); i += 2) {
-        std::vector<std::byte> expected(bytes_of(PixelFormat::i420, {81, 61}));
-        ASSERT_TRUE(convert(*frames[i], PixelFormat::i420, {}, expected).has_value());
+        std::vector<std::byte> expected(bytes_of(frame::PixelFormat::i420, {81, 61}));
+        ASSERT_TRUE(convert(*frames[i], frame::PixelFormat::i420, {}, expected).has_value());
         EXPECT_TRUE(std::ranges::equal(frames[i + 1]->bytes(), expected)) << "instant " << i / 2;
         EXPECT_TRUE(i == 0 || !std::ranges::equal(frames[i]->bytes(), frames[i - 2]->bytes())) << "the mover moves";
     }
@@ -157,48 +157,48 @@ TEST_F(ConvertedOnTheDevice, InstantsKeepTheirPictures) {
 TEST_F(ConvertedOnTheDevice, AFrameIsOfItsInstant) {
     View view = TestCamera{}.view(7);
     view.sequence = 12;
-    view.color_formats = {PixelFormat::i420};
-    view.kinds[static_cast<int>(FrameKind::depth)] = true;
+    view.color_formats = {frame::PixelFormat::i420};
+    view.kinds[static_cast<int>(frame::FrameKind::depth)] = true;
     const auto frames = drawn(*renderer, colours().snapshot(), view);
     ASSERT_EQ(frames.size(), 2u);
-    EXPECT_EQ(frames[0]->info().format, PixelFormat::i420);
-    EXPECT_EQ(frames[0]->info().kind, FrameKind::color);
+    EXPECT_EQ(frames[0]->info().format, frame::PixelFormat::i420);
+    EXPECT_EQ(frames[0]->info().kind, frame::FrameKind::color);
     EXPECT_EQ(frames[0]->info().sequence, 12);
-    EXPECT_EQ(frames[1]->info().format, PixelFormat::depth32f);
+    EXPECT_EQ(frames[1]->info().format, frame::PixelFormat::depth32f);
     EXPECT_FLOAT_EQ(*reinterpret_cast<const float*>(frames[1]->bytes().data()), 4.0f);
 }
 
 // They are made on the host, after drawing.
 TEST_F(ConvertedOnTheDevice, PicturesWithImageControlsOrACodeStripStayRgba) {
     View view = TestCamera{}.view();
-    auto spec = std::make_shared<CameraSpec>(*view.spec);
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
     spec->code_strip = true;
     view.spec = spec;
-    EXPECT_FALSE(renderer->makes(PixelFormat::i420, view));
-    EXPECT_TRUE(renderer->makes(PixelFormat::rgba8, view));
-    spec = std::make_shared<CameraSpec>(*TestCamera{}.view().spec);
+    EXPECT_FALSE(renderer->makes(frame::PixelFormat::i420, view));
+    EXPECT_TRUE(renderer->makes(frame::PixelFormat::rgba8, view));
+    spec = std::make_shared<world::CameraSpec>(*TestCamera{}.view().spec);
     spec->controls.brightness = 0.1;
     view.spec = spec;
-    EXPECT_FALSE(renderer->makes(PixelFormat::i420, view));
-    EXPECT_FALSE(renderer->makes(PixelFormat::depth32f, TestCamera{}.view()));
+    EXPECT_FALSE(renderer->makes(frame::PixelFormat::i420, view));
+    EXPECT_FALSE(renderer->makes(frame::PixelFormat::depth32f, TestCamera{}.view()));
 }
 
 TEST(Conversion, OnTheDeviceNeedsOneThatDrawsByOpenGl) {
     for (const std::string device : {"cpu", "null"}) {
         const auto made = create_renderer(
-            {.device = device, .pool = std::make_shared<FramePool>(), .conversion = Conversion::device});
+            {.device = device, .pool = std::make_shared<frame::FramePool>(), .conversion = Conversion::device});
         ASSERT_FALSE(made.has_value());
         EXPECT_EQ(made.error().kind, ErrorKind::invalid_argument);
     }
-    auto host =
-        create_renderer({.device = "llvmpipe", .pool = std::make_shared<FramePool>(), .conversion = Conversion::host});
+    auto host = create_renderer(
+        {.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>(), .conversion = Conversion::host});
     ASSERT_TRUE(host.has_value());
-    EXPECT_FALSE((*host)->makes(PixelFormat::i420, TestCamera{}.view()));
+    EXPECT_FALSE((*host)->makes(frame::PixelFormat::i420, TestCamera{}.view()));
 }
 
 /// The one that is taken by itself; null where it is no hardware.
 std::unique_ptr<Renderer> hardware() {
-    auto renderer = create_renderer({.device = "", .pool = std::make_shared<FramePool>()});
+    auto renderer = create_renderer({.device = "", .pool = std::make_shared<frame::FramePool>()});
     EXPECT_TRUE(renderer.has_value());
     if (!renderer || (*renderer)->description().starts_with("camrig's rasteriser")) return nullptr;
     return std::move(*renderer);
@@ -215,7 +215,7 @@ TEST(HardwareDevice, DrawsWhatTheCpuDraws) {
     const auto gpu = film_on(""), cpu = film_on("cpu");
     ASSERT_EQ(gpu.size(), cpu.size());
     for (std::size_t i = 0; i < gpu.size(); ++i) {
-        if (gpu[i]->info().kind != FrameKind::color) continue;
+        if (gpu[i]->info().kind != frame::FrameKind::color) continue;
         // Rasterisers may differ by a pixel at edges and a code inside: the mean holds both to almost nothing.
         double sum = 0.0;
         for (std::size_t at = 0; at < gpu[i]->bytes().size(); ++at)
@@ -225,4 +225,4 @@ TEST(HardwareDevice, DrawsWhatTheCpuDraws) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -11,15 +11,15 @@
 #include "core/render/view_transform.h"
 #include "tests/render/support/test_rig.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 double unit(std::uint64_t stream, std::uint64_t n) {
     return random_unit(31, stream, n);
 }
 
-Material white_paint(bool double_sided = false) {
-    Material white = colored(glm::vec3(1.0f), true);
+world::Material white_paint(bool double_sided = false) {
+    world::Material white = colored(glm::vec3(1.0f), true);
     white.double_sided = double_sided;
     return white;
 }
@@ -28,10 +28,10 @@ Material white_paint(bool double_sided = false) {
 /// at 1e9 m too; with `exact` false they are not.
 TestWorld clutter_at(glm::dvec3 offset, bool exact) {
     TestWorld world;
-    world.lights = {light_of(LightType::point, 4.0f, offset + glm::dvec3(2, 1, 2))};
+    world.lights = {light_of(world::LightType::point, 4.0f, offset + glm::dvec3(2, 1, 2))};
     for (std::uint32_t i = 0; i < 20; ++i) {
         const glm::dvec3 place(4.0 + 0.25 * (i % 7), 0.5 * i - 5.0, 0.125 * (i % 5));
-        Instance box_i =
+        world::Instance box_i =
             instance_of(model_of(box({0.4f, 0.3f, 0.5f}), colored({0.1f + 0.04f * static_cast<float>(i), 0.5f, 0.3f})),
                         offset + (exact ? place : place * 1.0123456789), i + 1);
         box_i.orientation = glm::angleAxis(0.3 * i, glm::normalize(glm::dvec3(1, i, 2)));
@@ -78,13 +78,14 @@ glm::dvec2 pixel_in_float(const ViewTransform& view, const glm::dmat4& world_fro
 TEST(HardCases, FieldsOfViewFromATenthTo179DegreesProjectWithinTwoThousandthsOfAPixel) {
     const ImageSize size{640, 480};
     for (const double vfov_deg : {0.1, 1.0, 10.0, 60.0, 120.0, 150.0, 170.0, 179.0}) {
-        const Intrinsics k = intrinsics_from_vfov(size, glm::radians(vfov_deg)).value();
+        const camera::Intrinsics k = camera::intrinsics_from_vfov(size, glm::radians(vfov_deg)).value();
         double worst = 0.0;
         for (const double offset : {0.0, 1e3, 1e6, 1e9}) {
             for (std::uint64_t n = 0; n < 5000; ++n) {
-                Pose pose = pose_from_angles(glm::dvec3(offset, -offset, 3.0),
+                camera::Pose pose =
+                    camera::pose_from_angles(glm::dvec3(offset, -offset, 3.0),
                                              {unit(1, 3 * n) * 6, unit(1, 3 * n + 1) - 0.5, unit(1, 3 * n + 2)})
-                                .value();
+                        .value();
                 const auto view = make_view_transform(pose, size, k, 0.05, 0.0);
                 // A body a metre across, somewhere in the picture and away from it.
                 const double z = 0.5 * std::pow(10.0, 3 * unit(2, n));
@@ -121,7 +122,7 @@ double edge_place(const Picture& picture, ImageSize size) {
 TEST(HardCases, EdgesLandRightAtEveryFieldOfView) {
     const ImageSize size{640, 480};
     for (const double vfov_deg : {0.1, 1.0, 60.0, 150.0, 175.0, 179.0}) {
-        const Intrinsics k = intrinsics_from_vfov(size, glm::radians(vfov_deg)).value();
+        const camera::Intrinsics k = camera::intrinsics_from_vfov(size, glm::radians(vfov_deg)).value();
         const auto point = [&](double u, double v, double depth) {
             return glm::vec3(glm::dvec3(depth, -(u - k.cx) / k.fx * depth, -(v - k.cy) / k.fy * depth));
         };
@@ -152,8 +153,8 @@ TEST(HardCases, DenormalNumbersInAPoseAreZeros) {
 
 /// A rectangle that fills the picture and more, cut into columns x rows cells of two triangles whose inner corners are
 /// moved at random, in the picture and in depth.
-Primitive slivers(int columns, int rows, std::uint64_t seed, ImageSize size, double focal_px) {
-    Primitive mesh;
+world::Primitive slivers(int columns, int rows, std::uint64_t seed, ImageSize size, double focal_px) {
+    world::Primitive mesh;
     const double left = -30, right = size.width + 30, top = -30, bottom = size.height + 30;
     for (int r = 0; r <= rows; ++r) {
         for (int c = 0; c <= columns; ++c) {
@@ -255,4 +256,4 @@ TEST(HardCases, CoplanarSurfacesAreTheSameInEveryFrameAndWholeWhenTheirCornersAr
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

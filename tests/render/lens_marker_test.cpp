@@ -6,29 +6,33 @@
 
 #include "tests/render/support/targets.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 struct LensCase {
     const char* name;
-    Lens lens;
-    Intrinsics intrinsics;
+    camera::Lens lens;
+    camera::Intrinsics intrinsics;
 };
 
 constexpr ImageSize picture_size{640, 480};
 
 const LensCase lens_cases[] = {
-    {"weak", {LensModel::plumb_bob, {-0.05, 0.01, 0, 0, 0}}, {520, 520, 319.5, 239.5}},
-    {"strong barrel", {LensModel::plumb_bob, {-0.35, 0.15, 0, 0, -0.03}}, {420, 420, 319.5, 239.5}},
-    {"pincushion", {LensModel::plumb_bob, {0.3, 0.1, 0, 0, 0.02}}, {450, 450, 319.5, 239.5}},
-    {"tangential", {LensModel::plumb_bob, {-0.1, 0.02, 0.012, -0.009, 0}}, {480, 480, 319.5, 239.5}},
-    {"off centre, oblong pixels", {LensModel::plumb_bob, {-0.2, 0.05, 1e-3, -5e-4, 0}}, {611.3, 487.9, 281.7, 265.2}},
+    {"weak", {camera::LensModel::plumb_bob, {-0.05, 0.01, 0, 0, 0}}, {520, 520, 319.5, 239.5}},
+    {"strong barrel", {camera::LensModel::plumb_bob, {-0.35, 0.15, 0, 0, -0.03}}, {420, 420, 319.5, 239.5}},
+    {"pincushion", {camera::LensModel::plumb_bob, {0.3, 0.1, 0, 0, 0.02}}, {450, 450, 319.5, 239.5}},
+    {"tangential", {camera::LensModel::plumb_bob, {-0.1, 0.02, 0.012, -0.009, 0}}, {480, 480, 319.5, 239.5}},
+    {"off centre, oblong pixels",
+     {camera::LensModel::plumb_bob, {-0.2, 0.05, 1e-3, -5e-4, 0}},
+     {611.3, 487.9, 281.7, 265.2}},
     {"rational",
-     {LensModel::rational_polynomial, {0.4, 0.1, 4e-4, -3e-4, 0.01, 0.75, 0.25, 0.03}},
+     {camera::LensModel::rational_polynomial, {0.4, 0.1, 4e-4, -3e-4, 0.01, 0.75, 0.25, 0.03}},
      {400, 402, 322, 236}},
-    {"fold just inside the corner", {LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}}, {404, 404, 319.5, 239.5}},
-    {"fisheye, 120 deg", {LensModel::equidistant, {0.02, -0.01, 0.002, 0}}, {380, 380, 319.5, 239.5}},
-    {"fisheye, 200 deg", {LensModel::equidistant, {-0.01, 0.002, 0, 0}}, {138, 138, 319.5, 239.5}},
+    {"fold just inside the corner",
+     {camera::LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}},
+     {404, 404, 319.5, 239.5}},
+    {"fisheye, 120 deg", {camera::LensModel::equidistant, {0.02, -0.01, 0.002, 0}}, {380, 380, 319.5, 239.5}},
+    {"fisheye, 200 deg", {camera::LensModel::equidistant, {-0.01, 0.002, 0, 0}}, {138, 138, 319.5, 239.5}},
 };
 
 struct Worst {
@@ -41,7 +45,7 @@ constexpr double furthest = -0.4226;
 
 /// Discs on a grid over the whole valid picture. They are drawn in two pictures so that neighbours keep their distance.
 Worst worst_marker(const TestCamera& camera, double radius_px) {
-    const CameraModel model = camera.model();
+    const camera::CameraModel model = camera.model();
     const int step = static_cast<int>(4.0 * radius_px) + 20;
     Worst worst;
     for (const int odd : {0, 1}) {
@@ -76,8 +80,9 @@ Worst worst_marker(const TestCamera& camera, double radius_px) {
 }
 
 TEST(LensMarkers, APinholeCameraShowsThemWithinTwoHundredthsOfAPixel) {
-    const TestCamera camera{
-        .size = picture_size, .intrinsics = Intrinsics{511.3, 507.9, 301.7, 245.2}, .antialias = Antialias::ssaa4};
+    const TestCamera camera{.size = picture_size,
+                            .intrinsics = camera::Intrinsics{511.3, 507.9, 301.7, 245.2},
+                            .antialias = world::Antialias::ssaa4};
     const Worst worst = worst_marker(camera, 16.0);
     std::printf("pinhole: %.4f px, %d markers\n", worst.error, worst.seen);
     EXPECT_GT(worst.seen, 25);
@@ -86,14 +91,15 @@ TEST(LensMarkers, APinholeCameraShowsThemWithinTwoHundredthsOfAPixel) {
 
 TEST(LensMarkers, EveryLensShowsThemWithinFiveHundredthsOfAPixelByEveryMethod) {
     for (const LensCase& lens_case : lens_cases) {
-        for (const LensMethod method : {LensMethod::automatic, LensMethod::warp, LensMethod::cube}) {
+        for (const world::LensMethod method :
+             {world::LensMethod::automatic, world::LensMethod::warp, world::LensMethod::cube}) {
             const bool is_wide = lens_case.intrinsics.fx < 200;
-            if (is_wide && method == LensMethod::warp) continue;  // no plane holds it
+            if (is_wide && method == world::LensMethod::warp) continue;  // no plane holds it
             const TestCamera camera{.size = picture_size,
                                     .intrinsics = lens_case.intrinsics,
                                     .lens = lens_case.lens,
                                     .lens_sampling = {.method = method},
-                                    .antialias = Antialias::ssaa4};
+                                    .antialias = world::Antialias::ssaa4};
             const Worst worst = worst_marker(camera, 7.0);
             std::printf("%s, %s: %.4f px, %d markers\n", lens_case.name, std::string(to_string(method)).c_str(),
                         worst.error, worst.seen);
@@ -105,8 +111,9 @@ TEST(LensMarkers, EveryLensShowsThemWithinFiveHundredthsOfAPixelByEveryMethod) {
 
 TEST(LensMarkers, FiltersAndSamplesMoveNothing) {
     const LensCase& lens_case = lens_cases[1];
-    for (const Antialias antialias : {Antialias::none, Antialias::msaa4, Antialias::ssaa2}) {
-        for (const LensFilter filter : {LensFilter::bilinear, LensFilter::bicubic}) {
+    for (const world::Antialias antialias :
+         {world::Antialias::none, world::Antialias::msaa4, world::Antialias::ssaa2}) {
+        for (const world::LensFilter filter : {world::LensFilter::bilinear, world::LensFilter::bicubic}) {
             for (const int oversample : {1, 2}) {
                 const TestCamera camera{.size = picture_size,
                                         .intrinsics = lens_case.intrinsics,
@@ -114,7 +121,7 @@ TEST(LensMarkers, FiltersAndSamplesMoveNothing) {
                                         .lens_sampling = {.filter = filter, .oversample = oversample},
                                         .antialias = antialias};
                 // One sample per texel places the outline of a disc of radius 7 within about 0.05 px (rms).
-                const double bound = antialias == Antialias::none ? 0.2 : 0.1;
+                const double bound = antialias == world::Antialias::none ? 0.2 : 0.1;
                 const Worst worst = worst_marker(camera, 7.0);
                 std::printf("%s, %s, %d: %.4f px\n", std::string(to_string(antialias)).c_str(),
                             std::string(to_string(filter)).c_str(), oversample, worst.error);
@@ -126,4 +133,4 @@ TEST(LensMarkers, FiltersAndSamplesMoveNothing) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

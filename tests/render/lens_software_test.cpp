@@ -13,15 +13,16 @@
 
 // Pictures through a lens by camrig's rasteriser: where things are against CameraModel in double, no gaps, the same
 // bytes however the work is done, and Mesa's resampled pictures.
-namespace camrig {
+namespace camrig::render {
 namespace {
 
-constexpr Lens barrel{LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}};
-constexpr Lens folding{LensModel::plumb_bob, {-0.45, 0.12, 0.001, -0.0007, 0}};
-constexpr Lens pincushion{LensModel::plumb_bob, {0.25, 0.05, -0.001, 0.0008, 0.01}};
-constexpr Lens rational{LensModel::rational_polynomial, {0.3, -0.1, 0.0005, 0.0003, 0.01, 0.6, -0.05, 0.02}};
-constexpr Lens fisheye{LensModel::equidistant, {-0.01, 0.002, 0, 0}};
-constexpr Lens folding_fisheye{LensModel::equidistant, {-0.12, -0.015, 0, 0}};
+constexpr camera::Lens barrel{camera::LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}};
+constexpr camera::Lens folding{camera::LensModel::plumb_bob, {-0.45, 0.12, 0.001, -0.0007, 0}};
+constexpr camera::Lens pincushion{camera::LensModel::plumb_bob, {0.25, 0.05, -0.001, 0.0008, 0.01}};
+constexpr camera::Lens rational{camera::LensModel::rational_polynomial,
+                                {0.3, -0.1, 0.0005, 0.0003, 0.01, 0.6, -0.05, 0.02}};
+constexpr camera::Lens fisheye{camera::LensModel::equidistant, {-0.01, 0.002, 0, 0}};
+constexpr camera::Lens folding_fisheye{camera::LensModel::equidistant, {-0.12, -0.015, 0, 0}};
 
 struct Named {
     std::string name;
@@ -34,7 +35,7 @@ std::vector<Named> cameras() {
             {"folds in the picture", {.size = size, .focal_px = 70, .lens = folding}},
             {"pincushion", {.size = size, .focal_px = 110, .lens = pincushion}},
             {"rational, no whole groups of pixels", {.size = {157, 119}, .focal_px = 80, .lens = rational}},
-            {"off centre", {.size = size, .intrinsics = Intrinsics{90, 97, 20, 100}, .lens = barrel}},
+            {"off centre", {.size = size, .intrinsics = camera::Intrinsics{90, 97, 20, 100}, .lens = barrel}},
             {"fisheye of 90 deg", {.size = size, .focal_px = 130, .lens = fisheye}},
             {"fisheye of 180 deg", {.size = size, .focal_px = 51, .lens = fisheye}},
             {"fisheye of 220 deg", {.size = size, .focal_px = 42, .lens = fisheye}},
@@ -46,22 +47,23 @@ std::vector<Named> cameras() {
             {"huge fisheye", {.size = size, .focal_px = 5e4, .lens = fisheye}}};
 }
 
-std::unique_ptr<SoftwareDrawer> drawer(SoftwareDrawer::Options options = {}) {
-    options.pool = std::make_shared<FramePool>();
-    return std::make_unique<SoftwareDrawer>(options);
+std::unique_ptr<software::SoftwareDrawer> drawer(software::SoftwareDrawer::Options options = {}) {
+    options.pool = std::make_shared<frame::FramePool>();
+    return std::make_unique<software::SoftwareDrawer>(options);
 }
 
 /// All pictures that are wanted.
-std::vector<FrameRef> all_drawn(SoftwareDrawer& by, const SnapshotRef& snapshot, const View& view) {
+std::vector<frame::FrameRef> all_drawn(software::SoftwareDrawer& by, const world::SnapshotRef& snapshot,
+                                       const View& view) {
     by.begin_instant(snapshot);
     EXPECT_TRUE(by.can_draw(view));
     const View* const asked = &view;
-    std::vector<FrameRef> frames;
+    std::vector<frame::FrameRef> frames;
     by.draw({&asked, 1}, 0, frames);
     return frames;
 }
 
-FrameRef drawn(SoftwareDrawer& by, const SnapshotRef& snapshot, const View& view) {
+frame::FrameRef drawn(software::SoftwareDrawer& by, const world::SnapshotRef& snapshot, const View& view) {
     return all_drawn(by, snapshot, view).at(0);
 }
 
@@ -69,9 +71,9 @@ Picture drawn(const TestWorld& world, const TestCamera& camera) {
     return {drawn(*drawer(), world.snapshot(), camera.view())};
 }
 
-std::shared_ptr<const LensView> lens_of(const TestCamera& camera) {
+std::shared_ptr<const scene::LensView> lens_of(const TestCamera& camera) {
     const View view = camera.view();
-    return LensView::create(view.spec->size, view.spec->intrinsics, view.spec->lens).value();
+    return scene::LensView::create(view.spec->size, view.spec->intrinsics, view.spec->lens).value();
 }
 
 ViewTransform transform_of(const TestCamera& camera) {
@@ -95,7 +97,7 @@ TEST(LensVertices, AreWhereTheCameraModelSeesThem) {
     constexpr int count = 20000;
     for (const auto& [name, camera] : cameras()) {
         const auto lens = lens_of(camera);
-        const CameraModel& model = lens->model();
+        const camera::CameraModel& model = lens->model();
         std::vector<glm::vec3> points;
         std::vector<std::uint32_t> which;
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -105,24 +107,24 @@ TEST(LensVertices, AreWhereTheCameraModelSeesThem) {
             points.push_back(glm::vec3(i % 2 == 0 && ray ? *ray * (0.1 + i) : anywhere(1, i)));
             which.push_back(i);
         }
-        std::array<std::vector<LensVertex>, 2> made;
-        for (const bool wide : {false, has_wide_lanes()}) {
+        std::array<std::vector<software::LensVertex>, 2> made;
+        for (const bool wide : {false, software::has_wide_lanes()}) {
             made[wide].resize(count);
-            place_vertices(LensNumbers(*lens, transform_of(camera)), camera.size, glm::dmat4(1.0), points.data(), which,
-                           wide, made[wide].data());
+            place_vertices(software::LensNumbers(*lens, transform_of(camera)), camera.size, glm::dmat4(1.0),
+                           points.data(), which, wide, made[wide].data());
         }
         double most = 0.0;
         int seen = 0;
         for (std::size_t i = 0; i < count; ++i) {
-            const LensVertex &at = made[0][i], &same = made[1][i];
-            if (has_wide_lanes()) {
+            const software::LensVertex &at = made[0][i], &same = made[1][i];
+            if (software::has_wide_lanes()) {
                 ASSERT_TRUE(at.outside == same.outside && at.x == same.x && at.y == same.y && at.at == same.at) << name;
             }
             ASSERT_TRUE(at.at == points[i]) << name;
             const glm::dvec3 p(points[i]);
             const double w = lens->is_wide() ? glm::length(p) : p.z;
             if (w < camera.near_m) {
-                ASSERT_TRUE((at.outside & outside_near) != 0 || !std::isfinite(w)) << name;
+                ASSERT_TRUE((at.outside & software::outside_near) != 0 || !std::isfinite(w)) << name;
                 continue;
             }
             const auto px = model.project(p);
@@ -142,13 +144,14 @@ TEST(LensVertices, AreWhereTheCameraModelSeesThem) {
 }
 
 TEST(RayTriangles, ShowAnEdgeThatIsBentIntoThePictureFromItsEndsBesideIt) {
-    const TestCamera camera{.size = {1920, 1080}, .focal_px = 1000, .lens = {LensModel::plumb_bob, {0.1, 0, 0, 0, 0}}};
-    const CameraModel model = camera.model();
+    const TestCamera camera{
+        .size = {1920, 1080}, .focal_px = 1000, .lens = {camera::LensModel::plumb_bob, {0.1, 0, 0, 0, 0}}};
+    const camera::CameraModel model = camera.model();
     const auto at = [&](double x, double y) {
         const glm::dvec3 p = *model.ray({x, y}) * 4.0;
         return glm::vec3(p.z, -p.x, -p.y);
     };
-    Material white = colored(glm::vec3(1.0f), true);
+    world::Material white = colored(glm::vec3(1.0f), true);
     white.double_sided = true;
     TestWorld world;
     world.objects = {instance_of(model_of(triangles({at(-0.502, 450), at(-0.502, 630), at(-20, 540)}), white))};
@@ -158,8 +161,8 @@ TEST(RayTriangles, ShowAnEdgeThatIsBentIntoThePictureFromItsEndsBesideIt) {
 TEST(LensRays, AreThoseOfTheCameraModelWithinTheBoundsOfTheirTiles) {
     for (const auto& [name, camera] : cameras()) {
         const auto lens = lens_of(camera);
-        const LensRays rays(*lens, has_wide_lanes());
-        const LensRays plain(*lens, false);
+        const software::LensRays rays(*lens, software::has_wide_lanes());
+        const software::LensRays plain(*lens, false);
         const auto of = rays.rays(), same = plain.rays();
         int seen = 0;
         for (int y = 0; y < camera.size.height; ++y) {
@@ -211,10 +214,10 @@ TestWorld shell(int rows, int columns, double radius, bool is_blended, std::uint
             for (const glm::vec3& p : {at(i, j), at(i + 1, j + 1), at(i, j + 1)}) result.push_back(p);
         }
     }
-    Material material = colored(glm::vec3(1.0f), true);
+    world::Material material = colored(glm::vec3(1.0f), true);
     material.double_sided = true;
     if (is_blended) {
-        material.alpha_mode = AlphaMode::blend;
+        material.alpha_mode = world::AlphaMode::blend;
         material.base_color.a = 0.5f;
     }
     TestWorld world;
@@ -228,7 +231,7 @@ TEST(LensWatertight, WhatSurroundsTheCameraCoversEveryPixelOnce) {
         double radius;
     };
     for (const auto& [name, camera] : cameras()) {
-        const CameraModel model = camera.model();
+        const camera::CameraModel model = camera.model();
         // From triangles of half a sky, kilometres away, to those of a pixel; and one just outside of the near plane.
         for (const Shell& of : {Shell{2, 3, 9e3}, Shell{5, 9, 0.2}, Shell{40, 70, 5.0}, Shell{160, 300, 5.0}}) {
             for (const bool is_blended : {false, true}) {
@@ -291,7 +294,8 @@ TrianglesAround triangles_around() {
             points.push_back(of_world);
             made.corners.emplace_back(-of_world.y, -of_world.z, of_world.x);
         }
-        Material material = colored(glm::vec3(random(10, 3 * n), random(10, 3 * n + 1), random(10, 3 * n + 2)), true);
+        world::Material material =
+            colored(glm::vec3(random(10, 3 * n), random(10, 3 * n + 1), random(10, 3 * n + 2)), true);
         material.double_sided = true;
         made.world.objects.push_back(
             instance_of(model_of(triangles(points), material), {}, static_cast<std::uint32_t>(n + 1)));
@@ -303,9 +307,9 @@ TEST(RayTriangles, HaveBoxesThatHoldAllTheirPixels) {
     constexpr double inside = 1e-3;  // of the shares of the corners
     for (const auto& [name, camera] : cameras()) {
         const auto lens = lens_of(camera);
-        const LensRays rays(*lens, has_wide_lanes());
-        const LensNumbers numbers(*lens, transform_of(camera));
-        const CameraModel& model = lens->model();
+        const software::LensRays rays(*lens, software::has_wide_lanes());
+        const software::LensNumbers numbers(*lens, transform_of(camera));
+        const camera::CameraModel& model = lens->model();
         std::vector<std::pair<PixelRect, glm::dvec3>> directions;
         for (int y = 0; y < camera.size.height; ++y)
             for (int x = 0; x < camera.size.width; ++x)
@@ -324,13 +328,13 @@ TEST(RayTriangles, HaveBoxesThatHoldAllTheirPixels) {
                 corners.emplace_back(points.back());
             }
             const std::vector<std::uint32_t> which{0, 1, 2};
-            std::vector<LensVertex> vertices(3);
-            place_vertices(numbers, camera.size, glm::dmat4(1.0), points.data(), which, n % 2 == 0 && has_wide_lanes(),
-                           vertices.data());
-            std::vector<ScreenTriangle> made;
-            std::vector<RayTriangle> of_rays;
+            std::vector<software::LensVertex> vertices(3);
+            place_vertices(numbers, camera.size, glm::dmat4(1.0), points.data(), which,
+                           n % 2 == 0 && software::has_wide_lanes(), vertices.data());
+            std::vector<software::ScreenTriangle> made;
+            std::vector<software::RayTriangle> of_rays;
             assemble_rays({{{0}, {1}, {2}}}, vertices.data(), {.is_double_sided = true}, numbers, rays,
-                          n % 2 == 0 && has_wide_lanes(), made, of_rays);
+                          n % 2 == 0 && software::has_wide_lanes(), made, of_rays);
             ASSERT_EQ(made.size(), of_rays.size());
             boxes += made.size() == 1;
             for (const auto& [pixel, direction] : directions) {
@@ -348,7 +352,7 @@ TEST(RayTriangles, HaveBoxesThatHoldAllTheirPixels) {
 TEST(LensPictures, ShowWhatRaysHitFirst) {
     for (const auto& [name, camera] : cameras()) {
         const auto lens = lens_of(camera);
-        const CameraModel& model = lens->model();
+        const camera::CameraModel& model = lens->model();
         const auto [world, corners] = triangles_around();
         const Picture picture = drawn(world, camera);
         int wrong = 0, pixels = 0;
@@ -398,20 +402,20 @@ TEST(LensPictures, ShowDiscsWithinAFewThousandthsOfAPixel) {
                                     {"fisheye of 180 deg", {.size = size, .focal_px = 102, .lens = fisheye}}};
     const auto by = drawer();
     for (const auto& [name, camera] : lenses) {
-        const CameraModel model = camera.model();
+        const camera::CameraModel model = camera.model();
         std::vector<Disc> discs;
         for (int y = 20; y < size.height - 19; y += 40)
             for (int x = 20; x < size.width - 19; x += 40)
                 if (const auto disc = disc_at(model, {x + 0.3, y + 0.1}, 4.0, radius_px)) discs.push_back(*disc);
-        const SnapshotRef world = world_of(discs).snapshot();
+        const world::SnapshotRef world = world_of(discs).snapshot();
         std::vector<glm::dvec2> off(discs.size(), glm::dvec2(0.0));
         for (int phase = 0; phase < phases * phases; ++phase) {
             TestCamera moved = camera;
-            const Intrinsics k = model.intrinsics();
+            const camera::Intrinsics k = model.intrinsics();
             moved.intrinsics = {k.fx, k.fy, k.cx + double(phase % phases) / phases,
                                 k.cy + double(phase / phases) / phases};
             const Picture picture{drawn(*by, world, moved.view())};
-            const CameraModel moved_model = moved.model();
+            const camera::CameraModel moved_model = moved.model();
             for (std::size_t i = 0; i < discs.size(); ++i) {
                 const glm::dvec2 exact = exact_centroid(moved_model, discs[i]);
                 off[i] += (seen_centroid(picture, exact, reach_px) - exact) / double(phases * phases);
@@ -433,11 +437,11 @@ TEST(LensPictures, HaveTexturesWhereTheyBelongOnALongFloor) {
     // A gradient along 400 m of floor and its edges, from one's feet to the horizon.
     for (const auto& [name, camera] : cameras()) {
         if (camera.focal_px > 1e3) continue;
-        const CameraModel model = camera.model();
-        Primitive floor = rectangle({200, 0, -1.5}, {200, 0, 0}, {0, 200, 0});
+        const camera::CameraModel model = camera.model();
+        world::Primitive floor = rectangle({200, 0, -1.5}, {200, 0, 0}, {0, 200, 0});
         floor.colors.clear();
         for (const glm::vec3& p : floor.positions) floor.colors.emplace_back(glm::vec3(p.x / 400.0f), 1.0f);
-        Material material = colored(glm::vec3(1.0f), true);
+        world::Material material = colored(glm::vec3(1.0f), true);
         material.double_sided = true;
         TestWorld world;
         world.environment.background = glm::vec3(1.0f);
@@ -469,8 +473,8 @@ TEST(LensPictures, HaveTexturesWhereTheyBelongOnALongFloor) {
 }
 
 TEST(LensSameBytes, WithAndWithoutWideLanesWithLayersAndByAnyNumberOfThreads) {
-    std::vector<std::unique_ptr<SoftwareDrawer>> drawers;
-    SoftwareDrawer::Options options;
+    std::vector<std::unique_ptr<software::SoftwareDrawer>> drawers;
+    software::SoftwareDrawer::Options options;
     options.max_detail_error_px = 0.25;
     drawers.push_back(drawer(options));
     options.static_layer_bytes = std::int64_t{64} << 20;
@@ -483,7 +487,7 @@ TEST(LensSameBytes, WithAndWithoutWideLanesWithLayersAndByAnyNumberOfThreads) {
     for (const auto& [name, camera] : cameras()) {
         if (camera.focal_px > 1e3) continue;
         View view = film.view("lobby", camera.size, static_cast<std::uint32_t>(views.size() + 1));
-        auto spec = std::make_shared<CameraSpec>(*view.spec);
+        auto spec = std::make_shared<world::CameraSpec>(*view.spec);
         spec->lens = camera.lens;
         spec->intrinsics = camera.view().spec->intrinsics;
         view.spec = spec;
@@ -491,12 +495,12 @@ TEST(LensSameBytes, WithAndWithoutWideLanesWithLayersAndByAnyNumberOfThreads) {
         views.push_back(view);
     }
     for (int n = 0; n < 3; ++n) {
-        const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
+        const world::SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
         for (const View& view : views) {
-            const std::vector<FrameRef> first = all_drawn(*drawers[0], snapshot, view);
-            ASSERT_EQ(first.size(), std::size_t{frame_kind_count});
+            const std::vector<frame::FrameRef> first = all_drawn(*drawers[0], snapshot, view);
+            ASSERT_EQ(first.size(), std::size_t{frame::frame_kind_count});
             for (std::size_t i = 1; i < drawers.size(); ++i) {
-                const std::vector<FrameRef> other = all_drawn(*drawers[i], snapshot, view);
+                const std::vector<frame::FrameRef> other = all_drawn(*drawers[i], snapshot, view);
                 ASSERT_EQ(other.size(), first.size());
                 for (std::size_t k = 0; k < first.size(); ++k)
                     EXPECT_TRUE(std::ranges::equal(first[k]->bytes(), other[k]->bytes()))
@@ -516,13 +520,13 @@ TEST(LensBounds, OfAMoverHoldAllItsPixels) {
         for (std::uint64_t n = 0; n < 60; ++n) {
             TestWorld world;
             const glm::dvec3 at = glm::normalize(anywhere(12, n)) * (0.3 + 6.0 * random(13, n));
-            const Primitive body = box(glm::vec3(0.2, 0.3, 0.9));
-            Material white = colored(glm::vec3(1.0f), true);
+            const world::Primitive body = box(glm::vec3(0.2, 0.3, 0.9));
+            world::Material white = colored(glm::vec3(1.0f), true);
             white.double_sided = true;
             world.objects = {instance_of(model_of(body, white), at)};
             const Picture picture = drawn(world, camera);
             glm::dmat4 optical_from_local(transform_of(camera).optical_from(glm::translate(glm::dmat4(1.0), at)));
-            const Box bounds{glm::vec3(-0.2, -0.3, -0.9), glm::vec3(0.2, 0.3, 0.9)};
+            const world::Box bounds{glm::vec3(-0.2, -0.3, -0.9), glm::vec3(0.2, 0.3, 0.9)};
             const auto rect = lens->pixels_of(optical_from_local, bounds, camera.near_m);
             const bool is_culled = lens->is_wide() ? !lens->may_see(optical_from_local, bounds, 0.0)
                                                    : !may_be_visible(lens->frustum(camera.near_m, 0.0),
@@ -542,20 +546,20 @@ TEST(LensBounds, OfAMoverHoldAllItsPixels) {
 }
 
 TEST(LensPictures, AreThoseThatMesaResamples) {
-    auto mesas = create_renderer({.device = "llvmpipe", .pool = std::make_shared<FramePool>()}).value();
+    auto mesas = create_renderer({.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>()}).value();
     Film film("hall");
-    const SnapshotRef hall = film.at(3 * ns_per_s);
+    const world::SnapshotRef hall = film.at(3 * ns_per_s);
     const auto by = drawer();
     for (const auto& [name, camera] : cameras()) {
         if (camera.focal_px > 1e3 || camera.focal_px < 40) continue;
         View view = film.view("lobby", camera.size, 1);
-        auto spec = std::make_shared<CameraSpec>(*view.spec);
+        auto spec = std::make_shared<world::CameraSpec>(*view.spec);
         const View of_camera = camera.view();
         spec->lens = of_camera.spec->lens;
         spec->intrinsics = of_camera.spec->intrinsics;
-        spec->antialias = Antialias::none;
+        spec->antialias = world::Antialias::none;
         view.spec = spec;
-        for (const Quality quality : {Quality::fast, Quality::simple}) {
+        for (const world::Quality quality : {world::Quality::fast, world::Quality::simple}) {
             view.quality = quality;
             const Picture ours{drawn(*by, hall, view)};
             auto finished = mesas->draw(hall, 0, {&view, 1});
@@ -590,20 +594,21 @@ TEST(LensPictures, AreThoseThatMesaResamples) {
 
 TEST(LensWatertight, EdgesOnTheRaysOfPixelsBelongToOneOfThem) {
     // Four squares that meet on the axis, and everywhere along rows and columns of pixels.
-    for (const Lens& lens : {barrel, rational, fisheye}) {
+    for (const camera::Lens& lens : {barrel, rational, fisheye}) {
         TestWorld world;
         for (const glm::vec3& side : {glm::vec3(0, 3, 3), {0, 3, -3}, {0, -3, 3}, {0, -3, -3}}) {
-            Material material = colored(glm::vec3(1.0f), true);
+            world::Material material = colored(glm::vec3(1.0f), true);
             material.double_sided = true;
-            material.alpha_mode = AlphaMode::blend;
+            material.alpha_mode = world::AlphaMode::blend;
             material.base_color.a = 0.5f;
             world.objects.push_back(
                 instance_of(model_of(rectangle(glm::vec3(2, 0, 0) + side, {0, side.y, 0}, {0, 0, side.z}), material)));
         }
-        Lens straight = lens;
-        if (lens.model == LensModel::rational_polynomial) straight.coefficients[2] = straight.coefficients[3] = 0.0;
-        const TestCamera camera{.size = {160, 120}, .intrinsics = Intrinsics{80, 80, 80, 60}, .lens = straight};
-        const CameraModel model = camera.model();
+        camera::Lens straight = lens;
+        if (lens.model == camera::LensModel::rational_polynomial)
+            straight.coefficients[2] = straight.coefficients[3] = 0.0;
+        const TestCamera camera{.size = {160, 120}, .intrinsics = camera::Intrinsics{80, 80, 80, 60}, .lens = straight};
+        const camera::CameraModel model = camera.model();
         const Picture picture = drawn(world, camera);
         for (int y = 0; y < camera.size.height; ++y) {
             for (int x = 0; x < camera.size.width; ++x) {
@@ -618,13 +623,13 @@ TEST(LensTruth, IsWhatRaysHitFirst) {
     int all_seen = 0;
     for (const auto& [name, camera] : cameras()) {
         const auto lens = lens_of(camera);
-        const CameraModel& model = lens->model();
+        const camera::CameraModel& model = lens->model();
         const auto [world, corners] = triangles_around();
         View view = camera.view();
         std::ranges::fill(view.kinds, false);
-        for (const FrameKind kind : {FrameKind::depth, FrameKind::instance})
+        for (const frame::FrameKind kind : {frame::FrameKind::depth, frame::FrameKind::instance})
             view.kinds[static_cast<std::size_t>(kind)] = true;
-        const std::vector<FrameRef> frames = all_drawn(*drawer(), world.snapshot(), view);
+        const std::vector<frame::FrameRef> frames = all_drawn(*drawer(), world.snapshot(), view);
         ASSERT_EQ(frames.size(), 2u);
         const auto* const depths = reinterpret_cast<const float*>(frames[0]->bytes().data());
         const auto* const ids = reinterpret_cast<const std::uint32_t*>(frames[1]->bytes().data());
@@ -668,4 +673,4 @@ TEST(LensTruth, IsWhatRaysHitFirst) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -5,11 +5,11 @@
 
 #include "tests/render/support/targets.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
-constexpr Lens barrel{LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}};
-constexpr Lens fisheye{LensModel::equidistant, {-0.01, 0.002, 0, 0}};
+constexpr camera::Lens barrel{camera::LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}};
+constexpr camera::Lens fisheye{camera::LensModel::equidistant, {-0.01, 0.002, 0, 0}};
 
 TestCamera barrel_camera() {
     return {.size = {320, 240}, .focal_px = 196, .lens = barrel};
@@ -20,7 +20,7 @@ TestCamera fisheye_camera() {
 }
 
 template <typename T>
-std::vector<T> values_of(const FrameRef& frame) {
+std::vector<T> values_of(const frame::FrameRef& frame) {
     std::vector<T> values(frame->bytes().size() / sizeof(T));
     std::memcpy(values.data(), frame->bytes().data(), frame->bytes().size());
     return values;
@@ -32,7 +32,7 @@ std::size_t index_of(const TestCamera& camera, int x, int y) {
 
 /// A sphere around the camera, its colour a linear function of direction and its normals inwards.
 TestWorld surrounded() {
-    Primitive sphere;
+    world::Primitive sphere;
     constexpr int rows = 60, columns = 120;
     for (int i = 0; i <= rows; ++i) {
         for (int j = 0; j <= columns; ++j) {
@@ -49,7 +49,7 @@ TestWorld surrounded() {
             for (const std::uint32_t corner : {a, a + 1, b, b, a + 1, b + 1}) sphere.indices.push_back(corner);
         }
     }
-    Material material = colored(glm::vec3(1.0f), true);
+    world::Material material = colored(glm::vec3(1.0f), true);
     material.double_sided = true;
     TestWorld world;
     world.objects = {instance_of(model_of(std::move(sphere), material))};
@@ -58,14 +58,14 @@ TestWorld surrounded() {
 
 TEST(Lens, PixelsBeyondTheFoldAreBlackAndSeeNothing) {
     const TestCamera camera = barrel_camera();
-    const CameraModel model = camera.model();
+    const camera::CameraModel model = camera.model();
     ASSERT_FALSE(model.every_pixel_valid());
     TestWorld world = surrounded();
     world.environment.background = glm::vec3(1.0f);
     const Picture picture = draw(world, camera);
-    const auto depth = values_of<float>(draw_kind(world, camera, FrameKind::depth));
-    const auto ids = values_of<std::uint32_t>(draw_kind(world, camera, FrameKind::instance));
-    const auto normals = values_of<float>(draw_kind(world, camera, FrameKind::normal));
+    const auto depth = values_of<float>(draw_kind(world, camera, frame::FrameKind::depth));
+    const auto ids = values_of<std::uint32_t>(draw_kind(world, camera, frame::FrameKind::instance));
+    const auto normals = values_of<float>(draw_kind(world, camera, frame::FrameKind::normal));
     int masked = 0;
     for (int y = 0; y < camera.size.height; ++y) {
         for (int x = 0; x < camera.size.width; ++x) {
@@ -83,7 +83,7 @@ TEST(Lens, PixelsBeyondTheFoldAreBlackAndSeeNothing) {
 
 TEST(Lens, EveryPixelShowsTheColourOfItsOwnDirection) {
     for (const TestCamera& camera : {barrel_camera(), fisheye_camera()}) {
-        const CameraModel model = camera.model();
+        const camera::CameraModel model = camera.model();
         const Picture picture = draw(surrounded(), camera);
         for (int y = 0; y < camera.size.height; ++y) {
             for (int x = 0; x < camera.size.width; ++x) {
@@ -100,7 +100,7 @@ TEST(Lens, EveryPixelShowsTheColourOfItsOwnDirection) {
 
 // Second differences of the smooth picture: a seam that shows is a step of more than rounding.
 TEST(Lens, FacesOfTheCubeMeetWithoutASeam) {
-    for (const Antialias antialias : {Antialias::none, Antialias::ssaa2}) {
+    for (const world::Antialias antialias : {world::Antialias::none, world::Antialias::ssaa2}) {
         TestCamera camera = fisheye_camera();
         camera.antialias = antialias;
         const Picture picture = draw(surrounded(), camera);
@@ -122,16 +122,16 @@ TEST(Lens, FacesOfTheCubeMeetWithoutASeam) {
 TEST(Lens, DepthIsMetresAlongTheOpticalAxisWhateverFaceItIsSeenIn) {
     // A wall 2 m in front, so large that it reaches 89 deg; and one as far behind.
     TestWorld world;
-    Material both = colored(glm::vec3(1.0f), true);
+    world::Material both = colored(glm::vec3(1.0f), true);
     both.double_sided = true;
     world.objects = {instance_of(model_of(rectangle({2, 0, 0}, {0, -400, 0}, {0, 0, 400}), both), {}, 1),
                      instance_of(model_of(rectangle({-2, 0, 0}, {0, -400, 0}, {0, 0, 400}), both), {}, 2)};
     for (const TestCamera& camera : {barrel_camera(), fisheye_camera()}) {
-        const CameraModel model = camera.model();
+        const camera::CameraModel model = camera.model();
         View view = camera.view();
-        view.kinds[static_cast<int>(FrameKind::depth)] = true;
+        view.kinds[static_cast<int>(frame::FrameKind::depth)] = true;
         const auto with_color = values_of<float>(draw_views(world.snapshot(), {&view, 1}).at(1));
-        const auto alone = values_of<float>(draw_kind(world, camera, FrameKind::depth));
+        const auto alone = values_of<float>(draw_kind(world, camera, frame::FrameKind::depth));
         ASSERT_EQ(with_color, alone);
         int before = 0, behind = 0;
         for (int y = 0; y < camera.size.height; ++y) {
@@ -143,14 +143,14 @@ TEST(Lens, DepthIsMetresAlongTheOpticalAxisWhateverFaceItIsSeenIn) {
             }
         }
         EXPECT_GT(before, 10000);
-        EXPECT_EQ(behind > 10000, camera.lens.model == LensModel::equidistant);
+        EXPECT_EQ(behind > 10000, camera.lens.model == camera::LensModel::equidistant);
     }
 }
 
 TEST(Lens, NormalsAreInTheOpticalFrameWhateverFaceTheyAreSeenIn) {
     const TestCamera camera = fisheye_camera();
-    const CameraModel model = camera.model();
-    const auto normals = values_of<float>(draw_kind(surrounded(), camera, FrameKind::normal));
+    const camera::CameraModel model = camera.model();
+    const auto normals = values_of<float>(draw_kind(surrounded(), camera, frame::FrameKind::normal));
     for (int y = 0; y < camera.size.height; ++y) {
         for (int x = 0; x < camera.size.width; ++x) {
             const auto ray = model.ray({x, y});
@@ -165,8 +165,8 @@ TEST(Lens, NormalsAreInTheOpticalFrameWhateverFaceTheyAreSeenIn) {
 
 TEST(Lens, IdsAgreeWithTheColourOfTheSamePixel) {
     for (TestCamera camera : {barrel_camera(), fisheye_camera()}) {
-        camera.lens_sampling.filter = LensFilter::bilinear;
-        const CameraModel model = camera.model();
+        camera.lens_sampling.filter = world::LensFilter::bilinear;
+        const camera::CameraModel model = camera.model();
         std::vector<Disc> discs;
         for (int y = 20; y < 220; y += 40) {
             for (int x = 20; x < 300; x += 40) {
@@ -175,7 +175,7 @@ TEST(Lens, IdsAgreeWithTheColourOfTheSamePixel) {
         }
         const TestWorld world = world_of(discs);
         const Picture picture = draw(world, camera);
-        const auto ids = values_of<std::uint32_t>(draw_kind(world, camera, FrameKind::instance));
+        const auto ids = values_of<std::uint32_t>(draw_kind(world, camera, frame::FrameKind::instance));
         for (int y = 0; y < camera.size.height; ++y) {
             for (int x = 0; x < camera.size.width; ++x) {
                 const std::uint32_t id = ids[index_of(camera, x, y)];
@@ -197,9 +197,9 @@ TEST(Lens, ALensThatChangesNothingIsThePinholePicture) {
     world.objects.push_back(instance_of(model_of(box(glm::vec3(0.4f)), colored({0.1f, 0.9f, 0.3f})), {3, 0.4, 0.2}, 5));
     const TestCamera pinhole{.size = {160, 120}, .focal_px = 150};
     const Picture direct = draw(world, pinhole);
-    for (const LensFilter filter : {LensFilter::bilinear, LensFilter::bicubic}) {
+    for (const world::LensFilter filter : {world::LensFilter::bilinear, world::LensFilter::bicubic}) {
         TestCamera warped = pinhole;
-        warped.lens_sampling = {.method = LensMethod::warp, .filter = filter};
+        warped.lens_sampling = {.method = world::LensMethod::warp, .filter = filter};
         const Picture through = draw(world, warped);
         int different = 0;
         for (int y = 0; y < 120; ++y) {
@@ -212,10 +212,10 @@ TEST(Lens, ALensThatChangesNothingIsThePinholePicture) {
 
 TEST(Lens, MethodsAgreeWithEachOther) {
     const TestWorld world = surrounded();
-    TestCamera camera{.size = {320, 240}, .focal_px = 150, .lens = {LensModel::equidistant, {0.01, 0, 0, 0}}};
-    camera.lens_sampling.method = LensMethod::warp;
+    TestCamera camera{.size = {320, 240}, .focal_px = 150, .lens = {camera::LensModel::equidistant, {0.01, 0, 0, 0}}};
+    camera.lens_sampling.method = world::LensMethod::warp;
     const Picture plane = draw(world, camera);
-    camera.lens_sampling.method = LensMethod::cube;
+    camera.lens_sampling.method = world::LensMethod::cube;
     const Picture faces = draw(world, camera);
     for (int y = 0; y < 240; ++y) {
         for (int x = 0; x < 320; ++x) {
@@ -228,7 +228,7 @@ TEST(Lens, MethodsAgreeWithEachOther) {
 
 TEST(Lens, AForcedPlaneThatCannotHoldThePictureIsAnErrorThatSaysWhatCan) {
     TestCamera camera = fisheye_camera();
-    camera.lens_sampling.method = LensMethod::warp;
+    camera.lens_sampling.method = world::LensMethod::warp;
     const View view = camera.view();
     Renderer& renderer = cpu_renderer();
     const auto finished = renderer.draw(TestWorld{}.snapshot(), 0, {&view, 1});
@@ -249,4 +249,4 @@ TEST(Lens, ACameraThatTurnsKeepsItsLensAndOneThatGetsAnotherLensShowsIt) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -4,19 +4,19 @@
 #include "core/render/gl/stream_buffer.h"
 #include "tests/render/support/test_rig.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// Colours and depth: on the device cpu one is drawn by camrig's rasteriser and the other by Mesa's, each of which
 /// keeps what it made of a model.
-void draw_by_all(const SnapshotRef& snapshot) {
+void draw_by_all(const world::SnapshotRef& snapshot) {
     View view = TestCamera{}.view();
-    view.kinds[static_cast<int>(FrameKind::color)] = true;
-    view.kinds[static_cast<int>(FrameKind::depth)] = true;
+    view.kinds[static_cast<int>(frame::FrameKind::color)] = true;
+    view.kinds[static_cast<int>(frame::FrameKind::depth)] = true;
     EXPECT_EQ(draw_views(snapshot, {&view, 1}).size(), 2u);
 }
 
-SnapshotRef world_of(const ModelRef& still, const ModelRef& moving) {
+world::SnapshotRef world_of(const world::ModelRef& still, const world::ModelRef& moving) {
     TestWorld world;
     world.objects = {instance_of(still, {5, 0, 0}, 1)};
     world.movers = {instance_of(moving, {4, 1, 0}, 2)};
@@ -24,23 +24,23 @@ SnapshotRef world_of(const ModelRef& still, const ModelRef& moving) {
 }
 
 TEST(Memory, ModelsOfAWorldThatIsGoneAreFreedThoughBothRasterisersDrewThem) {
-    std::weak_ptr<const Model> still, moving;
+    std::weak_ptr<const world::Model> still, moving;
     {
-        const ModelRef a = model_of(box(glm::vec3(0.5f)), colored({1, 0, 0}));
-        const ModelRef b = model_of(box(glm::vec3(0.3f)), colored({0, 1, 0}));
+        const world::ModelRef a = model_of(box(glm::vec3(0.5f)), colored({1, 0, 0}));
+        const world::ModelRef b = model_of(box(glm::vec3(0.3f)), colored({0, 1, 0}));
         still = a;
         moving = b;
         draw_by_all(world_of(a, b));
     }
-    const ModelRef other = model_of(box(glm::vec3(0.4f)), colored({0, 0, 1}));
+    const world::ModelRef other = model_of(box(glm::vec3(0.4f)), colored({0, 0, 1}));
     draw_by_all(world_of(other, other));
     EXPECT_TRUE(still.expired());
     EXPECT_TRUE(moving.expired());
 }
 
 /// A device that gives buffers, but no memory for them.
-GlFunctions exhausted_device() {
-    GlFunctions gl;
+gl::GlFunctions exhausted_device() {
+    gl::GlFunctions gl;
     gl.GetIntegerv = [](GLenum, GLint* value) { *value = 256; };
     gl.CreateBuffers = [](GLsizei, GLuint* name) { *name = 1; };
     gl.DeleteBuffers = [](GLsizei, const GLuint*) {};
@@ -51,14 +51,14 @@ GlFunctions exhausted_device() {
 
 // GlRenderer::draw makes an error of it, which ends the request that wanted the picture.
 TEST(Memory, ADeviceWithoutMemoryIsAnExceptionAndNotTheEndOfTheProgram) {
-    const GlFunctions gl = exhausted_device();
-    StreamBuffer stream(gl);
+    const gl::GlFunctions gl = exhausted_device();
+    gl::StreamBuffer stream(gl);
     EXPECT_THROW(stream.allocate(100), std::bad_alloc);
     EXPECT_EQ(stream.capacity(), 0u);
-    ReadbackBuffer readback(gl);
+    gl::ReadbackBuffer readback(gl);
     EXPECT_THROW(readback.reset(100), std::bad_alloc);
     EXPECT_THROW(readback.reset(100), std::bad_alloc);  // and no room is taken for granted afterwards
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

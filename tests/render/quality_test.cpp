@@ -10,27 +10,27 @@
 #include "core/render/shadow_plan.h"
 #include "tests/render/support/test_rig.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
-constexpr Quality all_qualities[] = {Quality::fast, Quality::simple, Quality::beautiful};
+constexpr world::Quality all_qualities[] = {world::Quality::fast, world::Quality::simple, world::Quality::beautiful};
 constexpr double pi = std::numbers::pi;
 
-Environment darkness() {
+world::Environment darkness() {
     return {.background = glm::vec3(0.0f), .ambient_sky = glm::vec3(0.0f), .ambient_ground = glm::vec3(0.0f)};
 }
 
-Material surface(glm::vec3 color, float roughness, float metallic = 0.0f) {
-    Material material = colored(color);
+world::Material surface(glm::vec3 color, float roughness, float metallic = 0.0f) {
+    world::Material material = colored(color);
     material.roughness = roughness;
     material.metallic = metallic;
     return material;
 }
 
 /// A ball of radius 1 whose normals are exact at the vertices.
-Primitive ball() {
+world::Primitive ball() {
     constexpr int around = 192, down = 96;
-    Primitive p;
+    world::Primitive p;
     for (int j = 0; j <= down; ++j) {
         for (int i = 0; i <= around; ++i) {
             const double a = 2 * pi * i / around, b = pi * j / down;
@@ -65,10 +65,10 @@ void for_each_ball_pixel(const std::function<void(int, int, glm::dvec3, glm::dve
 
 TEST(Quality, ALambertBallUnderTheSunIsAnalytic) {
     const glm::dvec3 towards = glm::normalize(glm::dvec3(-1.0, 0.7, 0.5));
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple}) {
         TestWorld world;
         world.environment = darkness();
-        world.lights = {light_of(LightType::directional, 0.9f, {}, -towards)};
+        world.lights = {light_of(world::LightType::directional, 0.9f, {}, -towards)};
         world.objects = {instance_of(model_of(ball(), colored(glm::vec3(0.8f))), ball_at)};
         TestCamera camera = ball_camera;
         camera.quality = quality;
@@ -100,11 +100,11 @@ TEST(Quality, AGgxHighlightIsThatOfTheFormula) {
     for (const double roughness : {0.25, 0.5, 0.9}) {
         TestWorld world;
         world.environment = darkness();
-        world.lights = {light_of(LightType::directional, 0.5f, {}, -towards)};
+        world.lights = {light_of(world::LightType::directional, 0.5f, {}, -towards)};
         world.objects = {
             instance_of(model_of(ball(), surface(glm::vec3(0.6f), static_cast<float>(roughness))), ball_at)};
         TestCamera camera = ball_camera;
-        camera.quality = Quality::beautiful;
+        camera.quality = world::Quality::beautiful;
         const Picture picture = draw(world, camera);
         double worst = 0.0, brightest = 0.0;
         for_each_ball_pixel([&](int x, int y, glm::dvec3 point, glm::dvec3 n) {
@@ -128,7 +128,7 @@ TEST(Quality, AWhiteBodyInAWhiteRoomIsWhiteWhateverItIsMadeOf) {
                 .background = glm::vec3(0.5f), .ambient_sky = glm::vec3(0.5f), .ambient_ground = glm::vec3(0.5f)};
             world.objects = {instance_of(model_of(ball(), surface(glm::vec3(1.0f), roughness, metallic)), ball_at)};
             TestCamera camera = ball_camera;
-            camera.quality = Quality::beautiful;
+            camera.quality = world::Quality::beautiful;
             const Picture picture = draw(world, camera);
             for_each_ball_pixel([&](int x, int y, glm::dvec3, glm::dvec3) {
                 EXPECT_NEAR(picture.red(x, y), srgb_code(0.5), 1) << metallic << " " << roughness;
@@ -155,7 +155,7 @@ TEST(Quality, GreyInAWhiteRoomReflectsWhatTheFormulaIntegratesTo) {
         world.objects = {
             instance_of(model_of(ball(), surface(glm::vec3(0.3f), static_cast<float>(roughness))), ball_at)};
         TestCamera camera = ball_camera;
-        camera.quality = Quality::beautiful;
+        camera.quality = world::Quality::beautiful;
         EXPECT_NEAR(linear_of(draw(world, camera).red(80, 80)), 0.9 * (0.3 * (1.0 - mirror) + mirror), 0.005);
     }
 }
@@ -167,7 +167,7 @@ TEST(Quality, LevelsAgreeInTheLightOfTheSurroundings) {
     world.objects = {instance_of(model_of(ball(), surface(glm::vec3(0.7f), 1.0f)), ball_at)};
     TestCamera camera = ball_camera;
     std::vector<Picture> pictures;
-    for (const Quality quality : all_qualities) {
+    for (const world::Quality quality : all_qualities) {
         camera.quality = quality;
         pictures.push_back(draw(world, camera));
     }
@@ -178,7 +178,7 @@ TEST(Quality, LevelsAgreeInTheLightOfTheSurroundings) {
 }
 
 TEST(Quality, BakedOcclusionDarkensTheSurroundingsAtEveryLevelAndNeverTheLights) {
-    for (const Quality quality : all_qualities) {
+    for (const world::Quality quality : all_qualities) {
         auto model = model_of(rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4}), surface(glm::vec3(1.0f), 1.0f));
         model->images.push_back({.size = {1, 1}, .rgba = {64, 0, 0, 255}});
         model->textures.push_back({.image = 0, .sampler = {}});
@@ -189,7 +189,7 @@ TEST(Quality, BakedOcclusionDarkensTheSurroundingsAtEveryLevelAndNeverTheLights)
         TestCamera camera{.size = {16, 16}, .focal_px = 16, .quality = quality};
         EXPECT_NEAR(linear_of(draw(world, camera).red(8, 8)), 0.6 * 64 / 255, 0.02) << int(quality);
         world.environment = darkness();
-        world.lights = {light_of(LightType::directional, 0.5f, {}, {1, 0, 0})};
+        world.lights = {light_of(world::LightType::directional, 0.5f, {}, {1, 0, 0})};
         EXPECT_NEAR(linear_of(draw(world, camera).red(8, 8)), 0.5, 0.02) << int(quality);
     }
 }
@@ -199,7 +199,7 @@ TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
     for (const int variant : {0, 1, 2, 3, 4, 5, 6, 7}) {
         const bool is_mirrored = variant & 1, has_tangents = variant & 2, is_reflected = variant & 4;
         for (const glm::dvec2 lean : {glm::dvec2(0.6, 0.0), glm::dvec2(0.0, 0.6)}) {
-            Primitive wall = rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});  // u to the right (-y), v down (-z)
+            world::Primitive wall = rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});  // u to the right (-y), v down (-z)
             if (is_mirrored)
                 for (glm::vec2& uv : wall.texcoords[0]) uv.x = -uv.x;
             const float along = is_mirrored ? -1.0f : 1.0f;
@@ -212,9 +212,9 @@ TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
             model->materials[0].normal_texture = {.texture = 0};
             TestWorld world;
             world.environment = darkness();
-            world.lights = {light_of(LightType::directional, 0.9f, {}, -towards)};
+            world.lights = {light_of(world::LightType::directional, 0.9f, {}, -towards)};
             world.objects = {instance_of(model)};
-            const TestCamera camera{.size = {33, 33}, .focal_px = 32, .quality = Quality::beautiful};
+            const TestCamera camera{.size = {33, 33}, .focal_px = 32, .quality = world::Quality::beautiful};
             const double right = is_mirrored != is_reflected ? -1.0 : 1.0;
             const glm::dvec3 n(-0.8, -lean.x * right, lean.y);
             EXPECT_NEAR(linear_of(draw(world, camera).red(16, 16)),
@@ -226,12 +226,12 @@ TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
 
 /// A wall 10 m ahead, and a plate 6 m ahead, above what the camera sees of the wall's middle; the light comes from the
 /// upper left, so that the plate's shadow falls 2 m lower and 2 m to the right.
-TestWorld plate_and_wall(bool as_mover, LightType type) {
+TestWorld plate_and_wall(bool as_mover, world::LightType type) {
     TestWorld world;
     world.environment = darkness();
     const glm::dvec3 direction = glm::normalize(glm::dvec3(4.0, -2.0, -2.0));
-    world.lights = {light_of(type, type == LightType::spot ? 200.0f : 0.8f, glm::dvec3(6.0, 0.0, 2.0) - 6.0 * direction,
-                             direction)};
+    world.lights = {light_of(type, type == world::LightType::spot ? 200.0f : 0.8f,
+                             glm::dvec3(6.0, 0.0, 2.0) - 6.0 * direction, direction)};
     world.lights[0].outer_cone_rad = 0.8f;
     world.lights[0].inner_cone_rad = 0.7f;
     world.objects = {
@@ -242,7 +242,7 @@ TestWorld plate_and_wall(bool as_mover, LightType type) {
     return world;
 }
 
-const TestCamera wall_camera{.size = {640, 480}, .focal_px = 600.0, .quality = Quality::beautiful};
+const TestCamera wall_camera{.size = {640, 480}, .focal_px = 600.0, .quality = world::Quality::beautiful};
 
 /// Where along a row (fractional pixel) the light falls below half of what it is at `x0`.
 double falls_at(const Picture& picture, int y, int x0, int x1) {
@@ -255,20 +255,20 @@ double falls_at(const Picture& picture, int y, int x0, int x1) {
 }
 
 TEST(Shadow, EdgesLieWhereGeometrySaysWithinATexel) {
-    for (const LightType type : {LightType::directional, LightType::spot}) {
+    for (const world::LightType type : {world::LightType::directional, world::LightType::spot}) {
         for (const bool as_mover : {false, true}) {
             const TestWorld world = plate_and_wall(as_mover, type);
             const Picture picture = draw(world, wall_camera);
             // The plate's left edge is at y = 0.5, z = 2; followed along the light to x = 10.
-            const glm::dvec3 from = type == LightType::spot ? world.lights[0].position : glm::dvec3(0.0);
+            const glm::dvec3 from = type == world::LightType::spot ? world.lights[0].position : glm::dvec3(0.0);
             const glm::dvec3 edge(6.0, 0.5, 2.0);
-            const glm::dvec3 along = type == LightType::spot ? edge - from : world.lights[0].direction;
+            const glm::dvec3 along = type == world::LightType::spot ? edge - from : world.lights[0].direction;
             const glm::dvec3 hit = edge + along * (4.0 / along.x);
             const double expected = 319.5 - 600.0 * hit.y / 10.0;
             const int row = static_cast<int>(std::lround(239.5 - 600.0 * hit.z / 10.0));
             const double found =
                 falls_at(picture, row, static_cast<int>(expected) - 30, static_cast<int>(expected) + 30);
-            std::printf("%s %s: edge at %.3f, found %.3f\n", type == LightType::spot ? "spot" : "sun",
+            std::printf("%s %s: edge at %.3f, found %.3f\n", type == world::LightType::spot ? "spot" : "sun",
                         as_mover ? "mover" : "static", expected, found);
             EXPECT_NEAR(found, expected, 1.0);
         }
@@ -276,10 +276,10 @@ TEST(Shadow, EdgesLieWhereGeometrySaysWithinATexel) {
 }
 
 TEST(Shadow, LightsOutsideTheLevelBeautifulHaveNone) {
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple}) {
         TestCamera camera = wall_camera;
         camera.quality = quality;
-        const Picture picture = draw(plate_and_wall(true, LightType::directional), camera);
+        const Picture picture = draw(plate_and_wall(true, world::LightType::directional), camera);
         EXPECT_EQ(picture.red(440, 239), picture.red(500, 239));
     }
 }
@@ -290,7 +290,7 @@ TEST(Shadow, FlatAndRoundSurfacesDoNotShadowThemselves) {
         world.environment = darkness();
         const double a = glm::radians(static_cast<double>(degrees));
         world.lights = {
-            light_of(LightType::directional, 0.9f, {}, {std::cos(a), 0.6 * std::sin(a), -0.8 * std::sin(a)})};
+            light_of(world::LightType::directional, 0.9f, {}, {std::cos(a), 0.6 * std::sin(a), -0.8 * std::sin(a)})};
         world.objects = {
             instance_of(model_of(rectangle({10, 0, 0}, {0, -6, 0}, {0, 0, 6}), surface(glm::vec3(1.0f), 1.0f)))};
         const Picture lit = draw(world, wall_camera);
@@ -304,10 +304,10 @@ TEST(Shadow, FlatAndRoundSurfacesDoNotShadowThemselves) {
     TestWorld world;
     world.environment = darkness();
     const glm::dvec3 towards = glm::normalize(glm::dvec3(-1.0, 0.5, 0.6));
-    world.lights = {light_of(LightType::directional, 0.8f, {}, -towards)};
+    world.lights = {light_of(world::LightType::directional, 0.8f, {}, -towards)};
     world.objects = {instance_of(model_of(ball(), surface(glm::vec3(0.8f), 1.0f)), ball_at)};
     TestCamera camera = ball_camera;
-    camera.quality = Quality::beautiful;
+    camera.quality = world::Quality::beautiful;
     const Picture picture = draw(world, camera);
     for_each_ball_pixel([&](int x, int y, glm::dvec3, glm::dvec3 n) {
         const double cosine = glm::dot(n, towards);
@@ -321,7 +321,7 @@ TEST(Shadow, BeginsWhereTheBodyTouchesTheGround) {
     // left.
     TestWorld world;
     world.environment = darkness();
-    world.lights = {light_of(LightType::directional, 0.9f, {}, glm::normalize(glm::dvec3(0.0, 1.0, -1.0)))};
+    world.lights = {light_of(world::LightType::directional, 0.9f, {}, glm::normalize(glm::dvec3(0.0, 1.0, -1.0)))};
     world.objects = {
         instance_of(model_of(rectangle({8, 0, -1}, {4, 0, 0}, {0, 4, 0}), surface(glm::vec3(1.0f), 1.0f))),
         instance_of(model_of(box({0.5f, 0.5f, 0.5f}), surface(glm::vec3(1.0f), 1.0f)), {8.0, 0.0, -0.5}, 2)};
@@ -339,23 +339,23 @@ TEST(Shadow, BeginsWhereTheBodyTouchesTheGround) {
 }
 
 TEST(Shadow, IsTheSameForEveryCameraAlone_OrWithOthers) {
-    const SnapshotRef snapshot = plate_and_wall(true, LightType::directional).snapshot();
+    const world::SnapshotRef snapshot = plate_and_wall(true, world::LightType::directional).snapshot();
     const View one = wall_camera.view(21);
     TestCamera aside = wall_camera;
     aside.eye = {1.0, 2.0, 0.5};
-    const View views[] = {aside.view(22), one, TestCamera{.quality = Quality::fast}.view(23)};
+    const View views[] = {aside.view(22), one, TestCamera{.quality = world::Quality::fast}.view(23)};
     const auto alone = draw_views(snapshot, {&one, 1});
     const auto together = draw_views(snapshot, views);
     EXPECT_TRUE(std::ranges::equal(alone.at(0)->bytes(), together.at(1)->bytes()));
 }
 
 TEST(Shadow, IsTheSameFarFromTheOrigin) {
-    const Picture here = draw(plate_and_wall(true, LightType::directional), wall_camera);
+    const Picture here = draw(plate_and_wall(true, world::LightType::directional), wall_camera);
     for (double distance = 1e3; distance <= 1e9; distance *= 100) {
-        TestWorld there = plate_and_wall(true, LightType::directional);
+        TestWorld there = plate_and_wall(true, world::LightType::directional);
         const glm::dvec3 offset = distance * glm::dvec3(1, -1, 1);
         for (auto* list : {&there.objects, &there.movers})
-            for (Instance& each : *list) each.position += offset;
+            for (world::Instance& each : *list) each.position += offset;
         TestCamera camera = wall_camera;
         camera.eye = offset;
         const Picture picture = draw(there, camera);
@@ -368,9 +368,9 @@ TEST(Shadow, IsTheSameFarFromTheOrigin) {
 }
 
 TEST(Shadow, AMaskCastsTheShadowOfItsHoles) {
-    TestWorld world = plate_and_wall(false, LightType::directional);
-    Material mask = colored(glm::vec3(0.5f));
-    mask.alpha_mode = AlphaMode::mask;
+    TestWorld world = plate_and_wall(false, world::LightType::directional);
+    world::Material mask = colored(glm::vec3(0.5f));
+    mask.alpha_mode = world::AlphaMode::mask;
     mask.base_color.a = 0.2f;
     world.objects[1] = instance_of(model_of(rectangle({6, 0, 2}, {0, -0.5, 0}, {0, 0, 0.5}), mask), {}, 2);
     const Picture picture = draw(world, wall_camera);
@@ -378,11 +378,12 @@ TEST(Shadow, AMaskCastsTheShadowOfItsHoles) {
 }
 
 TEST(Shadow, OnlyTheBrightestFourLightsHaveOne) {
-    std::vector<Light> lights;
-    for (int i = 0; i < 3; ++i) lights.push_back(light_of(LightType::spot, 10.0f + static_cast<float>(i), {0, 0, 5}));
-    lights.push_back(light_of(LightType::point, 1000.0f));
-    lights.push_back(light_of(LightType::directional, 0.0f));
-    for (int i = 0; i < 2; ++i) lights.push_back(light_of(LightType::directional, 0.5f + static_cast<float>(i)));
+    std::vector<world::Light> lights;
+    for (int i = 0; i < 3; ++i)
+        lights.push_back(light_of(world::LightType::spot, 10.0f + static_cast<float>(i), {0, 0, 5}));
+    lights.push_back(light_of(world::LightType::point, 1000.0f));
+    lights.push_back(light_of(world::LightType::directional, 0.0f));
+    for (int i = 0; i < 2; ++i) lights.push_back(light_of(world::LightType::directional, 0.5f + static_cast<float>(i)));
     const WorldBox floor{glm::dvec3(-5, -5, -1), glm::dvec3(5, 5, 0)};
     const auto views = plan_shadows(lights, 1.0f, {&floor, 1});
     std::vector<std::size_t> chosen;
@@ -391,20 +392,21 @@ TEST(Shadow, OnlyTheBrightestFourLightsHaveOne) {
 }
 
 TEST(Quality, DepthIdsAndNormalsAreTheSameBytesAtEveryLevel) {
-    TestWorld world = plate_and_wall(true, LightType::directional);
+    TestWorld world = plate_and_wall(true, world::LightType::directional);
     world.objects.push_back(instance_of(model_of(ball(), colored(glm::vec3(0.5f))), {6.0, 1.0, -0.5}, 3));
-    const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
-    for (const Lens& lens : {Lens{}, fisheye}) {
-        for (const Antialias antialias : {Antialias::automatic, Antialias::none}) {
-            std::vector<std::vector<FrameRef>> levels;
-            for (const Quality quality : all_qualities) {
+    const camera::Lens fisheye = make_lens(camera::LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
+    for (const camera::Lens& lens : {camera::Lens{}, fisheye}) {
+        for (const world::Antialias antialias : {world::Antialias::automatic, world::Antialias::none}) {
+            std::vector<std::vector<frame::FrameRef>> levels;
+            for (const world::Quality quality : all_qualities) {
                 View view = TestCamera{.size = {120, 90},
-                                       .focal_px = lens == Lens{} ? 100.0 : 30.0,
+                                       .focal_px = lens == camera::Lens{} ? 100.0 : 30.0,
                                        .lens = lens,
                                        .antialias = antialias,
                                        .quality = quality}
                                 .view();
-                for (const FrameKind kind : {FrameKind::depth, FrameKind::instance, FrameKind::normal})
+                for (const frame::FrameKind kind :
+                     {frame::FrameKind::depth, frame::FrameKind::instance, frame::FrameKind::normal})
                     view.kinds[static_cast<int>(kind)] = true;
                 levels.push_back(draw_views(world.snapshot(), {&view, 1}));
             }
@@ -422,19 +424,19 @@ TEST(Quality, BeautifulShowsAreasUnlessTheCameraSaysOtherwise) {
     TestWorld world;
     world.objects = {
         instance_of(model_of(rectangle({4, 0, 0}, {0, -1, 0.3}, {0, 0.3, 1}), colored(glm::vec3(1.0f), true)))};
-    const auto values = [&](Quality quality, Antialias antialias) {
+    const auto values = [&](world::Quality quality, world::Antialias antialias) {
         const Picture picture = draw(world, {.antialias = antialias, .quality = quality});
         std::array<bool, 256> seen{};
         for (int y = 0; y < 48; ++y)
             for (int x = 0; x < 64; ++x) seen[static_cast<std::size_t>(picture.red(x, y))] = true;
         return std::ranges::count(seen, true);
     };
-    EXPECT_EQ(values(Quality::fast, Antialias::automatic), 2);
-    EXPECT_EQ(values(Quality::simple, Antialias::automatic), 2);
-    EXPECT_GT(values(Quality::beautiful, Antialias::automatic), 20);
-    EXPECT_EQ(values(Quality::beautiful, Antialias::msaa4), 5);
-    EXPECT_EQ(values(Quality::beautiful, Antialias::none), 2);
+    EXPECT_EQ(values(world::Quality::fast, world::Antialias::automatic), 2);
+    EXPECT_EQ(values(world::Quality::simple, world::Antialias::automatic), 2);
+    EXPECT_GT(values(world::Quality::beautiful, world::Antialias::automatic), 20);
+    EXPECT_EQ(values(world::Quality::beautiful, world::Antialias::msaa4), 5);
+    EXPECT_EQ(values(world::Quality::beautiful, world::Antialias::none), 2);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

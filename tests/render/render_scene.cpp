@@ -22,15 +22,15 @@
 #include "core/render/renderer_factory.h"
 #include "core/world/world.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 struct Arguments {
     std::string scene, view, out;
     ImageSize size{640, 480};
-    Quality quality = Quality::simple;
+    world::Quality quality = world::Quality::simple;
     double time_s = 0.0;
-    FrameKind kind = FrameKind::color;
+    frame::FrameKind kind = frame::FrameKind::color;
     std::string device = "cpu";
     int bench_frames = 0;
     int cameras = 1;
@@ -38,10 +38,10 @@ struct Arguments {
     bool has_static_layer = true;
     bool is_moving = false;
     double max_detail_error_px = RendererOptions{}.max_detail_error_px;
-    Lens lens{};
-    LensSampling sampling{};
-    Antialias antialias = Antialias::none;
-    std::optional<Intrinsics> intrinsics = std::nullopt;
+    camera::Lens lens{};
+    world::LensSampling sampling{};
+    world::Antialias antialias = world::Antialias::none;
+    std::optional<camera::Intrinsics> intrinsics = std::nullopt;
 };
 
 [[noreturn]] void fail(const std::string& message) {
@@ -49,9 +49,9 @@ struct Arguments {
     std::exit(1);
 }
 
-Lens parse_lens(const std::string& text) {
+camera::Lens parse_lens(const std::string& text) {
     const auto colon = text.find(':');
-    const auto model = parse_lens_model(text.substr(0, colon));
+    const auto model = camera::parse_lens_model(text.substr(0, colon));
     if (!model) fail(model.error().message);
     std::vector<double> numbers;
     std::istringstream list(colon == std::string::npos ? "" : text.substr(colon + 1));
@@ -74,10 +74,10 @@ Arguments parse(int argc, char** argv) {
         const std::string option = argv[i];
         const std::string value = argv[i + 1];
         if (option == "--size") std::sscanf(argv[i + 1], "%dx%d", &a.size.width, &a.size.height);
-        if (option == "--quality") a.quality = parse_name<Quality>(value).value_or(Quality::simple);
+        if (option == "--quality") a.quality = parse_name<world::Quality>(value).value_or(world::Quality::simple);
         if (option == "--time") a.time_s = std::stod(value);
-        if (option == "--kind" && value == "depth") a.kind = FrameKind::depth;
-        if (option == "--kind" && value == "instance") a.kind = FrameKind::instance;
+        if (option == "--kind" && value == "depth") a.kind = frame::FrameKind::depth;
+        if (option == "--kind" && value == "instance") a.kind = frame::FrameKind::instance;
         if (option == "--device") a.device = value;
         if (option == "--bench") a.bench_frames = std::stoi(value);
         if (option == "--cameras") a.cameras = std::stoi(value);
@@ -86,12 +86,12 @@ Arguments parse(int argc, char** argv) {
         if (option == "--moving") a.is_moving = value == "on";
         if (option == "--static-layer") a.has_static_layer = value == "on";
         if (option == "--lens") a.lens = parse_lens(value);
-        if (option == "--method") a.sampling.method = must(parse_name<LensMethod>(value));
-        if (option == "--filter") a.sampling.filter = must(parse_name<LensFilter>(value));
+        if (option == "--method") a.sampling.method = must(parse_name<world::LensMethod>(value));
+        if (option == "--filter") a.sampling.filter = must(parse_name<world::LensFilter>(value));
         if (option == "--oversample") a.sampling.oversample = std::stoi(value);
-        if (option == "--antialias") a.antialias = must(parse_name<Antialias>(value));
+        if (option == "--antialias") a.antialias = must(parse_name<world::Antialias>(value));
         if (option == "--intrinsics") {
-            Intrinsics k;
+            camera::Intrinsics k;
             std::sscanf(argv[i + 1], "%lf,%lf,%lf,%lf", &k.fx, &k.fy, &k.cx, &k.cy);
             a.intrinsics = k;
         }
@@ -99,8 +99,8 @@ Arguments parse(int argc, char** argv) {
     return a;
 }
 
-View view_of(const Scene& scene, const Arguments& a, const std::string& name) {
-    Pose pose;
+View view_of(const world::Scene& scene, const Arguments& a, const std::string& name) {
+    camera::Pose pose;
     double vfov = 1.0471975511965976;
     double n[6];
     const auto place = scene.places.find(name);
@@ -108,12 +108,12 @@ View view_of(const Scene& scene, const Arguments& a, const std::string& name) {
         pose = place->second.pose;
         vfov = place->second.vfov_rad;
     } else if (std::sscanf(name.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", n, n + 1, n + 2, n + 3, n + 4, n + 5) == 6) {
-        auto looking = pose_look_at({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
+        auto looking = camera::pose_look_at({n[0], n[1], n[2]}, {n[3], n[4], n[5]});
         if (!looking) fail(looking.error().message);
         pose = *looking;
     } else {
         bool found = false;
-        for (const CameraSpec& camera : scene.cameras) {
+        for (const world::CameraSpec& camera : scene.cameras) {
             if (camera.name != name) continue;
             pose = camera.pose;
             vfov = vfov_rad(camera.size, camera.intrinsics);
@@ -122,14 +122,14 @@ View view_of(const Scene& scene, const Arguments& a, const std::string& name) {
         if (!found) {
             std::string names;
             for (const auto& [known, unused] : scene.places) names += " " + known;
-            for (const CameraSpec& camera : scene.cameras) names += " " + camera.name;
+            for (const world::CameraSpec& camera : scene.cameras) names += " " + camera.name;
             fail("no view '" + name + "' in this scene; it has" + names);
         }
     }
-    auto spec = std::make_shared<CameraSpec>();
+    auto spec = std::make_shared<world::CameraSpec>();
     spec->name = "view";
     spec->size = a.size;
-    spec->intrinsics = a.intrinsics.value_or(*intrinsics_from_vfov(a.size, vfov));
+    spec->intrinsics = a.intrinsics.value_or(*camera::intrinsics_from_vfov(a.size, vfov));
     spec->lens = a.lens;
     spec->lens_sampling = a.sampling;
     spec->antialias = a.antialias;
@@ -161,7 +161,7 @@ void turn(std::vector<View>& views, int picture) {
     for (View& view : views) view.pose.orientation = glm::normalize(by * view.pose.orientation);
 }
 
-void bench(World& world, Renderer& renderer, std::vector<View> views, const Arguments& a) {
+void bench(world::World& world, Renderer& renderer, std::vector<View> views, const Arguments& a) {
     double world_ms = 0, draw_ms = 0, cpu_before = 0;
     constexpr int warm_up = 5;
     for (int i = -warm_up; i < a.bench_frames; ++i) {
@@ -172,7 +172,7 @@ void bench(World& world, Renderer& renderer, std::vector<View> views, const Argu
         const TimeNs now = static_cast<TimeNs>(a.time_s * 1e9) + (i + warm_up + 1) * 40 * ns_per_ms;
         const auto start = std::chrono::steady_clock::now();
         world.advance_to(now);
-        const SnapshotRef snapshot = world.snapshot(now);
+        const world::SnapshotRef snapshot = world.snapshot(now);
         world_ms += ms_since(start);
         if (a.is_moving) turn(views, i + warm_up);
         const auto draw = std::chrono::steady_clock::now();
@@ -189,12 +189,13 @@ void bench(World& world, Renderer& renderer, std::vector<View> views, const Argu
 
 int run(const Arguments& a) {
     auto start = std::chrono::steady_clock::now();
-    auto scene = load_scene(a.scene);
+    auto scene = world::load_scene(a.scene);
     if (!scene) fail(scene.error().message);
-    auto world = World::create(*scene, 1);
+    auto world = world::World::create(*scene, 1);
     if (!world) fail(world.error().message);
     std::printf("loaded in %.0f ms\n", ms_since(start));
-    RendererOptions options{.device = a.device, .pool = std::make_shared<FramePool>(), .raster_threads = a.threads};
+    RendererOptions options{
+        .device = a.device, .pool = std::make_shared<frame::FramePool>(), .raster_threads = a.threads};
     options.max_detail_error_px = a.max_detail_error_px;
     if (!a.has_static_layer) options.static_layer_bytes = 0;
     auto renderer = create_renderer(options);
@@ -214,7 +215,7 @@ int run(const Arguments& a) {
     for (const auto& failure : finished->failures) fail(failure.error.message);
     std::printf("first picture in %.0f ms\n", ms_since(start));
 
-    auto png = create_png_encoder();
+    auto png = codec::create_png_encoder();
     if (!png) fail(png.error().message);
     auto bytes = (*png)->encode(*finished->set.frames.at(0));
     if (!bytes) fail(bytes.error().message);
@@ -233,8 +234,8 @@ int run(const Arguments& a) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render
 
 int main(int argc, char** argv) {
-    return camrig::run(camrig::parse(argc, argv));
+    return camrig::render::run(camrig::render::parse(argc, argv));
 }

@@ -16,7 +16,7 @@
 // combination of them. After a change that is meant:
 //
 //   CAMRIG_WRITE_EXPECTED=1 build/ci/tests/render/test_same_pictures
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 const std::vector<std::string> scenes{"hall", "street", "crowd", "clock", "calibration", "minimal"};
@@ -26,20 +26,22 @@ constexpr TimeNs first_ns = 4 * ns_per_s;
 constexpr int instants = 4;
 constexpr TimeNs between_ns = 120 * ns_per_ms;
 
-constexpr std::array<std::string_view, frame_kind_count> kind_names{"color", "depth", "instance", "semantic", "normal"};
+constexpr std::array<std::string_view, frame::frame_kind_count> kind_names{"color", "depth", "instance", "semantic",
+                                                                           "normal"};
 
-const std::vector<FrameKind> all_kinds{FrameKind::color, FrameKind::depth, FrameKind::instance, FrameKind::semantic,
-                                       FrameKind::normal};
+const std::vector<frame::FrameKind> all_kinds{frame::FrameKind::color, frame::FrameKind::depth,
+                                              frame::FrameKind::instance, frame::FrameKind::semantic,
+                                              frame::FrameKind::normal};
 
 /// One picture to draw of one of a scene's cameras.
 struct Shot {
     std::size_t camera = 0;  ///< of the scene's; counted round
     ImageSize size{128, 96};
-    Quality quality = Quality::simple;
-    Lens lens{};
-    Antialias antialias = Antialias::none;
-    std::vector<FrameKind> kinds{FrameKind::color};
-    LensMethod method = LensMethod::automatic;
+    world::Quality quality = world::Quality::simple;
+    camera::Lens lens{};
+    world::Antialias antialias = world::Antialias::none;
+    std::vector<frame::FrameKind> kinds{frame::FrameKind::color};
+    world::LensMethod method = world::LensMethod::automatic;
     bool has_extras = false;  ///< code strip and image controls
     bool shows_one = false;   ///< the first mover alone, or the first object
 };
@@ -47,14 +49,14 @@ struct Shot {
 std::string name_of(const std::string& scene, const std::string& camera, const Shot& shot) {
     std::string name = scene + "/" + camera + "-" + std::string(to_string(shot.quality)) + "-" +
                        std::string(to_string(shot.lens.model));
-    if (shot.method != LensMethod::automatic) name += "-" + std::string(to_string(shot.method));
+    if (shot.method != world::LensMethod::automatic) name += "-" + std::string(to_string(shot.method));
     name += "-" + std::string(to_string(shot.antialias)) + "-" + shot.size.to_string();
     if (shot.has_extras) name += "-extras";
     if (shot.shows_one) name += "-alone";
     return name;
 }
 
-std::string sha256_of(const Frame& frame) {
+std::string sha256_of(const frame::Frame& frame) {
     std::array<unsigned char, 32> digest{};
     const auto bytes = frame.bytes();
     if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), nullptr, EVP_sha256(), nullptr) != 1)
@@ -72,7 +74,7 @@ using Hashes = std::map<std::string, std::string>;  ///< by the picture's name
 
 void draw_scene(Renderer& renderer, const std::string& scene, std::span<const Shot> shots, Hashes& hashes) {
     Film film(scene);
-    const SnapshotRef first = film.at(first_ns);
+    const world::SnapshotRef first = film.at(first_ns);
     std::vector<View> views;
     std::vector<std::string> names;
     for (const Shot& shot : shots) {
@@ -80,7 +82,7 @@ void draw_scene(Renderer& renderer, const std::string& scene, std::span<const Sh
         // Each scene has cameras of its own: a renderer keeps what it knows of one.
         static std::uint32_t number = 0;
         View view = film.view(camera, shot.size, ++number);
-        auto spec = std::make_shared<CameraSpec>(*view.spec);
+        auto spec = std::make_shared<world::CameraSpec>(*view.spec);
         spec->lens = shot.lens;
         spec->lens_sampling.method = shot.method;
         spec->antialias = shot.antialias;
@@ -92,9 +94,9 @@ void draw_scene(Renderer& renderer, const std::string& scene, std::span<const Sh
         view.camera_number = 7;
         view.spec = spec;
         view.quality = shot.quality;
-        for (int k = 0; k < frame_kind_count; ++k)
-            view.kinds[k] = std::ranges::find(shot.kinds, static_cast<FrameKind>(k)) != shot.kinds.end();
-        for (const PixelFormat format : color_formats)
+        for (int k = 0; k < frame::frame_kind_count; ++k)
+            view.kinds[k] = std::ranges::find(shot.kinds, static_cast<frame::FrameKind>(k)) != shot.kinds.end();
+        for (const frame::PixelFormat format : frame::color_formats)
             if (renderer.makes(format, view)) view.color_formats.add(format);
         if (shot.shows_one)
             view.only_objects = {(first->movers.empty() ? first->statics->objects : first->movers).front().info->id};
@@ -106,8 +108,8 @@ void draw_scene(Renderer& renderer, const std::string& scene, std::span<const Sh
         for (View& view : views) view.sequence = n;
         const auto finished = renderer.draw(film.at(now_ns), 0, views).value();
         for (const auto& failure : finished.failures) ADD_FAILURE() << scene << ": " << failure.error.message;
-        for (const FrameRef& frame : finished.set.frames) {
-            const FrameInfo& info = frame->info();
+        for (const frame::FrameRef& frame : finished.set.frames) {
+            const frame::FrameInfo& info = frame->info();
             const auto view = std::ranges::find(views, info.camera_id, &View::camera) - views.begin();
             std::string name = names[static_cast<std::size_t>(view)] + "-" +
                                std::string(kind_names[static_cast<std::size_t>(info.kind)]);
@@ -163,27 +165,30 @@ std::string kind_of(const Renderer& mesas) {
     return mesas.description() + (__builtin_cpu_is("intel") != 0 ? ", Intel" : ", not Intel");
 }
 
-const Lens plumb_bob{LensModel::plumb_bob, {-0.28, 0.07, 0.0007, -0.0004, -0.01}};
-const Lens equidistant{LensModel::equidistant, {-0.01, 0.004, -0.002, 0.0003}};
-const Lens rational{LensModel::rational_polynomial, {0.3, -0.1, 0.0005, 0.0003, 0.01, 0.6, -0.05, 0.02}};
+const camera::Lens plumb_bob{camera::LensModel::plumb_bob, {-0.28, 0.07, 0.0007, -0.0004, -0.01}};
+const camera::Lens equidistant{camera::LensModel::equidistant, {-0.01, 0.004, -0.002, 0.0003}};
+const camera::Lens rational{camera::LensModel::rational_polynomial,
+                            {0.3, -0.1, 0.0005, 0.0003, 0.01, 0.6, -0.05, 0.02}};
 
 TEST(SamePictures, OfOurRasteriser) {
-    CpuRenderer renderer({.pool = std::make_shared<FramePool>(),
-                          .static_layer_bytes = RendererOptions{}.static_layer_bytes,
-                          .max_detail_error_px = RendererOptions{}.max_detail_error_px,
-                          .threads = 2},
-                         [] { return error(ErrorKind::unsupported, "this picture is not one of our rasteriser's"); });
+    software::CpuRenderer renderer(
+        {.pool = std::make_shared<frame::FramePool>(),
+         .static_layer_bytes = RendererOptions{}.static_layer_bytes,
+         .max_detail_error_px = RendererOptions{}.max_detail_error_px,
+         .threads = 2},
+        [] { return error(ErrorKind::unsupported, "this picture is not one of our rasteriser's"); });
     // Rows of 117 pixels are no whole groups of lanes; the small picture has coarser people.
-    const std::vector<Shot> shots{{.camera = 0},
-                                  {.camera = 1, .size = {117, 88}, .quality = Quality::fast},
-                                  {.camera = 2, .size = {320, 240}},
-                                  {.camera = 2, .size = {64, 48}, .has_extras = true},
-                                  {.camera = 1, .size = {90, 68}, .kinds = all_kinds},
-                                  {.camera = 0, .lens = plumb_bob, .kinds = all_kinds},
-                                  {.camera = 1, .size = {117, 88}, .quality = Quality::fast, .lens = rational},
-                                  {.camera = 2, .size = {160, 120}, .lens = equidistant},
-                                  {.camera = 0, .quality = Quality::beautiful, .kinds = all_kinds},
-                                  {.camera = 1, .size = {117, 88}, .quality = Quality::beautiful, .lens = plumb_bob}};
+    const std::vector<Shot> shots{
+        {.camera = 0},
+        {.camera = 1, .size = {117, 88}, .quality = world::Quality::fast},
+        {.camera = 2, .size = {320, 240}},
+        {.camera = 2, .size = {64, 48}, .has_extras = true},
+        {.camera = 1, .size = {90, 68}, .kinds = all_kinds},
+        {.camera = 0, .lens = plumb_bob, .kinds = all_kinds},
+        {.camera = 1, .size = {117, 88}, .quality = world::Quality::fast, .lens = rational},
+        {.camera = 2, .size = {160, 120}, .lens = equidistant},
+        {.camera = 0, .quality = world::Quality::beautiful, .kinds = all_kinds},
+        {.camera = 1, .size = {117, 88}, .quality = world::Quality::beautiful, .lens = plumb_bob}};
     Hashes hashes;
     for (const std::string& scene : scenes) draw_scene(renderer, scene, shots, hashes);
     // The same on every machine, whatever its vectors.
@@ -191,26 +196,27 @@ TEST(SamePictures, OfOurRasteriser) {
 }
 
 TEST(SamePictures, OfMesasRasteriser) {
-    auto renderer = create_renderer({.device = "llvmpipe", .pool = std::make_shared<FramePool>()}).value();
+    auto renderer = create_renderer({.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>()}).value();
     if (std::getenv("CAMRIG_WRITE_EXPECTED") == nullptr) {
         const std::string known = read_expected("llvmpipe").drawn_by;
         if (known != kind_of(*renderer))
             GTEST_SKIP() << "the bytes are known of '" << known << "', here is '" << kind_of(*renderer) << "'";
     }
-    const std::vector<FrameKind> truth{FrameKind::depth, FrameKind::instance, FrameKind::semantic, FrameKind::normal};
-    const std::vector<FrameKind> color_depth{FrameKind::color, FrameKind::depth};
+    const std::vector<frame::FrameKind> truth{frame::FrameKind::depth, frame::FrameKind::instance,
+                                              frame::FrameKind::semantic, frame::FrameKind::normal};
+    const std::vector<frame::FrameKind> color_depth{frame::FrameKind::color, frame::FrameKind::depth};
     const std::vector<Shot> everywhere{
         {.camera = 0, .kinds = color_depth},
-        {.camera = 1, .size = {117, 88}, .quality = Quality::fast},
-        {.camera = 2, .quality = Quality::beautiful, .antialias = Antialias::msaa4, .kinds = all_kinds},
+        {.camera = 1, .size = {117, 88}, .quality = world::Quality::fast},
+        {.camera = 2, .quality = world::Quality::beautiful, .antialias = world::Antialias::msaa4, .kinds = all_kinds},
         {.camera = 0, .lens = plumb_bob, .kinds = all_kinds},
-        {.camera = 1, .quality = Quality::beautiful, .lens = equidistant, .kinds = color_depth}};
+        {.camera = 1, .quality = world::Quality::beautiful, .lens = equidistant, .kinds = color_depth}};
     const std::vector<Shot> in_one_scene{
-        {.camera = 0, .quality = Quality::beautiful, .kinds = truth},
-        {.camera = 1, .lens = rational, .antialias = Antialias::ssaa2, .method = LensMethod::cube},
-        {.camera = 2, .antialias = Antialias::ssaa2, .has_extras = true},
-        {.camera = 0, .lens = equidistant, .antialias = Antialias::msaa4},
-        {.camera = 1, .kinds = {FrameKind::instance}, .shows_one = true}};
+        {.camera = 0, .quality = world::Quality::beautiful, .kinds = truth},
+        {.camera = 1, .lens = rational, .antialias = world::Antialias::ssaa2, .method = world::LensMethod::cube},
+        {.camera = 2, .antialias = world::Antialias::ssaa2, .has_extras = true},
+        {.camera = 0, .lens = equidistant, .antialias = world::Antialias::msaa4},
+        {.camera = 1, .kinds = {frame::FrameKind::instance}, .shows_one = true}};
     Hashes hashes;
     for (const std::string& scene : scenes) draw_scene(*renderer, scene, everywhere, hashes);
     for (const char* scene : {"street", "minimal"}) draw_scene(*renderer, scene, in_one_scene, hashes);
@@ -218,11 +224,12 @@ TEST(SamePictures, OfMesasRasteriser) {
     renderer.reset();
     // As on a GPU: colours converted on the device, pixels through a buffer, movers of one instant after the other's.
     auto as_gpu =
-        create_renderer({.device = "llvmpipe", .pool = std::make_shared<FramePool>(), .conversion = Conversion::device})
+        create_renderer(
+            {.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>(), .conversion = Conversion::device})
             .value();
     draw_scene(*as_gpu, "hall", std::vector<Shot>{{.camera = 1, .size = {160, 96}, .kinds = color_depth}}, hashes);
     compare("llvmpipe", drawn_by, hashes);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

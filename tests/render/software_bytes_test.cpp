@@ -12,28 +12,29 @@
 #include "tests/render/support/gallery.h"
 
 // camrig's rasteriser for itself: no gaps, nothing twice, the same bytes however the work is done.
-namespace camrig {
+namespace camrig::render {
 namespace {
 
-std::unique_ptr<SoftwareDrawer> drawer(SoftwareDrawer::Options options = {}) {
-    options.pool = std::make_shared<FramePool>();
-    return std::make_unique<SoftwareDrawer>(options);
+std::unique_ptr<software::SoftwareDrawer> drawer(software::SoftwareDrawer::Options options = {}) {
+    options.pool = std::make_shared<frame::FramePool>();
+    return std::make_unique<software::SoftwareDrawer>(options);
 }
 
-SoftwareDrawer::Options with_layers(std::int64_t bytes = std::int64_t{64} << 20) {
-    SoftwareDrawer::Options options;
+software::SoftwareDrawer::Options with_layers(std::int64_t bytes = std::int64_t{64} << 20) {
+    software::SoftwareDrawer::Options options;
     options.static_layer_bytes = bytes;
     return options;
 }
 
-std::vector<FrameRef> drawn(SoftwareDrawer& by, const SnapshotRef& snapshot, const std::vector<View>& views) {
+std::vector<frame::FrameRef> drawn(software::SoftwareDrawer& by, const world::SnapshotRef& snapshot,
+                                   const std::vector<View>& views) {
     by.begin_instant(snapshot);
     std::vector<const View*> asked;
     for (const View& view : views) {
         EXPECT_TRUE(by.can_draw(view));
         asked.push_back(&view);
     }
-    std::vector<FrameRef> frames;
+    std::vector<frame::FrameRef> frames;
     by.draw(asked, 0, frames);
     return frames;
 }
@@ -43,7 +44,7 @@ Picture drawn(const TestWorld& world, const TestCamera& camera) {
     return {drawn(*by, world.snapshot(), {camera.view()}).at(0)};
 }
 
-bool are_equal(const FrameRef& a, const FrameRef& b) {
+bool are_equal(const frame::FrameRef& a, const frame::FrameRef& b) {
     return std::ranges::equal(a->bytes(), b->bytes());
 }
 
@@ -52,8 +53,8 @@ View numbered(View view, std::uint32_t camera) {
     return view;
 }
 
-View with(View view, Antialias antialias) {
-    auto spec = std::make_shared<CameraSpec>(*view.spec);
+View with(View view, world::Antialias antialias) {
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
     spec->antialias = antialias;
     view.spec = spec;
     return view;
@@ -113,24 +114,24 @@ std::vector<glm::vec3> fan(int count, glm::dvec2 middle_px) {
 /// Covers every pixel from `first_row` on, once: opaque it leaves no background, half clear it is blended once.
 void expect_watertight(const std::vector<glm::vec3>& corners, ImageSize size, int first_row, const std::string& what) {
     // Each triangle a surface of its own: all edges are outlines, and every pixel is one of areas.
-    Primitive apart = triangles(corners);
+    world::Primitive apart = triangles(corners);
     for (std::size_t i = 0; i < corners.size(); ++i)
         apart.colors.emplace_back(1.0f, 1.0f, 1.0f, static_cast<float>(i / 3 % 4096) / 4096.0f);
-    Material white = colored(glm::vec3(1.0f), true);
+    world::Material white = colored(glm::vec3(1.0f), true);
     white.double_sided = true;
     TestWorld areas;
     areas.objects = {instance_of(model_of(apart, white))};
-    const Picture covered = drawn(areas, {.size = size, .focal_px = focal_px, .antialias = Antialias::coverage});
+    const Picture covered = drawn(areas, {.size = size, .focal_px = focal_px, .antialias = world::Antialias::coverage});
     int open = 0;
     for (int y = first_row; y < size.height; ++y) {
         for (int x = 0; x < size.width; ++x) open += covered.red(x, y) != 255;
     }
     EXPECT_EQ(open, 0) << what << ", by areas: pixels of " << size.width * (size.height - first_row);
     for (const bool is_blended : {false, true}) {
-        Material material = colored(glm::vec3(1.0f), true);
+        world::Material material = colored(glm::vec3(1.0f), true);
         material.double_sided = true;
         if (is_blended) {
-            material.alpha_mode = AlphaMode::blend;
+            material.alpha_mode = world::AlphaMode::blend;
             material.base_color.a = 0.5f;
         }
         TestWorld world;
@@ -208,13 +209,14 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
         const double origin = round % 2 == 0 ? 0.0 : 1e6;
         TestWorld world;
         for (std::size_t i = 0; i < corners.size(); i += 3) {
-            Material material = colored(glm::vec3(static_cast<float>(i / 3 + 1) / 16.0f, 0.0f, 0.0f), true);
+            world::Material material = colored(glm::vec3(static_cast<float>(i / 3 + 1) / 16.0f, 0.0f, 0.0f), true);
             material.double_sided = true;
             world.objects.push_back(instance_of(
                 model_of(triangles({corners[i], corners[i + 1], corners[i + 2]}), material), glm::dvec3(origin)));
         }
         const Picture picture = drawn(
-            world, {.eye = glm::dvec3(origin), .size = size, .focal_px = focal, .antialias = Antialias::coverage});
+            world,
+            {.eye = glm::dvec3(origin), .size = size, .focal_px = focal, .antialias = world::Antialias::coverage});
         for (int y = 0; y < size.height; ++y) {
             for (int x = 0; x < size.width; ++x) {
                 double seen = 0.0;
@@ -252,7 +254,7 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
 TEST(Areas, OfWhatStandsStillShowBeforeAMoverAndNotBehindIt) {
     // A wire, 0.3 of a pixel wide, that the middle of no pixel lies on.
     constexpr double focal = 32.0, middle_px = 15.5, left_px = 8.1, right_px = 8.4;
-    Material blue = colored({0, 0, 1}, true), red = colored({1, 0, 0}, true);
+    world::Material blue = colored({0, 0, 1}, true), red = colored({1, 0, 0}, true);
     blue.double_sided = red.double_sided = true;
     const auto y_of = [&](double x_px) { return -(x_px - middle_px) / focal; };
     for (const double wire_m : {2.0, 3.9, 5.0}) {
@@ -261,7 +263,8 @@ TEST(Areas, OfWhatStandsStillShowBeforeAMoverAndNotBehindIt) {
         TestWorld world;
         world.objects = {instance_of(model_of(rectangle({wire_m, y, 0}, {0, half, 0}, {0, 0, 9}), blue), {}, 1)};
         world.movers = {instance_of(model_of(rectangle({mover_m, 0, 0}, {0, 9, 0}, {0, 0, 9}), red), {}, 2)};
-        const Picture picture = drawn(world, {.size = {32, 24}, .focal_px = focal, .antialias = Antialias::coverage});
+        const Picture picture =
+            drawn(world, {.size = {32, 24}, .focal_px = focal, .antialias = world::Antialias::coverage});
         for (const int row : {5, 12})
             EXPECT_NEAR(linear_of(picture.at(8, row)[2]), wire_m < mover_m ? 0.3 : 0.0, 0.03) << wire_m << " m";
     }
@@ -274,7 +277,7 @@ TEST(HardGeometry, WhatHasNoAreaOrIsNoNumberIsNotDrawnAndHarmsNothing) {
     for (const float bad : {nan, inf, -inf, 3e38f, -3e38f}) {
         for (int corner = 0; corner < 8; ++corner) {
             // Some of the coordinates of two corners.
-            Primitive p = triangles(
+            world::Primitive p = triangles(
                 {{2, 0, 0}, {2, 0, 0}, {2, 0, 0}, {2, 1, 0}, {2, 0, 0}, {2, -1, 0}, {3, 1, 1}, {1, -1, 0}, {2, 1, 0}});
             p.bounds = {glm::vec3(-10.0f), glm::vec3(10.0f)};
             for (int axis = 0; axis < 3; ++axis) {
@@ -294,8 +297,8 @@ TEST(HardGeometry, WhatHasNoAreaOrIsNoNumberIsNotDrawnAndHarmsNothing) {
 TEST(HardGeometry, TextureCoordinatesMayBeAnyNumber) {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     for (const float bad : {nan, inf, -inf, 3e38f, -3e38f, 1e10f, -1e10f, 2147483648.0f, -2147483648.0f, 1.7e7f}) {
-        for (const Wrap wrap : {Wrap::repeat, Wrap::clamp_to_edge, Wrap::mirrored_repeat}) {
-            for (const Filter filter : {Filter::nearest, Filter::linear}) {
+        for (const world::Wrap wrap : {world::Wrap::repeat, world::Wrap::clamp_to_edge, world::Wrap::mirrored_repeat}) {
+            for (const world::Filter filter : {world::Filter::nearest, world::Filter::linear}) {
                 for (const bool mipmaps : {false, true}) {
                     auto model = model_of(rectangle({2, 0, 0}, {0, -1, 0}, {0, 0, 1}), colored(glm::vec3(1.0f), true));
                     model->images.push_back(patterned({37, 20}));
@@ -326,7 +329,7 @@ TEST(HardGeometry, APrincipalPointFarAsideLeavesNothingOut) {
     // A crop of a larger sensor: whatever draws it, the wall is seen.
     TestWorld world;
     for (const double c : {-7000.0, 7000.0, -9000.0, 9000.0, -1e6, 1e6}) {
-        const TestCamera camera{.size = {64, 48}, .intrinsics = Intrinsics{1000.0, 1000.0, c, -c}};
+        const TestCamera camera{.size = {64, 48}, .intrinsics = camera::Intrinsics{1000.0, 1000.0, c, -c}};
         const double x = (31.5 - c) / 1000.0, y = (23.5 + c) / 1000.0;
         const glm::vec3 middle(glm::dvec3(1.0, -x, -y));
         world.objects = {
@@ -342,7 +345,7 @@ TEST(HardGeometry, APrincipalPointFarAsideLeavesNothingOut) {
 
 TEST(SameBytes, AnyNumberOfThreads) {
     Film film("hall");
-    std::vector<std::unique_ptr<SoftwareDrawer>> drawers;
+    std::vector<std::unique_ptr<software::SoftwareDrawer>> drawers;
     for (const int threads : {1, 2, 3}) {
         auto options = with_layers();
         options.threads = threads;
@@ -354,14 +357,14 @@ TEST(SameBytes, AnyNumberOfThreads) {
     for (const char* name : {"lobby", "entrance", "gallery"})
         views.push_back(film.view(name, {320 + 7 * static_cast<int>(views.size()), 181},
                                   static_cast<std::uint32_t>(views.size() + 1)));
-    views[1].quality = Quality::fast;
-    for (const std::size_t i : {1u, 2u}) views[i] = with(views[i], Antialias::coverage);
-    views[0] = with(views[0], Antialias::none);
-    views[0].quality = Quality::beautiful;
+    views[1].quality = world::Quality::fast;
+    for (const std::size_t i : {1u, 2u}) views[i] = with(views[i], world::Antialias::coverage);
+    views[0] = with(views[0], world::Antialias::none);
+    views[0].quality = world::Quality::beautiful;
     for (int n = 0; n < 4; ++n) {
-        const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
+        const world::SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
         const std::vector<View> asked(views.begin(), views.begin() + 3 - n % 3);
-        std::vector<std::vector<FrameRef>> results;
+        std::vector<std::vector<frame::FrameRef>> results;
         for (const auto& by : drawers) results.push_back(drawn(*by, snapshot, asked));
         for (std::size_t i = 0; i < asked.size(); ++i) {
             EXPECT_TRUE(are_equal(results[0][i], results[1][i])) << "2 threads, instant " << n << ", view " << i;
@@ -380,10 +383,10 @@ TEST(SameBytes, WhicheverOtherCamerasSeeAPerson) {
                middle = film.view("lobby", {240, 135}, 3);
     const auto by = drawer(options);
     for (int n = 0; n < 4; ++n) {
-        const SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
+        const world::SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
         const auto alone = [&](const View& view) { return drawn(*drawer(options), snapshot, {view}).at(0); };
         const std::array turns{std::vector{small, middle}, std::vector{large}, std::vector{middle}, std::vector{small}};
-        std::vector<FrameRef> made = drawn(*by, snapshot, turns[0]);
+        std::vector<frame::FrameRef> made = drawn(*by, snapshot, turns[0]);
         for (std::size_t i = 1; i < turns.size(); ++i) by->draw(std::vector<const View*>{&turns[i].front()}, 0, made);
         EXPECT_TRUE(are_equal(made[0], alone(small)) && are_equal(made[4], made[0])) << n;
         EXPECT_TRUE(are_equal(made[1], alone(middle)) && are_equal(made[3], made[1])) << n;
@@ -393,7 +396,7 @@ TEST(SameBytes, WhicheverOtherCamerasSeeAPerson) {
 
 TEST(SameBytes, OfTwoDrawersOnTwoThreadsThatShareWhatIsMadeOfModels) {
     Film film("minimal");
-    std::vector<SnapshotRef> snapshots;
+    std::vector<world::SnapshotRef> snapshots;
     for (int n = 0; n < 3; ++n) {
         snapshots.push_back(film.at(3 * ns_per_s + n * 200 * ns_per_ms));
         // Another world between: what is made of its models goes while the other drawer may draw with it.
@@ -401,19 +404,19 @@ TEST(SameBytes, OfTwoDrawersOnTwoThreadsThatShareWhatIsMadeOfModels) {
     }
     const std::array<View, 2> views{film.view("main", {160, 90}, 1), film.view("main", {96, 54}, 2)};
     auto options = with_layers();
-    options.pool = std::make_shared<FramePool>();
+    options.pool = std::make_shared<frame::FramePool>();
     options.max_detail_error_px = 0.25;
     options.threads = 2;
     const auto film_of = [&](const View& view, const SharedModels& models) {
         auto own = options;
         own.models = models;
-        SoftwareDrawer by(own);
-        std::vector<FrameRef> frames;
-        for (const SnapshotRef& snapshot : snapshots) frames.push_back(drawn(by, snapshot, {view}).at(0));
+        software::SoftwareDrawer by(own);
+        std::vector<frame::FrameRef> frames;
+        for (const world::SnapshotRef& snapshot : snapshots) frames.push_back(drawn(by, snapshot, {view}).at(0));
         return frames;
     };
     const SharedModels shared = make_shared_models();
-    std::array<std::vector<FrameRef>, 2> together;
+    std::array<std::vector<frame::FrameRef>, 2> together;
     {
         const std::jthread other([&] { together[1] = film_of(views[1], shared); });
         together[0] = film_of(views[0], shared);
@@ -428,7 +431,7 @@ TEST(SameBytes, OfTwoDrawersOnTwoThreadsThatShareWhatIsMadeOfModels) {
 TEST(Cost, OfEachViewIsItsOwn) {
     auto options = with_layers();
     options.threads = 2;
-    const SnapshotRef world = gallery().snapshot();
+    const world::SnapshotRef world = gallery().snapshot();
     // As many as threads: a view each. Fewer: in bands, whose times are added.
     for (const bool is_in_bands : {false, true}) {
         const auto by = drawer(options);
@@ -444,19 +447,19 @@ TEST(Cost, OfEachViewIsItsOwn) {
 }
 
 TEST(SameBytes, WithAndWithoutWideLanes) {
-    if (!has_wide_lanes()) GTEST_SKIP() << "this CPU has none";
+    if (!software::has_wide_lanes()) GTEST_SKIP() << "this CPU has none";
     auto options = with_layers();
     const auto wide = drawer(options);
     options.wide_lanes = false;
     const auto narrow = drawer(options);
     Film film("hall");
-    const SnapshotRef surfaces = gallery().snapshot(), people = film.at(3 * ns_per_s);
-    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+    const world::SnapshotRef surfaces = gallery().snapshot(), people = film.at(3 * ns_per_s);
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple, world::Quality::beautiful}) {
         View aside = TestCamera{.size = {321, 243}, .focal_px = 220.0, .quality = quality}.view(1);
-        View lobby = with(film.view("lobby", {320, 180}, 2), Antialias::none);
+        View lobby = with(film.view("lobby", {320, 180}, 2), world::Antialias::none);
         lobby.quality = quality;
-        const View areas_aside = numbered(with(aside, Antialias::coverage), 3);
-        const View areas_lobby = numbered(with(lobby, Antialias::coverage), 4);
+        const View areas_aside = numbered(with(aside, world::Antialias::coverage), 3);
+        const View areas_lobby = numbered(with(lobby, world::Antialias::coverage), 4);
         for (int n = 0; n < 3; ++n) {
             for (const auto& [snapshot, view] : {std::pair(surfaces, aside), std::pair(people, lobby),
                                                  std::pair(surfaces, areas_aside), std::pair(people, areas_lobby)}) {
@@ -468,15 +471,15 @@ TEST(SameBytes, WithAndWithoutWideLanes) {
 }
 
 /// Snapshots of the gallery whose movers go through the picture. The statics are the same ones.
-SnapshotRef moment(const SnapshotRef& first, int n) {
-    auto snapshot = std::make_shared<Snapshot>(*first);
+world::SnapshotRef moment(const world::SnapshotRef& first, int n) {
+    auto snapshot = std::make_shared<world::Snapshot>(*first);
     snapshot->movers[0].position = {4.0, -1.6 + 0.23 * n, -0.5};
     snapshot->movers[1].position = {2.6 + 0.1 * n, 0.9 - 0.17 * n, -0.2 + 0.05 * n};
     return snapshot;
 }
 
 TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
-    const SnapshotRef first = gallery().snapshot();
+    const world::SnapshotRef first = gallery().snapshot();
     // Room for two layers of the four.
     const auto kept = drawer(with_layers(2 * 3 * 4 * 168 * 100 + 1000)), full = drawer();
     std::vector<View> views;
@@ -487,9 +490,9 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
         if (n == 12) {
             views[0] = TestCamera{.size = {90, 70}, .focal_px = 60.0}.view(1);
         } else if (n == 16) {
-            views[1].quality = Quality::fast;
+            views[1].quality = world::Quality::fast;
         } else if (n == 20) {
-            views[1].quality = Quality::simple;
+            views[1].quality = world::Quality::simple;
             views[2].pose.position.z += 0.1;
         } else if (n == 24) {
             views.erase(views.begin());  // not drawn for longer than a layer is kept: the others have its room
@@ -498,11 +501,11 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
         }
         if (n > 30 && n < 148 && n % 20 != 0) {
             kept->begin_instant(moment(first, n));
-            std::vector<FrameRef> unseen;
+            std::vector<frame::FrameRef> unseen;
             kept->draw(std::vector<const View*>{&views[n % 3 == 0]}, 0, unseen);
             continue;
         }
-        const SnapshotRef snapshot = moment(first, n % 20);
+        const world::SnapshotRef snapshot = moment(first, n % 20);
         const auto a = drawn(*kept, snapshot, views), b = drawn(*full, snapshot, views);
         ASSERT_EQ(a.size(), views.size());
         for (std::size_t i = 0; i < a.size(); ++i)
@@ -517,9 +520,10 @@ TEST(SameBytes, WithAndWithoutStaticLayersWhateverHappensToTheCameras) {
 
 /// With layers, without, and with so little room that none is kept; how the camera `own` sees the gallery and `lobby`
 /// the hall.
-void expect_that_layers_change_nothing(TestCamera own, Quality quality, Antialias antialias, std::int64_t too_little) {
+void expect_that_layers_change_nothing(TestCamera own, world::Quality quality, world::Antialias antialias,
+                                       std::int64_t too_little) {
     Film film("hall");
-    const SnapshotRef first = gallery().snapshot();
+    const world::SnapshotRef first = gallery().snapshot();
     own.quality = quality;
     own.antialias = antialias;
     const View aside = own.view(1);
@@ -531,13 +535,13 @@ void expect_that_layers_change_nothing(TestCamera own, Quality quality, Antialia
         const auto kept = drawer(options), full = drawer(), cramped = drawer(with_layers(too_little));
         for (int n = 0; n < 8; ++n) {
             const bool is_aside = view.camera == aside.camera;
-            const SnapshotRef now = is_aside ? moment(first, n) : film.at(3 * ns_per_s + n * 130 * ns_per_ms);
-            const FrameRef whole = drawn(*full, now, {view}).at(0);
+            const world::SnapshotRef now = is_aside ? moment(first, n) : film.at(3 * ns_per_s + n * 130 * ns_per_ms);
+            const frame::FrameRef whole = drawn(*full, now, {view}).at(0);
             EXPECT_TRUE(are_equal(drawn(*kept, now, {view}).at(0), whole)) << "instant " << n;
             EXPECT_TRUE(are_equal(drawn(*cramped, now, {view}).at(0), whole)) << "instant " << n << ", little room";
         }
         EXPECT_EQ(kept->counters().layers_reused, 6u);
-        if (quality == Quality::beautiful) {
+        if (quality == world::Quality::beautiful) {
             EXPECT_EQ(cramped->counters().layers_reused, 0u);
         }
         kept->forget(view.camera);
@@ -547,19 +551,19 @@ void expect_that_layers_change_nothing(TestCamera own, Quality quality, Antialia
 
 TEST(SameBytes, OfShadowsWithAndWithoutStaticLayers) {
     // Room for the pictures of a layer, but not for what shades it anew.
-    expect_that_layers_change_nothing({.size = {161, 100}, .focal_px = 110.0}, Quality::beautiful, Antialias::none,
-                                      4 * 4 * 168 * 100 + 1000);
+    expect_that_layers_change_nothing({.size = {161, 100}, .focal_px = 110.0}, world::Quality::beautiful,
+                                      world::Antialias::none, 4 * 4 * 168 * 100 + 1000);
 }
 
 TEST(SameBytes, OfAreasWithAndWithoutStaticLayers) {
-    expect_that_layers_change_nothing({.size = {161, 100}, .focal_px = 110.0}, Quality::simple, Antialias::coverage,
-                                      4 * 4 * 168 * 100 + 5000);
+    expect_that_layers_change_nothing({.size = {161, 100}, .focal_px = 110.0}, world::Quality::simple,
+                                      world::Antialias::coverage, 4 * 4 * 168 * 100 + 5000);
 }
 
 TEST(SameBytes, WhateverTheMemoryOfAFrameHeld) {
     // Frames are given back after no, few and many instants: memory comes back with the last picture of its camera, an
     // older one, one of before a change, another camera's, or none.
-    const SnapshotRef first = gallery().snapshot();
+    const world::SnapshotRef first = gallery().snapshot();
     const auto kept = drawer(with_layers()), full = drawer();
     std::vector<View> views;
     for (const int width : {160, 161, 160}) {
@@ -568,21 +572,21 @@ TEST(SameBytes, WhateverTheMemoryOfAFrameHeld) {
             TestCamera{.eye = {0.0, 0.1 * number, 0.0}, .size = {width, 100}, .focal_px = 110.0}.view(number));
     }
     const auto change = [](View& view, auto change_spec) {
-        auto spec = std::make_shared<CameraSpec>(*view.spec);
+        auto spec = std::make_shared<world::CameraSpec>(*view.spec);
         change_spec(*spec);
         view.spec = spec;
         view.spec_revision += 1000;
     };
-    std::vector<FrameRef> held;
+    std::vector<frame::FrameRef> held;
     int reused = 0;
     for (int n = 0; n < 90; ++n) {
         for (View& view : views) view.sequence = 3 * n;
-        if (n == 20) change(views[0], [](CameraSpec& spec) { spec.controls.brightness = 0.2; });
-        if (n == 35) change(views[0], [](CameraSpec& spec) { spec.controls.brightness = 0.0; });
-        if (n == 40) change(views[2], [](CameraSpec& spec) { spec.code_strip = true; });
+        if (n == 20) change(views[0], [](world::CameraSpec& spec) { spec.controls.brightness = 0.2; });
+        if (n == 35) change(views[0], [](world::CameraSpec& spec) { spec.controls.brightness = 0.0; });
+        if (n == 40) change(views[2], [](world::CameraSpec& spec) { spec.code_strip = true; });
         if (n == 65) kept->forget(views[2].camera);
         if (n == 75) views[0].pose.position.z += 0.1;
-        const SnapshotRef snapshot = moment(first, n % 17);
+        const world::SnapshotRef snapshot = moment(first, n % 17);
         const auto a = drawn(*kept, snapshot, views), b = drawn(*full, snapshot, views);
         for (std::size_t i = 0; i < a.size(); ++i) {
             ASSERT_TRUE(are_equal(a[i], b[i])) << "instant " << n << ", view " << i;
@@ -599,14 +603,14 @@ TEST(SameBytes, WhateverTheMemoryOfAFrameHeld) {
 
 TEST(Blending, WhatIsFartherIsDrawnFirst) {
     const auto pane = [](double distance_m, glm::vec3 color, std::uint32_t id) {
-        Material material = colored(color, true);
-        material.alpha_mode = AlphaMode::blend;
+        world::Material material = colored(color, true);
+        material.alpha_mode = world::AlphaMode::blend;
         material.base_color.a = 0.5f;
         material.double_sided = true;
         return instance_of(model_of(rectangle(glm::vec3(0.0f), {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}), material),
                            {distance_m, 0.0, 0.0}, id);
     };
-    const Instance red = pane(3.0, {1.0f, 0.0f, 0.0f}, 1), green = pane(2.0, {0.0f, 1.0f, 0.0f}, 2);
+    const world::Instance red = pane(3.0, {1.0f, 0.0f, 0.0f}, 1), green = pane(2.0, {0.0f, 1.0f, 0.0f}, 2);
     for (const bool has_movers : {false, true}) {
         for (const bool red_first : {false, true}) {
             TestWorld world;
@@ -629,20 +633,20 @@ TEST(FrameDamage, OfTheHallIsAllThatChanged) {
     std::vector<View> views;
     for (const char* name : {"lobby", "entrance", "gallery"})
         views.push_back(film.view(name, {320, 240}, static_cast<std::uint32_t>(views.size() + 1)));
-    auto striped = std::make_shared<CameraSpec>(*views[1].spec);
+    auto striped = std::make_shared<world::CameraSpec>(*views[1].spec);
     striped->code_strip = true;
     views[1].spec = striped;
     Claims claims;
     for (int n = 0; n < 50; ++n) {
         for (View& view : views) view.sequence = 10 + n;
         if (n == 20) {
-            auto spec = std::make_shared<CameraSpec>(*views[0].spec);
+            auto spec = std::make_shared<world::CameraSpec>(*views[0].spec);
             spec->controls.brightness = 0.2;
             views[0].spec = spec;
             views[0].spec_revision += 1000;
         }
         if (n == 30) views[2].pose.position.z += 0.2;
-        for (const FrameRef& frame : drawn(*by, film.at(2 * ns_per_s + n * 40 * ns_per_ms), views))
+        for (const frame::FrameRef& frame : drawn(*by, film.at(2 * ns_per_s + n * 40 * ns_per_ms), views))
             claims.check(frame, *frame->info().camera + ", instant " + std::to_string(n));
     }
     EXPECT_EQ(claims.count, 150);
@@ -654,20 +658,20 @@ TEST(FrameDamage, OfTheHallIsAllThatChanged) {
 
 TEST(FrameDamage, IsWhereMoversWereAndAre) {
     TestWorld world = gallery();
-    const SnapshotRef first = world.snapshot();
+    const world::SnapshotRef first = world.snapshot();
     const auto by = drawer(with_layers());
     View view = TestCamera{.size = {320, 240}, .focal_px = 200.0}.view();
     Claims claims;
     for (int n = 0; n < 30; ++n) {
         view.sequence = n;
-        auto snapshot = std::make_shared<Snapshot>(*first);
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
         // Up, away, and back: nothing moves in some instants, nothing is there in others.
         snapshot->movers[0].position = {4.0, 0.0, -1.0 + 0.3 * (n / 2 % 8)};
         snapshot->movers[1].position = {3.0, 0.5, n % 5 == 0 ? 50.0 : 0.2};
-        for (Instance& mover : snapshot->movers) mover.scale *= 0.3;
+        for (world::Instance& mover : snapshot->movers) mover.scale *= 0.3;
         if (n == 15) {
             // Another world with the same things in it: nothing is known of it.
-            auto statics = std::make_shared<StaticSet>(*first->statics);
+            auto statics = std::make_shared<world::StaticSet>(*first->statics);
             statics->environment.background = {0.9f, 0.1f, 0.1f};
             snapshot->statics = statics;
         }
@@ -678,4 +682,4 @@ TEST(FrameDamage, IsWhereMoversWereAndAre) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

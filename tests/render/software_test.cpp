@@ -8,7 +8,7 @@
 
 // camrig's rasteriser against Mesa's, which draws with the shaders of GPUs. Both are right within their rounding:
 // colours within 3 codes; where an edge passes, which of two neighbouring colours a pixel has may differ.
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 constexpr int tolerance = 3;
@@ -18,11 +18,11 @@ Renderer& renderer_of(const std::string& device) {
     static std::map<std::string, std::unique_ptr<Renderer>> renderers;
     auto& renderer = renderers[device];
     if (renderer == nullptr)
-        renderer = std::move(create_renderer({.device = device, .pool = std::make_shared<FramePool>()}).value());
+        renderer = std::move(create_renderer({.device = device, .pool = std::make_shared<frame::FramePool>()}).value());
     return *renderer;
 }
 
-FrameRef drawn_by(const std::string& device, const SnapshotRef& snapshot, const View& view) {
+frame::FrameRef drawn_by(const std::string& device, const world::SnapshotRef& snapshot, const View& view) {
     Renderer& renderer = renderer_of(device);
     return renderer.draw(snapshot, 0, {&view, 1}).value().set.frames.at(0);
 }
@@ -71,7 +71,7 @@ Difference between(const Picture& ours, const Picture& theirs) {
     return result;
 }
 
-Difference compare(const SnapshotRef& snapshot, const View& view) {
+Difference compare(const world::SnapshotRef& snapshot, const View& view) {
     return between({drawn_by("cpu", snapshot, view)}, {drawn_by("llvmpipe", snapshot, view)});
 }
 
@@ -86,20 +86,20 @@ TEST(TwoRasterisers, AreTwo) {
 }
 
 /// Nine walls, one for each pair of wraps, turned and leaning away, textures larger and smaller than their pixels.
-TestWorld walls(const Sampler& filters, int variant) {
+TestWorld walls(const world::Sampler& filters, int variant) {
     constexpr std::array images{ImageSize{64, 64}, ImageSize{37, 20}, ImageSize{1, 3}};
     constexpr std::array repeats{0.6f, 2.7f, 9.0f};
     TestWorld world;
     int n = 0;
-    for (const Wrap s : {Wrap::repeat, Wrap::clamp_to_edge, Wrap::mirrored_repeat}) {
-        for (const Wrap t : {Wrap::repeat, Wrap::clamp_to_edge, Wrap::mirrored_repeat}) {
+    for (const world::Wrap s : {world::Wrap::repeat, world::Wrap::clamp_to_edge, world::Wrap::mirrored_repeat}) {
+        for (const world::Wrap t : {world::Wrap::repeat, world::Wrap::clamp_to_edge, world::Wrap::mirrored_repeat}) {
             const glm::vec3 middle(3.0f, 1.3f * static_cast<float>(n % 3 - 1), 1.0f * static_cast<float>(n / 3 - 1));
             auto model =
                 model_of(rectangle(middle, {0.5f, -0.55f, 0.1f}, {0.2f, 0.1f, 0.4f}), colored(glm::vec3(1.0f), true));
             const auto pick = [&](int of) { return static_cast<std::size_t>((of + variant) % 3); };
             for (glm::vec2& at : model->meshes[0].primitives[0].texcoords[0]) at = (at - 0.3f) * repeats[pick(n)];
             model->images.push_back(patterned(images[pick(n / 3 + n)]));
-            Sampler sampler = filters;
+            world::Sampler sampler = filters;
             sampler.wrap_s = s;
             sampler.wrap_t = t;
             model->textures.push_back({.image = 0, .sampler = sampler});
@@ -111,36 +111,37 @@ TestWorld walls(const Sampler& filters, int variant) {
 }
 
 TEST(TwoRasterisers, SampleTexturesAlike) {
-    for (const Filter magnify : {Filter::nearest, Filter::linear}) {
-        for (const Filter minify : {Filter::nearest, Filter::linear}) {
+    for (const world::Filter magnify : {world::Filter::nearest, world::Filter::linear}) {
+        for (const world::Filter minify : {world::Filter::nearest, world::Filter::linear}) {
             for (const bool mipmaps : {false, true}) {
                 Difference sum;
                 for (int variant = 0; variant < 3; ++variant) {
-                    const Sampler sampler{.magnify = magnify, .minify = minify, .mipmaps = mipmaps};
+                    const world::Sampler sampler{.magnify = magnify, .minify = minify, .mipmaps = mipmaps};
                     const View view = TestCamera{.size = {200, 150}, .focal_px = 130.0}.view();
                     sum += compare(walls(sampler, variant).snapshot(), view);
                 }
                 // OpenGL 4.5, 8.14.3: linear magnification goes on for half a level where minification is nearest of
                 // the nearest level. Mesa's does not do that.
-                const bool is_known = magnify == Filter::linear && minify == Filter::nearest && mipmaps;
+                const bool is_known = magnify == world::Filter::linear && minify == world::Filter::nearest && mipmaps;
                 expect_alike(sum, is_known ? 0.05 : 0.01,
-                             std::string(magnify == Filter::linear ? "linear" : "nearest") + " and " +
-                                 (minify == Filter::linear ? "linear" : "nearest") + (mipmaps ? ", mip levels" : ""));
+                             std::string(magnify == world::Filter::linear ? "linear" : "nearest") + " and " +
+                                 (minify == world::Filter::linear ? "linear" : "nearest") +
+                                 (mipmaps ? ", mip levels" : ""));
             }
         }
     }
 }
 
 TEST(TwoRasterisers, DrawEverySortOfSurfaceAlike) {
-    const SnapshotRef snapshot = gallery().snapshot();
-    for (const Quality quality : {Quality::fast, Quality::simple}) {
+    const world::SnapshotRef snapshot = gallery().snapshot();
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple}) {
         for (const ImageSize size : {ImageSize{641, 479}, ImageSize{320, 240}, ImageSize{7, 5}, ImageSize{1, 1}}) {
             for (const bool is_aside : {false, true}) {
                 TestCamera camera{.size = size, .focal_px = 0.7 * size.width, .quality = quality};
                 if (is_aside) {
                     camera.far_m = 4.2;
                     camera.intrinsics =
-                        Intrinsics{0.8 * size.width, 0.7 * size.width, 0.2 * size.width, 0.7 * size.height};
+                        camera::Intrinsics{0.8 * size.width, 0.7 * size.width, 0.2 * size.width, 0.7 * size.height};
                 }
                 const Difference difference = compare(snapshot, camera.view());
                 const std::string what = std::string(to_string(quality)) + " " + size.to_string() +
@@ -158,11 +159,11 @@ TEST(TwoRasterisers, DrawEverySortOfSurfaceAlike) {
 TEST(TwoRasterisers, DrawPeopleAlike) {
     Film film("hall");
     {
-        const SnapshotRef snapshot = film.at(7 * ns_per_s);
-        for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+        const world::SnapshotRef snapshot = film.at(7 * ns_per_s);
+        for (const world::Quality quality : {world::Quality::fast, world::Quality::simple, world::Quality::beautiful}) {
             View view = film.view("lobby", {640, 360}, 1);
-            auto spec = std::make_shared<CameraSpec>(*view.spec);
-            spec->antialias = Antialias::none;
+            auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+            spec->antialias = world::Antialias::none;
             view.spec = spec;
             view.quality = quality;
             expect_alike(compare(snapshot, view), 0.01, std::string(to_string(quality)) + " hall");
@@ -172,23 +173,23 @@ TEST(TwoRasterisers, DrawPeopleAlike) {
 
 TEST(TwoRasterisers, DrawWhatGoesThroughTheImagePlaneAlike) {
     // Through the camera, around it, and far beyond all sides.
-    const Material white = colored(glm::vec3(0.8f));
-    Material both = white;
+    const world::Material white = colored(glm::vec3(0.8f));
+    world::Material both = white;
     both.double_sided = true;
-    Primitive huge = triangles({{-3e4f, 2e4f, -3e4f}, {5e4f, -4e4f, 1e3f}, {2e4f, 3e4f, 4e4f}});
-    Primitive near = triangles({{-1.0f, 0.2f, -0.3f},
-                                {2.0f, -0.6f, -0.1f},
-                                {0.04f, 0.5f, 0.4f},
-                                {-0.5f, -0.3f, 0.3f},
-                                {0.3f, 0.2f, 0.2f},
-                                {4.0f, -3.0f, 0.5f}});
+    world::Primitive huge = triangles({{-3e4f, 2e4f, -3e4f}, {5e4f, -4e4f, 1e3f}, {2e4f, 3e4f, 4e4f}});
+    world::Primitive near = triangles({{-1.0f, 0.2f, -0.3f},
+                                       {2.0f, -0.6f, -0.1f},
+                                       {0.04f, 0.5f, 0.4f},
+                                       {-0.5f, -0.3f, 0.3f},
+                                       {0.3f, 0.2f, 0.2f},
+                                       {4.0f, -3.0f, 0.5f}});
     near.colors = {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}, {1, 1, 0, 1}, {0, 1, 1, 1}, {1, 0, 1, 1}};
     TestWorld world;
-    world.lights = {light_of(LightType::point, 2.0f, {1, 0.5, 0.5})};
+    world.lights = {light_of(world::LightType::point, 2.0f, {1, 0.5, 0.5})};
     world.environment.ambient_sky = glm::vec3(0.1f);
     for (const auto& [primitive, material] : {std::pair(huge, both), std::pair(near, both),
                                               std::pair(ball(1.5f, 9), both), std::pair(ball(1.5f, 9), white)}) {
-        for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+        for (const world::Quality quality : {world::Quality::fast, world::Quality::simple, world::Quality::beautiful}) {
             world.objects = {instance_of(model_of(primitive, material))};
             for (const double near_m : {0.05, 0.7})
                 expect_alike(
@@ -210,12 +211,12 @@ TEST(TwoRasterisers, HaveTheSameSilhouettes) {
         const glm::dvec3 place(4.0 + 0.3 * i, 0.13 * i * std::cos(2.4 * i), 0.1 * i * std::sin(2.4 * i));
         world.objects.push_back(instance_of(model_of(ball(0.25f, 7), colored({0.1f, 0.8f, 0.1f}, true)), place, id++));
     }
-    const SnapshotRef snapshot = world.snapshot();
+    const world::SnapshotRef snapshot = world.snapshot();
     View view = TestCamera{.size = {640, 480}, .focal_px = 500.0}.view();
     const Picture color{drawn_by("cpu", snapshot, view)};
     std::ranges::fill(view.kinds, false);
-    view.kinds[static_cast<int>(FrameKind::instance)] = true;
-    const FrameRef ids = drawn_by("llvmpipe", snapshot, view);
+    view.kinds[static_cast<int>(frame::FrameKind::instance)] = true;
+    const frame::FrameRef ids = drawn_by("llvmpipe", snapshot, view);
     const auto* const id_of = reinterpret_cast<const std::uint32_t*>(ids->bytes().data());
     int border = 0, differing = 0;
     for (int y = 0; y < 480; ++y) {
@@ -231,4 +232,4 @@ TEST(TwoRasterisers, HaveTheSameSilhouettes) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

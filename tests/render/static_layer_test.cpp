@@ -7,7 +7,7 @@
 #include "tests/render/support/test_rig.h"
 
 // A kept picture of what does not move must never show: with it and without it, the same bytes.
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 constexpr std::uint32_t standing = 1;
@@ -17,18 +17,19 @@ constexpr std::uint32_t fresh = 2;  ///< seen for the first time with every view
 /// `beautiful` the sun and a lamp cast shadows of all of it.
 TestWorld room() {
     TestWorld world;
-    world.lights = {light_of(LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
-                    light_of(LightType::point, 2.0f, {3.0, 0.5, 1.5}),
-                    light_of(LightType::spot, 9.0f, {3.0, -1.5, 2.5}, glm::normalize(glm::dvec3(0.6, 0.4, -0.8)))};
+    world.lights = {
+        light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
+        light_of(world::LightType::point, 2.0f, {3.0, 0.5, 1.5}),
+        light_of(world::LightType::spot, 9.0f, {3.0, -1.5, 2.5}, glm::normalize(glm::dvec3(0.6, 0.4, -0.8)))};
     std::uint32_t id = 1;
     for (int i = -2; i <= 2; ++i) {
-        const Material paint = colored({0.2f + 0.15f * static_cast<float>(i), 0.5f, 0.4f});
+        const world::Material paint = colored({0.2f + 0.15f * static_cast<float>(i), 0.5f, 0.4f});
         world.objects.push_back(instance_of(model_of(box({0.4f, 0.4f, 0.7f}), paint), {5.0, 1.1 * i, -0.3}, id++));
     }
     world.objects.push_back(
         instance_of(model_of(rectangle({6, 0, -1}, {6, 0, 0}, {0, 6, 0}), colored(glm::vec3(0.7f))), {}, id++));
-    Material glass = colored({0.3f, 0.5f, 0.9f});
-    glass.alpha_mode = AlphaMode::blend;
+    world::Material glass = colored({0.3f, 0.5f, 0.9f});
+    glass.alpha_mode = world::AlphaMode::blend;
     glass.base_color.a = 0.4f;
     world.objects.push_back(instance_of(model_of(box({0.1f, 1.2f, 0.8f}), glass), {4.0, 0.6, 0.0}, id++));
     world.movers.push_back(instance_of(model_of(box({0.3f, 0.3f, 0.5f}), colored({0.9f, 0.2f, 0.1f})), {}, id++));
@@ -40,15 +41,15 @@ TestWorld room() {
 class Moments {
 public:
     explicit Moments(const TestWorld& world) : first_(world.snapshot()) {}
-    SnapshotRef at(double where) const {
-        auto snapshot = std::make_shared<Snapshot>(*first_);
+    world::SnapshotRef at(double where) const {
+        auto snapshot = std::make_shared<world::Snapshot>(*first_);
         snapshot->movers[0].position = {4.6, -2.0 + where, 0.1};
         snapshot->movers[1].position = {5.4, 1.5 - where, 0.0};
         return snapshot;
     }
 
 private:
-    SnapshotRef first_;
+    world::SnapshotRef first_;
 };
 
 View numbered(View view, std::uint32_t number) {
@@ -56,21 +57,21 @@ View numbered(View view, std::uint32_t number) {
     return view;
 }
 
-std::vector<std::byte> bytes_of(const std::vector<FrameRef>& frames) {
+std::vector<std::byte> bytes_of(const std::vector<frame::FrameRef>& frames) {
     std::vector<std::byte> all;
-    for (const FrameRef& frame : frames) all.insert(all.end(), frame->bytes().begin(), frame->bytes().end());
+    for (const frame::FrameRef& frame : frames) all.insert(all.end(), frame->bytes().begin(), frame->bytes().end());
     return all;
 }
 
 View all_kinds(View view, bool with_color = true) {
-    for (const FrameKind kind : {FrameKind::depth, FrameKind::instance, FrameKind::normal})
+    for (const frame::FrameKind kind : {frame::FrameKind::depth, frame::FrameKind::instance, frame::FrameKind::normal})
         view.kinds[static_cast<int>(kind)] = true;
-    view.kinds[static_cast<int>(FrameKind::color)] = with_color;
+    view.kinds[static_cast<int>(frame::FrameKind::color)] = with_color;
     return view;
 }
 
 /// Draws the view now with its layer, and as a camera that nobody saw before.
-void expect_same(const SnapshotRef& moment, const View& view, const std::string& what) {
+void expect_same(const world::SnapshotRef& moment, const View& view, const std::string& what) {
     const auto layered = bytes_of(draw_views(moment, {&view, 1}));
     cpu_renderer().forget(CameraId{fresh});
     const View again = numbered(view, fresh);
@@ -86,11 +87,13 @@ protected:
 };
 
 TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
-    const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
-    const Lens barrel = make_lens(LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
-    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
-        for (const Antialias antialias : {Antialias::none, Antialias::coverage, Antialias::msaa4, Antialias::ssaa2}) {
-            for (const Lens& lens : {Lens{}, barrel, fisheye}) {
+    const camera::Lens fisheye = make_lens(camera::LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
+    const camera::Lens barrel =
+        make_lens(camera::LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple, world::Quality::beautiful}) {
+        for (const world::Antialias antialias :
+             {world::Antialias::none, world::Antialias::coverage, world::Antialias::msaa4, world::Antialias::ssaa2}) {
+            for (const camera::Lens& lens : {camera::Lens{}, barrel, fisheye}) {
                 const TestCamera camera{.size = {97, 61},
                                         .focal_px = lens == fisheye ? 25.0 : 60.0,
                                         .lens = lens,
@@ -104,11 +107,12 @@ TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
                                     std::string(to_string(lens.model)) + ", picture " + std::to_string(n));
                 }
                 // Of the third and fourth picture; where colour is drawn apart from the rest, both have a layer.
-                const bool is_together =
-                    SoftwareDrawer::is_plain(view) && SoftwareDrawer::is_plain(view, FrameKind::depth);
+                const bool is_together = software::SoftwareDrawer::is_plain(view) &&
+                                         software::SoftwareDrawer::is_plain(view, frame::FrameKind::depth);
                 // Of shadows through a lens or on areas nothing is kept.
-                const bool keeps_none = is_together && cpu_renderer().is_on_cpu() && quality == Quality::beautiful &&
-                                        (lens != Lens{} || antialias == Antialias::coverage);
+                const bool keeps_none = is_together && cpu_renderer().is_on_cpu() &&
+                                        quality == world::Quality::beautiful &&
+                                        (lens != camera::Lens{} || antialias == world::Antialias::coverage);
                 EXPECT_EQ(reused() - before, keeps_none ? 0u : is_together ? 2u : 4u);
             }
         }
@@ -127,9 +131,9 @@ TEST_F(StaticLayer, NothingOfAMoverStaysWhereItWas) {
     // Small movers far apart, so that only rectangles around them are drawn; one leaves the picture, one comes close.
     TestWorld world = room();
     const View view = TestCamera{.size = {320, 200}, .focal_px = 150.0}.view(standing);
-    const SnapshotRef first = world.snapshot();
+    const world::SnapshotRef first = world.snapshot();
     for (int n = 0; n < 8; ++n) {
-        auto snapshot = std::make_shared<Snapshot>(*first);
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
         for (std::size_t i = 0; i < snapshot->movers.size(); ++i) snapshot->movers[i].scale = 0.3;
         snapshot->movers[0].position = {4.2, -1.0 + n, 0.2};
         snapshot->movers[1].position = {8.0 - 1.15 * n, 1.0 - 0.3 * n, 0.0};
@@ -140,12 +144,13 @@ TEST_F(StaticLayer, NothingOfAMoverStaysWhereItWas) {
 
 TEST_F(StaticLayer, ViewsOfOneInstantShowWhatEachShowsAlone) {
     // All kept pictures are put back before the first view is drawn; the sources of some are shared.
-    const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
+    const camera::Lens fisheye = make_lens(camera::LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
     std::vector<View> views;
     std::uint32_t number = 11;
-    for (const Quality quality : {Quality::simple, Quality::beautiful}) {
-        for (const Antialias antialias : {Antialias::none, Antialias::coverage, Antialias::msaa4, Antialias::ssaa2}) {
-            for (const Lens& lens : {Lens{}, fisheye}) {
+    for (const world::Quality quality : {world::Quality::simple, world::Quality::beautiful}) {
+        for (const world::Antialias antialias :
+             {world::Antialias::none, world::Antialias::coverage, world::Antialias::msaa4, world::Antialias::ssaa2}) {
+            for (const camera::Lens& lens : {camera::Lens{}, fisheye}) {
                 const TestCamera camera{.size = {160, 100},
                                         .focal_px = lens == fisheye ? 40.0 : 75.0,
                                         .lens = lens,
@@ -158,9 +163,9 @@ TEST_F(StaticLayer, ViewsOfOneInstantShowWhatEachShowsAlone) {
     }
     const std::uint64_t before = cpu_renderer().counters().views_in_parts;
     for (int n = 0; n < 4; ++n) {
-        auto moment = std::make_shared<Snapshot>(*moments_.at(0.4 * n));
+        auto moment = std::make_shared<world::Snapshot>(*moments_.at(0.4 * n));
         for (auto& mover : moment->movers) mover.scale = 0.3;
-        const std::vector<FrameRef> together = draw_views(moment, views);
+        const std::vector<frame::FrameRef> together = draw_views(moment, views);
         ASSERT_EQ(together.size(), views.size());
         for (std::size_t i = 0; i < views.size(); ++i) {
             cpu_renderer().forget(CameraId{fresh});
@@ -174,11 +179,13 @@ TEST_F(StaticLayer, ViewsOfOneInstantShowWhatEachShowsAlone) {
 }
 
 TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
-    const Lens barrel = make_lens(LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
-    const SnapshotRef first = room().snapshot();
-    for (const Quality quality : {Quality::simple, Quality::beautiful}) {
-        for (const Antialias antialias : {Antialias::none, Antialias::ssaa2, Antialias::msaa4}) {
-            for (const Lens& lens : {Lens{}, barrel}) {
+    const camera::Lens barrel =
+        make_lens(camera::LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
+    const world::SnapshotRef first = room().snapshot();
+    for (const world::Quality quality : {world::Quality::simple, world::Quality::beautiful}) {
+        for (const world::Antialias antialias :
+             {world::Antialias::none, world::Antialias::ssaa2, world::Antialias::msaa4}) {
+            for (const camera::Lens& lens : {camera::Lens{}, barrel}) {
                 cpu_renderer().forget(CameraId{standing});
                 View view =
                     TestCamera{
@@ -187,7 +194,7 @@ TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
                 Claims claims;
                 for (int n = 0; n < 12; ++n) {
                     view.sequence = 5 + n;
-                    auto snapshot = std::make_shared<Snapshot>(*first);
+                    auto snapshot = std::make_shared<world::Snapshot>(*first);
                     for (auto& mover : snapshot->movers) mover.scale = 0.2;
                     snapshot->movers[0].position = {4.2, -1.0 + 0.1 * n, -0.5 + 0.1 * (n / 3)};
                     snapshot->movers[1].position = {5.0, 1.0, n % 4 == 3 ? 50.0 : 0.4};
@@ -203,8 +210,10 @@ TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
                 // Where the scene is drawn in parts: by Mesa not through lenses, nor with several samples a pixel drawn
                 // at once.
                 const bool is_ours = cpu_renderer().is_on_cpu() && cpu_renderer().is_plain(view);
-                const bool is_kept = lens == Lens{} || quality != Quality::beautiful;  // shadows through a lens are not
-                const bool is_known = (is_ours && is_kept) || (lens == Lens{} && antialias != Antialias::msaa4);
+                const bool is_kept =
+                    lens == camera::Lens{} || quality != world::Quality::beautiful;  // shadows through a lens are not
+                const bool is_known =
+                    (is_ours && is_kept) || (lens == camera::Lens{} && antialias != world::Antialias::msaa4);
                 // Our rasteriser gives the first of them twice, as it is, where it has drawn it beside the truth.
                 EXPECT_EQ(claims.named, !is_known ? 0
                                         : is_ours ? 11
@@ -220,13 +229,15 @@ TEST_F(StaticLayer, NoShadowOfAMoverStaysWhereItWas) {
     // Small movers, so that only rectangles around them and their shadows are drawn; some stand beside the picture and
     // above it, and only their shadows are seen.
     const TestWorld world = room();
-    const SnapshotRef first = world.snapshot();
-    for (const Antialias antialias : {Antialias::none, Antialias::automatic, Antialias::ssaa2}) {
+    const world::SnapshotRef first = world.snapshot();
+    for (const world::Antialias antialias :
+         {world::Antialias::none, world::Antialias::automatic, world::Antialias::ssaa2}) {
         const View view =
-            TestCamera{.size = {320, 200}, .focal_px = 150.0, .antialias = antialias, .quality = Quality::beautiful}
+            TestCamera{
+                .size = {320, 200}, .focal_px = 150.0, .antialias = antialias, .quality = world::Quality::beautiful}
                 .view(standing);
         for (int n = 0; n < 8; ++n) {
-            auto snapshot = std::make_shared<Snapshot>(*first);
+            auto snapshot = std::make_shared<world::Snapshot>(*first);
             for (std::size_t i = 0; i < snapshot->movers.size(); ++i) snapshot->movers[i].scale = 0.3;
             snapshot->movers[0].position = {3.0 + 0.3 * n, -3.0 + n, -0.4};
             snapshot->movers[1].position = {4.2 - 0.5 * n, 1.0 - 0.3 * n, 2.6};
@@ -244,7 +255,7 @@ TEST_F(StaticLayer, IsDrawnAnewWhenAnythingItShowsChanges) {
     view.pose.position.y += 0.3;
     expect_same(moments_.at(1.0), view, "pose");
     settle();
-    view.quality = Quality::fast;
+    view.quality = world::Quality::fast;
     expect_same(moments_.at(1.0), view, "quality");
     settle();
     view = numbered(TestCamera{.size = {80, 60}, .focal_px = 50.0}.view(standing), standing);
@@ -259,12 +270,12 @@ TEST_F(StaticLayer, IsDrawnAnewWhenAnythingItShowsChanges) {
 }
 
 TEST_F(StaticLayer, ViewsOfAnInstantInTurnsShowWhatTheyShowTogether) {
-    const TestCamera camera{.size = {97, 61}, .focal_px = 60.0, .quality = Quality::beautiful};
+    const TestCamera camera{.size = {97, 61}, .focal_px = 60.0, .quality = world::Quality::beautiful};
     TestCamera aside = camera;
     aside.eye.y += 0.7;
     const std::array views{all_kinds(camera.view(standing)), all_kinds(aside.view(fresh))};
     for (const double where : {0.0, 1.1, 2.2}) {
-        const SnapshotRef moment = moments_.at(where);
+        const world::SnapshotRef moment = moments_.at(where);
         auto in_turns = bytes_of(draw_views(moment, {&views[0], 1}));
         const auto second = bytes_of(draw_views(moment, {&views[1], 1}));
         in_turns.insert(in_turns.end(), second.begin(), second.end());
@@ -299,7 +310,7 @@ TEST_F(StaticLayer, WhenMemoryIsUsedUpTheRestIsDrawnInFull) {
     // Each takes 64 MB, and 32 MB with what is blended; two fit into the standard 256 MB.
     std::vector<View> views;
     for (std::uint32_t n = 0; n < 5; ++n)
-        views.push_back(TestCamera{.size = {4096, 2048}, .quality = Quality::fast}.view(10 + n));
+        views.push_back(TestCamera{.size = {4096, 2048}, .quality = world::Quality::fast}.view(10 + n));
     for (int n = 0; n < 3; ++n) draw_views(moments_.at(n), views);
     EXPECT_LE(cpu_renderer().counters().layer_bytes, RendererOptions{}.static_layer_bytes);
     EXPECT_EQ(cpu_renderer().counters().layers, 2);
@@ -307,4 +318,4 @@ TEST_F(StaticLayer, WhenMemoryIsUsedUpTheRestIsDrawnInFull) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

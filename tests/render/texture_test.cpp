@@ -2,11 +2,11 @@
 
 #include "tests/render/support/test_rig.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 /// 2x2 texels: red, green above blue, white.
-Image four_colors() {
+world::Image four_colors() {
     return {.size = {2, 2}, .rgba = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 0}};
 }
 
@@ -14,7 +14,8 @@ constexpr std::array red{255, 0, 0, 255};
 constexpr std::array green{0, 255, 0, 255};
 constexpr std::array blue{0, 0, 255, 255};
 
-std::shared_ptr<Model> textured_wall(Sampler sampler = {.magnify = Filter::nearest, .minify = Filter::nearest}) {
+std::shared_ptr<world::Model> textured_wall(world::Sampler sampler = {.magnify = world::Filter::nearest,
+                                                                      .minify = world::Filter::nearest}) {
     auto model = model_of(rectangle({2, 0, 0}, {0, -1, 0}, {0, 0, 1}), colored(glm::vec3(1.0f), true));
     model->images.push_back(four_colors());
     model->textures.push_back({.image = 0, .sampler = sampler});
@@ -25,7 +26,7 @@ std::shared_ptr<Model> textured_wall(Sampler sampler = {.magnify = Filter::neare
 // The wall fills a 64x64 picture exactly.
 const TestCamera camera{.size = {64, 64}, .focal_px = 64};
 
-Picture draw_model(std::shared_ptr<Model> model) {
+Picture draw_model(std::shared_ptr<world::Model> model) {
     TestWorld world;
     world.objects = {instance_of(std::move(model))};
     return draw(world, camera);
@@ -41,14 +42,15 @@ TEST(Texture, TheFirstTexelIsTopLeft) {
 }
 
 TEST(Texture, WrapModesRepeatMirrorAndClamp) {
-    const auto draw_wrapped = [](Wrap wrap) {
-        auto model = textured_wall({.wrap_s = wrap, .magnify = Filter::nearest, .minify = Filter::nearest});
+    const auto draw_wrapped = [](world::Wrap wrap) {
+        auto model =
+            textured_wall({.wrap_s = wrap, .magnify = world::Filter::nearest, .minify = world::Filter::nearest});
         for (auto& uv : model->meshes[0].primitives[0].texcoords[0]) uv.x *= 2.0f;  // two textures across
         return draw_model(model);
     };
-    EXPECT_EQ(draw_wrapped(Wrap::repeat).at(36, 5), red);
-    EXPECT_EQ(draw_wrapped(Wrap::mirrored_repeat).at(36, 5), green);
-    EXPECT_EQ(draw_wrapped(Wrap::clamp_to_edge).at(60, 5), green);
+    EXPECT_EQ(draw_wrapped(world::Wrap::repeat).at(36, 5), red);
+    EXPECT_EQ(draw_wrapped(world::Wrap::mirrored_repeat).at(36, 5), green);
+    EXPECT_EQ(draw_wrapped(world::Wrap::clamp_to_edge).at(60, 5), green);
 }
 
 TEST(Texture, TransformsScaleTurnAndShiftTheCoordinates) {
@@ -77,7 +79,7 @@ TEST(Texture, TheSecondCoordinateSetIsUsedWhereTheMaterialSaysSo) {
 
 TEST(Texture, AlphaMaskCutsHolesAtTheCutoff) {
     auto model = textured_wall();
-    model->materials[0].alpha_mode = AlphaMode::mask;
+    model->materials[0].alpha_mode = world::AlphaMode::mask;
     const Picture picture = draw_model(model);
     EXPECT_EQ(picture.at(60, 60), (std::array{0, 0, 0, 255}));
     EXPECT_EQ(picture.at(5, 5), red);
@@ -88,16 +90,19 @@ TEST(Texture, OpaqueIgnoresAlpha) {
 }
 
 TEST(Texture, ColourTexelsAreFilteredInLinearLight) {
-    auto model = textured_wall({.wrap_s = Wrap::clamp_to_edge, .wrap_t = Wrap::clamp_to_edge, .mipmaps = false});
+    auto model =
+        textured_wall({.wrap_s = world::Wrap::clamp_to_edge, .wrap_t = world::Wrap::clamp_to_edge, .mipmaps = false});
     const auto between = draw_model(model).at(32, 5);  // red and green, nearly half and half
     EXPECT_NEAR(between[0], srgb_code(0.5), 4);
     EXPECT_NEAR(between[1], srgb_code(0.5), 4);
 }
 
 TEST(Texture, EveryTexelValueOfAnUnlitTextureComesBackExactly) {
-    auto model = textured_wall(
-        {.wrap_s = Wrap::clamp_to_edge, .magnify = Filter::nearest, .minify = Filter::nearest, .mipmaps = false});
-    Image ramp{.size = {256, 1}, .rgba = {}};
+    auto model = textured_wall({.wrap_s = world::Wrap::clamp_to_edge,
+                                .magnify = world::Filter::nearest,
+                                .minify = world::Filter::nearest,
+                                .mipmaps = false});
+    world::Image ramp{.size = {256, 1}, .rgba = {}};
     for (int i = 0; i < 256; ++i) {
         for (const int value : {i, 255 - i, 128, 255}) ramp.rgba.push_back(static_cast<std::uint8_t>(value));
     }
@@ -109,9 +114,9 @@ TEST(Texture, EveryTexelValueOfAnUnlitTextureComesBackExactly) {
 }
 
 TEST(Texture, BaseEmissiveOcclusionAndMetalMapsAllWorkAtEveryQuality) {
-    for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+    for (const world::Quality quality : {world::Quality::fast, world::Quality::simple, world::Quality::beautiful}) {
         auto model = textured_wall();
-        Material& material = model->materials[0];
+        world::Material& material = model->materials[0];
         material.unlit = false;
         material.emissive_texture = {.texture = 0, .offset = {0.5f, 0.0f}};
         material.emissive = glm::vec3(1.0f);
@@ -121,8 +126,8 @@ TEST(Texture, BaseEmissiveOcclusionAndMetalMapsAllWorkAtEveryQuality) {
         model->meshes[0].primitives[0].texcoords[1] = model->meshes[0].primitives[0].texcoords[0];
         TestWorld world;
         world.objects = {instance_of(model)};
-        world.lights = {light_of(LightType::directional, 1.0f, {}, {1, 0, 0}),
-                        light_of(LightType::point, 1.0f, {1, 0, 0})};
+        world.lights = {light_of(world::LightType::directional, 1.0f, {}, {1, 0, 0}),
+                        light_of(world::LightType::point, 1.0f, {1, 0, 0})};
         TestCamera view = camera;
         view.quality = quality;
         EXPECT_EQ(draw(world, view).at(5, 5)[1], 255);  // the green of the emissive map
@@ -130,4 +135,4 @@ TEST(Texture, BaseEmissiveOcclusionAndMetalMapsAllWorkAtEveryQuality) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -8,7 +8,7 @@
 
 #include <linux/videodev2.h>
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 constexpr double arcsec_per_rad = 180.0 * 3600.0 / std::numbers::pi;
@@ -22,18 +22,20 @@ std::int32_t whole(double value) {
 
 /// One control: how it is listed, and how it is read from and written to a camera.
 struct CameraControl {
-    DeviceControl control;
-    std::int32_t (*read)(const CameraSpec& spec);
-    void (*write)(std::int32_t value, CameraPatch& patch);
+    device::DeviceControl control;
+    std::int32_t (*read)(const world::CameraSpec& spec);
+    void (*write)(std::int32_t value, world::CameraPatch& patch);
 };
 
 /// One that stands for a member of the camera's image controls, in steps of 1 / steps_per_unit.
 template <auto member, int steps_per_unit = 1>
-CameraControl image_control(DeviceControl control) {
+CameraControl image_control(device::DeviceControl control) {
     return {std::move(control),
-            [](const CameraSpec& spec) { return whole(static_cast<double>(spec.controls.*member) * steps_per_unit); },
-            [](std::int32_t value, CameraPatch& patch) {
-                patch.change([value](CameraSpec& spec) {
+            [](const world::CameraSpec& spec) {
+                return whole(static_cast<double>(spec.controls.*member) * steps_per_unit);
+            },
+            [](std::int32_t value, world::CameraPatch& patch) {
+                patch.change([value](world::CameraSpec& spec) {
                     using Member = std::remove_reference_t<decltype(spec.controls.*member)>;
                     spec.controls.*member = static_cast<Member>(value / double{steps_per_unit});
                 });
@@ -42,7 +44,7 @@ CameraControl image_control(DeviceControl control) {
 
 // The names are those of the kernel's uvcvideo of old, which usb_cam and many scripts go by.
 const std::vector<CameraControl>& camera_controls() {
-    using enum DeviceControl::Kind;
+    using enum device::DeviceControl::Kind;
     static const std::vector<CameraControl> all{
         image_control<&ImageControls::brightness, 100>(
             {V4L2_CID_BRIGHTNESS, integer, "Brightness", -100, 100, 1, 0, 0, {}}),
@@ -63,26 +65,31 @@ const std::vector<CameraControl>& camera_controls() {
           scene_exposure,
           0,
           {"Manual Mode", "", "Aperture Priority Mode"}},
-         [](const CameraSpec& spec) { return spec.controls.auto_exposure ? scene_exposure : manual_exposure; },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
+         [](const world::CameraSpec& spec) { return spec.controls.auto_exposure ? scene_exposure : manual_exposure; },
+         [](std::int32_t value, world::CameraPatch& patch) {
+             patch.change([value](world::CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
          }},
         {{V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
-         [](const CameraSpec& spec) {
+         [](const world::CameraSpec& spec) {
              return std::clamp(whole(usual_exposure * std::exp2(spec.controls.exposure_ev)), 2, 6400);
          },
-         [](std::int32_t value, CameraPatch& patch) {
-             patch.change([value](CameraSpec& spec) { spec.controls.exposure_ev = std::log2(value / usual_exposure); });
+         [](std::int32_t value, world::CameraPatch& patch) {
+             patch.change(
+                 [value](world::CameraSpec& spec) { spec.controls.exposure_ev = std::log2(value / usual_exposure); });
          }},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
-         [](const CameraSpec& spec) { return whole(-angles_of(spec.pose.orientation).pan * arcsec_per_rad); },
-         [](std::int32_t value, CameraPatch& patch) { patch.pan_rad = -value / arcsec_per_rad; }},
+         [](const world::CameraSpec& spec) {
+             return whole(-camera::angles_of(spec.pose.orientation).pan * arcsec_per_rad);
+         },
+         [](std::int32_t value, world::CameraPatch& patch) { patch.pan_rad = -value / arcsec_per_rad; }},
         {{V4L2_CID_TILT_ABSOLUTE, integer, "Tilt (Absolute)", -324000, 324000, 1, 0, 0, {}},
-         [](const CameraSpec& spec) { return whole(angles_of(spec.pose.orientation).tilt * arcsec_per_rad); },
-         [](std::int32_t value, CameraPatch& patch) { patch.tilt_rad = value / arcsec_per_rad; }},
+         [](const world::CameraSpec& spec) {
+             return whole(camera::angles_of(spec.pose.orientation).tilt * arcsec_per_rad);
+         },
+         [](std::int32_t value, world::CameraPatch& patch) { patch.tilt_rad = value / arcsec_per_rad; }},
         {{V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
-         [](const CameraSpec& spec) { return whole(spec.zoom * 100); },
-         [](std::int32_t value, CameraPatch& patch) { patch.zoom = value / 100.0; }},
+         [](const world::CameraSpec& spec) { return whole(spec.zoom * 100); },
+         [](std::int32_t value, world::CameraPatch& patch) { patch.zoom = value / 100.0; }},
     };
     return all;
 }
@@ -100,8 +107,8 @@ void CameraControls::on_change(Changed changed) {
     changed_ = std::move(changed);
 }
 
-std::vector<DeviceControl> CameraControls::list(std::string_view) {
-    std::vector<DeviceControl> controls;
+std::vector<device::DeviceControl> CameraControls::list(std::string_view) {
+    std::vector<device::DeviceControl> controls;
     for (const CameraControl& one : camera_controls()) controls.push_back(one.control);
     return controls;
 }
@@ -115,16 +122,17 @@ Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t 
     return control->read(found->second);
 }
 
-void CameraControls::set(std::string_view camera, std::span<const DeviceControlValue> values,
+void CameraControls::set(std::string_view camera, std::span<const device::DeviceControlValue> values,
                          std::function<void(Result<void>)> done) {
-    SetCamera command{.name = std::string(camera), .patch = {}};
+    engine::SetCamera command{.name = std::string(camera), .patch = {}};
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
         if (!control) return done(error(ErrorKind::not_found, "no such control"));
         control->write(value, command.patch);
     }
-    commands_.post(Request<SetCamera>{
-        std::move(command), [self = weak_from_this(), done = std::move(done)](const Result<CameraReply>& report) {
+    commands_.post(engine::Request<engine::SetCamera>{
+        std::move(command),
+        [self = weak_from_this(), done = std::move(done)](const Result<engine::CameraReply>& report) {
             if (!report) return done(std::unexpected(report.error()));
             if (const auto alive = self.lock()) alive->told(*report->camera.spec(), true);
             done({});
@@ -132,10 +140,11 @@ void CameraControls::set(std::string_view camera, std::span<const DeviceControlV
 }
 
 void CameraControls::refresh(const std::string& camera) {
-    commands_.post(Request<GetCamera>{{camera}, [self = weak_from_this()](const Result<CameraReply>& report) {
-                                          const auto alive = self.lock();
-                                          if (alive && report) alive->told(*report->camera.spec(), false);
-                                      }});
+    commands_.post(engine::Request<engine::GetCamera>{
+        {camera}, [self = weak_from_this()](const Result<engine::CameraReply>& report) {
+            const auto alive = self.lock();
+            if (alive && report) alive->told(*report->camera.spec(), false);
+        }});
 }
 
 void CameraControls::forget(const std::string& camera) {
@@ -143,7 +152,7 @@ void CameraControls::forget(const std::string& camera) {
     known_.erase(camera);
 }
 
-void CameraControls::told(const CameraSpec& spec, bool by_us) {
+void CameraControls::told(const world::CameraSpec& spec, bool by_us) {
     std::lock_guard lock(mutex_);
     const auto before = known_.find(spec.name);
     std::vector<std::uint32_t> ids;
@@ -154,4 +163,4 @@ void CameraControls::told(const CameraSpec& spec, bool by_us) {
     if (!ids.empty() && changed_) changed_(spec.name, ids);
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

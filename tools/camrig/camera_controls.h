@@ -11,7 +11,7 @@
 #include "core/engine/command.h"
 #include "v4l2_sink/preload/control_port.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// The V4L2 controls of the rig's cameras. A change is a camera.set like any other, in the engine's queue; the values
 /// are those of the latest state that was told. Pan and tilt are the camera's in the world (0: along +x, level), pan to
@@ -20,19 +20,19 @@ namespace camrig {
 ///
 /// list, get, set: the device server's thread. refresh, forget: the engine's thread (bus observers). Answers come on
 /// the engine's thread.
-class CameraControls final : public ControlPort, public std::enable_shared_from_this<CameraControls> {
+class CameraControls final : public device::ControlPort, public std::enable_shared_from_this<CameraControls> {
 public:
     /// `changed` hears of values that others changed; it must not block.
     using Changed = std::function<void(const std::string& camera, const std::vector<std::uint32_t>& ids)>;
 
     /// The port must outlive all answers.
-    explicit CameraControls(CommandPort& commands) : commands_(commands) {}
+    explicit CameraControls(engine::CommandPort& commands) : commands_(commands) {}
 
     void on_change(Changed changed);
 
-    std::vector<DeviceControl> list(std::string_view camera) override;
+    std::vector<device::DeviceControl> list(std::string_view camera) override;
     Result<std::int32_t> get(std::string_view camera, std::uint32_t id) override;
-    void set(std::string_view camera, std::span<const DeviceControlValue> values,
+    void set(std::string_view camera, std::span<const device::DeviceControlValue> values,
              std::function<void(Result<void>)> done) override;
 
     /// The camera is new or was changed: asks for its state.
@@ -40,12 +40,12 @@ public:
     void forget(const std::string& camera);
 
 private:
-    void told(const CameraSpec& spec, bool by_us);
+    void told(const world::CameraSpec& spec, bool by_us);
 
-    CommandPort& commands_;
+    engine::CommandPort& commands_;
     std::mutex mutex_;  ///< guards what follows
     Changed changed_;
-    std::map<std::string, CameraSpec, std::less<>> known_;
+    std::map<std::string, world::CameraSpec, std::less<>> known_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::cli

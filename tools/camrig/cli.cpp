@@ -9,7 +9,7 @@
 #include "tools/camrig/outputs.h"
 #include "tools/camrig/version.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// "A subcommand is required" does not say which word was none; this does, and lists those that are.
@@ -107,4 +107,4 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,7 +8,7 @@
 #include "tools/camrig/cli_python.h"
 #include "tools/camrig/serve.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// What the command line works on; tests give their own.
 struct CliHooks {
@@ -27,4 +27,4 @@ struct CliHooks {
 /// 2 (wrong usage).
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks);
 
-}  // namespace camrig
+}  // namespace camrig::cli

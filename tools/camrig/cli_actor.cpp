@@ -5,7 +5,7 @@
 #include "core/base/json_reader.h"
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -237,4 +237,4 @@ void add_event_commands(CLI::App& app, CliContext& context) {
     add_event_wait(*group, context);
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -12,19 +12,19 @@
 #include "core/camera/calibration_file.h"
 #include "core/world/camera_json.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
 
 /// The calibration of a camera as camera.get shows it.
-Result<Calibration> calibration_of(const json& camera) {
+Result<camera::Calibration> calibration_of(const json& camera) {
     JsonReader reader(camera, "camera.get");
-    Calibration calibration;
+    camera::Calibration calibration;
     reader.required("name", calibration.camera_name);
-    const CameraPatch patch = read_camera_patch(reader);
+    const world::CameraPatch patch = world::read_camera_patch(reader);
     if (!reader.ok()) return std::unexpected(reader.finish().error());
-    const auto* intrinsics = patch.optics ? std::get_if<Intrinsics>(&*patch.optics) : nullptr;
+    const auto* intrinsics = patch.optics ? std::get_if<camera::Intrinsics>(&*patch.optics) : nullptr;
     if (!patch.size || !intrinsics || !patch.lens)
         return error(ErrorKind::internal, "camera.get: the answer has no size, intrinsics or lens");
     calibration.size = *patch.size;
@@ -77,15 +77,15 @@ int write_calibration(const CliContext& context, const CalibrationOptions& optio
 
 Result<void> put_calibration(const CameraOptions& options, json& params) {
     if (options.calibration.empty()) return {};
-    CalibrationQuery query{.camera = options.calibration_camera, .size = std::nullopt};
+    camera::CalibrationQuery query{.camera = options.calibration_camera, .size = std::nullopt};
     if (params.contains("size")) query.size = ImageSize{params["size"][0].get<int>(), params["size"][1].get<int>()};
     const auto calibration = read_calibration_file(options.calibration, query);
     if (!calibration) return at("--calibration", calibration.error());
     const auto& [fx, fy, cx, cy] = calibration->intrinsics;
     // ROS has no name for a pinhole and writes plumb_bob with zeros; here it has one.
-    const bool distorts = calibration->lens.model == LensModel::equidistant ||
+    const bool distorts = calibration->lens.model == camera::LensModel::equidistant ||
                           std::ranges::any_of(calibration->lens.coefficients, [](double k) { return k != 0.0; });
-    const Lens lens = distorts ? calibration->lens : Lens{};
+    const camera::Lens lens = distorts ? calibration->lens : camera::Lens{};
     const auto& k = lens.coefficients;
     params["size"] = {calibration->size.width, calibration->size.height};
     params["intrinsics"] = {{"fx", fx}, {"fy", fy}, {"cx", cx}, {"cy", cy}};
@@ -106,4 +106,4 @@ void add_calibration_command(CLI::App& camera, CliContext& context) {
         [options, &context] { context.action = [options, &context] { return write_calibration(context, *options); }; });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -6,7 +6,7 @@
 #include "tools/camrig/cli_camera_options.h"
 #include "tools/camrig/cli_context.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// `camera calibration NAME`.
 void add_calibration_command(CLI::App& camera, CliContext& context);
@@ -15,4 +15,4 @@ void add_calibration_command(CLI::App& camera, CliContext& context);
 /// size that is there already must be the file's. Does nothing when the option is not given.
 Result<void> put_calibration(const CameraOptions& options, nlohmann::json& params);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -13,7 +13,7 @@
 #include "tools/camrig/cli_camera_options.h"
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -59,15 +59,15 @@ void add_rows(std::vector<std::vector<std::string>>& rows, const std::vector<Fie
 
 std::string long_text(const json& camera) {
     // What is not there throws: a rig of another version is told from this one, and nothing is made up.
-    const json expected = camera_to_json({});
+    const json expected = world::camera_to_json({});
     for (const auto& [name, value] : expected.items()) std::ignore = camera.at(name);
     std::vector<std::vector<std::string>> rows;
-    add_rows(rows, descriptions_of(camera_fields()), camera, "");
+    add_rows(rows, descriptions_of(world::camera_fields()), camera, "");
     return table(rows, 2);
 }
 
 /// camera.create; with `replaces`, a camera that is there is changed into this one.
-Result<json> create_or_set(RpcClient& client, const json& camera, bool replaces) {
+Result<json> create_or_set(client::RpcClient& client, const json& camera, bool replaces) {
     auto made = client.call("camera.create", camera);
     if (made || !replaces || made.error().kind != ErrorKind::already_exists) return made;
     return client.call("camera.set", camera);
@@ -76,7 +76,7 @@ Result<json> create_or_set(RpcClient& client, const json& camera, bool replaces)
 /// `name`, if given, is for the only camera of the file.
 int create_from_file(const CliContext& context, const std::filesystem::path& file, const std::string& name,
                      bool replaces) {
-    auto cameras = read_camera_file(file);
+    auto cameras = client::read_camera_file(file);
     if (!cameras) return context.fail(cameras.error());
     if (!name.empty()) {
         if (cameras->size() != 1 || !(*cameras)[0].is_object())
@@ -91,7 +91,7 @@ int create_from_file(const CliContext& context, const std::filesystem::path& fil
         auto camera = create_or_set(*client, (*cameras)[i], replaces);
         if (!camera) {
             Error why = camera.error();
-            why.message.insert(0, camera_in_file(file, i));
+            why.message.insert(0, client::camera_in_file(file, i));
             return context.fail(why);
         }
         words += short_text(*camera) + "\n";
@@ -218,4 +218,4 @@ void add_camera_commands(CLI::App& app, CliContext& context) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,7 +8,7 @@
 #include "core/world/camera_fields.h"
 #include "tools/camrig/cli_context.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -181,7 +181,7 @@ json outputs_of(const CameraOptions& options) {
 void CameraOptions::add_to(CLI::App& command) {
     command.add_option("--size", size, "WxH in pixels, 16x16 to 8192x8192");
     command.add_option("--fps", fps, "frames per second: 25, 29.97 or 30000/1001");
-    for (const auto& entry : camera_fields())
+    for (const auto& entry : world::camera_fields())
         if (is_from_table(entry.field)) add_from_table(command, from_table.emplace_back(entry.field));
     auto *vertical = command.get_option("--vfov-deg"), *horizontal = command.get_option("--hfov-deg");
     auto* pixels = command.add_option("--intrinsics", intrinsics, "FX,FY,CX,CY in pixels");
@@ -237,4 +237,4 @@ Result<json> camera_params(const CameraOptions& options, const json& present_pos
     return params.take();
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -14,7 +14,7 @@ namespace CLI {
 class App;
 }
 
-namespace camrig {
+namespace camrig::cli {
 
 /// The camera options of `camera create` and `camera set`, as typed. Those of the table of camera fields that are a
 /// number, a text, a truth value, or an object that is given in part, come from there.
@@ -47,4 +47,4 @@ struct CameraOptions {
 /// the direction is given, the direction when only the place is, and the other angles. null: nothing is there yet.
 Result<nlohmann::json> camera_params(const CameraOptions& options, const nlohmann::json& present_pose);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -5,18 +5,19 @@
 #include "control/rpc/methods.h"
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 int check(const CliContext& context, const std::filesystem::path& scene) {
-    const SceneCheck found = check_scene(scene);
+    const world::SceneCheck found = world::check_scene(scene);
     const std::string file = found.file.string();
     std::string words;
     for (const PlacedError& each : found.errors)
         words += file + ": " + (each.path.empty() ? "" : each.path + ": ") + each.message + "\n";
     if (found.left_out > 0) words += file + ": and " + std::to_string(found.left_out) + " errors more\n";
-    if (found.errors.empty()) return context.print(to_json(found), file + ": good");
-    context.json ? static_cast<void>(context.print(to_json(found), "")) : static_cast<void>(context.err << words);
+    if (found.errors.empty()) return context.print(control::to_json(found), file + ": good");
+    context.json ? static_cast<void>(context.print(control::to_json(found), ""))
+                 : static_cast<void>(context.err << words);
     return exit_failed;
 }
 
@@ -29,4 +30,4 @@ void add_check_command(CLI::App& app, CliContext& context) {
     command->callback([scene, &context] { context.action = [scene, &context] { return check(context, *scene); }; });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -7,17 +7,17 @@ namespace CLI {
 class App;
 }
 
-namespace camrig {
+namespace camrig::cli {
 
 /// Of the options that several commands share.
 inline constexpr const char* scene_option_help =
     "name of a shipped scene (hall, street, ...), scene file (.json) or a bare .gltf/.glb";
 inline constexpr const char* no_ground_help = "a bare .gltf/.glb stands on no ground and under no sky";
 
-}  // namespace camrig
+}  // namespace camrig::cli
 
 /// The families of commands. Each adds its subcommands and sets context.action when one of them is given.
-namespace camrig {
+namespace camrig::cli {
 
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_camera_commands(CLI::App& app, CliContext& context);
@@ -39,4 +39,4 @@ void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks)
 void add_python_command(CLI::App& app, CliContext& context, const CliHooks& hooks, const std::string& name,
                         const std::string& help);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -9,7 +9,7 @@
 
 #include "core/base/token.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -34,16 +34,16 @@ std::optional<json> parse_number(std::string_view text) {
 
 }  // namespace
 
-Result<RpcClient> CliContext::connect() const {
-    auto endpoint = Endpoint::parse(control.empty() ? default_control() : control);
+Result<client::RpcClient> CliContext::connect() const {
+    auto endpoint = client::Endpoint::parse(control.empty() ? client::default_control() : control);
     if (!endpoint) return std::unexpected(endpoint.error());
-    RpcClientOptions options{.endpoint = std::move(*endpoint)};
+    client::RpcClientOptions options{.endpoint = std::move(*endpoint)};
     if (!token_file.empty()) {
         auto token = read_token_file(token_file);
         if (!token) return std::unexpected(token.error());
         options.token = std::move(*token);
     }
-    return RpcClient::connect(options);
+    return client::RpcClient::connect(options);
 }
 
 Result<json> CliContext::call(std::string_view method, const nlohmann::json& params,
@@ -141,4 +141,4 @@ std::string plain_text(const json& value) {
     return text;
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -13,7 +13,7 @@
 #include "control/client/rpc_client.h"
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 inline constexpr int exit_failed = 1;
 inline constexpr int exit_usage = 2;
@@ -30,10 +30,10 @@ struct CliContext {
     std::filesystem::path token_file = {};
     CliAction action = {};  ///< of the command that was given
 
-    Result<RpcClient> connect() const;
+    Result<client::RpcClient> connect() const;
     /// One call on a connection of its own.
     Result<nlohmann::json> call(std::string_view method, const nlohmann::json& params = nlohmann::json::object(),
-                                std::chrono::milliseconds timeout = RpcClient::default_timeout) const;
+                                std::chrono::milliseconds timeout = client::RpcClient::default_timeout) const;
 
     /// One line on err.
     int fail(const Error& why) const;
@@ -56,4 +56,4 @@ std::string seconds_text(const nlohmann::json& nanoseconds);
 /// A number with few digits, or the text itself.
 std::string plain_text(const nlohmann::json& value);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -4,7 +4,7 @@
 
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks) {
     auto command = std::make_shared<std::vector<std::string>>();
@@ -12,9 +12,9 @@ void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks)
     exec->add_option("COMMAND", *command, "after --: the program and its arguments")->required();
     exec->callback([command, &context, &hooks] {
         context.action = [command, &context, &hooks] {
-            return hooks.exec(*command, context.control.empty() ? default_control() : context.control);
+            return hooks.exec(*command, context.control.empty() ? client::default_control() : context.control);
         };
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,7 +8,7 @@
 #include "tools/camrig/manual.h"
 #include "tools/camrig/version.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 void add_manual_commands(CLI::App& app, CliContext& context) {
     auto shell = std::make_shared<std::string>();
@@ -41,4 +41,4 @@ void add_manual_commands(CLI::App& app, CliContext& context) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,7 +8,7 @@
 #include "tools/camrig/cli_commands.h"
 #include "tools/probe/probe.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -18,21 +18,21 @@ struct ProbeArguments {
     std::vector<std::string> sources;
     double seconds = 5;
     double timeout_s = 5;
-    ProbeOptions options;
+    probe::ProbeOptions options;
 };
 
 double ms_of(TimeNs ns) {
     return static_cast<double>(ns) / ns_per_ms;
 }
 
-json spread_json(const std::optional<Spread>& spread) {
+json spread_json(const std::optional<probe::Spread>& spread) {
     if (!spread) return nullptr;
     return {{"p50", ms_of(spread->p50_ns)}, {"p99", ms_of(spread->p99_ns)}, {"max", ms_of(spread->max_ns)}};
 }
 
-json report_json(const ProbeReport& report) {
+json report_json(const probe::ProbeReport& report) {
     json sources = json::array(), skews = json::array();
-    for (const SourceReport& one : report.sources) {
+    for (const probe::SourceReport& one : report.sources) {
         sources.push_back({{"source", one.source},
                            {"kind", one.kind},
                            {"format", one.format},
@@ -50,7 +50,7 @@ json report_json(const ProbeReport& report) {
                            {"latency_ms", spread_json(one.latency)},
                            {"latency_by", one.latency ? json(one.latency_by) : json(nullptr)}});
     }
-    for (const SkewReport& one : report.skews) {
+    for (const probe::SkewReport& one : report.skews) {
         skews.push_back({{"source", one.source},
                          {"reference", one.reference},
                          {"pictures", one.pictures},
@@ -69,16 +69,16 @@ std::string decimals(double value, int digits) {
 }
 
 /// "p50 p99 max" in milliseconds, or "-".
-std::string spread_words(const std::optional<Spread>& spread) {
+std::string spread_words(const std::optional<probe::Spread>& spread) {
     if (!spread) return "-";
     return decimals(ms_of(spread->p50_ns), 2) + " " + decimals(ms_of(spread->p99_ns), 2) + " " +
            decimals(ms_of(spread->max_ns), 2);
 }
 
-std::string report_words(const ProbeReport& report) {
+std::string report_words(const probe::ProbeReport& report) {
     ProbeRows pictures{{"SOURCE", "FORMAT", "PICTURES", "RATE", "DROPS", "REPEATS", "OUT OF ORDER", "TORN", "STRIPS"}};
     ProbeRows times{{"MS: P50 P99 MAX", "ARRIVAL JITTER", "STAMP JITTER", "LATENCY"}};
-    for (const SourceReport& one : report.sources) {
+    for (const probe::SourceReport& one : report.sources) {
         pictures.push_back({one.source, one.format + " " + one.size.to_string(), std::to_string(one.pictures),
                             decimals(one.rate_hz, 2), std::to_string(one.drops), std::to_string(one.repeats),
                             std::to_string(one.out_of_order), std::to_string(one.torn), std::to_string(one.strips)});
@@ -88,7 +88,7 @@ std::string report_words(const ProbeReport& report) {
     std::string text = table(pictures, 2) + "\n" + table(times);
     if (report.skews.empty()) return text;
     ProbeRows skews{{"SKEW", "AGAINST", "PICTURES", "SAME INSTANT", "WORLD MS P50 P99 MAX", "STAMPS NS", "ARRIVAL MS"}};
-    for (const SkewReport& one : report.skews) {
+    for (const probe::SkewReport& one : report.skews) {
         skews.push_back({one.source, one.reference, std::to_string(one.pictures), std::to_string(one.common),
                          spread_words(one.world), one.stamp_max_ns ? std::to_string(*one.stamp_max_ns) : "-",
                          spread_words(one.arrival)});
@@ -97,7 +97,7 @@ std::string report_words(const ProbeReport& report) {
 }
 
 int probe(const CliContext& context, ProbeArguments& arguments) {
-    ProbeOptions& options = arguments.options;
+    probe::ProbeOptions& options = arguments.options;
     options.duration_ns = static_cast<TimeNs>(arguments.seconds * ns_per_s);
     options.source.timeout_ns = static_cast<TimeNs>(arguments.timeout_s * ns_per_s);
     if (!context.token_file.empty()) {
@@ -115,7 +115,7 @@ void add_probe_command(CLI::App& app, CliContext& context) {
     constexpr std::size_t max_sources = 64;
     constexpr double max_seconds = 3600;
     auto arguments = std::make_shared<ProbeArguments>();
-    ProbeOptions& options = arguments->options;
+    probe::ProbeOptions& options = arguments->options;
     CLI::App* command =
         app.add_subcommand("probe", "opens devices and URLs as an ordinary client; prints rate, drops, skew, latency");
     command->add_option("SOURCE", arguments->sources, "/dev/videoN, http://... (MJPEG) or rtsp://...")
@@ -124,7 +124,7 @@ void add_probe_command(CLI::App& app, CliContext& context) {
     auto* seconds = command->add_option("--seconds", arguments->seconds, "how long to measure; default 5")
                         ->check(CLI::Range(0.1, max_seconds));
     auto* frames = command->add_option("--frames", options.pictures, "ends after so many pictures of each source")
-                       ->check(CLI::Range(std::int64_t{1}, ProbeOptions::max_pictures));
+                       ->check(CLI::Range(std::int64_t{1}, probe::ProbeOptions::max_pictures));
     command->add_option("--timeout", arguments->timeout_s, "seconds to wait for a source; default 5")
         ->check(CLI::Range(0.1, max_seconds));
     command->add_option("--format", options.source.device_format, "fourcc to ask of devices, e.g. MJPG");
@@ -135,4 +135,4 @@ void add_probe_command(CLI::App& app, CliContext& context) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

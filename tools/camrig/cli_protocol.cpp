@@ -13,14 +13,14 @@
 #include "core/base/write_file.h"
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
 
 int methods(const CliContext& context) {
     std::string words;
-    for (const Method& method : documented_methods()) {
+    for (const control::Method& method : control::documented_methods()) {
         std::string params;
         for (const Field& field : method.params) {
             const std::string shown = field.required ? field.name : "[" + field.name + "]";
@@ -28,7 +28,7 @@ int methods(const CliContext& context) {
         }
         words += method.name + " {" + params + "}\n    " + method.summary + "\n";
     }
-    return context.print(protocol_description(), words);
+    return context.print(control::protocol_description(), words);
 }
 
 Result<std::string> text_of(const std::filesystem::path& file) {
@@ -40,7 +40,7 @@ Result<std::string> text_of(const std::filesystem::path& file) {
 
 int write_generated(const CliContext& context, const std::filesystem::path& repository) {
     std::string words;
-    for (const GeneratedFile& generated : generated_files()) {
+    for (const control::GeneratedFile& generated : control::generated_files()) {
         const auto file = repository / generated.path;
         const auto present = text_of(file);
         if (!present) return context.fail(present.error());
@@ -97,10 +97,10 @@ void add_protocol_commands(CLI::App& app, CliContext& context) {
         context.action = [options, &context] {
             if (!options->repository.empty()) return write_generated(context, options->repository);
             if (!options->markdown) return methods(context);
-            context.out << control_protocol_markdown(documented_methods()) << std::flush;
+            context.out << control_protocol_markdown(control::documented_methods()) << std::flush;
             return 0;
         };
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

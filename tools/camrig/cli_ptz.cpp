@@ -6,7 +6,7 @@
 
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -83,4 +83,4 @@ void add_ptz_commands(CLI::App& app, CliContext& context) {
     PtzCommand(*ptz, context, "home-goto", "ptz.home_goto", "goes home");
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -15,7 +15,7 @@
 
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 namespace fs = std::filesystem;
 
@@ -113,11 +113,11 @@ void add_python_command(CLI::App& app, CliContext& context, const CliHooks& hook
             PythonCommand run{.module = "camrig." + name, .arguments = command->remaining(), .environment = {}};
             if (context.json) run.arguments.insert(run.arguments.begin(), "--json");
             run.environment.emplace_back("CAMRIG_CONTROL",
-                                         context.control.empty() ? default_control() : context.control);
+                                         context.control.empty() ? client::default_control() : context.control);
             if (!context.token_file.empty()) run.environment.emplace_back("CAMRIG_TOKEN_FILE", context.token_file);
             return hooks.python(run);
         };
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

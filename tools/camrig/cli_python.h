@@ -7,7 +7,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// A command of the command line that is a module of the Python package: `python -m MODULE ARGUMENTS`.
 struct PythonCommand {
@@ -32,4 +32,4 @@ Result<std::string> find_python(const std::vector<std::string>& candidates);
 /// that of the checkout, installed or not.
 int exec_python(const PythonCommand& command);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -21,7 +21,7 @@
 
 // `camrig record`: a client like any other. It steps the world from one due instant to the next and takes picture and
 // truth of every camera that is due there, so that nothing is dropped however long a frame takes.
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -92,7 +92,7 @@ private:
 
 class Recorder {
 public:
-    Recorder(const CliContext& context, RpcClient client, const RecordOptions& options)
+    Recorder(const CliContext& context, client::RpcClient client, const RecordOptions& options)
         : context_(context), client_(std::move(client)), options_(options) {}
 
     Result<json> run(Progress& progress);
@@ -108,7 +108,7 @@ private:
     Result<DatasetWriter::FrameFile> masks(const RecordedCamera& camera, json& truth);
 
     const CliContext& context_;
-    RpcClient client_;
+    client::RpcClient client_;
     const RecordOptions& options_;
     std::vector<RecordedCamera> cameras_;
     std::optional<DatasetWriter> writer_;
@@ -173,7 +173,7 @@ Result<DatasetWriter::FrameFile> Recorder::depth(const RecordedCamera& camera, c
         truth);
     if (!bytes) return std::unexpected(bytes.error());
     if (is_npy) {
-        const std::string head = npy_float32_head({truth["size"][0].get<int>(), truth["size"][1].get<int>()});
+        const std::string head = http::npy_float32_head({truth["size"][0].get<int>(), truth["size"][1].get<int>()});
         const auto of_head = std::as_bytes(std::span(head));
         bytes->insert(bytes->begin(), of_head.begin(), of_head.end());
     }
@@ -196,14 +196,14 @@ Result<DatasetWriter::FrameFile> Recorder::masks(const RecordedCamera& camera, j
         if (mask != masks.end())
             object["segmentation"] = {{"size", {size.height, size.width}}, {"counts", std::move(mask->second)}};
     }
-    FrameInfo info;
+    frame::FrameInfo info;
     info.camera = std::make_shared<const std::string>(camera.name);
     info.size = size;
-    info.kind = FrameKind::instance;
-    info.format = PixelFormat::id32;
-    auto encoder = create_png_encoder();
+    info.kind = frame::FrameKind::instance;
+    info.format = frame::PixelFormat::id32;
+    auto encoder = codec::create_png_encoder();
     if (!encoder) return std::unexpected(encoder.error());
-    const auto png = (*encoder)->encode(Frame(std::move(info), std::move(*bytes)));
+    const auto png = (*encoder)->encode(frame::Frame(std::move(info), std::move(*bytes)));
     if (!png) return std::unexpected(png.error());
     return DatasetWriter::FrameFile{"instance", ".png", **png};
 }
@@ -324,4 +324,4 @@ void add_record_command(CLI::App& app, CliContext& context) {
         [options, &context] { context.action = [options, &context] { return record_or_repair(context, *options); }; });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

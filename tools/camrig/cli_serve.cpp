@@ -8,7 +8,7 @@
 #include "rtsp_out/rtsp/h264_encoder.h"
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// An option by the name of its value. CLI11 would print the enumeration with our to_string(), whose string_view it
@@ -27,8 +27,9 @@ void add_named_option(CLI::App& command, const std::string& option, std::functio
 }  // namespace
 
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks) {
-    static const std::map<std::string, Conversion> conversions{
-        {"auto", Conversion::automatic}, {"host", Conversion::host}, {"device", Conversion::device}};
+    static const std::map<std::string, render::Conversion> conversions{{"auto", render::Conversion::automatic},
+                                                                       {"host", render::Conversion::host},
+                                                                       {"device", render::Conversion::device}};
     const auto is_port = CLI::Range(0, 65535);
 
     auto options = std::make_shared<ServeOptions>();
@@ -49,14 +50,14 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->check(CLI::ExistingFile);
     serve
         ->add_option("--rtsp-encoder", options->rtsp_encoder, "of H.264; default: the first of these that is installed")
-        ->check(CLI::IsMember(h264_elements));
+        ->check(CLI::IsMember(rtsp::h264_elements));
     serve
         ->add_option(
             "--embed", options->embed_origins,
             "origin of web pages that may show pictures, as http://dashboard.example:3000; may be given several "
             "times. Without it only the rig's own page can")
         ->check([](const std::string& text) -> std::string {
-            const auto good = check_page_origin(text);
+            const auto good = http::check_page_origin(text);
             return good ? "" : good.error().message;
         })
         ->allow_extra_args(false);
@@ -68,19 +69,19 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
                         "one user");
     serve->add_flag("--read-only", options->read_only, "HTTP and TCP only look: commands on the Unix socket alone")
         ->excludes(open_loopback);
-    add_named_option<RunMode>(
-        *serve, "--mode", [options](RunMode mode) { options->engine.mode = mode; },
+    add_named_option<engine::RunMode>(
+        *serve, "--mode", [options](engine::RunMode mode) { options->engine.mode = mode; },
         "realtime (default) or lockstep: moved by world.step only");
-    add_named_option<OverloadPolicy>(
-        *serve, "--overload", [options](OverloadPolicy policy) { options->engine.overload = policy; },
+    add_named_option<engine::OverloadPolicy>(
+        *serve, "--overload", [options](engine::OverloadPolicy policy) { options->engine.overload = policy; },
         "drop whole instants (default) or slow the world down");
     serve->add_option("--seed", options->engine.seed, "of all chance in the world; default: the scene's")
         ->check([](const std::string& text) -> std::string {
             // CLI11 would take -1 as 2^64 - 1.
             return text.find_first_not_of("0123456789") == std::string::npos ? "" : "must be a number from 0 on";
         });
-    add_named_option<Quality>(
-        *serve, "--quality", [options](Quality quality) { options->engine.quality = quality; },
+    add_named_option<world::Quality>(
+        *serve, "--quality", [options](world::Quality quality) { options->engine.quality = quality; },
         "fast, simple (default) or beautiful");
     serve->add_option(
         "--device", options->engine.renderer.device,
@@ -109,11 +110,11 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     serve->callback([options, &context, &hooks] {
         context.action = [options, &context, &hooks] {
-            options->control = context.control.empty() ? default_control() : context.control;
+            options->control = context.control.empty() ? client::default_control() : context.control;
             options->token_file = context.token_file;
             return hooks.serve(*options);
         };
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,7 +8,7 @@
 #include "core/base/write_file.h"
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -59,4 +59,4 @@ void add_snapshot_command(CLI::App& app, CliContext& context) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,7 +8,7 @@
 
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -76,4 +76,4 @@ void add_stats_command(CLI::App& app, CliContext& context) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

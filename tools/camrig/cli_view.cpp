@@ -12,7 +12,7 @@
 
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 namespace fs = std::filesystem;
 
@@ -73,4 +73,4 @@ void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks)
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -7,7 +7,7 @@
 
 #include "tools/camrig/cli_commands.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -103,4 +103,4 @@ void add_world_commands(CLI::App& app, CliContext& context) {
     add_load(*group, context);
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

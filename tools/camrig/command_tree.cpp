@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 CommandOption option_of(const CLI::Option& option) {
@@ -41,4 +41,4 @@ CommandNode command_tree(const CLI::App& app) {
     return node_of(app, {});
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

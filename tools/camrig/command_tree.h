@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace camrig {
+namespace camrig::cli {
 
 /// One option or argument of a command, as its definition says.
 struct CommandOption {
@@ -27,4 +27,4 @@ struct CommandNode {
 
 CommandNode command_tree(const CLI::App& app);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -2,7 +2,7 @@
 
 #include "tools/camrig/manual.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// Inside of single quotes of any of the three shells.
@@ -132,4 +132,4 @@ std::string completion_of(const CommandNode& tree, const std::string& shell) {
     return shell == "bash" ? bash(tree) : shell == "zsh" ? zsh(tree) : fish(tree);
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

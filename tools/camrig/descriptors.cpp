@@ -7,7 +7,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// 512 of HTTP, 512 of RTSP with up to 4 UDP sockets each, 136 of control, some hundred of devices, and a reserve.
@@ -30,4 +30,4 @@ void raise_descriptor_limit() {
             limit.rlim_cur, wanted);
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

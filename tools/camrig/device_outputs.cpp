@@ -4,20 +4,20 @@
 
 #include "v4l2_sink/preload/device_output.h"
 
-namespace camrig {
+namespace camrig::cli {
 
-Result<std::unique_ptr<DeviceOutputs>> DeviceOutputs::create(FrameBus& bus, CommandPort& commands,
+Result<std::unique_ptr<DeviceOutputs>> DeviceOutputs::create(stream::FrameBus& bus, engine::CommandPort& commands,
                                                              const std::string& socket_path) {
     auto controls = std::make_shared<CameraControls>(commands);
-    auto server = DeviceServer::create(bus, socket_path, controls);
+    auto server = device::DeviceServer::create(bus, socket_path, controls);
     if (!server) return std::unexpected(server.error());
     std::unique_ptr<DeviceOutputs> outputs(new DeviceOutputs(bus, std::move(controls), std::move(*server)));
     bus.add_observer(outputs.get());
     return outputs;
 }
 
-DeviceOutputs::DeviceOutputs(FrameBus& bus, std::shared_ptr<CameraControls> controls,
-                             std::unique_ptr<DeviceServer> server)
+DeviceOutputs::DeviceOutputs(stream::FrameBus& bus, std::shared_ptr<CameraControls> controls,
+                             std::unique_ptr<device::DeviceServer> server)
     : bus_(bus), controls_(std::move(controls)), server_(std::move(server)) {
     controls_->on_change([this](const std::string& camera, const std::vector<std::uint32_t>& ids) {
         server_->controls_changed(camera, ids);
@@ -29,36 +29,36 @@ DeviceOutputs::~DeviceOutputs() {
     controls_->on_change({});
 }
 
-void DeviceOutputs::camera_added(const CameraStream& camera) {
+void DeviceOutputs::camera_added(const stream::CameraStream& camera) {
     controls_->refresh(camera.name);
     update(camera, true);
 }
 
-void DeviceOutputs::camera_changed(const CameraStream& camera) {
+void DeviceOutputs::camera_changed(const stream::CameraStream& camera) {
     update(camera, true);
 }
 
-void DeviceOutputs::camera_removed(const CameraStream& camera) {
+void DeviceOutputs::camera_removed(const stream::CameraStream& camera) {
     controls_->forget(camera.name);
     update(camera, false);
 }
 
-void DeviceOutputs::camera_adjusted(const CameraStream& camera) {
+void DeviceOutputs::camera_adjusted(const stream::CameraStream& camera) {
     controls_->refresh(camera.name);
     open_devices();
 }
 
-void DeviceOutputs::update(const CameraStream& camera, bool is_there) {
-    const CameraOutputs::Change change = outputs_.update(camera, is_there);
+void DeviceOutputs::update(const stream::CameraStream& camera, bool is_there) {
+    const stream::CameraOutputs::Change change = outputs_.update(camera, is_there);
     for (const auto& ended : {change.gone, change.changed}) {
         for (const OutputSpec& output : ended) {
-            const int number = options_of<DeviceOutput>(output).number;
+            const int number = options_of<device::DeviceOutput>(output).number;
             if (unopened_.erase(number) == 0) server_->remove_device(number);
         }
     }
     for (const auto& begun : {change.changed, change.added}) {
         for (const OutputSpec& output : begun) {
-            const auto options = options_of<DeviceOutput>(output);
+            const auto options = options_of<device::DeviceOutput>(output);
             unopened_[options.number] = {camera.name, options.subsampling, {}};
         }
     }
@@ -76,4 +76,4 @@ void DeviceOutputs::open_devices() {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

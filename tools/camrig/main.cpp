@@ -7,8 +7,8 @@
 
 int main(int argc, char** argv) {
     const auto exec = [](const std::vector<std::string>& command, const std::string& control) {
-        return camrig::exec_with_devices(command, camrig::device_socket_of(control));
+        return camrig::device::exec_with_devices(command, camrig::cli::device_socket_of(control));
     };
-    return camrig::run_cli({argv + 1, argv + argc},
-                           {camrig::run_serve, std::cout, std::cerr, exec, camrig::exec_python, camrig::exec_view});
+    return camrig::cli::run_cli({argv + 1, argv + argc}, {camrig::cli::run_serve, std::cout, std::cerr, exec,
+                                                          camrig::cli::exec_python, camrig::cli::exec_view});
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// Text that roff takes as it stands: no escapes, hyphens that can be searched for, no requests at a line's start.
@@ -117,4 +117,4 @@ std::string manual_of_command(const CommandNode& tree, const CommandNode& comman
     return page + ".SH COMMON OPTIONS\n" + option_list(tree) + surroundings + ".SH SEE ALSO\n.BR camrig (1)\n";
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -4,7 +4,7 @@
 
 #include "tools/camrig/command_tree.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// The manual page of the whole program (`tree`, section 1) in roff.
 std::string manual_of_program(const CommandNode& tree, const std::string& release);
@@ -14,4 +14,4 @@ std::string manual_of_command(const CommandNode& tree, const CommandNode& comman
 /// What a shell loads to complete `camrig ...`; shell: "bash", "zsh" or "fish".
 std::string completion_of(const CommandNode& tree, const std::string& shell);
 
-}  // namespace camrig
+}  // namespace camrig::cli

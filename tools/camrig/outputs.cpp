@@ -8,14 +8,14 @@
 #include "v4l2_sink/loopback/loopback_server.h"
 #include "v4l2_sink/preload/device_output.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
-using Opened = Result<std::unique_ptr<CameraObserver>>;
+using Opened = Result<std::unique_ptr<stream::CameraObserver>>;
 
 Opened open_loopback_outputs(const OutputHost& host) {
-    return std::make_unique<LoopbackServer>(host.bus, host.fetcher,
-                                            LoopbackHost::Options{.always_subscribed = host.is_lockstep});
+    return std::make_unique<device::LoopbackServer>(
+        host.bus, host.fetcher, device::LoopbackHost::Options{.always_subscribed = host.is_lockstep});
 }
 
 Opened open_device_outputs(const OutputHost& host) {
@@ -28,10 +28,10 @@ struct {
     Opened (*open)(
         const OutputHost& host);  ///< null: a server has such a stream of every camera, and reads the options
 } constexpr outputs[] = {
-    {loopback_family, open_loopback_outputs},
-    {device_family, open_device_outputs},
-    {rtsp_family, nullptr},
-    {mjpeg_family, nullptr},
+    {device::loopback_family, open_loopback_outputs},
+    {device::device_family, open_device_outputs},
+    {rtsp::rtsp_family, nullptr},
+    {http::mjpeg_family, nullptr},
 };
 
 }  // namespace
@@ -42,8 +42,8 @@ void register_outputs() {
     set_output_families(std::move(families));
 }
 
-Result<std::vector<std::unique_ptr<CameraObserver>>> open_outputs(const OutputHost& host) {
-    std::vector<std::unique_ptr<CameraObserver>> all;
+Result<std::vector<std::unique_ptr<stream::CameraObserver>>> open_outputs(const OutputHost& host) {
+    std::vector<std::unique_ptr<stream::CameraObserver>> all;
     for (const auto& output : outputs) {
         if (!output.open) continue;
         auto opened = output.open(host);
@@ -53,4 +53,4 @@ Result<std::vector<std::unique_ptr<CameraObserver>>> open_outputs(const OutputHo
     return all;
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

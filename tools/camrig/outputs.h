@@ -7,14 +7,14 @@
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// What outputs are opened with; all of it must outlive them.
 struct OutputHost {
-    FrameBus& bus;
-    FrameFetcher& fetcher;
-    CommandPort& commands;      ///< where the controls of devices go
-    std::string device_socket;  ///< of user-space devices
+    stream::FrameBus& bus;
+    stream::FrameFetcher& fetcher;
+    engine::CommandPort& commands;  ///< where the controls of devices go
+    std::string device_socket;      ///< of user-space devices
     bool is_lockstep = false;
 };
 
@@ -23,6 +23,6 @@ void register_outputs();
 
 /// From now on, and until what it gives is destroyed, opens the outputs of the cameras of the bus, as cameras come,
 /// change and go.
-Result<std::vector<std::unique_ptr<CameraObserver>>> open_outputs(const OutputHost& host);
+Result<std::vector<std::unique_ptr<stream::CameraObserver>>> open_outputs(const OutputHost& host);
 
-}  // namespace camrig
+}  // namespace camrig::cli

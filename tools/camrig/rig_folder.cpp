@@ -8,7 +8,7 @@
 
 #include "core/base/private_folder.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// How often a rig that ends may remove the folder between our making and our locking it.
@@ -45,4 +45,4 @@ RigFolder::~RigFolder() {
     if (!path_.empty()) ::rmdir(path_.c_str());  // before the lock goes
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "core/base/unique_fd.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// CONTROL.d: the private folder of a rig beside its control socket, with the socket and the files of its user-space
 /// devices. Locked while the rig lives, so that two rigs started at once cannot share a control socket.
@@ -34,4 +34,4 @@ inline std::string device_socket_of(const std::string& control) {
     return RigFolder::path_of(control) + "/devices";
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -29,7 +29,7 @@
 #include "tools/camrig/version.h"
 
 // The composition root: makes every part, plugs them together, and takes them down in the opposite order.
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 constexpr std::size_t max_truths_waiting = 64;
@@ -123,14 +123,14 @@ Result<void> check_ready_fd(int fd) {
 struct NetworkAccess {
     std::string key = {};     ///< asked for with commands; empty: none, or the token's matter
     std::string secret = {};  ///< what TCP asks for: the token, else the key
-    Authority authority = Authority::command;
+    control::Authority authority = control::Authority::command;
     std::string how_to_command = {};  ///< told to whom a command was refused
 };
 
 Result<NetworkAccess> network_access(const ServeOptions& options, const std::string& token) {
     NetworkAccess access{.secret = token};
     if (options.read_only) {
-        access.authority = Authority::look;
+        access.authority = control::Authority::look;
         access.how_to_command = "this rig takes commands on its control socket " + options.control +
                                 " only (it was started with --read-only)";
     } else if (token.empty() && !options.open_loopback) {
@@ -147,8 +147,8 @@ Result<NetworkAccess> network_access(const ServeOptions& options, const std::str
 
 /// Where clients of this user find the key by themselves. Without them the rig goes on: the printed link carries the
 /// key, so that nobody stops a rig by taking a name in /tmp.
-std::vector<CommandKeyFile> write_key_files(const std::string& key, const HttpServer& http,
-                                            const ControlServer& control, Facts& facts) {
+std::vector<CommandKeyFile> write_key_files(const std::string& key, const http::HttpServer& http,
+                                            const control::ControlServer& control, Facts& facts) {
     std::vector<CommandKeyFile> files;
     if (key.empty()) return files;
     const auto write = [&](const std::string& address, std::uint16_t port) {
@@ -185,19 +185,19 @@ int run_serve(const ServeOptions& options) {
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
 
     // The engine's thread has no time for text, and the HTTP server's must not wait for it.
-    WorkerPool truth_text(1, max_truths_waiting);
-    auto pool = std::make_shared<FramePool>();
-    LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
-    EngineOptions engine_options = options.engine;
+    stream::WorkerPool truth_text(1, max_truths_waiting);
+    auto pool = std::make_shared<frame::FramePool>();
+    stream::LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
+    engine::EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
-    auto engine = Engine::start(std::move(*scene), engine_options, bus);
+    auto engine = engine::Engine::start(std::move(*scene), engine_options, bus);
     if (!engine) return fail(engine.error());
 
     auto outputs = open_outputs({.bus = bus,
                                  .fetcher = **engine,
                                  .commands = **engine,
                                  .device_socket = device_socket_of(options.control),
-                                 .is_lockstep = options.engine.mode == RunMode::lockstep});
+                                 .is_lockstep = options.engine.mode == engine::RunMode::lockstep});
     if (!outputs) return fail(outputs.error());
 
     Facts facts;
@@ -207,15 +207,15 @@ int run_serve(const ServeOptions& options) {
     facts.add("control", options.control);
     facts.add("host", options.host);
     facts.add("devices", device_socket_of(options.control));
-    RpcServer rpc({.commands = **engine,
-                   .frames = **engine,
-                   .info = [&facts] { return facts.get(); },
-                   .shutdown = [] { StopSignal::raise(); },
-                   .token = access->secret,
-                   .how_to_command = access->how_to_command,
-                   .scenes = scenes});
+    control::RpcServer rpc({.commands = **engine,
+                            .frames = **engine,
+                            .info = [&facts] { return facts.get(); },
+                            .shutdown = [] { StopSignal::raise(); },
+                            .token = access->secret,
+                            .how_to_command = access->how_to_command,
+                            .scenes = scenes});
 
-    HttpOptions http_options;
+    http::HttpOptions http_options;
     http_options.host = options.host;
     http_options.port = options.http_port;
     http_options.token = *token;
@@ -224,22 +224,22 @@ int run_serve(const ServeOptions& options) {
     http_options.fetcher = engine->get();
     http_options.embedders = options.embed_origins;
     http_options.hooks.rpc = [&rpc, granted = access->authority](std::string body, bool may_command,
-                                                                 std::function<void(RpcText)> reply) {
-        const auto done = [reply = std::move(reply)](RpcAnswer answer) {
+                                                                 std::function<void(http::RpcText)> reply) {
+        const auto done = [reply = std::move(reply)](control::RpcAnswer answer) {
             auto claims = std::make_shared<std::vector<ByteBudget::Claim>>(std::move(answer.claims));
             reply({std::move(answer.pieces), std::move(claims)});
         };
-        rpc.handle(body, done, may_command ? granted : Authority::look);
+        rpc.handle(body, done, may_command ? granted : control::Authority::look);
     };
-    http_options.hooks.stats = [&engine = **engine](std::function<void(RigReport)> reply) {
-        engine.post(Request<GetStats>{{}, [reply = std::move(reply)](Result<RigReport> report) {
-                                          reply(report ? std::move(*report) : RigReport{});
-                                      }});
+    http_options.hooks.stats = [&engine = **engine](std::function<void(stream::RigReport)> reply) {
+        engine.post(engine::Request<engine::GetStats>{{}, [reply = std::move(reply)](Result<stream::RigReport> report) {
+                                                          reply(report ? std::move(*report) : stream::RigReport{});
+                                                      }});
     };
     http_options.hooks.truth = [&engine = **engine, &truth_text](std::string camera, TimeNs min_ns,
                                                                  std::function<void(Result<std::string>)> reply) {
-        engine.post(Request<GetTruth>{
-            {std::move(camera), min_ns}, [&truth_text, reply = std::move(reply)](Result<TruthRef> truth) {
+        engine.post(engine::Request<engine::GetTruth>{
+            {std::move(camera), min_ns}, [&truth_text, reply = std::move(reply)](Result<truth::TruthRef> truth) {
                 if (!truth) return reply(std::unexpected(truth.error()));
                 std::function<void()> job = [reply, truth = std::move(*truth)] {
                     reply(truth_to_json(*truth).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
@@ -247,16 +247,16 @@ int run_serve(const ServeOptions& options) {
                 if (!truth_text.post(std::move(job))) job();
             }});
     };
-    http_options.hooks.files = [](std::string_view path) -> std::optional<StaticFile> {
-        const auto file = page_file(path);
+    http_options.hooks.files = [](std::string_view path) -> std::optional<http::StaticFile> {
+        const auto file = control::page_file(path);
         if (!file) return std::nullopt;
-        return StaticFile{std::string(file->content_type), std::make_shared<const std::string>(file->text)};
+        return http::StaticFile{std::string(file->content_type), std::make_shared<const std::string>(file->text)};
     };
-    auto http = HttpServer::create(std::move(http_options));
+    auto http = http::HttpServer::create(std::move(http_options));
     if (!http) return fail(http.error());
     facts.add("http", (*http)->port());
 
-    RtspOptions rtsp_options;
+    rtsp::RtspOptions rtsp_options;
     rtsp_options.host = options.host;
     rtsp_options.port = options.rtsp_port;
     rtsp_options.token = *token;
@@ -265,18 +265,18 @@ int run_serve(const ServeOptions& options) {
     if (!options.rtsp_encoder.empty()) rtsp_options.h264_elements = {options.rtsp_encoder};
     rtsp_options.bus = &bus;
     rtsp_options.fetcher = engine->get();
-    auto rtsp = RtspServer::create(std::move(rtsp_options));
+    auto rtsp = rtsp::RtspServer::create(std::move(rtsp_options));
     if (!rtsp) return fail(rtsp.error());
     facts.add("rtsp", (*rtsp)->port());
 
-    ControlServerOptions control_options;
+    control::ControlServerOptions control_options;
     control_options.unix_path = options.control;
     control_options.host = options.host;
     control_options.tcp_port = options.tcp_port;
     control_options.token = access->secret;
     control_options.tcp_authority = access->authority;
     control_options.rpc = &rpc;
-    auto control = ControlServer::create(std::move(control_options));
+    auto control = control::ControlServer::create(std::move(control_options));
     if (!control) return fail(control.error());
     facts.add("tcp", (*control)->tcp_port());
     auto keys = write_key_files(access->key, **http, **control, facts);
@@ -310,4 +310,4 @@ int run_serve(const ServeOptions& options) {
     return 0;
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -8,12 +8,12 @@
 
 #include "core/engine/engine.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// The options of `camrig serve`, as in the contract.
 struct ServeOptions {
     std::filesystem::path scene;  ///< as load_scene() takes it
-    SceneOptions scene_options;
+    world::SceneOptions scene_options;
     std::string control;  ///< path of the Unix socket; never empty
     std::string host = "127.0.0.1";
     std::uint16_t http_port = 8080;
@@ -25,11 +25,11 @@ struct ServeOptions {
     std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
     std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
     std::vector<std::string> embed_origins;     ///< of pages that may show pictures: "http://name:port"
-    EngineOptions engine;
+    engine::EngineOptions engine;
     int ready_fd = -1;
 };
 
 /// Serves until SIGINT, SIGTERM or server.shutdown. Returns the exit code; errors are one line on stderr.
 int run_serve(const ServeOptions& options);
 
-}  // namespace camrig
+}  // namespace camrig::cli

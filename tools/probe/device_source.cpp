@@ -16,7 +16,7 @@
 #include "tools/probe/source.h"
 
 // A V4L2 capture program like any other: nothing here knows whether the device is a real one or the rig's.
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 constexpr unsigned buffer_count = 4;
@@ -184,4 +184,4 @@ Result<std::unique_ptr<Source>> open_device_source(const std::string& path, cons
     return source;
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -4,7 +4,7 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 /// Tells when a source has handed out what had piled up while it was being opened (a decoder is looked for meanwhile),
 /// so that a rate counts pictures as they come: 28 pictures of the first second are no rate of 28.
@@ -36,4 +36,4 @@ private:
     TimeNs last_arrival_ns_ = 0, last_stamp_ns_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -7,7 +7,7 @@
 #include <linux/videodev2.h>
 #include <turbojpeg.h>
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 constexpr int max_side = 16384;
@@ -82,4 +82,4 @@ bool gray_from_jpeg(std::span<const std::byte> jpeg, ImageSize& size, std::vecto
                          size.width, size.height, TJPF_GRAY, 0) == 0;
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

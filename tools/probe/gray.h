@@ -7,7 +7,7 @@
 
 #include "core/base/image_size.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 /// Brightness of a picture in a V4L2 format, one byte a pixel (green stands for it in RGB formats). False: a format
 /// this does not know, or too few bytes. `row_bytes` as the driver says (0: no padding).
@@ -17,4 +17,4 @@ bool gray_from_raw(std::uint32_t fourcc, std::span<const std::byte> bytes, Image
 /// The same of a JPEG; sets the size. False: broken or incomplete.
 bool gray_from_jpeg(std::span<const std::byte> jpeg, ImageSize& size, std::vector<std::byte>& gray);
 
-}  // namespace camrig
+}  // namespace camrig::probe

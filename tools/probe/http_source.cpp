@@ -19,7 +19,7 @@
 #include "tools/probe/source.h"
 
 // MJPEG over HTTP, by a plain socket: the probe must see when bytes come, not when a library hands them on.
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 namespace http = boost::beast::http;
@@ -199,4 +199,4 @@ Result<std::unique_ptr<Source>> open_http_source(const std::string& url, const S
     return source;
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <map>
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 TimeNs rank(const std::vector<TimeNs>& sorted, std::size_t percent) {
@@ -158,4 +158,4 @@ ProbeReport measure(const std::vector<SourceLog>& logs) {
     return report;
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

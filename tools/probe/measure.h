@@ -9,14 +9,14 @@
 #include "core/base/time.h"
 #include "core/frame/code_strip.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 /// What is kept of each picture of a source.
 struct PictureRecord {
     TimeNs arrival_ns = 0;
     std::optional<TimeNs> stamp_ns = {};
     std::optional<std::int64_t> sequence;
-    std::optional<CodeStrip> strip;
+    std::optional<frame::CodeStrip> strip;
     bool damaged = false;
 };
 
@@ -71,4 +71,4 @@ struct ProbeReport {
 /// Pure arithmetic; the logs are not changed.
 ProbeReport measure(const std::vector<SourceLog>& logs);
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 std::string lower(std::string_view text) {
@@ -99,4 +99,4 @@ Result<bool> MultipartReader::read_head() {
     return true;
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -9,7 +9,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 /// One part of a multipart body: its fields, names in lower case, and its bytes.
 struct BodyPart {
@@ -43,4 +43,4 @@ private:
     std::optional<BodyPart> part_;  ///< its head has been read
 };
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -7,7 +7,7 @@
 #include "core/base/clock.h"
 #include "tools/probe/first_burst.h"
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 constexpr TimeNs look_up_ns = 100 * ns_per_ms;  ///< how often a waiting reader looks whether it shall end
@@ -69,7 +69,8 @@ private:
         if (std::exchange(log.stamps_are_monotonic, source.stamps_are_monotonic()) != log.stamps_are_monotonic)
             for (PictureRecord& earlier : log.pictures) earlier.stamp_ns.reset();
         PictureRecord record{picture.arrival_ns, picture.stamp_ns, picture.sequence, std::nullopt, picture.damaged};
-        if (!picture.gray.empty()) record.strip = read_code_strip(picture.gray, picture.size, PixelFormat::gray8);
+        if (!picture.gray.empty())
+            record.strip = read_code_strip(picture.gray, picture.size, frame::PixelFormat::gray8);
         log.pictures.push_back(record);
     }
 
@@ -103,4 +104,4 @@ Result<ProbeReport> run_probe(const std::vector<std::string>& sources, const Pro
     return measure(logs);
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

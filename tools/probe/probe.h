@@ -8,7 +8,7 @@
 #include "tools/probe/measure.h"
 #include "tools/probe/source.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 struct ProbeOptions {
     static constexpr std::int64_t max_pictures = 1'000'000;  ///< of each source
@@ -22,4 +22,4 @@ struct ProbeOptions {
 /// Takes the duration and at most twice the sources' timeout.
 Result<ProbeReport> run_probe(const std::vector<std::string>& sources, const ProbeOptions& options);
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -12,7 +12,7 @@
 
 // RTSP by GStreamer, as a viewer would: rtspsrc ! decodebin. RTP stamps tell distances only; with sender reports the
 // instant's wall clock comes along (reference time of the buffer), and with it the latency.
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 constexpr guint max_waiting_pictures = 4;
@@ -161,4 +161,4 @@ Result<std::unique_ptr<Source>> open_rtsp_source(const std::string& url, const S
     return source;
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -1,6 +1,6 @@
 #include "tools/probe/source.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 Result<std::unique_ptr<Source>> open_source(const std::string& address, const SourceOptions& options) {
     if (address.starts_with("http://")) return open_http_source(address, options);
@@ -10,4 +10,4 @@ Result<std::unique_ptr<Source>> open_source(const std::string& address, const So
     return open_device_source(address, options);
 }
 
-}  // namespace camrig
+}  // namespace camrig::probe

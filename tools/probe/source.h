@@ -11,7 +11,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::probe {
 
 /// One picture as a program got it.
 struct ProbedPicture {
@@ -52,4 +52,4 @@ Result<std::unique_ptr<Source>> open_device_source(const std::string& path, cons
 Result<std::unique_ptr<Source>> open_http_source(const std::string& url, const SourceOptions& options);
 Result<std::unique_ptr<Source>> open_rtsp_source(const std::string& url, const SourceOptions& options);
 
-}  // namespace camrig
+}  // namespace camrig::probe

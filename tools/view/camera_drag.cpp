@@ -23,13 +23,13 @@ const GripPoint* nearest_grip(std::span<const GripPoint> grips, glm::dvec2 mouse
     return nearest;
 }
 
-CameraDrag::CameraDrag(std::string camera, Grip grip, const Pose& start, const Ray& ray, double handle_m)
+CameraDrag::CameraDrag(std::string camera, Grip grip, const camera::Pose& start, const Ray& ray, double handle_m)
     : camera_(std::move(camera)),
       grip_(grip),
       start_(start),
       present_(start),
       handle_m_(handle_m),
-      roll_rad_(angles_of(start.orientation).roll) {
+      roll_rad_(camera::angles_of(start.orientation).roll) {
     if (grip_ == Grip::body) {
         if (const auto point = on_plane(ray)) offset_ = start_.position - *point;
     } else if (grip_ == Grip::lift) {
@@ -43,7 +43,7 @@ std::optional<glm::dvec3> CameraDrag::on_plane(const Ray& ray) const {
     return point;
 }
 
-const Pose& CameraDrag::to(const Ray& ray) {
+const camera::Pose& CameraDrag::to(const Ray& ray) {
     if (grip_ == Grip::body) {
         if (const auto point = on_plane(ray)) present_.position = *point + offset_;
     } else if (grip_ == Grip::lift) {
@@ -52,8 +52,8 @@ const Pose& CameraDrag::to(const Ray& ray) {
     } else {
         const glm::dvec3 ahead = glm::mat3_cast(present_.orientation) * glm::dvec3(handle_m_, 0, 0);
         const glm::dvec3 handle = meet_sphere(ray, present_.position, handle_m_, present_.position + ahead);
-        if (auto turned = pose_look_at(present_.position, handle)) {
-            PanTiltRoll angles = angles_of(turned->orientation);
+        if (auto turned = camera::pose_look_at(present_.position, handle)) {
+            camera::PanTiltRoll angles = camera::angles_of(turned->orientation);
             angles.roll = roll_rad_;
             if (auto rolled = pose_from_angles(present_.position, angles)) present_ = *rolled;
         }

@@ -27,7 +27,7 @@ const GripPoint* nearest_grip(std::span<const GripPoint> grips, glm::dvec2 mouse
 class CameraDrag {
 public:
     /// `ray`: under the mouse as it takes hold. `handle_m`: how far from the camera its handle is.
-    CameraDrag(std::string camera, Grip grip, const Pose& start, const Ray& ray, double handle_m);
+    CameraDrag(std::string camera, Grip grip, const camera::Pose& start, const Ray& ray, double handle_m);
 
     const std::string& camera() const { return camera_; }
     Grip grip() const { return grip_; }
@@ -36,7 +36,7 @@ public:
     void set_moved() { has_moved_ = true; }
     /// The pose when the mouse is on `ray`: what was taken hold of stays under it. The last sound one where that cannot
     /// be, as with the mouse above the horizon.
-    const Pose& to(const Ray& ray);
+    const camera::Pose& to(const Ray& ray);
 
     /// Farther from the eye than this a pixel is metres, so nothing is dragged there.
     static constexpr double max_distance_m = 300;
@@ -46,8 +46,8 @@ private:
 
     std::string camera_;
     Grip grip_;
-    Pose start_;
-    Pose present_;
+    camera::Pose start_;
+    camera::Pose present_;
     double handle_m_;
     double roll_rad_;
     bool has_moved_ = false;

@@ -52,9 +52,9 @@ void edit_pose(Session& session, const client::CameraState& camera) {
         ImGui::Text("mounted on %s %s", camera.mount->actor.c_str(), camera.mount->node.c_str());
         return;
     }
-    const Pose pose = session.pose_of_camera(camera);
+    const camera::Pose pose = session.pose_of_camera(camera);
     std::array<double, 3> position{pose.position.x, pose.position.y, pose.position.z};
-    const PanTiltRoll now = angles_of(pose.orientation);
+    const camera::PanTiltRoll now = camera::angles_of(pose.orientation);
     std::array<double, 3> angles{};
     for (std::size_t i = 0; i < 3; ++i) {
         const double degrees = std::array{now.pan, now.tilt, now.roll}[i] * 180 / std::numbers::pi;
@@ -67,7 +67,7 @@ void edit_pose(Session& session, const client::CameraState& camera) {
         is_changed;
     if (!is_changed) return;
     const auto rad = [&](std::size_t i) { return angles[i] * std::numbers::pi / 180; };
-    if (auto moved = pose_from_angles({position[0], position[1], position[2]}, {rad(0), rad(1), rad(2)}))
+    if (auto moved = camera::pose_from_angles({position[0], position[1], position[2]}, {rad(0), rad(1), rad(2)}))
         session.move_camera(camera, *moved);
 }
 

@@ -6,13 +6,13 @@
 
 namespace camrig::view {
 
-Pose FlyCamera::pose() const {
-    auto pose = pose_from_angles(position, {.pan = pan_rad, .tilt = tilt_rad, .roll = 0});
-    return pose ? *pose : Pose{};  // refused are positions out of the world only, and go() stays in it
+camera::Pose FlyCamera::pose() const {
+    auto pose = camera::pose_from_angles(position, {.pan = pan_rad, .tilt = tilt_rad, .roll = 0});
+    return pose ? *pose : camera::Pose{};  // refused are positions out of the world only, and go() stays in it
 }
 
-FlyCamera FlyCamera::at(const Pose& pose) {
-    const PanTiltRoll angles = angles_of(pose.orientation);
+FlyCamera FlyCamera::at(const camera::Pose& pose) {
+    const camera::PanTiltRoll angles = camera::angles_of(pose.orientation);
     return {pose.position, angles.pan, std::clamp(angles.tilt, -max_tilt_rad, max_tilt_rad)};
 }
 

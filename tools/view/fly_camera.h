@@ -16,9 +16,9 @@ struct FlyCamera {
 
     static constexpr double max_tilt_rad = 1.55;
 
-    Pose pose() const;
+    camera::Pose pose() const;
     /// Where `pose` is and looks, without its roll.
-    static FlyCamera at(const Pose& pose);
+    static FlyCamera at(const camera::Pose& pose);
 
     /// Goes along the viewing direction, to the left, and up along world z; metres.
     void go(double ahead_m, double left_m, double up_m);

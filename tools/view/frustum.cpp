@@ -9,26 +9,26 @@ namespace {
 
 constexpr int pieces_per_side = 8;
 
-Result<CameraModel> model_of(const client::CameraState& camera) {
-    auto model = parse_lens_model(camera.lens.model);
+Result<camera::CameraModel> model_of(const client::CameraState& camera) {
+    auto model = camera::parse_lens_model(camera.lens.model);
     if (!model) return std::unexpected(model.error());
-    Lens lens{.model = *model};
+    camera::Lens lens{.model = *model};
     std::ranges::copy_n(
         camera.lens.coefficients.begin(),
         static_cast<std::ptrdiff_t>(std::min(camera.lens.coefficients.size(), lens.coefficients.size())),
         lens.coefficients.begin());
     const client::Intrinsics& k = camera.intrinsics;
-    return CameraModel::create({camera.size.width, camera.size.height}, {k.fx, k.fy, k.cx, k.cy}, lens);
+    return camera::CameraModel::create({camera.size.width, camera.size.height}, {k.fx, k.fy, k.cx, k.cy}, lens);
 }
 
 }  // namespace
 
-Pose pose_of(const client::Pose& pose) {
+camera::Pose pose_of(const client::Pose& pose) {
     const auto& q = pose.orientation;
     return {{pose.position[0], pose.position[1], pose.position[2]}, glm::dquat(q[3], q[0], q[1], q[2])};
 }
 
-Frustum frustum_of(const client::CameraState& camera, const Pose& pose, double depth_m) {
+Frustum frustum_of(const client::CameraState& camera, const camera::Pose& pose, double depth_m) {
     const glm::dmat3 world_from_optical = world_from_optical_rotation(pose);
     Frustum frustum;
     frustum.apex = pose.position;

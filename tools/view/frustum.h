@@ -23,8 +23,8 @@ struct Frustum {
 
 /// Follows the lens: the edge of a fisheye's picture is drawn as bent as it is. What the client says of a camera
 /// suffices; a camera whose lens this program does not know has its apex and handle only.
-Frustum frustum_of(const client::CameraState& camera, const Pose& pose, double depth_m);
+Frustum frustum_of(const client::CameraState& camera, const camera::Pose& pose, double depth_m);
 
-Pose pose_of(const client::Pose& pose);
+camera::Pose pose_of(const client::Pose& pose);
 
 }  // namespace camrig::view

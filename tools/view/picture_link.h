@@ -19,7 +19,7 @@ namespace camrig::view {
 /// The picture of the fly-through camera, and what it was taken with: lines drawn over it use these, not newer ones.
 struct WorldPicture {
     Picture picture;
-    Pose pose;
+    camera::Pose pose;
     double vfov_rad = 1;
 };
 

@@ -30,7 +30,7 @@ glm::dvec2 point_of(ImVec2 at) {
 
 /// Of what the picture on the screen was taken with, which is older than session.fly.
 struct Shown {
-    Pose pose;
+    camera::Pose pose;
     double vfov_rad = PictureLink::vfov_deg * std::numbers::pi / 180;
 };
 

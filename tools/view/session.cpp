@@ -16,7 +16,7 @@ const FlyCamera first_look{.position = {-6, -6, 5}, .pan_rad = 0.785, .tilt_rad 
 
 constexpr double new_camera_ahead_m = 3;
 
-client::CameraOptions placed_at(const Pose& pose) {
+client::CameraOptions placed_at(const camera::Pose& pose) {
     client::CameraOptions options;
     const auto& q = pose.orientation;
     options.position = {pose.position.x, pose.position.y, pose.position.z};
@@ -32,7 +32,7 @@ std::vector<std::string> names_of(const std::vector<client::CameraState>& camera
 
 }  // namespace
 
-Pose Session::pose_of_camera(const client::CameraState& camera) const {
+camera::Pose Session::pose_of_camera(const client::CameraState& camera) const {
     if (drag && drag->camera() == camera.name)
         if (const auto found = moved.find(camera.name); found != moved.end()) return found->second;
     const auto found = moved.find(camera.name);
@@ -40,7 +40,7 @@ Pose Session::pose_of_camera(const client::CameraState& camera) const {
     return found != moved.end() ? found->second : pose_of(camera.mount ? camera.world_pose : camera.pose);
 }
 
-void Session::move_camera(const client::CameraState& camera, const Pose& pose) {
+void Session::move_camera(const client::CameraState& camera, const camera::Pose& pose) {
     if (camera.mount) {
         notice = camera.name + " is mounted on " + camera.mount->actor + " and goes where that goes";
         return;
@@ -49,7 +49,7 @@ void Session::move_camera(const client::CameraState& camera, const Pose& pose) {
     link.set_camera(camera.name, "pose", placed_at(pose));
 }
 
-void Session::drag_camera(const client::CameraState& camera, const Pose& pose) {
+void Session::drag_camera(const client::CameraState& camera, const camera::Pose& pose) {
     // The first move of a drag: afterwards `moved` has the camera.
     if (!camera.mount && drag && !drag->has_moved()) {
         remember(camera.name + ": back where it was", [this, name = camera.name, before = pose_of_camera(camera)] {
@@ -79,7 +79,7 @@ void Session::duplicate_selected() {
     const std::string name = free_name(camera->name, names_of(model.cameras));
     client::CameraOptions options = camera->options();
     if (!camera->mount) {
-        Pose beside = pose_of_camera(*camera);
+        camera::Pose beside = pose_of_camera(*camera);
         beside.position += glm::mat3_cast(beside.orientation) * glm::dvec3(0, -0.6, 0);
         options.position = placed_at(beside).position;
     }

@@ -49,14 +49,14 @@ struct Session {
     std::optional<CameraDrag> drag;
     std::optional<ImVec2> pressed_at, released_at;  ///< the left mouse button in this turn
     /// Poses that were dragged to and are not in the model yet.
-    std::map<std::string, Pose> moved;
+    std::map<std::string, camera::Pose> moved;
 
     /// Where a camera is for the person at the window: in the world, with what they have just done.
-    Pose pose_of_camera(const client::CameraState& camera) const;
+    camera::Pose pose_of_camera(const client::CameraState& camera) const;
     /// In the pictures and for the rig at once. Not for mounted cameras, whose pose is in another frame.
-    void move_camera(const client::CameraState& camera, const Pose& pose);
+    void move_camera(const client::CameraState& camera, const camera::Pose& pose);
     /// The same by hand, which undo() takes back as a whole.
-    void drag_camera(const client::CameraState& camera, const Pose& pose);
+    void drag_camera(const client::CameraState& camera, const camera::Pose& pose);
     void create_camera();
     void duplicate_selected();
     /// Asks first.

@@ -5,7 +5,7 @@
 
 namespace camrig::view {
 
-Sight::Sight(const Pose& pose, double vfov_rad, glm::dvec2 origin, glm::dvec2 extent)
+Sight::Sight(const camera::Pose& pose, double vfov_rad, glm::dvec2 origin, glm::dvec2 extent)
     : position_(pose.position),
       world_from_optical_(world_from_optical_rotation(pose)),
       focal_px_(extent.y / 2 / std::tan(vfov_rad / 2)),

@@ -23,7 +23,7 @@ class Sight {
 public:
     Sight() = default;
     /// `origin` and `extent`: the rectangle on the screen. `vfov_rad` is edge to edge of it.
-    Sight(const Pose& pose, double vfov_rad, glm::dvec2 origin, glm::dvec2 extent);
+    Sight(const camera::Pose& pose, double vfov_rad, glm::dvec2 origin, glm::dvec2 extent);
 
     double focal_px() const { return focal_px_; }
     glm::dvec3 position() const { return position_; }

@@ -7,7 +7,7 @@
 
 #include "v4l2_sink/loopback/module_abi.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -242,4 +242,4 @@ void LoopbackDevice::release_format() {
     set_keep_format(false);
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -13,7 +13,7 @@
 #include "v4l2_sink/loopback/kernel.h"
 #include "v4l2_sink/loopback/module.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// One /dev/videoN of v4l2loopback, opened as its writer. Knows what each generation of the module wants to be told,
 /// and in which order. When it goes, a program that reads waits for the next writer of the same format.
@@ -85,4 +85,4 @@ private:
     std::array<Mapping, buffer_count> mappings_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

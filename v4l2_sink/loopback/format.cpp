@@ -2,7 +2,7 @@
 
 #include "v4l2_sink/media_format.h"
 
-namespace camrig {
+namespace camrig::device {
 
 std::string LoopbackFormat::to_string() const {
     std::string name;
@@ -10,7 +10,7 @@ std::string LoopbackFormat::to_string() const {
     return name + " " + size.to_string();
 }
 
-LoopbackFormat loopback_format_of(const CameraStream& camera, const LoopbackOutput& output) {
+LoopbackFormat loopback_format_of(const stream::CameraStream& camera, const LoopbackOutput& output) {
     LoopbackFormat format{V4L2_PIX_FMT_YUYV, camera.size, camera.rate, output.subsampling};
     if (output.format == "YU12") format.fourcc = V4L2_PIX_FMT_YUV420;
     if (output.format == "MJPG") format.fourcc = V4L2_PIX_FMT_MJPEG;
@@ -18,7 +18,7 @@ LoopbackFormat loopback_format_of(const CameraStream& camera, const LoopbackOutp
     return format;
 }
 
-std::optional<MediaFormat> media_format_of(const LoopbackFormat& format) {
+std::optional<stream::MediaFormat> media_format_of(const LoopbackFormat& format) {
     // NV12 is not offered here: OpenCV up to 4.10 swaps its red and blue.
     if (format.fourcc == V4L2_PIX_FMT_NV12) return std::nullopt;
     // Its own size, even when the camera's changes while it is read.
@@ -46,4 +46,4 @@ v4l2_pix_format pix_format_of(const LoopbackFormat& format) {
     return pix;
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -8,7 +8,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -50,4 +50,4 @@ LoopbackKernel& linux_kernel() {
     return kernel;
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

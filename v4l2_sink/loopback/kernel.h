@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-namespace camrig {
+namespace camrig::device {
 
 /// The system calls by which this sink talks to v4l2loopback: a seam, behind which tests put drivers of every
 /// generation. Calls that can fail give -errno. Any thread.
@@ -29,4 +29,4 @@ public:
 /// The real one.
 LoopbackKernel& linux_kernel();
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -20,7 +20,7 @@ constexpr TimeNs look_again_ns = 5 * ns_per_s;
 
 }  // namespace
 
-LoopbackHost::LoopbackHost(FrameBus& bus, FrameFetcher& fetcher, LoopbackKernel& kernel,
+LoopbackHost::LoopbackHost(stream::FrameBus& bus, stream::FrameFetcher& fetcher, LoopbackKernel& kernel,
                            std::shared_ptr<TaskQueue> tasks, Options options)
     : bus_(bus), fetcher_(fetcher), kernel_(kernel), module_(kernel), tasks_(std::move(tasks)), options_(options) {}
 
@@ -187,7 +187,7 @@ LoopbackHost::Device* LoopbackHost::find(int number, const std::weak_ptr<Loopbac
 }
 
 void LoopbackHost::subscribe(Device& device, Open& open, TimeNs monotonic_ns) {
-    SubscribeOptions options;
+    stream::SubscribeOptions options;
     options.kind = "v4l2";
     options.peer = video_path(device.wish.number);
     const auto on_end = [this, tasks = tasks_, number = device.wish.number,
@@ -212,11 +212,11 @@ void LoopbackHost::subscribe(Device& device, Open& open, TimeNs monotonic_ns) {
 
 void LoopbackHost::fetch(const Device& device, Open& open) {
     open.is_fetching = true;
-    FetchRequest request;
+    stream::FetchRequest request;
     request.camera = device.wish.camera;
     request.format = *media_format_of(open.shown);
     fetcher_.fetch(std::move(request), [this, tasks = tasks_, number = device.wish.number,
-                                        sink = std::weak_ptr(open.sink)](Result<MediaUnit> unit) {
+                                        sink = std::weak_ptr(open.sink)](Result<stream::MediaUnit> unit) {
         tasks->post([this, number, sink, unit = std::move(unit)] {
             Device* const waiting = find(number, sink);
             if (!waiting) return;
@@ -249,4 +249,4 @@ std::vector<int> LoopbackHost::watch_fds() const {
     return fds;
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -14,7 +14,7 @@
 #include "v4l2_sink/loopback/module.h"
 #include "v4l2_sink/task_queue.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// What one device shall show.
 struct LoopbackWish {
@@ -34,8 +34,8 @@ public:
     };
 
     /// What comes back from other threads (bus, fetcher) is posted to `tasks`.
-    LoopbackHost(FrameBus& bus, FrameFetcher& fetcher, LoopbackKernel& kernel, std::shared_ptr<TaskQueue> tasks,
-                 Options options);
+    LoopbackHost(stream::FrameBus& bus, stream::FrameFetcher& fetcher, LoopbackKernel& kernel,
+                 std::shared_ptr<TaskQueue> tasks, Options options);
     /// Removes the rig's own devices; one that is being read stays, for the next rig.
     ~LoopbackHost();
 
@@ -55,7 +55,7 @@ private:
     struct Open {
         std::shared_ptr<LoopbackSink> sink;
         LoopbackFormat shown;  ///< differs from the wish while a program holds the device
-        std::optional<Subscription> subscription = {};
+        std::optional<stream::Subscription> subscription = {};
         bool is_read = false;
         bool is_fetching = false;
         TimeNs refresh_ns = 0;  ///< when to fetch a picture again that nobody reads
@@ -88,8 +88,8 @@ private:
     bool remove(Device& device, TimeNs monotonic_ns);
     void complain(Device& device, const Error& why, TimeNs monotonic_ns);
 
-    FrameBus& bus_;
-    FrameFetcher& fetcher_;
+    stream::FrameBus& bus_;
+    stream::FrameFetcher& fetcher_;
     LoopbackKernel& kernel_;
     const LoopbackModule module_;
     const std::shared_ptr<TaskQueue> tasks_;
@@ -97,4 +97,4 @@ private:
     std::map<int, Device> devices_;  ///< by number
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

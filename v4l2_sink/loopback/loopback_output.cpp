@@ -3,7 +3,7 @@
 #include "v4l2_sink/loopback/loopback_server.h"
 #include "v4l2_sink/media_format.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 void check_subsampling(const LoopbackOutput& output, JsonReader& reader) {
@@ -45,4 +45,4 @@ OutputFamily loopback_family() {
             }};
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

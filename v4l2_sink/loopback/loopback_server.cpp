@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -24,7 +24,7 @@ Result<void> check_loopback(int number, const std::string& camera, LoopbackKerne
     return good;
 }
 
-LoopbackServer::LoopbackServer(FrameBus& bus, FrameFetcher& fetcher, LoopbackHost::Options options)
+LoopbackServer::LoopbackServer(stream::FrameBus& bus, stream::FrameFetcher& fetcher, LoopbackHost::Options options)
     : bus_(bus),
       host_(std::make_unique<LoopbackHost>(bus, fetcher, linux_kernel(), tasks_, options)),
       thread_([this] { run(); }) {
@@ -37,8 +37,8 @@ LoopbackServer::~LoopbackServer() {
     thread_.join();
 }
 
-void LoopbackServer::update(const CameraStream& camera, bool is_there) {
-    const CameraOutputs::Change change = outputs_.update(camera, is_there);
+void LoopbackServer::update(const stream::CameraStream& camera, bool is_there) {
+    const stream::CameraOutputs::Change change = outputs_.update(camera, is_there);
     for (const OutputSpec& output : change.gone) {
         const int number = options_of<LoopbackOutput>(output).number;
         tasks_->post(std::to_string(number), [this, number] { host_->unset(number, monotonic_now_ns()); });
@@ -66,4 +66,4 @@ void LoopbackServer::run() {
     host_.reset();
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

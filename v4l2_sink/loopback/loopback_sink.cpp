@@ -4,11 +4,11 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
-std::span<const std::byte> picture_of(const MediaUnit& unit) {
+std::span<const std::byte> picture_of(const stream::MediaUnit& unit) {
     if (unit.frame) return unit.frame->bytes();
     CHECK(unit.bytes != nullptr);
     return *unit.bytes;
@@ -16,13 +16,13 @@ std::span<const std::byte> picture_of(const MediaUnit& unit) {
 
 }  // namespace
 
-Result<void> LoopbackSink::open(const StreamInfo& info) {
+Result<void> LoopbackSink::open(const stream::StreamInfo& info) {
     std::lock_guard lock(mutex_);
     stats_ = info.stats;
     return {};
 }
 
-Result<void> LoopbackSink::write(const MediaUnit& unit) {
+Result<void> LoopbackSink::write(const stream::MediaUnit& unit) {
     std::lock_guard lock(mutex_);
     if (!device_) {
         stats_->dropped.fetch_add(1, std::memory_order_relaxed);
@@ -39,7 +39,7 @@ Result<void> LoopbackSink::write(const MediaUnit& unit) {
     return {};
 }
 
-Result<void> LoopbackSink::show(const MediaUnit& unit, std::int64_t stamp_us, TimeNs monotonic_ns) {
+Result<void> LoopbackSink::show(const stream::MediaUnit& unit, std::int64_t stamp_us, TimeNs monotonic_ns) {
     if (auto shown = device_->show(picture_of(unit), stamp_us); !shown) return shown;
     last_ = unit;
     last_->latch.reset();
@@ -48,7 +48,7 @@ Result<void> LoopbackSink::show(const MediaUnit& unit, std::int64_t stamp_us, Ti
     return {};
 }
 
-Result<void> LoopbackSink::refresh(const MediaUnit& unit, TimeNs monotonic_ns) {
+Result<void> LoopbackSink::refresh(const stream::MediaUnit& unit, TimeNs monotonic_ns) {
     std::lock_guard lock(mutex_);
     // A subscription was faster, or the world stands still: what is shown is as new.
     if (last_ && unit.info.sequence <= last_->info.sequence) return {};
@@ -74,4 +74,4 @@ bool LoopbackSink::has_picture() const {
     return last_.has_value();
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -8,7 +8,7 @@
 #include "core/stream/sink.h"
 #include "v4l2_sink/loopback/device.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// Writes the pictures of one camera into one loopback device, and keeps the device alive while none come.
 ///
@@ -16,7 +16,7 @@ namespace camrig {
 /// strictly rising, never in the future (GStreamer distrusts a device for good after one bad stamp).
 ///
 /// Sink side: the Output's thread. The rest: the loopback host's thread. A mutex makes them take turns at the device.
-class LoopbackSink final : public Sink {
+class LoopbackSink final : public stream::Sink {
 public:
     /// How long a device may stay silent: below the 2 s that are promised, so that a program that waits 5 s (ROS
     /// usb_cam) or 10 s (OpenCV) never gives up.
@@ -28,12 +28,12 @@ public:
 
     /// A failed write ends the subscription: the host opens the device anew.
 
-    Result<void> open(const StreamInfo& info) override;
-    Result<void> write(const MediaUnit& unit) override;
+    Result<void> open(const stream::StreamInfo& info) override;
+    Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override {}
 
     /// A picture that was fetched while nobody reads, so that the next reader's first one is not old.
-    Result<void> refresh(const MediaUnit& unit, TimeNs monotonic_ns);
+    Result<void> refresh(const stream::MediaUnit& unit, TimeNs monotonic_ns);
     /// Shows the last picture again if the device was silent for too long. In lockstep only with `idle` (nobody reads):
     /// a reader gets the pictures that were asked for and no other.
     Result<void> repeat_if_silent(TimeNs monotonic_ns, bool idle);
@@ -48,15 +48,15 @@ public:
     void give_up();
 
 private:
-    Result<void> show(const MediaUnit& unit, std::int64_t stamp_us, TimeNs monotonic_ns);
+    Result<void> show(const stream::MediaUnit& unit, std::int64_t stamp_us, TimeNs monotonic_ns);
 
     mutable std::mutex mutex_;
     std::unique_ptr<LoopbackDevice> device_;  ///< null after give_up()
-    std::shared_ptr<ReaderStats> stats_;
-    std::optional<MediaUnit> last_;
+    std::shared_ptr<stream::ReaderStats> stats_;
+    std::optional<stream::MediaUnit> last_;
     std::int64_t last_stamp_us_ = 0;
     TimeNs last_show_ns_ = 0;
     bool in_lockstep_ = false;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -9,7 +9,7 @@
 #include "core/base/image_size.h"
 #include "v4l2_sink/loopback/module_abi.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -138,4 +138,4 @@ Result<void> LoopbackModule::remove(int number) const {
     return {};
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "v4l2_sink/loopback/kernel.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// What the loaded v4l2loopback can do; its generations differ much (docs/decisions/0031).
 struct LoopbackFeatures {
@@ -43,4 +43,4 @@ private:
     LoopbackKernel& kernel_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

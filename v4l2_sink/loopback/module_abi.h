@@ -4,7 +4,7 @@
 
 #include <linux/videodev2.h>
 
-namespace camrig {
+namespace camrig::device {
 
 // What v4l2loopback adds to V4L2. The kernel has no header for it, so the numbers are written down here; the struct is
 // the same from 0.13.0 to 0.15.4, and 0.15 still takes the older request numbers, so these serve every version.
@@ -37,4 +37,4 @@ inline constexpr std::uint32_t loopback_keep_format = (V4L2_CID_USER_BASE | 0xf0
 /// Event of a device: how many programs read it (from 0.14 on: 0 or 1), in the event's first 32 bits. Since 0.13.
 inline constexpr std::uint32_t loopback_client_usage = V4L2_EVENT_PRIVATE_START + 0x08E00000 + 1;
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -9,7 +9,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// One V4L2 control of a camera, in V4L2's units (pan and tilt: arc seconds; exposure: 100 us; white balance: kelvin).
 struct DeviceControl {
@@ -42,4 +42,4 @@ public:
                      std::function<void(Result<void>)> done) = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

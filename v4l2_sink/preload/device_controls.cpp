@@ -5,7 +5,7 @@
 
 #include <linux/videodev2.h>
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 std::span<const camrig_control> controls_of(const camrig_description& description) {
@@ -118,4 +118,4 @@ void DeviceControls::tell(const DeviceSession* by, const std::string& camera, st
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -9,7 +9,7 @@
 #include "v4l2_sink/preload/device_session.h"
 #include "v4l2_sink/task_queue.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// The controls of all devices: wishes of programs go to the rig's ControlPort, changes to all who subscribed to them.
 /// Device server's thread.
@@ -40,4 +40,4 @@ private:
     const Openers openers_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -7,7 +7,7 @@
 #include <linux/videodev2.h>
 #include <sys/socket.h>
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -44,7 +44,8 @@ bool make_event_sockets(UniqueFd& rig, UniqueFd& program) {
 
 }  // namespace
 
-DeviceHost::DeviceHost(FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks)
+DeviceHost::DeviceHost(stream::FrameBus& bus, std::shared_ptr<ControlPort> controls,
+                       const std::shared_ptr<TaskQueue>& tasks)
     : bus_(bus),
       controls_(std::move(controls), tasks, [this](const std::string& camera) { return openers_of(camera); }),
       rings_(bus, tasks, [this](const std::shared_ptr<FedRing>& ring) { unplug(ring); }) {}
@@ -53,7 +54,7 @@ DeviceHost::~DeviceHost() {
     for (const SessionRef& session : sessions_) stream_off(session);
 }
 
-void DeviceHost::add_device(int number, std::string camera, ChromaSampling mjpg_sampling) {
+void DeviceHost::add_device(int number, std::string camera, codec::ChromaSampling mjpg_sampling) {
     remove_device(number);
     devices_[number] = DeviceState{std::move(camera), mjpg_sampling, std::nullopt};
 }
@@ -178,7 +179,7 @@ Handled DeviceHost::hello(const SessionRef& session, const camrig_request& reque
     session->process = std::uint64_t{request.u.hello.process[1]} << 32 | request.u.hello.process[0];
 
     const char* program = request.u.hello.program;
-    session->stats = std::make_shared<ReaderStats>();
+    session->stats = std::make_shared<stream::ReaderStats>();
     session->stats->kind = "device";
     session->stats->peer = "/dev/video" + std::to_string(number) + " read by " +
                            printable({program, ::strnlen(program, sizeof request.u.hello.program)}) + " (process " +
@@ -297,4 +298,4 @@ void DeviceHost::leave(const SessionRef& session) {
     if (sessions_.erase(session) > 0) share_priorities(*session->number);
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

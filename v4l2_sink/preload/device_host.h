@@ -14,7 +14,7 @@
 #include "v4l2_sink/preload/ring_shelf.h"
 #include "v4l2_sink/task_queue.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// Answers what programs ask of their devices: the meaning of every request of protocol.h. No threads and no waiting;
 /// everything runs on the device server's thread. Messages are checked completely; a peer that breaks the protocol gets
@@ -24,11 +24,11 @@ public:
     static constexpr std::size_t max_sessions = 1024;
 
     /// What comes back from other threads (bus, controls) is posted to `tasks`.
-    DeviceHost(FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks);
+    DeviceHost(stream::FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks);
     ~DeviceHost();
 
     /// In place of one of the same number, which is unplugged.
-    void add_device(int number, std::string camera, ChromaSampling mjpg_sampling);
+    void add_device(int number, std::string camera, codec::ChromaSampling mjpg_sampling);
     /// Its openers see it unplugged.
     void remove_device(int number);
     /// Tells openers who asked for it that somebody else changed these controls of a camera.
@@ -65,7 +65,7 @@ private:
     void unplug(const std::shared_ptr<FedRing>& ring);
     void end(const SessionRef& session);
 
-    FrameBus& bus_;
+    stream::FrameBus& bus_;
     DeviceControls controls_;
     RingShelf rings_;
     std::map<int, DeviceState> devices_;
@@ -73,4 +73,4 @@ private:
     std::vector<SessionRef> ended_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -6,7 +6,7 @@
 
 #include "v4l2_sink/media_format.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -23,7 +23,7 @@ constexpr int jpeg_headroom = 4096;
 const std::array<std::uint32_t, 5> device_fourccs{V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_MJPEG, V4L2_PIX_FMT_YUV420,
                                                   V4L2_PIX_FMT_NV12, V4L2_PIX_FMT_BGR24};
 
-DeviceModes modes_of(const CameraStream& camera) {
+DeviceModes modes_of(const stream::CameraStream& camera) {
     DeviceModes modes;
     const ImageSize own{camera.size.width & ~1, camera.size.height & ~1};
     modes.sizes.push_back(own);
@@ -40,16 +40,16 @@ DeviceModes modes_of(const CameraStream& camera) {
     return modes;
 }
 
-std::optional<MediaFormat> media_format_of(const camrig_format& format, ChromaSampling mjpg_sampling) {
+std::optional<stream::MediaFormat> media_format_of(const camrig_format& format, codec::ChromaSampling mjpg_sampling) {
     return media_format_of(format.fourcc, {static_cast<int>(format.width), static_cast<int>(format.height)},
                            mjpg_sampling);
 }
 
 std::uint32_t picture_bytes(const camrig_format& format) {
-    const auto media = media_format_of(format, ChromaSampling::yuv422);
+    const auto media = media_format_of(format, codec::ChromaSampling::yuv422);
     if (!media) return 0;
-    if (media->codec == Codec::jpeg) return 2 * format.width * format.height + jpeg_headroom;
+    if (media->codec == codec::Codec::jpeg) return 2 * format.width * format.height + jpeg_headroom;
     return static_cast<std::uint32_t>(bytes_of(media->pixels, media->size));
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -2,7 +2,7 @@
 
 #include "v4l2_sink/media_format.h"
 
-namespace camrig {
+namespace camrig::device {
 
 FieldTable<DeviceOutput> fields_of(std::type_identity<DeviceOutput>) {
     static const std::vector<FieldOf<DeviceOutput>> table{
@@ -19,4 +19,4 @@ OutputFamily device_family() {
             .is_key_of_rig = true};
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

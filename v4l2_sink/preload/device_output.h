@@ -3,15 +3,15 @@
 #include "core/base/output_family.h"
 #include "core/codec/encoder.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// The options of an output {kind: "device"}: /dev/video<number> in user space.
 struct DeviceOutput {
     int number = 0;
-    ChromaSampling subsampling = ChromaSampling::yuv422;  ///< of MJPG
+    codec::ChromaSampling subsampling = codec::ChromaSampling::yuv422;  ///< of MJPG
 };
 FieldTable<DeviceOutput> fields_of(std::type_identity<DeviceOutput>);
 
 OutputFamily device_family();
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -12,7 +12,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -89,7 +89,7 @@ void RingReader::advance() {
     }
 }
 
-void RingReader::offer(const std::shared_ptr<DeliveryLatch>& latch, std::size_t bytes, TimeNs latency_ns) {
+void RingReader::offer(const std::shared_ptr<stream::DeliveryLatch>& latch, std::size_t bytes, TimeNs latency_ns) {
     ++stats_->offered;
     pending_.push_back(hold_if(latch, stats_->peer));
     const std::uint64_t delivered = stats_->delivered;
@@ -131,7 +131,7 @@ Result<std::shared_ptr<DeviceRing>> DeviceRing::create(ImageSize size, std::size
 DeviceRing::DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate)
     : memory_(std::move(memory)), size_(size), rate_(rate) {}
 
-Result<void> DeviceRing::open(const StreamInfo& info) {
+Result<void> DeviceRing::open(const stream::StreamInfo& info) {
     if (info.size != size_)
         return error(ErrorKind::internal,
                      "device ring of " + size_.to_string() + " was given pictures of " + info.size.to_string());
@@ -142,7 +142,7 @@ Result<void> DeviceRing::open(const StreamInfo& info) {
 
 void DeviceRing::close() noexcept {}
 
-std::uint32_t DeviceRing::next_sequence(const FrameInfo& info) {
+std::uint32_t DeviceRing::next_sequence(const frame::FrameInfo& info) {
     // With a lower rate than the camera's, the ticks of that rate are counted: a gap is a loss, never the rate.
     std::int64_t sequence = rate_ ? rate_->frames_until(info.world_ns) : info.sequence;
     sequence += sequence_offset_;
@@ -157,7 +157,7 @@ std::uint32_t DeviceRing::next_sequence(const FrameInfo& info) {
     return static_cast<std::uint32_t>(sequence);
 }
 
-Result<void> DeviceRing::write(const MediaUnit& unit) {
+Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
     const std::span<const std::byte> bytes = unit.frame   ? unit.frame->bytes()
                                              : unit.bytes ? std::span<const std::byte>(*unit.bytes)
                                                           : std::span<const std::byte>{};
@@ -178,7 +178,7 @@ Result<void> DeviceRing::write(const MediaUnit& unit) {
 }
 
 void DeviceRing::publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns,
-                         const std::shared_ptr<DeliveryLatch>& latch) {
+                         const std::shared_ptr<stream::DeliveryLatch>& latch) {
     const std::uint64_t number = published_++;
     const std::uint32_t index = static_cast<std::uint32_t>(number % header().slots);
     camrig_ring_slot& slot = header().slot[index];
@@ -229,11 +229,11 @@ void DeviceRing::credit(RingReader& reader) {
     if (reader.pending_.empty()) __atomic_store_n(&reader.page_->wants_credit, 0, __ATOMIC_SEQ_CST);
 }
 
-std::vector<ReaderReport> DeviceRing::readers() const {
-    std::vector<ReaderReport> reports;
+std::vector<stream::ReaderReport> DeviceRing::readers() const {
+    std::vector<stream::ReaderReport> reports;
     std::lock_guard lock(mutex_);
     for (const auto& reader : readers_) reports.push_back(reader->report());
     return reports;
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -12,7 +12,7 @@
 #include "core/stream/sink.h"
 #include "v4l2_sink/preload/protocol.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// Shared memory with a size that is fixed for good, mapped here for writing.
 class SharedMemory {
@@ -39,16 +39,16 @@ private:
 class RingReader {
 public:
     /// `event_socket` must outlive the reader; tokens are sent there without ever blocking.
-    RingReader(int event_socket, camrig_reader_page* page, std::shared_ptr<ReaderStats> stats)
+    RingReader(int event_socket, camrig_reader_page* page, std::shared_ptr<stream::ReaderStats> stats)
         : event_socket_(event_socket), page_(page), stats_(std::move(stats)) {}
-    ReaderReport report() const { return stats_->report(); }
+    stream::ReaderReport report() const { return stats_->report(); }
 
 private:
     friend class DeviceRing;
     void start(std::uint32_t slots);
     void stop();
     /// One more picture is in the ring.
-    void offer(const std::shared_ptr<DeliveryLatch>& latch, std::size_t bytes, TimeNs latency_ns);
+    void offer(const std::shared_ptr<stream::DeliveryLatch>& latch, std::size_t bytes, TimeNs latency_ns);
     /// Sends the tokens that may be sent; in lockstep keeps the rest waiting, else gives up the oldest pictures.
     void advance();
     bool may_send() const;
@@ -56,27 +56,27 @@ private:
 
     const int event_socket_;
     camrig_reader_page* const page_;
-    const std::shared_ptr<ReaderStats> stats_;
+    const std::shared_ptr<stream::ReaderStats> stats_;
     std::uint64_t allowed_ = 0;  ///< pictures that may be promised at one time
     std::uint64_t tokens_ = 0;
     std::uint64_t displaced_ = 0;
-    std::deque<DeliveryLatch::Hold> pending_;  ///< lockstep: one per picture for which no buffer was queued yet
+    std::deque<stream::DeliveryLatch::Hold> pending_;  ///< lockstep: one per picture for which no buffer was queued yet
 };
 
 /// Pictures of one camera in one format, size and rate, written once for any number of readers in other processes.
 ///
 /// Sink side: the Output's thread. attach, detach, credit, repeat_if_idle: the device server's thread.
-class DeviceRing final : public Sink {
+class DeviceRing final : public stream::Sink {
 public:
     /// `rate`: the rate of the subscription, if it takes fewer pictures than the camera makes.
     static Result<std::shared_ptr<DeviceRing>> create(ImageSize size, std::size_t picture_bytes,
                                                       std::optional<Rate> rate);
 
-    Result<void> open(const StreamInfo& info) override;
-    Result<void> write(const MediaUnit& unit) override;
+    Result<void> open(const stream::StreamInfo& info) override;
+    Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
     /// The programs.
-    std::vector<ReaderReport> readers() const override;
+    std::vector<stream::ReaderReport> readers() const override;
 
     /// From the next picture on. The place tells the library where to find it in memory_fd().
     camrig_ring_place attach(const std::shared_ptr<RingReader>& reader);
@@ -96,15 +96,15 @@ private:
     camrig_ring_header& header() const { return *reinterpret_cast<camrig_ring_header*>(memory_.data()); }
     /// Writes one picture and tells the readers. Call with mutex_ held.
     void publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns,
-                 const std::shared_ptr<DeliveryLatch>& latch);
-    std::uint32_t next_sequence(const FrameInfo& info);
+                 const std::shared_ptr<stream::DeliveryLatch>& latch);
+    std::uint32_t next_sequence(const frame::FrameInfo& info);
 
     const SharedMemory memory_;
     const ImageSize size_;
     const std::optional<Rate> rate_;
 
     mutable std::mutex mutex_;
-    std::shared_ptr<ReaderStats> stats_;
+    std::shared_ptr<stream::ReaderStats> stats_;
     std::vector<std::shared_ptr<RingReader>> readers_;
     std::uint64_t published_ = 0;
     std::int64_t sequence_offset_ = 0;
@@ -114,4 +114,4 @@ private:
     bool in_lockstep_ = false;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

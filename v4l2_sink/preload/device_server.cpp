@@ -15,7 +15,7 @@
 #include "core/base/unix_listener.h"
 #include "v4l2_sink/preload/device_host.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -34,7 +34,8 @@ std::string device_task(int number) {
 /// The server's thread: sockets in, host called, sockets out.
 class DeviceServer::Loop {
 public:
-    Loop(UnixListener listener, FrameBus& bus, std::shared_ptr<ControlPort> controls, std::shared_ptr<TaskQueue> tasks)
+    Loop(UnixListener listener, stream::FrameBus& bus, std::shared_ptr<ControlPort> controls,
+         std::shared_ptr<TaskQueue> tasks)
         : listener_(std::move(listener)),
           epoll_(::epoll_create1(EPOLL_CLOEXEC)),
           tasks_(tasks),
@@ -111,7 +112,7 @@ private:
     bool stopping_ = false;
 };
 
-Result<std::unique_ptr<DeviceServer>> DeviceServer::create(FrameBus& bus, const std::string& socket_path,
+Result<std::unique_ptr<DeviceServer>> DeviceServer::create(stream::FrameBus& bus, const std::string& socket_path,
                                                            std::shared_ptr<ControlPort> controls) {
     auto listener = UnixListener::listen(socket_path, {.name = "device socket", .type = SOCK_SEQPACKET});
     if (!listener) return std::unexpected(listener.error());
@@ -136,7 +137,7 @@ DeviceServer::~DeviceServer() {
     thread_.join();
 }
 
-Result<void> DeviceServer::add_device(int number, const std::string& camera, ChromaSampling mjpg_sampling) {
+Result<void> DeviceServer::add_device(int number, const std::string& camera, codec::ChromaSampling mjpg_sampling) {
     if (number < 0 || number > camrig_max_device_number)
         return error(ErrorKind::invalid_argument, "device number " + std::to_string(number) + ": must be 0 to " +
                                                       std::to_string(camrig_max_device_number));
@@ -170,4 +171,4 @@ void DeviceServer::controls_changed(const std::string& camera, const std::vector
                      [loop = loop_.get(), camera, id] { loop->host().control_changed(camera, id); });
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -15,7 +15,7 @@
 #include "v4l2_sink/preload/device_tree.h"
 #include "v4l2_sink/task_queue.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open
 /// a device. One thread of its own; calls from any thread.
@@ -24,13 +24,13 @@ public:
     static constexpr int max_connections = 1100;
 
     /// already_exists: another rig serves this socket. The bus must outlive the server.
-    static Result<std::unique_ptr<DeviceServer>> create(FrameBus& bus, const std::string& socket_path,
+    static Result<std::unique_ptr<DeviceServer>> create(stream::FrameBus& bus, const std::string& socket_path,
                                                         std::shared_ptr<ControlPort> controls);
     /// Programs see their devices unplugged.
     ~DeviceServer();
 
     /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
-    Result<void> add_device(int number, const std::string& camera, ChromaSampling mjpg_sampling);
+    Result<void> add_device(int number, const std::string& camera, codec::ChromaSampling mjpg_sampling);
     void remove_device(int number);
     /// Somebody other than a device's program changed these controls: sends events to those who subscribed.
     void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
@@ -51,4 +51,4 @@ private:
     std::thread thread_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -7,7 +7,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 constexpr std::size_t max_fds = 2;
@@ -93,4 +93,4 @@ void DeviceSession::send_waiting() {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

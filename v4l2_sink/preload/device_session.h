@@ -16,22 +16,22 @@
 #include "v4l2_sink/preload/device_ring.h"
 #include "v4l2_sink/preload/protocol.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// A ring that is fed by the bus.
 struct FedRing {
     std::string camera;
     camrig_format format{};  ///< rate 0/0: the camera's own
-    MediaFormat media;
+    stream::MediaFormat media;
     std::optional<Rate> rate;  ///< lower than the camera's own
     std::shared_ptr<DeviceRing> ring;
-    Subscription subscription;
+    stream::Subscription subscription;
 };
 
 /// One /dev/videoN, whoever has it open.
 struct DeviceState {
     std::string camera;
-    ChromaSampling mjpg_sampling = ChromaSampling::yuv422;
+    codec::ChromaSampling mjpg_sampling = codec::ChromaSampling::yuv422;
     std::optional<camrig_format> format;  ///< as last set by anybody; new openers start with it
 };
 
@@ -73,7 +73,7 @@ public:
 
     UniqueFd event_socket;
     SharedMemory page;
-    std::shared_ptr<ReaderStats> stats;
+    std::shared_ptr<stream::ReaderStats> stats;
     std::shared_ptr<RingReader> reader;
     std::shared_ptr<FedRing> ring;  ///< while streaming
     bool awaits_reply = false;      ///< a control change is under way
@@ -85,4 +85,4 @@ private:
     std::map<std::uint32_t, camrig_control_event> waiting_;  ///< by control
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -6,7 +6,7 @@
 
 #include <sys/stat.h>
 
-namespace camrig {
+namespace camrig::device {
 
 namespace fs = std::filesystem;
 
@@ -100,4 +100,4 @@ void DeviceTree::remove(int number, std::string_view camera) {
     fs::remove_all(class_folder(root_, number), ignored);
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -5,7 +5,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// The small folder of real files from which programs under `camrig exec` see our part of /dev and /sys (client/paths.h
 /// has its layout). It stands beside the socket as SOCKET.tree and is removed with its owner.
@@ -26,4 +26,4 @@ private:
     std::string root_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

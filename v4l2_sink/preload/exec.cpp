@@ -8,7 +8,7 @@
 
 #include <unistd.h>
 
-namespace camrig {
+namespace camrig::device {
 
 namespace fs = std::filesystem;
 
@@ -56,4 +56,4 @@ int exec_with_devices(const std::vector<std::string>& command, const std::string
     return why == ENOENT ? 127 : 126;
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-namespace camrig {
+namespace camrig::device {
 
 /// Becomes COMMAND with the rig's user-space devices in its sight (`camrig exec -- COMMAND...`): sets LD_PRELOAD and
 /// CAMRIG_DEVICE_SOCKET and executes. Returns only on failure, after one line on stderr: 127 when the command was not
 /// found, 126 when it cannot be executed, 2 for bad usage, 1 when the library is missing.
 int exec_with_devices(const std::vector<std::string>& command, const std::string& device_socket);
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 constexpr TimeNs idle_repeat_ns = ns_per_s;
@@ -14,7 +14,7 @@ bool same_rate(const camrig_rate& a, const camrig_rate& b) {
 }  // namespace
 
 Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, const camrig_format& format,
-                                                 ChromaSampling mjpg_sampling) {
+                                                 codec::ChromaSampling mjpg_sampling) {
     const auto stream = bus_.find(camera);
     if (!stream) return std::unexpected(stream.error());
     camrig_format key = format;
@@ -49,7 +49,7 @@ Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, cons
 
 Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
     // Rings of one size differ by their rates.
-    SubscribeOptions options{
+    stream::SubscribeOptions options{
         .kind = "device",
         .peer = "ring " + ring->media.size.to_string() + (ring->rate ? " at " + ring->rate->to_string() + "/s" : ""),
         .rate = ring->rate};
@@ -75,4 +75,4 @@ void RingShelf::tick(TimeNs monotonic_ns) {
         if (auto ring = known.lock()) ring->ring->repeat_if_idle(monotonic_ns, idle_repeat_ns);
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -9,20 +9,20 @@
 #include "v4l2_sink/preload/device_session.h"
 #include "v4l2_sink/task_queue.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// The rings that somebody reads: one per camera, format, size and rate, fed by the bus for as long as it is held.
 /// Device server's thread.
 class RingShelf {
 public:
     /// `lost` hears of rings that nothing feeds any more: their camera was deleted.
-    RingShelf(FrameBus& bus, std::shared_ptr<TaskQueue> tasks,
+    RingShelf(stream::FrameBus& bus, std::shared_ptr<TaskQueue> tasks,
               std::function<void(const std::shared_ptr<FedRing>&)> lost)
         : bus_(bus), tasks_(std::move(tasks)), lost_(std::move(lost)) {}
 
     /// The ring of this format, existing or new; not_found when the bus has no such camera.
     Result<std::shared_ptr<FedRing>> take(const std::string& camera, const camrig_format& format,
-                                          ChromaSampling mjpg_sampling);
+                                          codec::ChromaSampling mjpg_sampling);
     /// Keeps silent cameras alive (see DeviceRing::repeat_if_idle).
     void tick(TimeNs monotonic_ns);
 
@@ -30,10 +30,10 @@ private:
     Result<void> feed(const std::shared_ptr<FedRing>& ring);
     void ended(const std::shared_ptr<FedRing>& ring);
 
-    FrameBus& bus_;
+    stream::FrameBus& bus_;
     const std::shared_ptr<TaskQueue> tasks_;
     const std::function<void(const std::shared_ptr<FedRing>&)> lost_;
     std::vector<std::weak_ptr<FedRing>> rings_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -2,7 +2,7 @@
 
 #include "core/render/surface_tables.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 constexpr GLuint shadow_unit = 5, reflectance_unit = 6, sky_unit = 7;
@@ -48,4 +48,4 @@ void BeautifulInputs::bind(GLuint shadow_maps) const {
     gl_.BindSampler(shadow_unit, shadow_sampler_.name());
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

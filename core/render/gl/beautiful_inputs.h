@@ -2,7 +2,7 @@
 
 #include "core/render/gl/gl_objects.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// What shaders of quality `beautiful` read besides their materials: the tables of the split sum, and shadow maps. Made
 /// when the first such picture is drawn.
@@ -18,4 +18,4 @@ private:
     GlSampler table_sampler_, shadow_sampler_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -6,7 +6,7 @@
 #include "core/render/gl/pass_uniforms.h"
 #include "core/render/scene/shadow_casters.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 void DrawPass::begin_instant() {
     // y = -1 is the top row by the projection itself, so window origin and row order stay GL's own; the mirrored y
@@ -30,7 +30,7 @@ void DrawPass::begin_view(const PassView& view, GpuScene& scene) {
     light_set_ = -1;
 
     bind_block(view_binding, view_block(view));
-    if (view.quality != Quality::beautiful) return;
+    if (view.quality != world::Quality::beautiful) return;
     if (!beautiful_) beautiful_.emplace(gl_);
     beautiful_->bind(view.shadow_maps);
     if (!view.shadows.empty()) bind_block(shadow_binding, shadow_block(view));
@@ -65,7 +65,7 @@ void DrawPass::use_material(const GpuSurface& surface) {
 void DrawPass::use_lights(int light_set) {
     if (light_set == light_set_) return;
     light_set_ = light_set;
-    const LightSet& set = view_.scene->light_sets()[light_set];
+    const scene::LightSet& set = view_.scene->light_sets()[light_set];
     const std::size_t bytes = light_bytes(view_, set);
     if (bytes == 0) return;
     StreamBuffer::Piece& piece = light_blocks_[static_cast<std::size_t>(light_set)];
@@ -76,7 +76,7 @@ void DrawPass::use_lights(int light_set) {
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, light_binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bytes));
 }
 
-void DrawPass::use_sides(const SeenSurface& seen, bool both) {
+void DrawPass::use_sides(const scene::SeenSurface& seen, bool both) {
     const bool is_double = both || scene_->of(seen).material->double_sided, is_mirrored = seen.placed->is_mirrored;
     const int sides = is_double ? 2 + is_mirrored : static_cast<int>(is_mirrored);
     if (sides == sides_) return;
@@ -93,11 +93,11 @@ bool DrawPass::may_be_batched(const GpuSurface& surface) const {
     return batches_ && !surface.primitive->may_deform;
 }
 
-std::span<const SeenSurface> DrawPass::batch_of(std::span<const SeenSurface> draws) const {
-    const SeenSurface& first = draws.front();
+std::span<const scene::SeenSurface> DrawPass::batch_of(std::span<const scene::SeenSurface> draws) const {
+    const scene::SeenSurface& first = draws.front();
     const GpuSurface& surface = scene_->of(first);
     if (!may_be_batched(surface)) return draws.first(1);
-    const auto fits = [&](const SeenSurface& seen) {
+    const auto fits = [&](const scene::SeenSurface& seen) {
         const GpuSurface& other = scene_->of(seen);
         // One vertex array and one material: the same shader.
         return other.material == surface.material && other.primitive->vertex_array == surface.primitive->vertex_array &&
@@ -108,7 +108,7 @@ std::span<const SeenSurface> DrawPass::batch_of(std::span<const SeenSurface> dra
     return {draws.begin(), std::ranges::find_if_not(draws, fits)};
 }
 
-void DrawPass::use_vertices(const SeenSurface& seen) {
+void DrawPass::use_vertices(const scene::SeenSurface& seen) {
     const GpuSurface& surface = scene_->of(seen);
     const GpuPrimitive& primitive = *surface.primitive;
     gl_.BindVertexArray(primitive.vertex_array);
@@ -137,19 +137,19 @@ DrawBlock* DrawPass::bind_blocks(std::size_t count) {
     return reinterpret_cast<DrawBlock*>(piece.data);
 }
 
-void DrawPass::draw(std::span<const SeenSurface> batch) {
+void DrawPass::draw(std::span<const scene::SeenSurface> batch) {
     std::ranges::transform(batch, bind_blocks(batch.size()), draw_block);
     draw_as(batch, false);
 }
 
-void DrawPass::draw_as(std::span<const SeenSurface> batch, bool both_sides) {
+void DrawPass::draw_as(std::span<const scene::SeenSurface> batch, bool both_sides) {
     const GpuPrimitive& primitive = *scene_->of(batch.front()).primitive;
     use_sides(batch.front(), both_sides);
     use_vertices(batch.front());
     counts_.clear();
     offsets_.clear();
     base_vertices_.clear();
-    for (const SeenSurface& seen : batch) {
+    for (const scene::SeenSurface& seen : batch) {
         const GpuPrimitive& own = *scene_->of(seen).primitive;
         const IndexRange& range = own.levels[static_cast<std::size_t>(seen.level)];
         counts_.push_back(range.count);
@@ -167,24 +167,24 @@ void DrawPass::draw_as(std::span<const SeenSurface> batch, bool both_sides) {
     }
 }
 
-GLuint DrawPass::color_program(const SeenSurface& seen) {
+GLuint DrawPass::color_program(const scene::SeenSurface& seen) {
     GpuSurface& surface = scene_->of(seen);
     GLuint& program = surface.programs[static_cast<std::size_t>(view_.quality)];
     if (program != 0) return program;
     ShaderKey key = surface.key;
     key.quality = view_.quality;
     key.batched = may_be_batched(surface);
-    const LightSet& set = view_.scene->light_sets()[seen.placed->light_set];
+    const scene::LightSet& set = view_.scene->light_sets()[seen.placed->light_set];
     for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(view_, set.lights[i]) >= 0.0f;
     program = shaders_.program(key);
     return program;
 }
 
-void DrawPass::draw_opaque(std::span<const SeenSurface> draws) {
+void DrawPass::draw_opaque(std::span<const scene::SeenSurface> draws) {
     while (!draws.empty()) {
         const auto batch = batch_of(draws);
         draws = draws.subspan(batch.size());
-        const SeenSurface& first = batch.front();
+        const scene::SeenSurface& first = batch.front();
         const GpuSurface& surface = scene_->of(first);
         use_program(color_program(first));
         use_material(surface);
@@ -206,12 +206,12 @@ void DrawPass::end_blending() {
     gl_.Disable(GL_FRAMEBUFFER_SRGB);
 }
 
-void DrawPass::draw_sorted(std::vector<SeenSurface>& draws) {
+void DrawPass::draw_sorted(std::vector<scene::SeenSurface>& draws) {
     sort_far_to_near(draws);
     draw_opaque(draws);
 }
 
-void DrawPass::draw_blended(std::vector<SeenSurface>& draws) {
+void DrawPass::draw_blended(std::vector<scene::SeenSurface>& draws) {
     if (draws.empty()) return;
     begin_blending();
     draw_sorted(draws);
@@ -219,7 +219,7 @@ void DrawPass::draw_blended(std::vector<SeenSurface>& draws) {
 }
 
 void DrawPass::use_depth_program(const GpuSurface& surface, GLuint (ShaderCache::*program)(DepthKey), bool batched) {
-    const bool is_masked = surface.key.alpha_mode == AlphaMode::mask;
+    const bool is_masked = surface.key.alpha_mode == world::AlphaMode::mask;
     use_program((shaders_.*program)({.masked = is_masked,
                                      .uv1 = (surface.key.uv_sets & 1) != 0,
                                      .has_color = surface.key.has_color,
@@ -228,7 +228,7 @@ void DrawPass::use_depth_program(const GpuSurface& surface, GLuint (ShaderCache:
     if (is_masked) use_material(surface);
 }
 
-void DrawPass::draw_truth(std::span<const SeenSurface> draws) {
+void DrawPass::draw_truth(std::span<const scene::SeenSurface> draws) {
     while (!draws.empty()) {
         const auto batch = batch_of(draws);
         draws = draws.subspan(batch.size());
@@ -255,15 +255,16 @@ void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& s
     const float farthest = 1.0f;
     if (clears) gl_.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &farthest);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    for (const PlacedSurface& placed : scene.placed().group_of(of_statics).all()) {
+    for (const scene::PlacedSurface& placed : scene.placed().group_of(of_statics).all()) {
         if (!casts_shadow(placed)) continue;
         const glm::dmat4 map_from_local = shadow.map_from(placed.world_from_local);
         if (!may_be_visible(shadow.frustum, map_from_local, placed.bounds.min, placed.bounds.max)) continue;
-        const SeenSurface seen{.placed = &placed, .is_static = of_statics, .level = shadow_level(placed, max_error_m)};
+        const scene::SeenSurface seen{
+            .placed = &placed, .is_static = of_statics, .level = shadow_level(placed, max_error_m)};
         use_depth_program(scene.of(seen), &ShaderCache::shadow_program, false);
         *bind_blocks(1) = shadow_draw_block(shadow.clip_from_map * map_from_local);
         draw_as({&seen, 1}, true);
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -10,7 +10,7 @@
 #include "core/render/gl/shader_cache.h"
 #include "core/render/gl/uniform_blocks.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Issues the draws of one picture after another. Knows GL state, nothing of cameras, frames or caches.
 ///
@@ -25,17 +25,17 @@ public:
     void begin_instant();
     void begin_view(const PassView& view, GpuScene& scene);
 
-    const SceneView& view() const { return view_; }
+    const scene::SceneView& view() const { return view_; }
 
     /// Into the bound framebuffer: opaque and masked surfaces, in the given order.
-    void draw_opaque(std::span<const SeenSurface> draws);
+    void draw_opaque(std::span<const scene::SeenSurface> draws);
     /// Farthest first, without writing depth.
-    void draw_blended(std::vector<SeenSurface>& draws);
+    void draw_blended(std::vector<scene::SeenSurface>& draws);
     /// The same for several lists one after the other: each draw_sorted() between begin_ and end_blending().
     void begin_blending();
-    void draw_sorted(std::vector<SeenSurface>& draws);
+    void draw_sorted(std::vector<scene::SeenSurface>& draws);
     void end_blending();
-    void draw_truth(std::span<const SeenSurface> draws);
+    void draw_truth(std::span<const scene::SeenSurface> draws);
 
     /// Distances from lights, between begin_shadows() and end_shadows(): of the statics or the movers, those that
     /// cast shadows, into the depth of `framebuffer`, cleared before if `clears`, with meshes true to
@@ -55,16 +55,16 @@ private:
     void use_program(GLuint program);
     void use_material(const GpuSurface& surface);
     void use_lights(int light_set);
-    void use_sides(const SeenSurface& seen, bool both);
+    void use_sides(const scene::SeenSurface& seen, bool both);
     /// Then its shader is one of batches, also where it is drawn alone: in each picture the same one.
     bool may_be_batched(const GpuSurface& surface) const;
     /// The first of `draws` and those behind it that may be drawn with it.
-    std::span<const SeenSurface> batch_of(std::span<const SeenSurface> draws) const;
-    GLuint color_program(const SeenSurface& seen);
-    void use_vertices(const SeenSurface& seen);
+    std::span<const scene::SeenSurface> batch_of(std::span<const scene::SeenSurface> draws) const;
+    GLuint color_program(const scene::SeenSurface& seen);
+    void use_vertices(const scene::SeenSurface& seen);
     /// A batch, or one draw.
-    void draw(std::span<const SeenSurface> batch);
-    void draw_as(std::span<const SeenSurface> batch, bool both_sides);
+    void draw(std::span<const scene::SeenSurface> batch);
+    void draw_as(std::span<const scene::SeenSurface> batch, bool both_sides);
     /// Binds room for the blocks of so many draws, to be written.
     DrawBlock* bind_blocks(std::size_t count);
     void use_depth_program(const GpuSurface& surface, GLuint (ShaderCache::*program)(DepthKey), bool batched);
@@ -88,4 +88,4 @@ private:
     std::uint64_t draws_ = 0, draw_calls_ = 0, coarse_draws_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -9,7 +9,7 @@
 
 #include "core/render/gl/egl_library.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 constexpr int max_egl_devices = 64;
@@ -185,4 +185,4 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
     return context;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

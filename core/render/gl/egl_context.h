@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "core/render/gl/gl_functions.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 struct EglLibrary;
 
@@ -50,4 +50,4 @@ private:
     int max_texture_size_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

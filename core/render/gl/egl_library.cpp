@@ -6,7 +6,7 @@
 
 #include <dlfcn.h>
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 Result<EglLibrary> load() {
@@ -43,4 +43,4 @@ bool has_gpu_node() {
     return has_entry("/dev/dri", "") || has_entry("/dev", "nvidia") || has_entry("/dev", "dxg");
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -5,7 +5,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 #define CAMRIG_EGL_FUNCTIONS(use)                                                                             \
     use(eglGetProcAddress, PFNEGLGETPROCADDRESSPROC) use(eglGetPlatformDisplay, PFNEGLGETPLATFORMDISPLAYPROC) \
@@ -28,4 +28,4 @@ struct EglLibrary {
 /// for.
 bool has_gpu_node();
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace camrig {
+namespace camrig::render::gl {
 
 Result<void> GlFunctions::load(void (*(*address_of)(const char* name))()) {
 #define CAMRIG_GL_LOAD(name, NAME)                                                                               \
@@ -15,4 +15,4 @@ Result<void> GlFunctions::load(void (*(*address_of)(const char* name))()) {
     return {};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -90,7 +90,7 @@
     X(VertexArrayVertexBuffer, VERTEXARRAYVERTEXBUFFER)           \
     X(Viewport, VIEWPORT)
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Function pointers of the current context. Plain data; one per context, owned by it, never null after load().
 struct GlFunctions {
@@ -103,4 +103,4 @@ struct GlFunctions {
     Result<void> load(void (*(*address_of)(const char* name))());
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -4,7 +4,7 @@
 
 #include "core/render/gl/gl_functions.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Owns one GL name; movable, deleted with its owner. The context must be current and outlive it.
 template <typename Traits>
@@ -98,4 +98,4 @@ inline GlSampler make_sampler(const GlFunctions& gl) {
     return {gl, name};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -10,7 +10,7 @@
 #include "core/frame/tone.h"
 #include "core/render/view_frames.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 constexpr std::size_t least_stream_limit = std::size_t{4} << 20;
@@ -49,7 +49,7 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorC
                           .max_detail_error_px = options.max_detail_error_px,
                           .batch_draws = context_->has_draw_id() && options.batch_draws}}),
       scene_(gl_, samplers_,
-             options.models.prepared != nullptr ? options.models.prepared : std::make_shared<PreparedModels>()),
+             options.models.prepared != nullptr ? options.models.prepared : std::make_shared<scene::PreparedModels>()),
       readback_(gl_) {
     thread_.check();
 }
@@ -59,12 +59,12 @@ GlRenderer::~GlRenderer() {
     gl_.Finish();
 }
 
-void GlRenderer::begin_instant(const SnapshotRef& snapshot) {
+void GlRenderer::begin_instant(const world::SnapshotRef& snapshot) {
     scene_.place(snapshot);
     painter_.begin_instant();
 }
 
-Result<Renderer::Finished> GlRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
+Result<Renderer::Finished> GlRenderer::draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                                             std::span<const View> views) {
     thread_.check();
     const TimeNs start_ns = monotonic_now_ns();
@@ -87,7 +87,7 @@ void GlRenderer::forget_instant() {
     scene_.clear();
 }
 
-Result<Renderer::Finished> GlRenderer::draw_views(const SnapshotRef& snapshot, TimeNs monotonic_ns,
+Result<Renderer::Finished> GlRenderer::draw_views(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                                                   std::span<const View> views) {
     // More views of the instant that was drawn last find its movers as they are; as long as what draws need, view after
     // view, leaves room: a world that stands still may be asked for pictures without end.
@@ -115,33 +115,33 @@ Result<Renderer::Finished> GlRenderer::draw_views(const SnapshotRef& snapshot, T
     return finished;
 }
 
-bool GlRenderer::makes(PixelFormat format, const View& view) const {
-    if (format == PixelFormat::rgba8) return true;
+bool GlRenderer::makes(frame::PixelFormat format, const View& view) const {
+    if (format == frame::PixelFormat::rgba8) return true;
     // Image controls and code strip come after drawing, on the host (finish_color).
-    return converter_ && changes_nothing(view.spec->controls) && !view.spec->code_strip &&
+    return converter_ && frame::changes_nothing(view.spec->controls) && !view.spec->code_strip &&
            converter_->can_make(format, view.spec->size);
 }
 
 Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
     auto painted = painter_.paint(view, index, scene_, targets_[view.camera]);
     if (!painted) return std::unexpected(painted.error());
-    for (int k = 0; k < frame_kind_count; ++k) {
-        const auto kind = static_cast<FrameKind>(k);
+    for (int k = 0; k < frame::frame_kind_count; ++k) {
+        const auto kind = static_cast<frame::FrameKind>(k);
         if (!wants(view, kind)) continue;
         Pending pending{.view = index,
                         .kind = kind,
                         .format = format_of(kind),
                         .transform = painted->transform,
                         .lens = painted->lens};
-        pending.source = kind == FrameKind::color   ? painted->color
-                         : kind == FrameKind::depth ? painted->depth
-                                                    : painted->truth;
-        if (kind != FrameKind::color) {
+        pending.source = kind == frame::FrameKind::color   ? painted->color
+                         : kind == frame::FrameKind::depth ? painted->depth
+                                                           : painted->truth;
+        if (kind != frame::FrameKind::color) {
             pending_.push_back(std::move(pending));
             continue;
         }
         pending.damage = shown_[view.camera].next(view.sequence, painted->damage);
-        for (const PixelFormat format : color_formats) {
+        for (const frame::PixelFormat format : frame::color_formats) {
             if (!view.color_formats.contains(format)) continue;
             CHECK(makes(format, view));
             pending.format = format;
@@ -170,7 +170,7 @@ Result<void> GlRenderer::read_back(std::span<const View> views) {
     return readback_.wait();
 }
 
-FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs monotonic_ns) {
+frame::FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs monotonic_ns) {
     auto frame =
         acquire_frame(*pool_, view, pending.kind, pending.format, scene_.placed().snapshot()->world_ns, monotonic_ns);
     const std::span<std::byte> bytes = frame->mutable_bytes();
@@ -181,9 +181,10 @@ FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs mon
         read_pixels(gl_, pending.source, pending.kind, view.spec->size, bytes.data());
     }
     frame->set_damage(pending.damage);
-    if (pending.kind == FrameKind::color && pending.format == PixelFormat::rgba8) finish_color(view, *frame);
-    if (pending.kind == FrameKind::semantic) ids_to_classes(*scene_.placed().snapshot(), *frame);
-    if (pending.kind == FrameKind::depth) {
+    if (pending.kind == frame::FrameKind::color && pending.format == frame::PixelFormat::rgba8)
+        finish_color(view, *frame);
+    if (pending.kind == frame::FrameKind::semantic) ids_to_classes(*scene_.placed().snapshot(), *frame);
+    if (pending.kind == frame::FrameKind::depth) {
         const std::span depth(reinterpret_cast<float*>(bytes.data()), bytes.size() / sizeof(float));
         for (float& value : depth) value = metres_of_depth(pending.transform, value);
         if (pending.lens != nullptr) pending.lens->to_optical_axis(depth);
@@ -208,4 +209,4 @@ void GlRenderer::forget(CameraId camera) {
     pool_->release_idle();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -12,7 +12,7 @@
 #include "core/render/renderer_factory.h"
 #include "core/render/shown_picture.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// The Renderer on OpenGL 4.5.
 ///
@@ -23,8 +23,9 @@ public:
     static Result<std::unique_ptr<Renderer>> create(const RendererOptions& options);
     ~GlRenderer() override;
 
-    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
-    bool makes(PixelFormat format, const View& view) const override;
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const View> views) override;
+    bool makes(frame::PixelFormat format, const View& view) const override;
     void forget(CameraId camera) override;
     RenderCounters counters() const override;
     std::string description() const override { return context_->description(); }
@@ -33,28 +34,28 @@ private:
     /// A picture that is drawn and not read yet.
     struct Pending {
         std::size_t view = 0;
-        FrameKind kind = FrameKind::color;
-        PixelFormat format = PixelFormat::rgba8;
+        frame::FrameKind kind = frame::FrameKind::color;
+        frame::PixelFormat format = frame::PixelFormat::rgba8;
         PictureSource source{};
         std::size_t buffer_offset = 0;
         ViewTransform transform;
         std::shared_ptr<const LensOnDevice> lens;  ///< null: none
-        Damage damage{};
+        frame::Damage damage{};
     };
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);
-    Result<Finished> draw_views(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
+    Result<Finished> draw_views(const world::SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     /// After an instant that broke off: the next one begins with nothing of it.
     void forget_instant();
-    void begin_instant(const SnapshotRef& snapshot);
+    void begin_instant(const world::SnapshotRef& snapshot);
     Result<void> draw_view(const View& view, std::size_t index);
     /// Brings the pictures to the readback buffer.
     Result<void> read_back(std::span<const View> views);
-    FrameRef finish(const View& view, const Pending& pending, TimeNs monotonic_ns);
+    frame::FrameRef finish(const View& view, const Pending& pending, TimeNs monotonic_ns);
 
     std::unique_ptr<EglContext> context_;
     const GlFunctions& gl_;
-    std::shared_ptr<FramePool> pool_;
+    std::shared_ptr<frame::FramePool> pool_;
     std::optional<ColorConverter> converter_;  ///< none: colours are converted on the host
     std::uint64_t conversions_ = 0;
     ReadbackMode readback_mode_;
@@ -70,4 +71,4 @@ private:
     ThreadCheck thread_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

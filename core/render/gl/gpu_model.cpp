@@ -8,7 +8,7 @@
 
 #include "core/render/scene/texture_transform.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 GLint uniform_alignment(const GlFunctions& gl) {
@@ -35,7 +35,7 @@ GLintptr append(std::vector<std::byte>& bytes, const std::vector<T>& values) {
     return static_cast<GLintptr>(offset);
 }
 
-GlTexture upload_image(const GlFunctions& gl, const Image& image, bool is_color) {
+GlTexture upload_image(const GlFunctions& gl, const world::Image& image, bool is_color) {
     GlTexture texture = make_texture_2d(gl);
     const auto longest = static_cast<unsigned>(std::max(image.size.width, image.size.height));
     gl.TextureStorage2D(texture.name(), std::bit_width(longest), is_color ? GL_SRGB8_ALPHA8 : GL_RGBA8,
@@ -49,20 +49,20 @@ GlTexture upload_image(const GlFunctions& gl, const Image& image, bool is_color)
 /// Uploads images on first use; one image may be needed both as colour (sRGB) and as data.
 class TextureUploader {
 public:
-    TextureUploader(const GlFunctions& gl, SamplerCache& samplers, const Model& model, GpuModel& gpu)
+    TextureUploader(const GlFunctions& gl, SamplerCache& samplers, const world::Model& model, GpuModel& gpu)
         : gl_(gl), samplers_(samplers), model_(model), gpu_(gpu) {}
 
-    GpuTexture upload(const TextureRef& ref, TextureUse use) {
-        const Texture& texture = model_.textures[static_cast<std::size_t>(ref.texture)];
+    GpuTexture upload(const world::TextureRef& ref, TextureUse use) {
+        const world::Texture& texture = model_.textures[static_cast<std::size_t>(ref.texture)];
         const bool is_color = use == TextureUse::base_color || use == TextureUse::emissive;
         const auto [entry, is_new] = uploaded_.try_emplace({texture.image, is_color}, 0u);
         if (is_new) {
-            const Image& image = model_.images[static_cast<std::size_t>(texture.image)];
+            const world::Image& image = model_.images[static_cast<std::size_t>(texture.image)];
             gpu_.textures.push_back(upload_image(gl_, image, is_color));
             entry->second = gpu_.textures.back().name();
         }
         GpuTexture result{.texture = entry->second};
-        for (const Quality quality : {Quality::fast, Quality::simple, Quality::beautiful}) {
+        for (const world::Quality quality : {world::Quality::fast, world::Quality::simple, world::Quality::beautiful}) {
             result.samplers[static_cast<std::size_t>(quality)] = samplers_.sampler(texture.sampler, quality);
         }
         return result;
@@ -71,28 +71,28 @@ public:
 private:
     const GlFunctions& gl_;
     SamplerCache& samplers_;
-    const Model& model_;
+    const world::Model& model_;
     GpuModel& gpu_;
     std::map<std::pair<int, bool>, GLuint> uploaded_;
 };
 
-std::array<const TextureRef*, texture_use_count> textures_of(const Material& material) {
+std::array<const world::TextureRef*, texture_use_count> textures_of(const world::Material& material) {
     return {&material.base_color_texture, &material.emissive_texture, &material.occlusion_texture,
             &material.normal_texture, &material.metallic_roughness_texture};
 }
 
-bool same_coordinates(const TextureRef& a, const TextureRef& b) {
+bool same_coordinates(const world::TextureRef& a, const world::TextureRef& b) {
     return a.texcoord == b.texcoord && a.offset == b.offset && a.scale == b.scale && a.rotation == b.rotation;
 }
 
 /// Texture coordinates of a material: uses that agree in set and transform share a slot.
 struct UvSlots {
     std::array<std::int8_t, texture_use_count> slot_of_use{-1, -1, -1, -1, -1};
-    std::array<const TextureRef*, max_uv_slots> refs{};
+    std::array<const world::TextureRef*, max_uv_slots> refs{};
     int count = 0;
 };
 
-UvSlots assign_uv_slots(const Material& material) {
+UvSlots assign_uv_slots(const world::Material& material) {
     UvSlots slots;
     const auto refs = textures_of(material);
     for (std::size_t use = 0; use < refs.size(); ++use) {
@@ -105,21 +105,21 @@ UvSlots assign_uv_slots(const Material& material) {
     return slots;
 }
 
-MaterialBlock block_of(const Material& material, const UvSlots& slots) {
+MaterialBlock block_of(const world::Material& material, const UvSlots& slots) {
     MaterialBlock block{};
     block.base_color = material.base_color;
     block.emissive = glm::vec4(material.emissive, material.alpha_cutoff);
     block.factors =
         glm::vec4(material.metallic, material.roughness, material.normal_scale, material.occlusion_strength);
     for (int i = 0; i < slots.count; ++i) {
-        const TextureTransform transform = transform_of(*slots.refs[i]);
+        const scene::TextureTransform transform = scene::transform_of(*slots.refs[i]);
         block.uv_rows[2 * i] = glm::vec4(transform.u, 0.0f);
         block.uv_rows[2 * i + 1] = glm::vec4(transform.v, 0.0f);
     }
     return block;
 }
 
-ShaderKey key_of(const Material& material, const UvSlots& slots, const Primitive& primitive) {
+ShaderKey key_of(const world::Material& material, const UvSlots& slots, const world::Primitive& primitive) {
     ShaderKey key;
     key.alpha_mode = material.alpha_mode;
     key.lit = !material.unlit && !primitive.normals.empty();
@@ -138,13 +138,13 @@ ShaderKey key_of(const Material& material, const UvSlots& slots, const Primitive
     return key;
 }
 
-GLenum mode_of(Topology topology) {
+GLenum mode_of(world::Topology topology) {
     switch (topology) {
-        case Topology::points:
+        case world::Topology::points:
             return GL_POINTS;
-        case Topology::lines:
+        case world::Topology::lines:
             return GL_LINES;
-        case Topology::triangles:
+        case world::Topology::triangles:
             return GL_TRIANGLES;
     }
     return GL_TRIANGLES;
@@ -156,12 +156,12 @@ constexpr std::array<GLint, attribute_count> components_of{3, 3, 4, 2, 2, 4};
 /// Collects the vertices and indices of all primitives, by the vertex array they will be in.
 class GeometryUploader {
 public:
-    void add(const PreparedPrimitive& prepared, GpuPrimitive& gpu) {
-        const Primitive& primitive = *prepared.source;
+    void add(const scene::PreparedPrimitive& prepared, GpuPrimitive& gpu) {
+        const world::Primitive& primitive = *prepared.source;
         const bool is_narrow = gpu.layout.has_narrow_indices;
         gpu.index_type = is_narrow ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
         gpu.levels.push_back(range(primitive.indices, is_narrow));
-        for (const MeshLevel& level : prepared.coarser) {
+        for (const scene::MeshLevel& level : prepared.coarser) {
             std::vector<std::uint32_t> list;
             for (std::size_t i = 0; i < level.triangles[0].size(); ++i)
                 for (const auto& corners : level.triangles) list.push_back(corners[i]);
@@ -255,17 +255,17 @@ bool is_out_of_memory(const GlFunctions& gl) {
 
 }  // namespace
 
-GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model& model,
-                      const PreparedModel& prepared) {
+GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const world::Model& model,
+                      const scene::PreparedModel& prepared) {
     GpuModel gpu;
-    std::vector<Material> materials = model.materials;
+    std::vector<world::Material> materials = model.materials;
     materials.emplace_back();  // the glTF default
 
     TextureUploader textures(gl, samplers, model, gpu);
     std::vector<UvSlots> slots;
     std::vector<std::byte> uniforms;
     const auto alignment = static_cast<std::size_t>(uniform_alignment(gl));
-    for (const Material& material : materials) {
+    for (const world::Material& material : materials) {
         slots.push_back(assign_uv_slots(material));
         GpuMaterial entry{.alpha_mode = material.alpha_mode, .double_sided = material.double_sided};
         const auto refs = textures_of(material);
@@ -281,16 +281,16 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
 
     GeometryUploader geometry;
     gpu.primitives.resize(prepared.primitives.size());
-    for (const PreparedSurface& surface : prepared.surfaces)
+    for (const scene::PreparedSurface& surface : prepared.surfaces)
         if (surface.is_deformed) gpu.primitives[surface.primitive->number].may_deform = true;
-    for (const PreparedPrimitive& primitive : prepared.primitives) {
+    for (const scene::PreparedPrimitive& primitive : prepared.primitives) {
         GpuPrimitive& entry = gpu.primitives[primitive.number];
         const int number = primitive.source->material;
         const auto material = number < 0 ? materials.size() - 1 : static_cast<std::size_t>(number);
         entry.material = static_cast<int>(material);
         entry.mode = mode_of(primitive.source->topology);
         entry.key = key_of(materials[material], slots[material], *primitive.source);
-        entry.layout = vertex_layout(*primitive.source);
+        entry.layout = scene::vertex_layout(*primitive.source);
         geometry.add(primitive, entry);
     }
     geometry.upload(gl, gpu);
@@ -298,4 +298,4 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model
     return gpu;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

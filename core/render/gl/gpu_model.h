@@ -9,7 +9,7 @@
 #include "core/render/scene/prepared_model.h"
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Vertex attribute locations and the vertex buffer bindings of the same number.
 enum VertexAttribute : GLuint {
@@ -39,7 +39,7 @@ struct GpuPrimitive {
     GLintptr normal_offset = 0;
     int material = 0;  ///< into GpuModel::materials
     ShaderKey key;     ///< material and vertex part; quality and lights are filled per draw
-    VertexLayout layout;
+    scene::VertexLayout layout;
 };
 
 struct GpuTexture {
@@ -50,7 +50,7 @@ struct GpuTexture {
 struct GpuMaterial {
     GLintptr block_offset = 0;  ///< MaterialBlock in GpuModel::uniforms
     std::array<GpuTexture, texture_use_count> textures{};
-    AlphaMode alpha_mode = AlphaMode::opaque;
+    world::AlphaMode alpha_mode = world::AlphaMode::opaque;
     bool double_sided = false;
 };
 
@@ -66,6 +66,7 @@ struct GpuModel {
 };
 
 /// Throws std::bad_alloc when the device has no memory left (GlRenderer::draw catches it).
-GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const Model& model, const PreparedModel& prepared);
+GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const world::Model& model,
+                      const scene::PreparedModel& prepared);
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -2,9 +2,9 @@
 
 #include <cstring>
 
-namespace camrig {
+namespace camrig::render::gl {
 
-void GpuScene::place(const SnapshotRef& snapshot) {
+void GpuScene::place(const world::SnapshotRef& snapshot) {
     stream_.reset();
     const std::uint64_t statics_before = scene_.statics_number();
     scene_.place(snapshot);
@@ -23,16 +23,17 @@ void GpuScene::clear() {
     scene_.clear();
 }
 
-void GpuScene::take(const PlacedSurfaces& placed, Group& group) {
+void GpuScene::take(const scene::PlacedSurfaces& placed, Group& group) {
     group.surfaces.clear();
-    const PreparedModel* last = nullptr;
+    const scene::PreparedModel* last = nullptr;
     const GpuModel* model = nullptr;
-    for (const PlacedSurface& surface : placed.all()) {
+    for (const scene::PlacedSurface& surface : placed.all()) {
         if (surface.model != last) {
             last = surface.model;
-            const ModelRef& source = surface.object->model;
-            model = &models_.of(
-                source, [&](const ModelRef& made) { return upload_model(gl_, samplers_, *made, *surface.model); });
+            const world::ModelRef& source = surface.object->model;
+            model = &models_.of(source, [&](const world::ModelRef& made) {
+                return upload_model(gl_, samplers_, *made, *surface.model);
+            });
         }
         GpuSurface& entry = group.surfaces.emplace_back();
         entry.model = model;
@@ -41,18 +42,18 @@ void GpuScene::take(const PlacedSurfaces& placed, Group& group) {
         entry.key = entry.primitive->key;
         // Tangents are not carried along; the shader derives a frame from the picture instead.
         if (surface.deformation >= 0) entry.key.has_tangent = false;
-        const LightSet& lights = scene_.light_sets()[surface.light_set];
+        const scene::LightSet& lights = scene_.light_sets()[surface.light_set];
         entry.key.directional_lights = lights.directional;
         entry.key.local_lights = lights.local;
     }
     group.deformed.assign(placed.deformation_count(), {});
 }
 
-const GpuVertices& GpuScene::deformed(const SeenSurface& seen) {
-    const PlacedSurface& surface = *seen.placed;
+const GpuVertices& GpuScene::deformed(const scene::SeenSurface& seen) {
+    const scene::PlacedSurface& surface = *seen.placed;
     GpuVertices& vertices = group(seen.is_static).deformed[static_cast<std::size_t>(surface.deformation)];
     if (vertices.positions.data != nullptr) return vertices;
-    const DeformedVertices& made = (seen.is_static ? scene_.statics() : scene_.movers()).deform(surface);
+    const scene::DeformedVertices& made = (seen.is_static ? scene_.statics() : scene_.movers()).deform(surface);
     StreamBuffer& stream = seen.is_static ? static_stream_ : stream_;
     const auto upload = [&](const std::vector<glm::vec3>& values) {
         const std::size_t bytes = values.size() * sizeof(glm::vec3);
@@ -64,4 +65,4 @@ const GpuVertices& GpuScene::deformed(const SeenSurface& seen) {
     return vertices;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -8,7 +8,7 @@
 #include "core/render/gl/stream_buffer.h"
 #include "core/render/scene/scene_view.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// What OpenGL has of a placed surface.
 struct GpuSurface {
@@ -28,17 +28,19 @@ struct GpuVertices {
 /// first drawn in an instant.
 class GpuScene {
 public:
-    GpuScene(const GlFunctions& gl, SamplerCache& samplers, std::shared_ptr<PreparedModels> prepared)
+    GpuScene(const GlFunctions& gl, SamplerCache& samplers, std::shared_ptr<scene::PreparedModels> prepared)
         : gl_(gl), samplers_(samplers), scene_(std::move(prepared)), static_stream_(gl), stream_(gl) {}
 
     /// Becomes the scene of this instant. The device must be done with the one before.
-    void place(const SnapshotRef& snapshot);
+    void place(const world::SnapshotRef& snapshot);
     void clear();
 
-    const PlacedScene& placed() const { return scene_; }
-    GpuSurface& of(const PlacedSurface& surface, bool is_static) { return group(is_static).surfaces[surface.index]; }
-    GpuSurface& of(const SeenSurface& seen) { return of(*seen.placed, seen.is_static); }
-    const GpuVertices& deformed(const SeenSurface& seen);
+    const scene::PlacedScene& placed() const { return scene_; }
+    GpuSurface& of(const scene::PlacedSurface& surface, bool is_static) {
+        return group(is_static).surfaces[surface.index];
+    }
+    GpuSurface& of(const scene::SeenSurface& seen) { return of(*seen.placed, seen.is_static); }
+    const GpuVertices& deformed(const scene::SeenSurface& seen);
     /// For what is written once an instant.
     StreamBuffer& stream() { return stream_; }
     std::size_t stream_bytes() const { return static_stream_.capacity() + stream_.capacity(); }
@@ -49,14 +51,14 @@ private:
         std::vector<GpuVertices> deformed;  ///< as of the deformations there; of no buffer until they are uploaded
     };
     Group& group(bool is_static) { return is_static ? statics_ : movers_; }
-    void take(const PlacedSurfaces& placed, Group& group);
+    void take(const scene::PlacedSurfaces& placed, Group& group);
 
     const GlFunctions& gl_;
     SamplerCache& samplers_;
-    ModelCache<GpuModel> models_;
-    PlacedScene scene_;
+    scene::ModelCache<GpuModel> models_;
+    scene::PlacedScene scene_;
     Group statics_, movers_;
     StreamBuffer static_stream_, stream_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -7,7 +7,7 @@
 #include "core/render/gl/shader_program.h"
 #include "core/render/gl/shader_sources.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 std::string define(const char* name, int value) {
@@ -88,4 +88,4 @@ void ImagePass::warp_depth(const LensOnDevice& lens, const ColorTarget& source, 
          to.size, {{0, source.depth.name()}, {1, lens.map.name()}});
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -6,7 +6,7 @@
 #include "core/render/gl/lens_cache.h"
 #include "core/render/gl/view_target.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Makes pictures of pictures: resolves samples and looks through lenses. Every call draws one triangle over a whole
 /// target and leaves DrawPass to set its state again (begin_instant).
@@ -42,4 +42,4 @@ private:
     std::map<std::string, GlProgram> programs_;  ///< by defines
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -4,7 +4,7 @@
 
 #include "core/render/gl/view_target.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 GlTexture upload(const GlFunctions& gl, ImageSize size, GLenum storage, GLenum format, GLenum type, const void* data) {
@@ -25,10 +25,10 @@ void LensOnDevice::to_optical_axis(std::span<float> depth) const {
     }
 }
 
-Result<std::shared_ptr<const LensOnDevice>> LensCache::lens_of(CameraId camera, const CameraSpec& spec,
-                                                               Antialias antialias) {
-    const bool is_forced = spec.lens_sampling.method != LensMethod::automatic;
-    if (spec.lens.model == LensModel::pinhole && !is_forced) {
+Result<std::shared_ptr<const LensOnDevice>> LensCache::lens_of(CameraId camera, const world::CameraSpec& spec,
+                                                               world::Antialias antialias) {
+    const bool is_forced = spec.lens_sampling.method != world::LensMethod::automatic;
+    if (spec.lens.model == camera::LensModel::pinhole && !is_forced) {
         of_camera_.erase(camera);
         return nullptr;
     }
@@ -51,7 +51,7 @@ Result<std::shared_ptr<const LensOnDevice>> LensCache::lens_of(CameraId camera, 
 }
 
 Result<LensOnDevice> LensCache::make(const Key& key) const {
-    auto camera = CameraModel::create(key.size, key.intrinsics, key.lens);
+    auto camera = camera::CameraModel::create(key.size, key.intrinsics, key.lens);
     if (!camera) return std::unexpected(camera.error());
     const int samples = key.supersampling * key.supersampling * key.multisampling;
     auto plan = make_lens_plan(*camera, key.sampling,
@@ -68,4 +68,4 @@ Result<LensOnDevice> LensCache::make(const Key& key) const {
     return lens;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

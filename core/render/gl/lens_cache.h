@@ -8,7 +8,7 @@
 #include "core/render/lens_plan.h"
 #include "core/world/camera_spec.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// A plan whose maps are on the device; those are not kept in host memory.
 struct LensOnDevice {
@@ -27,15 +27,16 @@ public:
 
     /// Null for a camera that needs none: no lens, or one that changes nothing, and no method forced on it. Making a
     /// plan takes a fraction of a second for large pictures; a plan that failed is not tried again.
-    Result<std::shared_ptr<const LensOnDevice>> lens_of(CameraId camera, const CameraSpec& spec, Antialias antialias);
+    Result<std::shared_ptr<const LensOnDevice>> lens_of(CameraId camera, const world::CameraSpec& spec,
+                                                        world::Antialias antialias);
     void forget(CameraId camera) { of_camera_.erase(camera); }
 
 private:
     struct Key {
         ImageSize size;
-        Intrinsics intrinsics;
-        Lens lens;
-        LensSampling sampling;
+        camera::Intrinsics intrinsics;
+        camera::Lens lens;
+        world::LensSampling sampling;
         int supersampling = 1;
         int multisampling = 1;
         friend bool operator==(const Key&, const Key&) = default;
@@ -51,4 +52,4 @@ private:
     std::map<CameraId, std::shared_ptr<const Entry>> of_camera_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -6,7 +6,7 @@
 
 #include "core/render/scene/view_lights.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 glm::vec4 row(const glm::dmat3& m, int i, double w = 0.0) {
@@ -23,7 +23,7 @@ void put(std::byte*& to, const T& value) {
 
 ViewBlock view_block(const PassView& view) {
     const ViewTransform& t = view.transform;
-    const AmbientInView ambient = ambient_in_view(view.scene->environment(), t);
+    const scene::AmbientInView ambient = scene::ambient_in_view(view.scene->environment(), t);
     ViewBlock block{};
     block.projection = glm::vec4(glm::dvec4(t.x_scale, t.x_shift, t.y_scale, t.y_shift));
     block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
@@ -34,10 +34,10 @@ ViewBlock view_block(const PassView& view) {
     return block;
 }
 
-DrawBlock draw_block(const SeenSurface& seen) {
+DrawBlock draw_block(const scene::SeenSurface& seen) {
     const glm::dmat4& optical_from_local = seen.optical_from_local;
     const glm::dmat3 m(optical_from_local);
-    const glm::dmat3 normals = normals_from(optical_from_local, seen.placed->is_mirrored);
+    const glm::dmat3 normals = scene::normals_from(optical_from_local, seen.placed->is_mirrored);
     DrawBlock block{};
     for (int i = 0; i < 3; ++i) {
         block.position_rows[i] = row(m, i, optical_from_local[3][i]);
@@ -79,7 +79,7 @@ float shadow_slot(const PassView& view, std::size_t light) {
     return -1.0f;
 }
 
-std::size_t light_bytes(const PassView& view, const LightSet& set) {
+std::size_t light_bytes(const PassView& view, const scene::LightSet& set) {
     const auto directional = static_cast<std::size_t>(rounded_directional(set.directional));
     const auto local = static_cast<std::size_t>(rounded_local(set.local));
     const std::size_t slots = view.shadows.empty() ? 0 : directional + local;
@@ -87,17 +87,17 @@ std::size_t light_bytes(const PassView& view, const LightSet& set) {
            slots * sizeof(ShadowSlotBlock);
 }
 
-void write_lights(const PassView& view, const LightSet& set, std::byte* to) {
+void write_lights(const PassView& view, const scene::LightSet& set, std::byte* to) {
     const auto in_view = [&](int i) {
-        const Light& light = view.scene->lights()[set.lights[static_cast<std::size_t>(i)]];
-        return light_in_view(light, view.transform, view.scene->environment().exposure);
+        const world::Light& light = view.scene->lights()[set.lights[static_cast<std::size_t>(i)]];
+        return scene::light_in_view(light, view.transform, view.scene->environment().exposure);
     };
     const int directional = rounded_directional(set.directional);
     const int local = rounded_local(set.local);
     for (int i = 0; i < directional; ++i) {
         DirectionalLightBlock block{};
         if (i < set.directional) {
-            const LightInView light = in_view(i);
+            const scene::LightInView light = in_view(i);
             block = {glm::vec4(light.towards, 0.0f), glm::vec4(light.color, 0.0f)};
         }
         put(to, block);
@@ -105,7 +105,7 @@ void write_lights(const PassView& view, const LightSet& set, std::byte* to) {
     for (int i = 0; i < local; ++i) {
         LocalLightBlock block{glm::vec4(0.0f, 0.0f, -1.0f, 0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
         if (i < set.local) {
-            const LightInView light = in_view(set.directional + i);
+            const scene::LightInView light = in_view(set.directional + i);
             block = {glm::vec4(light.position, light.inverse_range2), glm::vec4(light.color, light.spot_scale),
                      glm::vec4(light.direction, light.spot_offset)};
         }
@@ -119,4 +119,4 @@ void write_lights(const PassView& view, const LightSet& set, std::byte* to) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

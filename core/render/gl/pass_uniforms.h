@@ -6,11 +6,11 @@
 #include "core/render/gl/uniform_blocks.h"
 
 /// The uniform blocks of a picture and its draws: values alone, without a call of GL.
-namespace camrig {
+namespace camrig::render::gl {
 
 ViewBlock view_block(const PassView& view);
 ShadowBlock shadow_block(const PassView& view);
-DrawBlock draw_block(const SeenSurface& seen);
+DrawBlock draw_block(const scene::SeenSurface& seen);
 /// For a shadow map: four rows of a matrix, the last in normal_rows[0] (shaders/shadow.vert).
 DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local);
 
@@ -18,7 +18,7 @@ DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local);
 float shadow_slot(const PassView& view, std::size_t light);
 
 /// Of the lights of a draw in the layout of shaders/blocks.glsl; 0: it has none.
-std::size_t light_bytes(const PassView& view, const LightSet& set);
-void write_lights(const PassView& view, const LightSet& set, std::byte* to);
+std::size_t light_bytes(const PassView& view, const scene::LightSet& set);
+void write_lights(const PassView& view, const scene::LightSet& set, std::byte* to);
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -6,12 +6,12 @@
 #include "core/render/scene/scene_view.h"
 #include "core/render/shadow_plan.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// One picture of a scene, and the shadows in it.
-struct PassView : SceneView {
+struct PassView : scene::SceneView {
     std::span<const ShadowView> shadows;  ///< those of quality `beautiful`; else empty
     GLuint shadow_maps = 0;               ///< one layer for each
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -4,27 +4,27 @@
 
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 constexpr TimeNs device_timeout_ns = 10 * ns_per_s;
 
 }  // namespace
 
-void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, ImageSize size, void* to) {
+void read_pixels(const GlFunctions& gl, PictureSource source, frame::FrameKind kind, ImageSize size, void* to) {
     struct Format {
         GLenum format;
         GLenum type;
         GLenum attachment;
     };
     Format format{GL_RGBA, GL_UNSIGNED_BYTE, GL_COLOR_ATTACHMENT0};
-    if (kind == FrameKind::depth) {
+    if (kind == frame::FrameKind::depth) {
         format = source.depth_is_color ? Format{GL_RED, GL_FLOAT, GL_COLOR_ATTACHMENT2}
                                        : Format{GL_DEPTH_COMPONENT, GL_FLOAT, GL_COLOR_ATTACHMENT0};
     }
-    if (kind == FrameKind::instance || kind == FrameKind::semantic)
+    if (kind == frame::FrameKind::instance || kind == frame::FrameKind::semantic)
         format = {GL_RED_INTEGER, GL_UNSIGNED_INT, GL_COLOR_ATTACHMENT0};
-    if (kind == FrameKind::normal) format = {GL_RGB, GL_FLOAT, GL_COLOR_ATTACHMENT1};
+    if (kind == frame::FrameKind::normal) format = {GL_RGB, GL_FLOAT, GL_COLOR_ATTACHMENT1};
     gl.NamedFramebufferReadBuffer(source.framebuffer, format.attachment);
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, source.framebuffer);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -51,7 +51,7 @@ std::size_t ReadbackBuffer::allocate(std::size_t bytes) {
     return offset;
 }
 
-void ReadbackBuffer::read(PictureSource source, FrameKind kind, ImageSize size, std::size_t offset) {
+void ReadbackBuffer::read(PictureSource source, frame::FrameKind kind, ImageSize size, std::size_t offset) {
     gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, buffer_.name());
     read_pixels(gl_, source, kind, size, reinterpret_cast<void*>(offset));
     gl_.BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
@@ -66,4 +66,4 @@ Result<void> ReadbackBuffer::wait() {
     return error(ErrorKind::unavailable, "the graphics device did not finish drawing within 10 s");
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

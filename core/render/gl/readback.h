@@ -7,7 +7,7 @@
 #include "core/render/gl/gl_objects.h"
 #include "core/render/gl/view_target.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// How pixels come to host memory.
 /// `direct`: glReadPixels into the frame. On a CPU rasteriser this is one memcpy; a pixel buffer would only add
@@ -22,7 +22,7 @@ struct PictureSource {
     bool depth_is_color = false;
     GLuint codes = 0;  ///< ColorTarget::codes
 };
-void read_pixels(const GlFunctions& gl, PictureSource source, FrameKind kind, ImageSize size, void* to);
+void read_pixels(const GlFunctions& gl, PictureSource source, frame::FrameKind kind, ImageSize size, void* to);
 
 /// Host-visible memory that the pictures of one instant go to (ReadbackMode::buffered).
 class ReadbackBuffer {
@@ -35,7 +35,7 @@ public:
     void reset(std::size_t room);
     /// Where the next picture goes.
     std::size_t allocate(std::size_t bytes);
-    void read(PictureSource source, FrameKind kind, ImageSize size, std::size_t offset);
+    void read(PictureSource source, frame::FrameKind kind, ImageSize size, std::size_t offset);
     GLuint name() const { return buffer_.name(); }
     /// After all that goes to the buffer: blocks until it has arrived. Error: the device gave no sign of life for 10 s.
     Result<void> wait();
@@ -49,4 +49,4 @@ private:
     std::size_t used_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

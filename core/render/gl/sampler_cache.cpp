@@ -1,33 +1,33 @@
 #include "core/render/gl/sampler_cache.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
-GLint gl_wrap(Wrap wrap) {
+GLint gl_wrap(world::Wrap wrap) {
     switch (wrap) {
-        case Wrap::repeat:
+        case world::Wrap::repeat:
             return GL_REPEAT;
-        case Wrap::clamp_to_edge:
+        case world::Wrap::clamp_to_edge:
             return GL_CLAMP_TO_EDGE;
-        case Wrap::mirrored_repeat:
+        case world::Wrap::mirrored_repeat:
             return GL_MIRRORED_REPEAT;
     }
     return GL_REPEAT;
 }
 
-GLint gl_minify(const Sampler& sampler, Quality quality) {
-    const bool linear = sampler.minify == Filter::linear;
+GLint gl_minify(const world::Sampler& sampler, world::Quality quality) {
+    const bool linear = sampler.minify == world::Filter::linear;
     if (!sampler.mipmaps) return linear ? GL_LINEAR : GL_NEAREST;
-    const bool between = sampler.between_mipmaps == Filter::linear && quality == Quality::beautiful;
+    const bool between = sampler.between_mipmaps == world::Filter::linear && quality == world::Quality::beautiful;
     if (linear) return between ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR_MIPMAP_NEAREST;
     return between ? GL_NEAREST_MIPMAP_LINEAR : GL_NEAREST_MIPMAP_NEAREST;
 }
 
 }  // namespace
 
-GLuint SamplerCache::sampler(const Sampler& wanted, Quality quality) {
+GLuint SamplerCache::sampler(const world::Sampler& wanted, world::Quality quality) {
     const GLint minify = gl_minify(wanted, quality);
-    const GLint magnify = wanted.magnify == Filter::linear ? GL_LINEAR : GL_NEAREST;
+    const GLint magnify = wanted.magnify == world::Filter::linear ? GL_LINEAR : GL_NEAREST;
     GlSampler& sampler = samplers_[{wanted.wrap_s, wanted.wrap_t, minify, magnify}];
     if (!sampler) {
         sampler = make_sampler(gl_);
@@ -39,4 +39,4 @@ GLuint SamplerCache::sampler(const Sampler& wanted, Quality quality) {
     return sampler.name();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

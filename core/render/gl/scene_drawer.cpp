@@ -5,11 +5,11 @@
 #include "core/frame/srgb.h"
 #include "core/render/view_frames.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 float code_of(float linear) {
-    return static_cast<float>(srgb_of_linear(std::clamp(linear, 0.0f, 1.0f)));
+    return static_cast<float>(frame::srgb_of_linear(std::clamp(linear, 0.0f, 1.0f)));
 }
 
 PixelRect scaled(const PixelRect& rect, int factor) {
@@ -31,14 +31,14 @@ void SceneDrawer::begin_instant() {
 void SceneDrawer::prepare(std::span<const View> views, GpuScene& scene) {
     state_is_ours_ = false;
     const auto is_shadowed = [](const View& view) {
-        return view.quality == Quality::beautiful && wants(view, FrameKind::color);
+        return view.quality == world::Quality::beautiful && wants(view, frame::FrameKind::color);
     };
     if (shadows_are_made_ || std::ranges::none_of(views, is_shadowed)) return;
     shadows_are_made_ = true;
     shadows_.update(scene, pass_, max_detail_error_px_ > 0.0);
 }
 
-void SceneDrawer::clear(const ColorTarget& target, const Environment& environment) {
+void SceneDrawer::clear(const ColorTarget& target, const world::Environment& environment) {
     const glm::vec3 background = environment.background * environment.exposure;
     const float color[4] = {code_of(background.r), code_of(background.g), code_of(background.b), 1.0f};
     const float farthest = 0.0f;
@@ -65,7 +65,7 @@ void SceneDrawer::restore(const View& view, const ViewPlan& plan, GpuScene& scen
         changes.layer = layers_.layer_of(
             view.camera, {view.spec_revision, view.pose, view.quality, scene.placed().statics_number()});
     if (changes.layer == nullptr || !plan.wants_color) return;
-    if (view.quality == Quality::beautiful) {
+    if (view.quality == world::Quality::beautiful) {
         changes.shadowed = shadow_rects(view, plan);
         std::int64_t area = 0, whole = 0;
         for (const auto& tile : changes.shadowed) {
@@ -158,7 +158,7 @@ std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, 
 
 void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, GpuScene& scene,
                              Shadows shadows) {
-    const bool is_shadowed = view.quality == Quality::beautiful && !shadows_.views().empty();
+    const bool is_shadowed = view.quality == world::Quality::beautiful && !shadows_.views().empty();
     PassView pass{make_scene_view(scene.placed(), transform_of(view, plan, tile), plan.spec->far_m, view.quality,
                                   max_detail_error_px_),
                   {},
@@ -190,7 +190,7 @@ bool SceneDrawer::find_changes(const View& view, const ViewPlan& plan, GpuScene&
     changes.static_blended.clear();
     changes.rects.clear();
     if (!changes.shadowed.empty()) changes.rects = changes.shadowed.front();
-    const SceneView& seen = pass_.view();
+    const scene::SceneView& seen = pass_.view();
     seen.see_all(true, changes.rects.empty() ? nullptr : &changes.shadowed_statics, &changes.static_blended);
     changes.movers.see(seen);
     changes.rects.insert(changes.rects.end(), changes.movers.rects.begin(), changes.movers.rects.end());
@@ -223,7 +223,7 @@ void SceneDrawer::draw_changes(const View& view, const ViewPlan& plan, GpuScene&
     for (const PixelRect& rect : changes.rects) {
         touching_.clear();
         for (const auto* list : {&changes.static_blended, &changes.movers.blended}) {
-            for (const SeenSurface& seen : *list)
+            for (const scene::SeenSurface& seen : *list)
                 if (pass_.view().touches(seen, {&rect, 1})) touching_.push_back(seen);
         }
         if (touching_.empty()) continue;
@@ -239,9 +239,9 @@ void SceneDrawer::use_scissor(const SourceTile& tile, const PixelRect& rect, int
                 rect.height() * factor);
 }
 
-void SceneDrawer::draw_touching(std::span<const SeenSurface> draws, const PixelRect& rect) {
+void SceneDrawer::draw_touching(std::span<const scene::SeenSurface> draws, const PixelRect& rect) {
     touching_.clear();
-    for (const SeenSurface& seen : draws)
+    for (const scene::SeenSurface& seen : draws)
         if (pass_.view().touches(seen, {&rect, 1})) touching_.push_back(seen);
     pass_.draw_opaque(touching_);
 }
@@ -277,7 +277,7 @@ void SceneDrawer::keep_finished(const View& view, const ViewPlan& plan, GpuScene
 
 void SceneDrawer::keep_only(std::span<const ObjectId> objects) {
     if (objects.empty()) return;
-    const auto is_other = [&](const SeenSurface& seen) {
+    const auto is_other = [&](const scene::SeenSurface& seen) {
         return std::ranges::find(objects, seen.placed->object->id) == objects.end();
     };
     std::erase_if(static_opaque_, is_other);
@@ -325,4 +325,4 @@ RenderCounters SceneDrawer::counters() const {
     return counters;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -8,7 +8,7 @@
 #include "core/render/gl/static_layers.h"
 #include "core/render/gl/view_plan.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 struct SceneDrawerOptions {
     std::int64_t static_layer_bytes = 0;
@@ -26,8 +26,8 @@ struct SceneChanges {
     bool is_put_back = false;         ///< already
     std::uint64_t shown_layer = 0;    ///< StaticLayers::Layer::number of the kept picture, once it is put back
     std::vector<PixelRect> rects;     ///< pixels; no two intersect
-    std::vector<SeenSurface> shadowed_statics, static_blended;
-    SeenMovers movers;
+    std::vector<scene::SeenSurface> shadowed_statics, static_blended;
+    scene::SeenMovers movers;
 };
 
 /// Draws the scene of a view into its source pictures: static opaque geometry first, then movers, then all that is
@@ -65,7 +65,7 @@ private:
     void draw_changes(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                       const SceneChanges& changes);
     /// Opaque ones of `draws` that reach into `rect`.
-    void draw_touching(std::span<const SeenSurface> draws, const PixelRect& rect);
+    void draw_touching(std::span<const scene::SeenSurface> draws, const PixelRect& rect);
     /// What the layer needs besides its opaque part, where anything static is blended; leaves `color` as it was.
     void keep_finished(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                        StaticLayers::Layer& layer);
@@ -84,7 +84,7 @@ private:
                     const ViewSources& rest, Shadows shadows = Shadows::now);
     /// Of what is about to be drawn, these objects only; all of it when there are none.
     void keep_only(std::span<const ObjectId> objects);
-    void clear(const ColorTarget& target, const Environment& environment);
+    void clear(const ColorTarget& target, const world::Environment& environment);
     void clear(const TruthTarget& target);
 
     const GlFunctions& gl_;
@@ -95,11 +95,11 @@ private:
     ShadowMaps shadows_;
     bool shadows_are_made_ = false;  ///< for this instant
     bool state_is_ours_ = false;     ///< nothing but pass_ has set GL state since its begin_instant()
-    std::vector<SeenSurface> static_opaque_;
-    std::vector<SeenSurface> moving_opaque_;
-    std::vector<SeenSurface> blended_;
-    std::vector<SeenSurface> touching_;
+    std::vector<scene::SeenSurface> static_opaque_;
+    std::vector<scene::SeenSurface> moving_opaque_;
+    std::vector<scene::SeenSurface> blended_;
+    std::vector<scene::SeenSurface> touching_;
     std::vector<PixelRect> samples_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -1,6 +1,6 @@
 #include "core/render/gl/scratch_targets.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 Result<const ColorTarget*> ScratchTargets::color(ImageSize size, const ColorTargetOptions& options) {
     for (auto& [target, idle] : colors_) {
@@ -31,4 +31,4 @@ void ScratchTargets::next_instant() {
     std::erase_if(truths_, is_old);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

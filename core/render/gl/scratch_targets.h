@@ -4,7 +4,7 @@
 
 #include "core/render/gl/view_target.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Pictures that exist only between the draws of a view and what is made of them: sources of lenses, samples that are
 /// resolved. Views of the same size share one, since the device works in order. What nobody asked for during
@@ -29,4 +29,4 @@ private:
     std::list<Kept<TruthTarget>> truths_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -5,7 +5,7 @@
 #include "core/render/gl/shader_program.h"
 #include "core/render/gl/shader_sources.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 GlProgram must_build(const GlFunctions& gl, const char* name, const std::string& defines, const std::string& vertex,
@@ -52,4 +52,4 @@ GLuint ShaderCache::depth_program(const char* name, DepthPrograms& programs, con
     return programs.emplace(key, std::move(program)).first->second.name();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -6,7 +6,7 @@
 #include "core/render/gl/gl_objects.h"
 #include "core/render/gl/shader_key.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Which shader writes depth and what follows from place alone: `masked`, with alpha test on the base colour, of which
 /// the others say what it is made of.
@@ -42,4 +42,4 @@ private:
     DepthPrograms truth_programs_, shadow_programs_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

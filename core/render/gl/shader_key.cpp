@@ -4,7 +4,7 @@
 
 #include "core/render/surface_tables.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 int round_up(int count, std::initializer_list<int> steps) {
@@ -14,10 +14,10 @@ int round_up(int count, std::initializer_list<int> steps) {
 }  // namespace
 
 int rounded_directional(int count) {
-    return round_up(count, {0, 1, 2, 4, max_lights_per_draw});
+    return round_up(count, {0, 1, 2, 4, scene::max_lights_per_draw});
 }
 int rounded_local(int count) {
-    return round_up(count, {0, 1, 2, 3, 4, 6, max_lights_per_draw});
+    return round_up(count, {0, 1, 2, 3, 4, 6, scene::max_lights_per_draw});
 }
 
 ShaderKey simplified(ShaderKey key) {
@@ -28,13 +28,13 @@ ShaderKey simplified(ShaderKey key) {
         drop(TextureUse::emissive);
     }
     if (!key.lit) drop(TextureUse::occlusion);
-    if (!key.lit || key.quality != Quality::beautiful) {
+    if (!key.lit || key.quality != world::Quality::beautiful) {
         drop(TextureUse::normal);
         drop(TextureUse::metallic_roughness);
     }
     if (slots[static_cast<int>(TextureUse::normal)] < 0) key.has_tangent = false;
     if (!key.lit) key.double_sided = false;
-    if (!key.lit || key.quality != Quality::beautiful) key.has_shadows = false;
+    if (!key.lit || key.quality != world::Quality::beautiful) key.has_shadows = false;
     key.directional_lights = static_cast<std::uint8_t>(rounded_directional(key.directional_lights));
     key.local_lights = static_cast<std::uint8_t>(rounded_local(key.local_lights));
     const int used = *std::ranges::max_element(slots) + 1;
@@ -52,8 +52,8 @@ std::string defines_of(const ShaderKey& key) {
                                                                       "NORMAL_UV", "METALLIC_ROUGHNESS_UV"};
     std::string text = batch_defines(key.batched);
     const auto define = [&text](const std::string& line) { text += "#define " + line + "\n"; };
-    const bool beautiful = key.quality == Quality::beautiful;
-    const bool per_pixel = key.lit && key.quality != Quality::fast;
+    const bool beautiful = key.quality == world::Quality::beautiful;
+    const bool per_pixel = key.lit && key.quality != world::Quality::fast;
 
     const int uv_count = *std::ranges::max_element(key.uv_slots) + 1;
     define("UV_COUNT " + std::to_string(uv_count));
@@ -69,8 +69,8 @@ std::string defines_of(const ShaderKey& key) {
     if (key.has_tangent) define("HAS_TANGENT");
     if (!key.lit) define("UNLIT");
     if (key.double_sided) define("DOUBLE_SIDED");
-    if (key.alpha_mode == AlphaMode::mask) define("ALPHA_MASK");
-    if (key.alpha_mode == AlphaMode::blend) define("BLEND");
+    if (key.alpha_mode == world::AlphaMode::mask) define("ALPHA_MASK");
+    if (key.alpha_mode == world::AlphaMode::blend) define("BLEND");
     if (key.lit && !per_pixel) define("VERTEX_LIGHT");
     if (per_pixel) define("PIXEL_NORMAL");
     if (per_pixel && (beautiful || key.local_lights > 0)) define("PIXEL_POSITION");
@@ -82,4 +82,4 @@ std::string defines_of(const ShaderKey& key) {
     return text;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

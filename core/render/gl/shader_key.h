@@ -9,7 +9,7 @@
 #include "core/world/camera_spec.h"
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// The textures a material can have, in the order of their texture units.
 enum class TextureUse : std::uint8_t { base_color, emissive, occlusion, normal, metallic_roughness };
@@ -18,8 +18,8 @@ inline constexpr int texture_use_count = 5;
 /// Which shader a draw needs: what its material and vertices have and how many lights reach it, never more. Equal keys
 /// share a program.
 struct ShaderKey {
-    Quality quality = Quality::simple;
-    AlphaMode alpha_mode = AlphaMode::opaque;
+    world::Quality quality = world::Quality::simple;
+    world::AlphaMode alpha_mode = world::AlphaMode::opaque;
     bool lit = true;  ///< not unlit, and the vertices have normals
     bool double_sided = false;
     bool has_color = false;
@@ -47,4 +47,4 @@ std::string batch_defines(bool batched);
 /// `#define` lines of shaders/forward.*.
 std::string defines_of(const ShaderKey& key);
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 constexpr GLsizei max_log_bytes = 4096;
@@ -65,4 +65,4 @@ Result<GlProgram> build_compute_program(const GlFunctions& gl, std::string_view 
     return link(gl, name, defines, std::array{std::move(*compute)});
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "core/render/gl/gl_objects.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Compiles and links; both sources get `#version 450 core` and `defines` in front. Errors carry the driver's log and
 /// `name`.
@@ -15,4 +15,4 @@ Result<GlProgram> build_program(const GlFunctions& gl, std::string_view name, st
 Result<GlProgram> build_compute_program(const GlFunctions& gl, std::string_view name, std::string_view defines,
                                         std::string_view source);
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -1,7 +1,7 @@
 #pragma once
 
 /// The texts of core/render/shaders, put into the program by CMake.
-namespace camrig::shader_source {
+namespace camrig::render::gl::shader_source {
 extern const char* const blocks;
 extern const char* const lighting;
 extern const char* const shadow;
@@ -17,4 +17,4 @@ extern const char* const resolve_frag;
 extern const char* const warp_color_frag;
 extern const char* const warp_truth_frag;
 extern const char* const convert_comp;
-}  // namespace camrig::shader_source
+}  // namespace camrig::render::gl::shader_source

@@ -4,7 +4,7 @@
 
 #include "core/render/scene/shadow_casters.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 GlTexture depth_layers(const GlFunctions& gl, std::size_t count) {
@@ -30,7 +30,7 @@ Result<std::vector<GlFramebuffer>> targets_of(const GlFunctions& gl, const GlTex
 
 }  // namespace
 
-Result<void> ShadowMaps::plan(const PlacedScene& scene) {
+Result<void> ShadowMaps::plan(const scene::PlacedScene& scene) {
     const std::vector<WorldBox> boxes = shadow_receivers(scene);
     const std::size_t before = views_.size();
     views_ = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
@@ -61,7 +61,7 @@ void ShadowMaps::copy_from_still(std::size_t layer, const PixelRect& rect) {
 }
 
 void ShadowMaps::update(GpuScene& gpu, DrawPass& pass, bool has_detail_levels) {
-    const PlacedScene& scene = gpu.placed();
+    const scene::PlacedScene& scene = gpu.placed();
     bool is_new = false;
     if (scene.statics_number() != statics_number_) {
         const std::vector<ShadowView> before = views_;
@@ -106,4 +106,4 @@ std::vector<PixelRect> ShadowMaps::changed_pixels(const ViewTransform& view) con
     return rects;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

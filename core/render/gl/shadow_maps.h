@@ -6,7 +6,7 @@
 #include "core/render/gl/gl_objects.h"
 #include "core/render/shadow_plan.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Shadow maps of one instant, shared by all cameras.
 ///
@@ -27,7 +27,7 @@ public:
     std::vector<PixelRect> changed_pixels(const ViewTransform& view) const;
 
 private:
-    Result<void> plan(const PlacedScene& scene);
+    Result<void> plan(const scene::PlacedScene& scene);
     void copy_from_still(std::size_t layer, const PixelRect& rect);
 
     const GlFunctions& gl_;
@@ -40,4 +40,4 @@ private:
     std::vector<WorldBox> casters_;                           ///< the movers
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

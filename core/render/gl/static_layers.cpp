@@ -1,6 +1,6 @@
 #include "core/render/gl/static_layers.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 std::int64_t bytes_of(const ColorTarget& target) {
@@ -92,4 +92,4 @@ void StaticLayers::restore_around(const Layer& layer, const ColorTarget& to, std
     table_.count_reused();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -8,7 +8,7 @@
 #include "core/render/layer_table.h"
 #include "core/render/pixel_rect.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Static layers. Surveillance cameras stand still and most of what they see never moves, so colour and depth (ids and
 /// normals, where asked for) of the static opaque geometry are drawn once per key, and copied each instant; movers are
@@ -60,4 +60,4 @@ private:
     std::uint64_t numbers_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <new>
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 constexpr std::size_t first_chunk_bytes = std::size_t{1} << 20;
@@ -46,4 +46,4 @@ void StreamBuffer::reset() {
     used_ = full_ = 0;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

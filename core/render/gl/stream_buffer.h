@@ -5,7 +5,7 @@
 
 #include "core/render/gl/gl_objects.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Memory for one instant that the CPU writes once and the device reads: uniform blocks and skinned vertices. Mapped
 /// for good, so writing is a plain store: no driver call, no check whether the device is still busy. The owner calls
@@ -42,4 +42,4 @@ private:
     std::size_t full_ = 0;       ///< those before it
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -9,7 +9,7 @@
 
 /// The uniform blocks of shaders/blocks.glsl as C++ (std140: only vec4 and arrays of it, so both layouts agree).
 /// Kept small and apart by how often they change: llvmpipe copies each changed block into its scene, whole.
-namespace camrig {
+namespace camrig::render::gl {
 
 inline constexpr unsigned view_binding = 0;
 inline constexpr unsigned draw_binding = 1;
@@ -69,4 +69,4 @@ struct LocalLightBlock {
     glm::vec4 direction;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -4,33 +4,34 @@
 
 #include "core/render/view_frames.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
-bool is_bicubic(LensFilter filter, Quality quality) {
-    return filter == LensFilter::bicubic || (filter == LensFilter::automatic && quality == Quality::beautiful);
+bool is_bicubic(world::LensFilter filter, world::Quality quality) {
+    return filter == world::LensFilter::bicubic ||
+           (filter == world::LensFilter::automatic && quality == world::Quality::beautiful);
 }
 
 }  // namespace
 
 Result<ViewPlan> ViewPainter::plan_of(const View& view, SourceTile& whole) {
-    const CameraSpec& spec = *view.spec;
+    const world::CameraSpec& spec = *view.spec;
     if (std::max(spec.size.width, spec.size.height) > max_side_) {
         return error(ErrorKind::unsupported, spec.size.to_string() + " is larger than the device draws; at most " +
                                                  std::to_string(max_side_) + " pixels a side");
     }
-    const Antialias antialias = antialias_of(spec, view.quality);
+    const world::Antialias antialias = antialias_of(spec, view.quality);
     ViewPlan plan{.spec = &spec,
                   .source = spec.size,
                   .supersampling = supersampling_of(antialias),
                   .multisampling = multisampling_of(antialias),
                   .is_bicubic = is_bicubic(spec.lens_sampling.filter, view.quality),
-                  .wants_color = wants(view, FrameKind::color)};
+                  .wants_color = wants(view, frame::FrameKind::color)};
     const bool samples_once = plan.supersampling * plan.multisampling == 1;
-    plan.takes_depth_from_color = plan.wants_color && samples_once && wants(view, FrameKind::depth);
-    plan.wants_truth = wants(view, FrameKind::instance) || wants(view, FrameKind::semantic) ||
-                       wants(view, FrameKind::normal) ||
-                       (wants(view, FrameKind::depth) && !plan.takes_depth_from_color);
+    plan.takes_depth_from_color = plan.wants_color && samples_once && wants(view, frame::FrameKind::depth);
+    plan.wants_truth = wants(view, frame::FrameKind::instance) || wants(view, frame::FrameKind::semantic) ||
+                       wants(view, frame::FrameKind::normal) ||
+                       (wants(view, frame::FrameKind::depth) && !plan.takes_depth_from_color);
 
     auto lens = lenses_.lens_of(view.camera, spec, antialias);
     if (!lens) return std::unexpected(lens.error());
@@ -165,10 +166,10 @@ Result<PaintedView> ViewPainter::paint(const View& view, std::size_t index, GpuS
     painted.lens = plan.lens;
     // A lens puts rows elsewhere.
     if (color != nullptr && prepared.changes.is_in_parts && plan.lens == nullptr && prepared.changes.shown_layer != 0) {
-        painted.damage = Damage::since(static_cast<std::int64_t>(prepared.changes.shown_layer));
+        painted.damage = frame::Damage::since(static_cast<std::int64_t>(prepared.changes.shown_layer));
         for (const PixelRect& rect : prepared.changes.rects) painted.damage.add(rect.y0, rect.y1);
     }
     return painted;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

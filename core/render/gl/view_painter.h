@@ -12,7 +12,7 @@
 #include "core/render/gl/scratch_targets.h"
 #include "core/render/gl/view_plan.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Where the finished pictures of a view are and what their depths mean.
 struct PaintedView {
@@ -21,7 +21,7 @@ struct PaintedView {
     PictureSource truth;  ///< ids and normals
     ViewTransform transform;
     std::shared_ptr<const LensOnDevice> lens;  ///< null: none
-    Damage damage;                             ///< of `color` since a kept picture (StaticLayers::Layer::number)
+    frame::Damage damage;                      ///< of `color` since a kept picture (StaticLayers::Layer::number)
 };
 
 struct PainterOptions {
@@ -78,4 +78,4 @@ private:
     std::vector<Prepared> prepared_;  ///< per view of the instant; kept for their memory
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

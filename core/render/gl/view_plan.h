@@ -10,7 +10,7 @@
 #include "core/render/pixel_rect.h"
 #include "core/render/renderer.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// The finished pictures of one camera in one instant; they live until the instant was read.
 struct ViewTargets {
@@ -23,7 +23,7 @@ struct ViewTargets {
 
 /// How one view is drawn.
 struct ViewPlan {
-    const CameraSpec* spec = nullptr;
+    const world::CameraSpec* spec = nullptr;
     std::shared_ptr<const LensOnDevice> lens{};
     std::span<const SourceTile> tiles{};
     ImageSize source{};  ///< at one texel per pixel
@@ -46,4 +46,4 @@ inline ImageSize scaled(ImageSize size, int factor) {
     return {size.width * factor, size.height * factor};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

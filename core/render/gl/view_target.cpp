@@ -1,6 +1,6 @@
 #include "core/render/gl/view_target.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 namespace {
 
 GlTexture storage(const GlFunctions& gl, GLenum format, ImageSize size, int samples = 1) {
@@ -64,4 +64,4 @@ Result<TruthTarget> make_truth_target(const GlFunctions& gl, ImageSize size, boo
     return target;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

@@ -4,7 +4,7 @@
 #include "core/base/result.h"
 #include "core/render/gl/gl_objects.h"
 
-namespace camrig {
+namespace camrig::render::gl {
 
 /// Colour and depth of one picture. The colour texture is sRGB: shaders write encoded values with GL_FRAMEBUFFER_SRGB
 /// off, and only blending turns it on. Depth is 32-bit float, reversed; a picture that is only resolved or warped into
@@ -39,4 +39,4 @@ Result<TruthTarget> make_truth_target(const GlFunctions& gl, ImageSize size, boo
 /// Pictures have at most so many samples, of 8 bytes each.
 inline constexpr std::int64_t max_target_samples = std::int64_t{1} << 27;
 
-}  // namespace camrig
+}  // namespace camrig::render::gl

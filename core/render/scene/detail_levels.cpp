@@ -6,7 +6,7 @@
 
 #include <meshoptimizer.h>
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 constexpr std::size_t min_triangles = 256;  ///< below, a draw costs more than its triangles
@@ -19,9 +19,9 @@ constexpr double worthwhile = 0.85;  ///< of the triangles of the level before, 
 
 }  // namespace
 
-std::vector<DetailLevel> make_detail_levels(const Primitive& primitive) {
+std::vector<DetailLevel> make_detail_levels(const world::Primitive& primitive) {
     std::vector<DetailLevel> levels;
-    if (primitive.topology != Topology::triangles || primitive.joints.empty() || !primitive.targets.empty() ||
+    if (primitive.topology != world::Topology::triangles || primitive.joints.empty() || !primitive.targets.empty() ||
         primitive.indices.size() < 3 * min_triangles) {
         return levels;
     }
@@ -46,13 +46,14 @@ std::vector<DetailLevel> make_detail_levels(const Primitive& primitive) {
     return levels;
 }
 
-double detail_error_scale(const Box& bind, const Box& bounds, const glm::dmat4& world_from_local) {
+double detail_error_scale(const world::Box& bind, const world::Box& bounds, const glm::dmat4& world_from_local) {
     const double growth = glm::length(glm::dvec3(bounds.max) - glm::dvec3(bounds.min)) /
                           std::max(1e-9, double{glm::length(bind.max - bind.min)});
     return growth * std::cbrt(std::abs(glm::determinant(glm::dmat3(world_from_local))));
 }
 
-double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box, double error) {
+double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const world::Box& box,
+                       double error) {
     // Across the ray a length e at depth z shows as e f / z, slanted away from the middle by up to |p| / z more. Both
     // factors are largest at corners of the box: depth is linear, and |p| / z <= c is a cone, so convex.
     double nearest = std::numeric_limits<double>::infinity(), slant = 1.0;
@@ -67,4 +68,4 @@ double detail_error_px(const ViewTransform& view, const glm::dmat4& optical_from
     return error * std::max(view.intrinsics.fx, view.intrinsics.fy) / nearest * slant;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

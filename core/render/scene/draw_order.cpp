@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-namespace camrig {
+namespace camrig::render::scene {
 
-VertexLayout vertex_layout(const Primitive& primitive) {
+VertexLayout vertex_layout(const world::Primitive& primitive) {
     return {.topology = primitive.topology,
             .has_narrow_indices = primitive.positions.size() <= 0xFFFF,
             .has_normals = !primitive.normals.empty(),
@@ -14,9 +14,9 @@ VertexLayout vertex_layout(const Primitive& primitive) {
             .has_colors = !primitive.colors.empty()};
 }
 
-std::vector<Surface> draw_order(const Model& model) {
-    const auto primitives_of = [&](int node) -> const std::vector<Primitive>& {
-        static const std::vector<Primitive> none;
+std::vector<Surface> draw_order(const world::Model& model) {
+    const auto primitives_of = [&](int node) -> const std::vector<world::Primitive>& {
+        static const std::vector<world::Primitive> none;
         const int mesh = model.nodes[static_cast<std::size_t>(node)].mesh;
         return mesh < 0 ? none : model.meshes[static_cast<std::size_t>(mesh)].primitives;
     };
@@ -26,10 +26,10 @@ std::vector<Surface> draw_order(const Model& model) {
         for (int i = 0; i < count; ++i) surfaces.push_back({node, i});
     }
     std::ranges::stable_sort(surfaces, {}, [&](const Surface& surface) {
-        const Primitive& primitive = primitives_of(surface.node)[static_cast<std::size_t>(surface.primitive)];
+        const world::Primitive& primitive = primitives_of(surface.node)[static_cast<std::size_t>(surface.primitive)];
         return std::pair(vertex_layout(primitive), primitive.material);
     });
     return surfaces;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -7,11 +7,11 @@
 
 /// In which order the surfaces of a model are drawn, by every renderer: of two opaque ones in one plane the first is
 /// seen.
-namespace camrig {
+namespace camrig::render::scene {
 
 /// What a primitive has of vertices and indices. Those of equal layouts can be stored behind each other.
 struct VertexLayout {
-    Topology topology = Topology::triangles;
+    world::Topology topology = world::Topology::triangles;
     bool has_narrow_indices = false;  ///< 16 bits
     bool has_normals = false;
     bool has_tangents = false;
@@ -19,7 +19,7 @@ struct VertexLayout {
     bool has_colors = false;
     friend auto operator<=>(const VertexLayout&, const VertexLayout&) = default;
 };
-VertexLayout vertex_layout(const Primitive& primitive);
+VertexLayout vertex_layout(const world::Primitive& primitive);
 
 /// A primitive of the mesh of a node.
 struct Surface {
@@ -28,6 +28,6 @@ struct Surface {
 };
 /// All surfaces of a model: those of one layout and material behind each other, so that they can be drawn at once, else
 /// as in the file, parents before children.
-std::vector<Surface> draw_order(const Model& model);
+std::vector<Surface> draw_order(const world::Model& model);
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

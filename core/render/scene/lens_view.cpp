@@ -8,7 +8,7 @@
 
 #include "core/render/scene/detail_levels.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -35,7 +35,7 @@ struct Ball {
     glm::dvec3 middle;
     double radius;
 };
-Ball ball_around(const glm::dmat4& optical_from_local, const Box& box) {
+Ball ball_around(const glm::dmat4& optical_from_local, const world::Box& box) {
     const glm::dvec3 half = 0.5 * (glm::dvec3(box.max) - glm::dvec3(box.min));
     const glm::dvec3 middle = 0.5 * (glm::dvec3(box.max) + glm::dvec3(box.min));
     double radius = 0.0;
@@ -52,9 +52,9 @@ double angle_to_axis(const glm::dvec3& p) {
 
 }  // namespace
 
-Result<std::shared_ptr<const LensView>> LensView::create(ImageSize size, const Intrinsics& intrinsics,
-                                                         const Lens& lens) {
-    auto model = CameraModel::create(size, intrinsics, lens);
+Result<std::shared_ptr<const LensView>> LensView::create(ImageSize size, const camera::Intrinsics& intrinsics,
+                                                         const camera::Lens& lens) {
+    auto model = camera::CameraModel::create(size, intrinsics, lens);
     if (!model) return std::unexpected(model.error());
     const auto view = std::shared_ptr<LensView>(new LensView(*model));
     view->find_seen();
@@ -64,7 +64,7 @@ Result<std::shared_ptr<const LensView>> LensView::create(ImageSize size, const I
 }
 
 void LensView::find_seen() {
-    const LensMap& lens = model_.lens();
+    const camera::LensMap& lens = model_.lens();
     const bool is_angular = lens.formula().is_angular;
     const double focal = std::max(model_.intrinsics().fx, model_.intrinsics().fy);
     const double field = model_.max_field_angle();
@@ -119,7 +119,7 @@ void LensView::find_bend() {
     constexpr int radii = 32, turns = 8, ways = 4;
     // Between the places that are looked at it may be bent a little more. Edges that are bent less are short.
     constexpr double step = 0.01, between = 1.3, most_share = 0.25;
-    const LensMap& lens = model_.lens();
+    const camera::LensMap& lens = model_.lens();
     const bool is_angular = lens.formula().is_angular;
     double most = 0.0;
     for (int i = 0; i < radii * turns * ways; ++i) {
@@ -146,9 +146,9 @@ void LensView::find_bend() {
 
 void LensView::find_blind() {
     const auto [width, height] = model_.size();
-    const LensMap& lens = model_.lens();
-    const Intrinsics& k = model_.intrinsics();
-    const LensMap::Formula formula = lens.formula();
+    const camera::LensMap& lens = model_.lens();
+    const camera::Intrinsics& k = model_.intrinsics();
+    const camera::LensMap::Formula formula = lens.formula();
     const auto sees = [&](int x, int y) { return model_.ray({x, y}).has_value(); };
     const auto add = [&](int y, int x0, int x1) {
         if (x0 < x1) blind_.push_back({y, x0, x1});
@@ -194,7 +194,7 @@ glm::dvec2 LensView::pixel_of_ideal(glm::dvec2 ideal) const {
     } else {
         distorted = model_.lens().distort(ideal);
     }
-    const Intrinsics& k = model_.intrinsics();
+    const camera::Intrinsics& k = model_.intrinsics();
     return {k.fx * distorted.x + k.cx, k.fy * distorted.y + k.cy};
 }
 
@@ -211,7 +211,7 @@ Frustum LensView::frustum(double near_m, double far_m) const {
     return frustum;
 }
 
-bool LensView::may_see(const glm::dmat4& optical_from_local, const Box& box, double far_m) const {
+bool LensView::may_see(const glm::dmat4& optical_from_local, const world::Box& box, double far_m) const {
     const Ball ball = ball_around(optical_from_local, box);
     const double distance = glm::length(ball.middle);
     // Not of a number: may be seen.
@@ -220,7 +220,7 @@ bool LensView::may_see(const glm::dmat4& optical_from_local, const Box& box, dou
     return !(angle_to_axis(ball.middle) - std::asin(ball.radius / distance) > end_);
 }
 
-std::optional<PixelRect> LensView::pixels_of(const glm::dmat4& optical_from_local, const Box& box,
+std::optional<PixelRect> LensView::pixels_of(const glm::dmat4& optical_from_local, const world::Box& box,
                                              double near_m) const {
     const auto [width, height] = model_.size();
     const PixelRect whole{0, 0, width, height};
@@ -272,9 +272,9 @@ std::optional<PixelRect> LensView::pixels_of(const glm::dmat4& optical_from_loca
     return rect;
 }
 
-double LensView::error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box,
+double LensView::error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const world::Box& box,
                           double error_m) const {
-    const LensMap& lens = model_.lens();
+    const camera::LensMap& lens = model_.lens();
     if (!is_wide_) return detail_error_px(view, optical_from_local, box, error_m) * lens.greatest_stretch(end_);
     const Ball ball = ball_around(optical_from_local, box);
     const double distance = glm::length(ball.middle);
@@ -286,4 +286,4 @@ double LensView::error_px(const ViewTransform& view, const glm::dmat4& optical_f
            lens.greatest_stretch(angle);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -10,7 +10,7 @@
 #include "core/render/view_transform.h"
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
 /// A camera with a lens as something to draw with: where points of the optical frame lie in its picture, also those
 /// that it does not show, and what of a scene it may show.
@@ -27,10 +27,10 @@ namespace camrig {
 class LensView {
 public:
     /// Refuses what CameraModel refuses.
-    static Result<std::shared_ptr<const LensView>> create(ImageSize size, const Intrinsics& intrinsics,
-                                                          const Lens& lens);
+    static Result<std::shared_ptr<const LensView>> create(ImageSize size, const camera::Intrinsics& intrinsics,
+                                                          const camera::Lens& lens);
 
-    const CameraModel& model() const { return model_; }
+    const camera::CameraModel& model() const { return model_; }
     bool is_wide() const { return is_wide_; }
     double end_radius() const { return end_; }
     /// How far it goes on beyond, in focal lengths for each unit of the ideal plane.
@@ -60,24 +60,25 @@ public:
     /// Holds all that a lens that is not wide can see.
     Frustum frustum(double near_m, double far_m) const;
     /// False only if the box certainly touches no pixel of a wide lens.
-    bool may_see(const glm::dmat4& optical_from_local, const Box& box, double far_m) const;
+    bool may_see(const glm::dmat4& optical_from_local, const world::Box& box, double far_m) const;
     /// screen_bounds() through the lens.
-    std::optional<PixelRect> pixels_of(const glm::dmat4& optical_from_local, const Box& box, double near_m) const;
+    std::optional<PixelRect> pixels_of(const glm::dmat4& optical_from_local, const world::Box& box,
+                                       double near_m) const;
     /// detail_error_px() through the lens.
-    double error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const Box& box,
+    double error_px(const ViewTransform& view, const glm::dmat4& optical_from_local, const world::Box& box,
                     double error_m) const;
 
 private:
-    explicit LensView(const CameraModel& model) : model_(model) {}
+    explicit LensView(const camera::CameraModel& model) : model_(model) {}
     void find_blind();
     void find_seen();
     void find_bend();
 
-    CameraModel model_;
+    camera::CameraModel model_;
     bool is_wide_ = false;
     double end_ = 0.0, rise_ = 0.0, guard_ = 0.0, bend_ = 0.0, short_length_ = 0.0;
     glm::dvec2 slope_low_{0.0}, slope_high_{0.0};
     std::vector<BlindRun> blind_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -5,18 +5,18 @@
 #include <limits>
 #include <vector>
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 // The sRGB curve starts with slope 12.92: half a code of 255 is this much linear light.
 constexpr double invisible_radiance = 0.5 / 255.0 / 12.92;
 
-double brightness(const Light& light, float exposure) {
+double brightness(const world::Light& light, float exposure) {
     return static_cast<double>(std::max({light.color.r, light.color.g, light.color.b})) * light.intensity * exposure;
 }
 
 /// True if the sphere is certainly outside the spot's cone.
-bool outside_cone(const Light& light, const glm::dvec3& centre, double radius) {
+bool outside_cone(const world::Light& light, const glm::dvec3& centre, double radius) {
     const double angle = light.outer_cone_rad;
     const glm::dvec3 to_centre = centre - light.position;
     const double along = glm::dot(to_centre, light.direction);
@@ -27,12 +27,12 @@ bool outside_cone(const Light& light, const glm::dvec3& centre, double radius) {
 
 }  // namespace
 
-double reach_m(const Light& light, float exposure) {
+double reach_m(const world::Light& light, float exposure) {
     const double fades_at = std::sqrt(brightness(light, exposure) / invisible_radiance);
     return light.range > 0.0f ? std::min(fades_at, static_cast<double>(light.range)) : fades_at;
 }
 
-LightSet select_lights(std::span<const Light> lights, float exposure, const glm::dvec3& centre, double radius) {
+LightSet select_lights(std::span<const world::Light> lights, float exposure, const glm::dvec3& centre, double radius) {
     struct Candidate {
         double strength;
         std::uint16_t index;
@@ -41,17 +41,17 @@ LightSet select_lights(std::span<const Light> lights, float exposure, const glm:
     static thread_local std::vector<Candidate> candidates;  // for every mover at every instant: keeps its memory
     candidates.clear();
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const Light& light = lights[i];
+        const world::Light& light = lights[i];
         const double bright = brightness(light, exposure);
         if (!(bright > 0.0)) continue;
         const auto index = static_cast<std::uint16_t>(i);
-        if (light.type == LightType::directional) {
+        if (light.type == world::LightType::directional) {
             candidates.push_back({bright, index, true});
             continue;
         }
         const double distance = std::max(0.0, glm::distance(centre, light.position) - radius);
         if (distance >= reach_m(light, exposure)) continue;
-        if (light.type == LightType::spot && outside_cone(light, centre, radius)) continue;
+        if (light.type == world::LightType::spot && outside_cone(light, centre, radius)) continue;
         candidates.push_back({bright / std::max(distance * distance, 1e-6), index, false});
     }
     if (candidates.size() > max_lights_per_draw) {
@@ -71,4 +71,4 @@ LightSet select_lights(std::span<const Light> lights, float exposure, const glm:
     return set;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -8,7 +8,7 @@
 
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
 /// At most this many lights shade one draw; the strongest at the object win.
 inline constexpr int max_lights_per_draw = 8;
@@ -22,10 +22,10 @@ struct LightSet {
 };
 
 /// Distance at which a light falls below half a code of the darkest grey; its range if that is nearer.
-double reach_m(const Light& light, float exposure);
+double reach_m(const world::Light& light, float exposure);
 
 /// Chooses the lights that can change a pixel of an object inside `centre`, `radius` (world). Deterministic: ties go to
 /// the lower index. Few lights per draw is what makes shading affordable on a CPU.
-LightSet select_lights(std::span<const Light> lights, float exposure, const glm::dvec3& centre, double radius);
+LightSet select_lights(std::span<const world::Light> lights, float exposure, const glm::dvec3& centre, double radius);
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -7,7 +7,7 @@
 
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
 /// What is made of a Model to draw it, by the model's identity: made when first asked for, kept as long as anybody
 /// holds the Model. The cache does not: several caches may know one, and none of them would ever see the last holder
@@ -20,7 +20,7 @@ public:
     /// `make(source)` makes it; what that throws comes out here, and the next call tries again. Good as long as
     /// somebody holds the source.
     template <typename Make>
-    const Made& of(const ModelRef& source, const Make& make) {
+    const Made& of(const world::ModelRef& source, const Make& make) {
         const std::shared_ptr<Entry> entry = entry_of(source);
         // No std::call_once: where what it calls throws, that hangs under the thread sanitizer.
         const std::lock_guard lock(entry->mutex);
@@ -35,12 +35,12 @@ public:
 
 private:
     struct Entry {
-        explicit Entry(const ModelRef& model) : source(model) {}
-        std::weak_ptr<const Model> source;
+        explicit Entry(const world::ModelRef& model) : source(model) {}
+        std::weak_ptr<const world::Model> source;
         std::mutex mutex;
         std::optional<Made> made;
     };
-    std::shared_ptr<Entry> entry_of(const ModelRef& source) {
+    std::shared_ptr<Entry> entry_of(const world::ModelRef& source) {
         const std::lock_guard lock(mutex_);
         std::shared_ptr<Entry>& entry = entries_[source.get()];
         // A new model may lie where one that is gone has been.
@@ -49,7 +49,7 @@ private:
     }
 
     std::mutex mutex_;
-    std::map<const Model*, std::shared_ptr<Entry>> entries_;
+    std::map<const world::Model*, std::shared_ptr<Entry>> entries_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -5,11 +5,11 @@
 
 #include "core/world/model_lights.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
-bool same_objects(const StaticSet& a, const StaticSet& b) {
-    return std::ranges::equal(a.objects, b.objects, [](const Instance& x, const Instance& y) {
+bool same_objects(const world::StaticSet& a, const world::StaticSet& b) {
+    return std::ranges::equal(a.objects, b.objects, [](const world::Instance& x, const world::Instance& y) {
         return x.info == y.info && x.position == y.position && x.orientation == y.orientation && x.scale == y.scale &&
                x.clips.empty() && y.clips.empty();
     });
@@ -31,7 +31,7 @@ void PlacedSurfaces::clear() {
     has_only_triangles_ = true;
 }
 
-PosedModel& PlacedSurfaces::next_pose() {
+world::PosedModel& PlacedSurfaces::next_pose() {
     if (poses_used_ == poses_.size()) poses_.emplace_back();
     return poses_[poses_used_++];
 }
@@ -41,15 +41,15 @@ DeformedVertices& PlacedSurfaces::next_deformation() {
     return deformations_[deformations_used_++];
 }
 
-void PlacedSurfaces::add(const Instance& instance, PreparedModels& models, LightTable& light_sets,
-                         std::span<const Light> lights, float exposure) {
-    const ModelRef& source = instance.info->model;
+void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models, LightTable& light_sets,
+                         std::span<const world::Light> lights, float exposure) {
+    const world::ModelRef& source = instance.info->model;
     if (source == nullptr) return;
     const PreparedModel& model = models.of(source, prepare_model);
     has_only_triangles_ &= model.has_only_triangles;
-    PosedModel& pose = next_pose();
+    world::PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
-    const glm::dmat4 world = world_from_model(instance.position, instance.orientation, instance.scale);
+    const glm::dmat4 world = world::world_from_model(instance.position, instance.orientation, instance.scale);
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
         PlacedSurface& surface = surfaces_.emplace_back();
@@ -79,7 +79,7 @@ void PlacedSurfaces::add(const Instance& instance, PreparedModels& models, Light
 const DeformedVertices& PlacedSurfaces::deform(const PlacedSurface& surface, LevelSet levels) {
     DeformedVertices& job = deformations_[static_cast<std::size_t>(surface.deformation)];
     const LevelSet missing = job.missing(levels);
-    const Primitive& primitive = *surface.primitive->source;
+    const world::Primitive& primitive = *surface.primitive->source;
     job.positions.resize(primitive.positions.size());
     job.normals.resize(primitive.positions.size());
     const auto make = [&](std::optional<std::span<const std::uint32_t>> which) {
@@ -105,7 +105,7 @@ std::uint64_t PlacedSurfaces::made() const {
     return count;
 }
 
-void PlacedScene::place(const SnapshotRef& snapshot) {
+void PlacedScene::place(const world::SnapshotRef& snapshot) {
     meshes_made_ = meshes_made();
     meshes_unseen_ = meshes_unseen();
     // What is placed points into the snapshot, and into models that live as long as it holds them.
@@ -113,12 +113,12 @@ void PlacedScene::place(const SnapshotRef& snapshot) {
     place_statics(snapshot->statics);
     snapshot_ = snapshot;
     light_sets_.truncate(static_light_sets_);
-    for (const Instance& mover : snapshot->movers)
+    for (const world::Instance& mover : snapshot->movers)
         movers_.add(mover, *models_, light_sets_, lights(), environment().exposure);
     models_->evict_unused();
 }
 
-void PlacedScene::place_statics(const std::shared_ptr<const StaticSet>& statics) {
+void PlacedScene::place_statics(const std::shared_ptr<const world::StaticSet>& statics) {
     // By identity: two worlds may have equal ones.
     if (statics == static_set_) return;
     objects_number_ += static_set_ == nullptr || !same_objects(*static_set_, *statics);
@@ -126,7 +126,7 @@ void PlacedScene::place_statics(const std::shared_ptr<const StaticSet>& statics)
     statics_.clear();
     light_sets_.truncate(0);
     static_set_ = statics;
-    for (const Instance& object : statics->objects)
+    for (const world::Instance& object : statics->objects)
         statics_.add(object, *models_, light_sets_, lights(), environment().exposure);
     for (const PlacedSurface& surface : statics_.all())
         if (surface.deformation >= 0) statics_.deform(surface);
@@ -144,4 +144,4 @@ void PlacedScene::clear() {
     static_set_.reset();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

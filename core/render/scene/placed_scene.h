@@ -12,14 +12,14 @@
 #include "core/world/snapshot.h"
 
 /// The world of one instant for renderers, without any of their devices: what is where, with which light on it.
-namespace camrig {
+namespace camrig::render::scene {
 
 /// Levels of detail of a primitive, as bits: 1 is the full mesh, with all vertices.
 using LevelSet = std::uint32_t;
 
 /// Vertices of one skinned or morphed primitive at one instant: made when the first camera sees them, used by all.
 struct DeformedVertices {
-    const PosedModel* pose = nullptr;
+    const world::PosedModel* pose = nullptr;
     int node = 0;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
@@ -31,11 +31,11 @@ struct DeformedVertices {
 
 /// One draw placed in the world, the same for all cameras.
 struct PlacedSurface {
-    const ObjectInfo* object = nullptr;  ///< the snapshot holds it
+    const world::ObjectInfo* object = nullptr;  ///< the snapshot holds it
     const PreparedModel* model = nullptr;
     const PreparedPrimitive* primitive = nullptr;
     glm::dmat4 world_from_local{1.0};
-    Box bounds;         ///< local
+    world::Box bounds;  ///< local
     int light_set = 0;  ///< into PlacedScene::light_sets; that of what is not lit is empty
     bool is_mirrored = false;
     int deformation = -1;   ///< into those of its PlacedSurfaces; -1: rigid
@@ -58,8 +58,8 @@ private:
 class PlacedSurfaces {
 public:
     void clear();
-    void add(const Instance& instance, PreparedModels& models, LightTable& light_sets, std::span<const Light> lights,
-             float exposure);
+    void add(const world::Instance& instance, PreparedModels& models, LightTable& light_sets,
+             std::span<const world::Light> lights, float exposure);
     std::span<const PlacedSurface> all() const { return surfaces_; }
     /// Those that are blended, into all().
     std::span<const std::size_t> blended() const { return blended_; }
@@ -73,13 +73,13 @@ public:
     std::uint64_t made() const;
 
 private:
-    PosedModel& next_pose();
+    world::PosedModel& next_pose();
     DeformedVertices& next_deformation();
 
     std::vector<PlacedSurface> surfaces_;
     std::vector<std::size_t> blended_;
     std::deque<DeformedVertices> deformations_;
-    std::deque<PosedModel> poses_;
+    std::deque<world::PosedModel> poses_;
     std::size_t deformations_used_ = 0, poses_used_ = 0;
     bool has_only_triangles_ = true;
 };
@@ -93,13 +93,13 @@ public:
     explicit PlacedScene(std::shared_ptr<PreparedModels> models) : models_(std::move(models)) {}
 
     /// Becomes the scene of this instant.
-    void place(const SnapshotRef& snapshot);
+    void place(const world::SnapshotRef& snapshot);
     /// Holds nothing any more; what is placed next counts as another world.
     void clear();
 
-    const SnapshotRef& snapshot() const { return snapshot_; }
-    const Environment& environment() const { return static_set_->environment; }
-    std::span<const Light> lights() const { return static_set_->lights; }
+    const world::SnapshotRef& snapshot() const { return snapshot_; }
+    const world::Environment& environment() const { return static_set_->environment; }
+    std::span<const world::Light> lights() const { return static_set_->lights; }
     const LightTable& light_sets() const { return light_sets_; }
     PlacedSurfaces& statics() { return statics_; }
     const PlacedSurfaces& statics() const { return statics_; }
@@ -116,11 +116,11 @@ public:
     std::uint64_t meshes_unseen() const { return meshes_unseen_ + movers_.deformation_count() - movers_.made(); }
 
 private:
-    void place_statics(const std::shared_ptr<const StaticSet>& statics);
+    void place_statics(const std::shared_ptr<const world::StaticSet>& statics);
 
     std::shared_ptr<PreparedModels> models_;
-    SnapshotRef snapshot_;
-    std::shared_ptr<const StaticSet> static_set_;
+    world::SnapshotRef snapshot_;
+    std::shared_ptr<const world::StaticSet> static_set_;
     std::uint64_t statics_number_ = 0, objects_number_ = 0;
     PlacedSurfaces statics_, movers_;
     LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
@@ -128,4 +128,4 @@ private:
     std::uint64_t meshes_made_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

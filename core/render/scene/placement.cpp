@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 glm::vec3 extent_along(const glm::dmat4& m, glm::dvec3 half) {
@@ -11,7 +11,7 @@ glm::vec3 extent_along(const glm::dmat4& m, glm::dvec3 half) {
                      glm::abs(glm::dvec3(m[2])) * half.z);
 }
 
-void grow(Box& box, bool& is_empty, const glm::dmat4& m, const Box& local) {
+void grow(world::Box& box, bool& is_empty, const glm::dmat4& m, const world::Box& local) {
     const glm::vec3 centre(m * glm::dvec4(0.5 * (glm::dvec3(local.min) + glm::dvec3(local.max)), 1.0));
     const glm::vec3 half = extent_along(m, 0.5 * (glm::dvec3(local.max) - glm::dvec3(local.min)));
     box.min = is_empty ? centre - half : glm::min(box.min, centre - half);
@@ -21,7 +21,7 @@ void grow(Box& box, bool& is_empty, const glm::dmat4& m, const Box& local) {
 
 }  // namespace
 
-std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
+std::vector<JointBox> joint_boxes_of(const world::Primitive& primitive) {
     std::vector<JointBox> boxes;
     for (std::size_t v = 0; v < primitive.joints.size(); ++v) {
         for (int k = 0; k < 4; ++k) {
@@ -38,8 +38,8 @@ std::vector<JointBox> joint_boxes_of(const Primitive& primitive) {
     return boxes;
 }
 
-Box bounds_of(std::span<const glm::vec3> points) {
-    Box box{points.front(), points.front()};
+world::Box bounds_of(std::span<const glm::vec3> points) {
+    world::Box box{points.front(), points.front()};
     for (const glm::vec3& point : points) {
         box.min = glm::min(box.min, point);
         box.max = glm::max(box.max, point);
@@ -47,11 +47,12 @@ Box bounds_of(std::span<const glm::vec3> points) {
     return box;
 }
 
-Box skinned_bounds(const Model& model, const PosedModel& pose, int node, std::span<const JointBox> boxes) {
+world::Box skinned_bounds(const world::Model& model, const world::PosedModel& pose, int node,
+                          std::span<const JointBox> boxes) {
     // A skinned vertex is a weighted mean of where its joints carry it, so it lies in the hull of the boxes of each
     // joint's own vertices, carried by that joint.
-    const Skin& skin = model.skins[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].skin)];
-    Box box;
+    const world::Skin& skin = model.skins[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].skin)];
+    world::Box box;
     bool is_empty = true;
     for (std::size_t j = 0; j < boxes.size(); ++j) {
         if (!boxes[j].is_used) continue;
@@ -61,8 +62,8 @@ Box skinned_bounds(const Model& model, const PosedModel& pose, int node, std::sp
     return box;
 }
 
-LightSet lights_around(std::span<const Light> lights, float exposure, const glm::dmat4& world_from_local,
-                       const Box& bounds) {
+LightSet lights_around(std::span<const world::Light> lights, float exposure, const glm::dmat4& world_from_local,
+                       const world::Box& bounds) {
     const glm::dvec3 half = 0.5 * (glm::dvec3(bounds.max) - glm::dvec3(bounds.min));
     const glm::dvec3 centre = 0.5 * (glm::dvec3(bounds.max) + glm::dvec3(bounds.min));
     return select_lights(lights, exposure, glm::dvec3(world_from_local * glm::dvec4(centre, 1.0)),
@@ -80,4 +81,4 @@ glm::dmat3 normals_from(const glm::dmat4& optical_from_local, bool is_mirrored) 
     return cofactor;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

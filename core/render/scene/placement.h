@@ -11,28 +11,29 @@
 #include "core/world/snapshot.h"
 
 /// Where the parts of a model are in the world, before any camera: the same for every way of drawing.
-namespace camrig {
+namespace camrig::render::scene {
 
 /// What one joint of a skin moves: box of its vertices in the mesh's bind space.
 struct JointBox {
-    Box box;
+    world::Box box;
     bool is_used = false;
 };
 
 /// Per joint index that the vertices use; empty without a skin.
-std::vector<JointBox> joint_boxes_of(const Primitive& primitive);
+std::vector<JointBox> joint_boxes_of(const world::Primitive& primitive);
 
-Box bounds_of(std::span<const glm::vec3> points);
+world::Box bounds_of(std::span<const glm::vec3> points);
 
 /// Bounds of a skinned primitive without skinning it.
-Box skinned_bounds(const Model& model, const PosedModel& pose, int node, std::span<const JointBox> boxes);
+world::Box skinned_bounds(const world::Model& model, const world::PosedModel& pose, int node,
+                          std::span<const JointBox> boxes);
 
 /// The lights that shade what lies in the bounds.
-LightSet lights_around(std::span<const Light> lights, float exposure, const glm::dmat4& world_from_local,
-                       const Box& bounds);
+LightSet lights_around(std::span<const world::Light> lights, float exposure, const glm::dmat4& world_from_local,
+                       const world::Box& bounds);
 
 /// Normals go with the cofactor matrix: right under non-uniform scale and defined even when the matrix is singular. Its
 /// largest entry is 1; a mirroring turns it round.
 glm::dmat3 normals_from(const glm::dmat4& optical_from_local, bool is_mirrored);
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -4,12 +4,12 @@
 
 #include "core/render/scene/detail_levels.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 /// The default one of glTF where it names none.
-const Material& material_of(const Model& model, const Primitive& primitive) {
-    static const Material standard;
+const world::Material& material_of(const world::Model& model, const world::Primitive& primitive) {
+    static const world::Material standard;
     return primitive.material < 0 ? standard : model.materials[static_cast<std::size_t>(primitive.material)];
 }
 
@@ -27,27 +27,27 @@ MeshLevel mesh_level(std::vector<std::uint32_t> indices, float error) {
     return level;
 }
 
-PreparedModel prepare_model(const ModelRef& model) {
+PreparedModel prepare_model(const world::ModelRef& model) {
     PreparedModel prepared;
     std::vector<std::size_t> first_of_mesh;
-    for (const Mesh& mesh : model->meshes) {
+    for (const world::Mesh& mesh : model->meshes) {
         first_of_mesh.push_back(prepared.primitives.size());
-        for (const Primitive& primitive : mesh.primitives) {
-            const Material& material = material_of(*model, primitive);
+        for (const world::Primitive& primitive : mesh.primitives) {
+            const world::Material& material = material_of(*model, primitive);
             PreparedPrimitive& made = prepared.primitives.emplace_back();
             made.source = &primitive;
             made.material = &material;
             made.number = prepared.primitives.size() - 1;
             made.is_lit = !material.unlit && !primitive.normals.empty();
-            made.is_blended = material.alpha_mode == AlphaMode::blend;
+            made.is_blended = material.alpha_mode == world::AlphaMode::blend;
             for (DetailLevel& level : make_detail_levels(primitive))
                 made.coarser.push_back(mesh_level(std::move(level.indices), level.error));
             made.joint_boxes = joint_boxes_of(primitive);
-            prepared.has_only_triangles &= primitive.topology == Topology::triangles;
+            prepared.has_only_triangles &= primitive.topology == world::Topology::triangles;
         }
     }
     for (const Surface& surface : draw_order(*model)) {
-        const Node& node = model->nodes[static_cast<std::size_t>(surface.node)];
+        const world::Node& node = model->nodes[static_cast<std::size_t>(surface.node)];
         const std::size_t number =
             first_of_mesh[static_cast<std::size_t>(node.mesh)] + static_cast<std::size_t>(surface.primitive);
         const PreparedPrimitive& primitive = prepared.primitives[number];
@@ -59,4 +59,4 @@ PreparedModel prepare_model(const ModelRef& model) {
     return prepared;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -9,7 +9,7 @@
 #include "core/render/scene/placement.h"
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
 /// The corners of triangles: all first ones, all second ones, all third ones.
 using TriangleCorners = std::array<std::vector<std::uint32_t>, 3>;
@@ -24,8 +24,8 @@ MeshLevel mesh_level(std::vector<std::uint32_t> indices, float error);
 
 /// One draw of a mesh, with its material. Points into the Model.
 struct PreparedPrimitive {
-    const Primitive* source = nullptr;
-    const Material* material = nullptr;
+    const world::Primitive* source = nullptr;
+    const world::Material* material = nullptr;
     std::size_t number = 0;  ///< among all primitives of the model
     bool is_lit = false;
     bool is_blended = false;
@@ -47,8 +47,8 @@ struct PreparedModel {
     std::vector<PreparedSurface> surfaces;      ///< as they are drawn
     bool has_only_triangles = true;
 };
-PreparedModel prepare_model(const ModelRef& model);
+PreparedModel prepare_model(const world::ModelRef& model);
 
 using PreparedModels = ModelCache<PreparedModel>;
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -1,9 +1,9 @@
 #include "core/render/scene/scene_view.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
-SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m, Quality quality,
-                          double max_detail_error_px, std::shared_ptr<const LensView> lens) {
+SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m,
+                          world::Quality quality, double max_detail_error_px, std::shared_ptr<const LensView> lens) {
     SceneView view{.scene = &scene,
                    .transform = transform,
                    .frustum = {},
@@ -20,7 +20,7 @@ SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transfo
 }
 
 std::optional<SeenSurface> SceneView::see(const PlacedSurface& surface, bool is_static) const {
-    const Box& bounds = surface.bounds;
+    const world::Box& bounds = surface.bounds;
     const glm::dmat4 optical_from_local = transform.optical_from(surface.world_from_local);
     const bool is_wide = lens != nullptr && lens->is_wide();
     const bool may_touch = is_wide ? lens->may_see(optical_from_local, bounds, far_m)
@@ -53,7 +53,7 @@ void SceneView::see_all(bool of_statics, std::vector<SeenSurface>* opaque, std::
 }
 
 std::optional<PixelRect> SceneView::pixels_of(const SeenSurface& seen) const {
-    const Box& bounds = seen.placed->bounds;
+    const world::Box& bounds = seen.placed->bounds;
     if (lens != nullptr) return lens->pixels_of(seen.optical_from_local, bounds, transform.near_m);
     return screen_bounds(transform, seen.optical_from_local, bounds.min, bounds.max);
 }
@@ -77,4 +77,4 @@ void SeenMovers::see(const SceneView& view) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

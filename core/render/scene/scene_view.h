@@ -13,7 +13,7 @@
 #include "core/world/camera_spec.h"
 
 /// What a picture sees of a placed scene: its list of draws.
-namespace camrig {
+namespace camrig::render::scene {
 
 /// A draw that may touch the picture.
 struct SeenSurface {
@@ -33,7 +33,7 @@ struct SceneView {
     ViewTransform transform;
     Frustum frustum;  ///< not of a wide lens
     double far_m = 0.0;
-    Quality quality = Quality::simple;
+    world::Quality quality = world::Quality::simple;
     double max_detail_error_px = 0.0;           ///< 0: every mesh in full
     std::shared_ptr<const LensView> lens = {};  ///< null: none is looked through
 
@@ -45,8 +45,9 @@ struct SceneView {
     std::optional<PixelRect> pixels_of(const SeenSurface& seen) const;
     bool touches(const SeenSurface& seen, std::span<const PixelRect> rects) const;
 };
-SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m, Quality quality,
-                          double max_detail_error_px, std::shared_ptr<const LensView> lens = {});
+SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m,
+                          world::Quality quality, double max_detail_error_px,
+                          std::shared_ptr<const LensView> lens = {});
 
 /// What one picture sees of what moves.
 struct SeenMovers {
@@ -76,4 +77,4 @@ int coarsest_level(const PlacedSurface& surface, const IsFine& is_fine) {
     return static_cast<int>(too_coarse - primitive.coarser.begin());
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -6,12 +6,12 @@
 #include "core/render/shadow_plan.h"
 
 /// What of a placed scene throws shadows, and what they fall on.
-namespace camrig {
+namespace camrig::render::scene {
 
 /// Lamps, pictures of the sky and glass let light through.
 inline bool casts_shadow(const PlacedSurface& surface) {
     const PreparedPrimitive& primitive = *surface.primitive;
-    return primitive.is_lit && !primitive.is_blended && primitive.source->topology == Topology::triangles;
+    return primitive.is_lit && !primitive.is_blended && primitive.source->topology == world::Topology::triangles;
 }
 
 /// Boxes of what stands still and is lit.
@@ -36,4 +36,4 @@ inline int shadow_level(const PlacedSurface& surface, double max_error_m) {
     return coarsest_level(surface, [&](double error_m) { return error_m <= max_error_m; });
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

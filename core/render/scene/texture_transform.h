@@ -6,7 +6,7 @@
 
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
 /// Where on its texture a point is: rows of a 2x3 matrix for (u, v, 1).
 struct TextureTransform {
@@ -17,10 +17,10 @@ struct TextureTransform {
 };
 
 /// KHR_texture_transform: translation * rotation * scale; counter-clockwise with v pointing down.
-inline TextureTransform transform_of(const TextureRef& ref) {
+inline TextureTransform transform_of(const world::TextureRef& ref) {
     const float c = std::cos(ref.rotation), s = std::sin(ref.rotation);
     return {.u = {c * ref.scale.x, s * ref.scale.y, ref.offset.x},
             .v = {-s * ref.scale.x, c * ref.scale.y, ref.offset.y}};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

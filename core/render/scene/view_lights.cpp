@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-namespace camrig {
+namespace camrig::render::scene {
 
-LightInView light_in_view(const Light& light, const ViewTransform& view, float exposure) {
+LightInView light_in_view(const world::Light& light, const ViewTransform& view, float exposure) {
     LightInView made;
     made.color = light.color * light.intensity * exposure;
     made.towards = glm::vec3(view.optical_from_world * -light.direction);
-    if (light.type == LightType::directional) return made;
+    if (light.type == world::LightType::directional) return made;
     made.position = glm::vec3(view.optical_from_world * (light.position - view.eye));
     made.direction = glm::vec3(view.optical_from_world * light.direction);
     made.inverse_range2 = light.range > 0.0f ? 1.0f / (light.range * light.range) : 0.0f;
-    if (light.type == LightType::spot) {
+    if (light.type == world::LightType::spot) {
         const float inner = std::cos(light.inner_cone_rad), outer = std::cos(light.outer_cone_rad);
         made.spot_scale = 1.0f / std::max(0.001f, inner - outer);
         made.spot_offset = -outer * made.spot_scale;
@@ -21,11 +21,11 @@ LightInView light_in_view(const Light& light, const ViewTransform& view, float e
     return made;
 }
 
-AmbientInView ambient_in_view(const Environment& environment, const ViewTransform& view) {
+AmbientInView ambient_in_view(const world::Environment& environment, const ViewTransform& view) {
     return {.up = glm::vec3(view.optical_from_world * glm::dvec3(0.0, 0.0, 1.0)),
             .sky = environment.ambient_sky * environment.exposure,
             .ground = environment.ambient_ground * environment.exposure,
             .exposure = environment.exposure};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -5,7 +5,7 @@
 #include "core/render/view_transform.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 
 /// A light in the optical frame of a view. Point and spot lights in one form: a point light has spot scale 0 and spot
 /// offset 1 (KHR_lights_punctual).
@@ -17,7 +17,7 @@ struct LightInView {
     float inverse_range2 = 0.0f;
     float spot_scale = 0.0f, spot_offset = 1.0f;
 };
-LightInView light_in_view(const Light& light, const ViewTransform& view, float exposure);
+LightInView light_in_view(const world::Light& light, const ViewTransform& view, float exposure);
 
 /// What all surfaces of a view share.
 struct AmbientInView {
@@ -25,6 +25,6 @@ struct AmbientInView {
     glm::vec3 sky{0.0f}, ground{0.0f};  ///< times the exposure
     float exposure = 1.0f;
 };
-AmbientInView ambient_in_view(const Environment& environment, const ViewTransform& view);
+AmbientInView ambient_in_view(const world::Environment& environment, const ViewTransform& view);
 
-}  // namespace camrig
+}  // namespace camrig::render::scene

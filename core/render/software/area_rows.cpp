@@ -10,11 +10,11 @@
 #include "core/render/software/shown_parts.h"
 #include "core/render/software/view_rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 glm::vec3 background_of(const ViewWork& work) {
-    const Environment& environment = work.scene.scene->environment();
+    const world::Environment& environment = work.scene.scene->environment();
     return glm::clamp(environment.background * environment.exposure, 0.0f, 1.0f);
 }
 
@@ -387,4 +387,4 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

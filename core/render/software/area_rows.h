@@ -2,7 +2,7 @@
 
 #include "core/render/software/view_work.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// draw_rows for pictures whose pixels show the areas of surfaces (Antialias::coverage).
 ///
@@ -19,4 +19,4 @@ namespace camrig {
 ///   pass 4  movers over statics in the marked pixels of both; all shaded and blended
 void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, const PixelRect& band);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

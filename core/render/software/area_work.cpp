@@ -1,6 +1,6 @@
 #include "core/render/software/area_work.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 void StaticPixels::clear(int width, int y0, int y1) {
     marked.clear(width, y0, y1);
@@ -35,4 +35,4 @@ void AreaScratch::gather(StaticPixels& to) const {
     to.first.shrink_to_fit();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -10,7 +10,7 @@
 #include "core/render/software/rasterizer.h"
 
 /// What a picture whose pixels show areas works with, beside what all pictures do (view_work.h).
-namespace camrig {
+namespace camrig::render::software {
 
 /// The part of a pixel that shows a static surface.
 struct StaticFragment {
@@ -71,4 +71,4 @@ struct AreaScratch {
     void gather(StaticPixels& to) const;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -9,7 +9,7 @@
 
 #include "core/base/image_size.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// So many neighbouring pixels are worked on at once (lanes.h).
 inline constexpr int lane_count = 8;
@@ -71,4 +71,4 @@ struct Canvas {
     Rows<float> depth;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

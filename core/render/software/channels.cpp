@@ -9,29 +9,29 @@
 #include "core/render/software/surface_point.h"
 #include "core/render/software/view_rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
-ChannelFrame& channel_of(ViewWork& work, FrameKind kind) {
+ChannelFrame& channel_of(ViewWork& work, frame::FrameKind kind) {
     return work.channels[static_cast<std::size_t>(kind)];
 }
 
 /// Of words.
 Rows<std::uint32_t> rows_of(const ChannelFrame& channel) {
-    const FrameInfo& info = channel.frame->info();
+    const frame::FrameInfo& info = channel.frame->info();
     return {reinterpret_cast<std::uint32_t*>(channel.frame->mutable_bytes().data()),
             words_of(info.kind) * info.size.width};
 }
 
-PixelRect in_words(FrameKind kind, PixelRect rect) {
+PixelRect in_words(frame::FrameKind kind, PixelRect rect) {
     rect.x0 *= words_of(kind);
     rect.x1 *= words_of(kind);
     return rect;
 }
 
 /// Of what shows nothing.
-std::uint32_t nothing_of(FrameKind kind) {
-    return kind == FrameKind::depth ? std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity()) : 0;
+std::uint32_t nothing_of(frame::FrameKind kind) {
+    return kind == frame::FrameKind::depth ? std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity()) : 0;
 }
 
 /// The plane of a triangle, for depth in metres along the optical axis: at pixel (x, y) it is
@@ -82,7 +82,7 @@ DepthOfPixels depth_of(const ViewGeometry& geometry, const ScreenTriangle& trian
     const glm::dvec3 normal = glm::cross(at[1] - at[0], at[2] - at[0]);
     if (geometry.rays() != nullptr) return depth_along_rays(*geometry.rays(), at, normal);
     if (normal == glm::dvec3(0.0)) return depth_of_stroke(geometry, triangle);
-    const Intrinsics& k = geometry.transform().intrinsics;
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
     DepthOfPixels made{.right = normal.x / k.fx, .down = normal.y / k.fy, .offset = glm::dot(normal, at[0])};
     made.ahead = normal.z - made.right * k.cx - made.down * k.cy;
     const auto [nearest, farthest] = std::minmax({at[0].z, at[1].z, at[2].z});
@@ -141,12 +141,12 @@ template <typename Isa>
 CAMRIG_LANES void describe_body(const ViewScratch& scratch, const PixelRect& rect, ViewWork& work) {
     const ViewGeometry& geometry = scratch.geometry;
     const Rows<std::uint32_t> numbers = scratch.numbers.rows();
-    const auto target = [&](FrameKind kind) {
+    const auto target = [&](frame::FrameKind kind) {
         const ChannelFrame& channel = channel_of(work, kind);
         return channel.frame != nullptr ? rows_of(channel) : Rows<std::uint32_t>{};
     };
-    const Rows<std::uint32_t> depths = target(FrameKind::depth), ids = target(FrameKind::instance),
-                              classes = target(FrameKind::semantic), normals = target(FrameKind::normal);
+    const Rows<std::uint32_t> depths = target(frame::FrameKind::depth), ids = target(frame::FrameKind::instance),
+                              classes = target(frame::FrameKind::semantic), normals = target(frame::FrameKind::normal);
     std::int32_t last = 0;  // the triangle that `depth` is of
     DepthOfPixels depth;
     for (int y = rect.y0; y < rect.y1; ++y) {
@@ -215,14 +215,14 @@ void name_draws(ViewScratch& scratch) {
     scratch.ids_of_draws.clear();
     scratch.classes_of_draws.clear();
     for (const ViewDraw& draw : scratch.geometry.draws()) {
-        const ObjectInfo& object = *draw.placed->object;
+        const world::ObjectInfo& object = *draw.placed->object;
         scratch.ids_of_draws.push_back(static_cast<std::int32_t>(object.id));
         scratch.classes_of_draws.push_back(static_cast<std::int32_t>(object.class_number));
     }
 }
 
 void begin_channels(ViewWork& work, const PixelRect& band) {
-    for (const FrameKind kind : channel_kinds) {
+    for (const frame::FrameKind kind : channel_kinds) {
         const ChannelFrame& channel = channel_of(work, kind);
         if (channel.frame == nullptr) continue;
         if (!work.is_in_parts) {
@@ -246,7 +246,7 @@ void describe_visible(const ViewScratch& scratch, const PixelRect& rect, ViewWor
 }
 
 void keep_channels(ViewWork& work, const PixelRect& band) {
-    for (const FrameKind kind : channel_kinds) {
+    for (const frame::FrameKind kind : channel_kinds) {
         const ChannelFrame& channel = channel_of(work, kind);
         if (channel.frame == nullptr) continue;
         copy(rows_of(channel), work.layer->channels[static_cast<std::size_t>(kind)].rows(), in_words(kind, band));
@@ -269,4 +269,4 @@ void draw_channel_rows(ViewWork& work, const ViewScratch& scratch, const PixelRe
     draw_opaque(scratch.movers, work, scratch, band);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -7,20 +7,20 @@
 ///
 /// In each band of rows: begin_channels; describe_visible of what stands still, then keep_channels if there is a layer
 /// to be made; describe_visible of what moves. Different bands from different threads.
-namespace camrig {
+namespace camrig::render::software {
 
 /// 32-bit words of a pixel.
-constexpr int words_of(FrameKind kind) {
-    return kind == FrameKind::normal ? 3 : 1;
+constexpr int words_of(frame::FrameKind kind) {
+    return kind == frame::FrameKind::normal ? 3 : 1;
 }
 
 /// The size of a plane that holds such a picture, in words.
-inline ImageSize words_of(FrameKind kind, ImageSize size) {
+inline ImageSize words_of(frame::FrameKind kind, ImageSize size) {
     return {words_of(kind) * size.width, size.height};
 }
 
-inline constexpr std::array channel_kinds{FrameKind::depth, FrameKind::instance, FrameKind::semantic,
-                                          FrameKind::normal};
+inline constexpr std::array channel_kinds{frame::FrameKind::depth, frame::FrameKind::instance,
+                                          frame::FrameKind::semantic, frame::FrameKind::normal};
 
 /// What the draws of a view say of the objects they belong to: for describe_visible.
 void name_draws(ViewScratch& scratch);
@@ -37,4 +37,4 @@ void keep_channels(ViewWork& work, const PixelRect& band);
 /// Draws a band of a view whose colour is not wanted, and what of it a layer keeps.
 void draw_channel_rows(ViewWork& work, const ViewScratch& scratch, const PixelRect& band);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

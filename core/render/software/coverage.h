@@ -9,7 +9,7 @@
 #include "core/render/software/ray_coverage.h"
 
 /// Which pixels a triangle covers, and at what depth.
-namespace camrig {
+namespace camrig::render::software {
 
 /// The edges of a triangle; each lies opposite of the vertex it weighs. Through a lens it has others, and these are not
 /// set.
@@ -144,4 +144,4 @@ CAMRIG_LANES void rasterize(const ViewGeometry& geometry, const Setup& s, const 
     rasterize<Isa>(s, rect, visit);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -4,9 +4,9 @@
 
 #include "core/render/view_frames.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
-Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs monotonic_ns,
+Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                                              std::span<const View> views) {
     thread_.check();
     if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
@@ -22,9 +22,9 @@ Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs
     for (std::size_t i = 0; i < views.size(); ++i) {
         const View& view = views[i];
         bool is_here = false, is_elsewhere = false;
-        for (int k = 0; k < frame_kind_count; ++k) {
+        for (int k = 0; k < frame::frame_kind_count; ++k) {
             if (!view.kinds[k]) continue;
-            (drawer_.can_draw(view, static_cast<FrameKind>(k)) ? is_here : is_elsewhere) = true;
+            (drawer_.can_draw(view, static_cast<frame::FrameKind>(k)) ? is_here : is_elsewhere) = true;
         }
         if (is_here) {
             here_.push_back(&view);
@@ -33,8 +33,8 @@ Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs
         if (!is_elsewhere) continue;
         rest_.push_back(view);
         places_of_rest_.push_back(i);
-        for (int k = 0; k < frame_kind_count; ++k)
-            rest_.back().kinds[k] &= !drawer_.can_draw(view, static_cast<FrameKind>(k));
+        for (int k = 0; k < frame::frame_kind_count; ++k)
+            rest_.back().kinds[k] &= !drawer_.can_draw(view, static_cast<frame::FrameKind>(k));
     }
     drawer_.draw(here_, monotonic_ns, finished.set.frames);
     for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] = drawer_.cost_ns()[i];
@@ -50,14 +50,14 @@ Result<Renderer::Finished> CpuRenderer::draw(const SnapshotRef& snapshot, TimeNs
     finished.failures = std::move(others->failures);
     auto& frames = finished.set.frames;
     frames.insert(frames.end(), others->set.frames.begin(), others->set.frames.end());
-    const auto place = [&](const FrameRef& frame) {
+    const auto place = [&](const frame::FrameRef& frame) {
         return std::pair(std::ranges::find(views, frame->info().camera_id, &View::camera), frame->info().kind);
     };
-    std::ranges::sort(frames, [&](const FrameRef& a, const FrameRef& b) { return place(a) < place(b); });
+    std::ranges::sort(frames, [&](const frame::FrameRef& a, const frame::FrameRef& b) { return place(a) < place(b); });
     return finished;
 }
 
-Result<Renderer::Finished> CpuRenderer::draw_rest(const SnapshotRef& snapshot, TimeNs monotonic_ns) {
+Result<Renderer::Finished> CpuRenderer::draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns) {
     if (other_ == nullptr && !other_failed_) {
         auto made = make_other_();
         if (made) {
@@ -70,11 +70,12 @@ Result<Renderer::Finished> CpuRenderer::draw_rest(const SnapshotRef& snapshot, T
     return other_->draw(snapshot, monotonic_ns, rest_);
 }
 
-std::optional<std::vector<Silhouette>> CpuRenderer::silhouettes(const SnapshotRef& snapshot, const View& view,
-                                                                std::span<const ObjectId> objects) {
+std::optional<std::vector<frame::Silhouette>> CpuRenderer::silhouettes(const world::SnapshotRef& snapshot,
+                                                                       const View& view,
+                                                                       std::span<const ObjectId> objects) {
     thread_.check();
     if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
-    if (!drawer_.can_draw(view, FrameKind::instance)) return std::nullopt;
+    if (!drawer_.can_draw(view, frame::FrameKind::instance)) return std::nullopt;
     return drawer_.silhouettes(view, objects);
 }
 
@@ -99,4 +100,4 @@ std::string CpuRenderer::description() const {
     return other_ == nullptr ? own : own + "; " + other_->description();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -7,7 +7,7 @@
 #include "core/base/thread_check.h"
 #include "core/render/software/software_drawer.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// The Renderer of a machine without a GPU: pictures by camrig's own rasteriser where it can draw them, all else
 /// (colour with several samples a pixel, at quality beautiful, lines through a lens) by another one, made when it is
@@ -18,9 +18,10 @@ public:
     CpuRenderer(const SoftwareDrawer::Options& options, MakeRenderer make_other)
         : drawer_(options), make_other_(std::move(make_other)) {}
 
-    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override;
-    std::optional<std::vector<Silhouette>> silhouettes(const SnapshotRef& snapshot, const View& view,
-                                                       std::span<const ObjectId> objects) override;
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const View> views) override;
+    std::optional<std::vector<frame::Silhouette>> silhouettes(const world::SnapshotRef& snapshot, const View& view,
+                                                              std::span<const ObjectId> objects) override;
     bool is_plain(const View& view) const override;
     bool is_on_cpu() const override { return true; }
     void forget(CameraId camera) override;
@@ -28,7 +29,7 @@ public:
     std::string description() const override;
 
 private:
-    Result<Finished> draw_rest(const SnapshotRef& snapshot, TimeNs monotonic_ns);
+    Result<Finished> draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns);
 
     SoftwareDrawer drawer_;
     MakeRenderer make_other_;
@@ -41,4 +42,4 @@ private:
     ThreadCheck thread_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

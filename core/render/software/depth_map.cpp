@@ -4,7 +4,7 @@
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 template <typename Isa>
@@ -14,13 +14,13 @@ CAMRIG_LANES void draw_depth_body(const ViewGeometry& geometry, const PixelRect&
         const PixelRect seen = pixels_of(triangle, rect);
         if (seen.width() <= 0 || seen.height() <= 0) continue;
         const ViewDraw& draw = geometry.draws()[triangle.draw];
-        const Material& material = *draw.primitive->material;
+        const world::Material& material = *draw.primitive->material;
         const Setup s = set_up(geometry, i);
         rasterize<Isa>(s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             auto* const kept = reinterpret_cast<Lanes*>(depths(y) + x);
             mask &= depth > *kept;
             if (Isa::bits(mask) == 0) return;
-            if (material.alpha_mode == AlphaMode::mask) {
+            if (material.alpha_mode == world::AlphaMode::mask) {
                 const OneTriangle one(geometry, draw, triangle, s);
                 mask &= base_color<Isa>(draw, points_of(geometry, draw, one, x, y)).a >= material.alpha_cutoff;
             }
@@ -40,4 +40,4 @@ void draw_depth(const ViewGeometry& geometry, const PixelRect& rect, Rows<float>
     draw_depth_body<PlainIsa>(geometry, rect, depth);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

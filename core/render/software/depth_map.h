@@ -2,10 +2,10 @@
 
 #include "core/render/software/geometry.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// Depth of the triangles of ViewGeometry alone, in pixels where they are in front of what is there. rect: of whole
 /// groups of lanes; rows are aligned to them.
 void draw_depth(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depth);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

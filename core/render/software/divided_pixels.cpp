@@ -6,7 +6,7 @@
 
 #include "core/render/software/sample_places.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// An edge of a triangle, which lies where its values are not negative.
@@ -85,7 +85,8 @@ private:
         return one.draw == other.draw && std::ranges::find_first_of(one.vertices, other.vertices) != one.vertices.end();
     }
     CAMRIG_LANES bool has_mask(std::uint32_t number) const {
-        return number != 0 && geometry_.draws()[draw_of(number)].primitive->material->alpha_mode == AlphaMode::mask;
+        return number != 0 &&
+               geometry_.draws()[draw_of(number)].primitive->material->alpha_mode == world::AlphaMode::mask;
     }
 
     const ViewGeometry& geometry_;
@@ -122,4 +123,4 @@ void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const Mar
     find_divided_body<PlainIsa>(divider, rect, marked, crowded, divided);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

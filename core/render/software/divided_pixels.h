@@ -9,7 +9,7 @@
 
 /// Pixels that one edge of an outline divides: most of those that are marked. What lies on its two sides shows at the
 /// middle of this pixel and at that of the next one beyond the edge; no other triangle needs to be looked at.
-namespace camrig {
+namespace camrig::render::software {
 
 struct DividedPixel {
     SampleMask mask = all_samples;  ///< the places that show what the middle does; all: nothing else is seen
@@ -23,4 +23,4 @@ void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const Mar
                   const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth, MarkedPixels& crowded,
                   std::vector<DividedPixel>& divided);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -6,7 +6,7 @@
 
 #include "core/render/software/lambert.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// A corner of a clipped polygon: where it is, and how much of each corner of the triangle it is made of.
@@ -17,14 +17,14 @@ struct ClippedCorner {
 
 }  // namespace
 
-void ViewGeometry::begin_view(const SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
+void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
                               bool has_outlines, std::span<const ShadowInView> shadows) {
     view_ = view;
     wide_lanes_ = wide_lanes;
     has_outlines_ = has_outlines;
     has_both_sides_ = false;
     shadows_.assign(shadows.begin(), shadows.end());
-    light_ = ambient_in_view(view.scene->environment(), view.transform);
+    light_ = scene::ambient_in_view(view.scene->environment(), view.transform);
     const auto light_sets = static_cast<std::size_t>(view.scene->light_sets().size());
     lights_.resize(std::max(lights_.size(), light_sets));
     lights_made_.assign(light_sets, false);
@@ -47,13 +47,13 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
     lights.local.clear();
     lights.directional_shadows.clear();
     lights.local_shadows.clear();
-    const LightSet& set = view_.scene->light_sets()[light_set];
+    const scene::LightSet& set = view_.scene->light_sets()[light_set];
     for (int i = 0; i < set.directional + set.local; ++i) {
         const std::size_t index = set.lights[static_cast<std::size_t>(i)];
-        const Light& light = view_.scene->lights()[index];
+        const world::Light& light = view_.scene->lights()[index];
         const bool is_directional = i < set.directional;
         (is_directional ? lights.directional : lights.local)
-            .push_back(light_in_view(light, view_.transform, light_.exposure));
+            .push_back(scene::light_in_view(light, view_.transform, light_.exposure));
         const auto shadow = std::ranges::find(shadows_, index, &ShadowInView::light);
         (is_directional ? lights.directional_shadows : lights.local_shadows)
             .push_back(shadow == shadows_.end() ? -1 : static_cast<int>(shadow - shadows_.begin()));
@@ -61,18 +61,18 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
     return &lights;
 }
 
-const ViewDraw& ViewGeometry::add(const SeenSurface& seen, const SoftwarePrimitive& primitive) {
-    const PlacedSurface& placed = *seen.placed;
-    const Primitive& source = *placed.primitive->source;
+const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive) {
+    const scene::PlacedSurface& placed = *seen.placed;
+    const world::Primitive& source = *placed.primitive->source;
     ViewDraw draw;
-    static_cast<SeenSurface&>(draw) = seen;
+    static_cast<scene::SeenSurface&>(draw) = seen;
     draw.primitive = placed.primitive;
     draw.mesh =
         seen.level == 0 ? &primitive.full : &placed.primitive->coarser[static_cast<std::size_t>(seen.level - 1)];
     draw.positions = source.positions.data();
     draw.normals = source.normals.empty() ? nullptr : source.normals.data();
     if (placed.deformation >= 0) {
-        const DeformedVertices& made = view_.scene->group_of(seen.is_static).deformed(placed);
+        const scene::DeformedVertices& made = view_.scene->group_of(seen.is_static).deformed(placed);
         draw.positions = made.positions.data();
         if (draw.normals != nullptr) draw.normals = made.normals.data();
     }
@@ -88,14 +88,14 @@ const ViewDraw& ViewGeometry::add(const SeenSurface& seen, const SoftwarePrimiti
         if (draw.textures[normal_slot] != nullptr && !source.tangents.empty() && placed.deformation < 0)
             draw.tangents = source.tangents.data();
     }
-    draw.optical_from_normal = glm::mat3(normals_from(draw.optical_from_local, placed.is_mirrored));
+    draw.optical_from_normal = glm::mat3(scene::normals_from(draw.optical_from_local, placed.is_mirrored));
     draw.first_vertex = static_cast<std::uint32_t>(vertices_.size());
     draw.vertex_count = static_cast<std::uint32_t>(source.positions.size());
     draw.first_clipped = static_cast<std::uint32_t>(clipped_.size());
     draw.first_triangle = static_cast<std::uint32_t>(triangles_.size());
     if (draw.primitive->is_lit) {
         draw.lights = lights_of(placed.light_set);
-        if (view_.quality == Quality::fast) light_vertices(draw);
+        if (view_.quality == world::Quality::fast) light_vertices(draw);
     }
     add_triangles(draw, primitive);
     draw.triangle_count = static_cast<std::uint32_t>(triangles_.size()) - draw.first_triangle;
@@ -128,7 +128,7 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
 }
 
 void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& primitive) {
-    if (draw.primitive->source->topology != Topology::triangles) return add_strokes(draw);
+    if (draw.primitive->source->topology != world::Topology::triangles) return add_strokes(draw);
     const MeshNeighbors* const neighbors =
         has_outlines_ ? &primitive.neighbors->of(primitive, *draw.primitive, draw.level) : nullptr;
     TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
@@ -145,7 +145,7 @@ void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& 
     for (auto* const list : {&to_clip_, &made_by_clipping_}) {
         for (auto& corners : *list) corners.clear();
     }
-    const auto add = [&](const TriangleCorners& corners) {
+    const auto add = [&](const scene::TriangleCorners& corners) {
         assemble(corners, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_, outline_scratch_,
                  triangles_, to_clip_);
     };
@@ -260,4 +260,4 @@ VertexValues& ViewGeometry::add_between(const std::array<VertexValues, 3>& value
     return made;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

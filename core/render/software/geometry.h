@@ -13,7 +13,7 @@
 #include "core/render/software/software_model.h"
 
 /// From placed meshes to triangles on the screen: the geometry of one view.
-namespace camrig {
+namespace camrig::render::software {
 
 /// What a vertex carries through a clipped edge.
 struct VertexValues {
@@ -28,14 +28,14 @@ struct VertexValues {
 
 /// The lights of a draw, in the optical frame of the view.
 struct SurfaceLights {
-    std::vector<LightInView> directional, local;
+    std::vector<scene::LightInView> directional, local;
     std::vector<int> directional_shadows, local_shadows;  ///< into ViewGeometry::shadows; -1: none
 };
 
 /// One draw of a view: where its triangles come from and how they are shaded.
-struct ViewDraw : SeenSurface {
-    const PreparedPrimitive* primitive = nullptr;
-    const MeshLevel* mesh = nullptr;
+struct ViewDraw : scene::SeenSurface {
+    const scene::PreparedPrimitive* primitive = nullptr;
+    const scene::MeshLevel* mesh = nullptr;
     const glm::vec3* positions = nullptr;
     const glm::vec3* normals = nullptr;
     const glm::vec4* colors = nullptr;
@@ -60,25 +60,25 @@ public:
     /// rays: of the view's lens, null without one. wide_lanes: drawn with instructions for all lanes at once.
     /// has_outlines: for pictures of exact areas; triangles between the middles of pixels are kept. shadows: of
     /// quality beautiful.
-    void begin_view(const SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
+    void begin_view(const scene::SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
                     bool has_outlines = false, std::span<const ShadowInView> shadows = {});
     /// For what a light sees: both sides of every triangle.
-    void begin_shadow_map(const SceneView& view, bool wide_lanes) {
+    void begin_shadow_map(const scene::SceneView& view, bool wide_lanes) {
         begin_view(view, nullptr, wide_lanes);
         has_both_sides_ = true;
     }
     /// Adds the triangles of a draw, whose vertices are made (PlacedSurfaces::deform), and returns it as it is kept;
     /// good until the next one is added.
-    const ViewDraw& add(const SeenSurface& seen, const SoftwarePrimitive& primitive);
+    const ViewDraw& add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive);
 
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }
     bool has_outlines() const { return has_outlines_; }
-    bool is_beautiful() const { return view_.quality == Quality::beautiful; }
+    bool is_beautiful() const { return view_.quality == world::Quality::beautiful; }
     std::span<const ShadowInView> shadows() const { return shadows_; }
     /// Of all that is kept of the view.
     std::int64_t bytes() const;
-    const AmbientInView& light() const { return light_; }
+    const scene::AmbientInView& light() const { return light_; }
     /// Through a lens a triangle is that of its rays, and has no place on the screen; null: no lens.
     const LensRays* rays() const { return rays_.get(); }
     std::span<const RayTriangle> ray_triangles() const { return ray_triangles_; }
@@ -112,9 +112,9 @@ private:
     void add_quad(const ViewDraw& draw, const std::array<QuadCorner, 4>& corners);
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
-    SceneView view_;
+    scene::SceneView view_;
     bool wide_lanes_ = false, has_outlines_ = false, has_both_sides_ = false;
-    AmbientInView light_;
+    scene::AmbientInView light_;
     std::vector<ShadowInView> shadows_;
     std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
@@ -123,7 +123,7 @@ private:
     std::vector<std::int32_t> outside_;  ///< per vertex of the draw: which planes it is beyond
     std::vector<ScreenTriangle> triangles_;
     OutlineScratch outline_scratch_;
-    TriangleCorners to_clip_, made_by_clipping_;
+    scene::TriangleCorners to_clip_, made_by_clipping_;
     std::shared_ptr<const LensRays> rays_;
     LensNumbers lens_;
     std::vector<LensVertex> lens_vertices_;   ///< of the draw
@@ -132,4 +132,4 @@ private:
     std::vector<VertexLight> vertex_lights_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -7,7 +7,7 @@
 #include "core/render/software/lanes.h"
 
 /// shaders/lighting.glsl for CPUs: once for vertices and for groups of pixels, which only count differently.
-namespace camrig {
+namespace camrig::render::software {
 
 /// One point.
 struct OnePoint {
@@ -32,7 +32,7 @@ struct PointGroup {
 };
 
 template <typename P>
-CAMRIG_LANES typename P::Vector hemisphere(const AmbientInView& light, const typename P::Vector& n) {
+CAMRIG_LANES typename P::Vector hemisphere(const scene::AmbientInView& light, const typename P::Vector& n) {
     return P::vector(light.ground) +
            P::vector(light.sky - light.ground) * (0.5f + 0.5f * P::of(n, P::vector(light.up)));
 }
@@ -44,7 +44,7 @@ struct LightAtPoint {
     typename P::Number share;
 };
 template <typename P>
-CAMRIG_LANES LightAtPoint<P> light_at(const LightInView& light, const typename P::Vector& position) {
+CAMRIG_LANES LightAtPoint<P> light_at(const scene::LightInView& light, const typename P::Vector& position) {
     using Number = typename P::Number;
     using Vector = typename P::Vector;
     const Vector towards = P::vector(light.position) - position;
@@ -63,13 +63,13 @@ CAMRIG_LANES typename P::Vector lambert(const SurfaceLights& lights, const typen
                                         const typename P::Vector& position) {
     using Vector = typename P::Vector;
     Vector sum = P::vector(glm::vec3(0.0f));
-    for (const LightInView& light : lights.directional)
+    for (const scene::LightInView& light : lights.directional)
         sum = sum + P::vector(light.color) * P::at_least(P::of(n, P::vector(light.towards)), 0.0f);
-    for (const LightInView& light : lights.local) {
+    for (const scene::LightInView& light : lights.local) {
         const LightAtPoint<P> at = light_at<P>(light, position);
         sum = sum + P::vector(light.color) * (at.share * P::at_least(P::of(n, at.towards), 0.0f));
     }
     return sum;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

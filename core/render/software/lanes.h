@@ -14,7 +14,7 @@
 /// Eight neighbouring pixels at once, as vectors of the compiler: with AVX2 one instruction each, without it two or
 /// four. Only what IEEE 754 defines exactly is used and nothing is contracted (-ffp-contract=off): every CPU gives the
 /// same bits.
-namespace camrig {
+namespace camrig::render::software {
 
 using Lanes = float __attribute__((vector_size(32)));
 using IntLanes = std::int32_t __attribute__((vector_size(32)));
@@ -260,4 +260,4 @@ CAMRIG_LANES Doubles gathered(const double* from, IntLanes at) {
     return {reinterpret_cast<Doubles4>(low), reinterpret_cast<Doubles4>(high)};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -3,7 +3,7 @@
 #include "core/render/software/lanes.h"
 
 /// Powers and logarithms of lanes, of operations that give the same bits everywhere.
-namespace camrig {
+namespace camrig::render::software {
 
 /// 2^x for magnitudes below 120, to 3e-7 of it.
 CAMRIG_LANES Lanes exp2_of(Lanes x) {
@@ -26,4 +26,4 @@ CAMRIG_LANES Lanes log2_of(Lanes x) {
     return __builtin_convertvector(power, Lanes) + log * 1.44269504f;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -8,7 +8,7 @@
 
 /// LensView for eight points at once. What is as large as the picture is counted in double, what the lens does to it in
 /// float: off by 2e-7 of the distance to the principal point.
-namespace camrig {
+namespace camrig::render::software {
 
 /// The point (x, y, z) of a direction is seen at k.c + k.f * ((x, y) * factor + (aside_x, aside_y)).
 struct ThroughLens {
@@ -68,4 +68,4 @@ CAMRIG_LANES ThroughLens through_lens(const LensNumbers& lens, Lanes x, Lanes y,
     return made;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

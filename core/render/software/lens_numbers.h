@@ -6,11 +6,11 @@
 #include "core/render/scene/lens_view.h"
 #include "core/render/software/screen_triangles.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// All numbers that where a point is seen follows from.
 struct LensNumbers {
-    Intrinsics k;
+    camera::Intrinsics k;
     double near_m = 0.0, depth_scale = 0.0, depth_shift = 0.0;
     double guard = 0.0;
     std::array<float, 5> numerator{};
@@ -21,7 +21,7 @@ struct LensNumbers {
     bool is_angular = false, is_wide = false, is_rational = false, has_tangential = false;
 
     LensNumbers() = default;
-    LensNumbers(const LensView& lens, const ViewTransform& view)
+    LensNumbers(const scene::LensView& lens, const ViewTransform& view)
         : k(view.intrinsics),
           near_m(view.near_m),
           depth_scale(view.depth_scale),
@@ -33,7 +33,7 @@ struct LensNumbers {
           short_length2(static_cast<float>(lens.short_length() * lens.short_length())),
           bend_subpixels(static_cast<float>(lens.bend() * subpixels)),
           is_wide(lens.is_wide()) {
-        const LensMap::Formula formula = lens.model().lens().formula();
+        const camera::LensMap::Formula formula = lens.model().lens().formula();
         const auto narrow = [](double value) { return static_cast<float>(value); };
         std::ranges::transform(formula.numerator, numerator.begin(), narrow);
         std::ranges::transform(formula.denominator, denominator.begin(), narrow);
@@ -46,4 +46,4 @@ struct LensNumbers {
     }
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -9,7 +9,7 @@
 #include "core/render/software/lanes.h"
 #include "core/render/software/rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 int cells_of(int length, int side) {
@@ -22,8 +22,8 @@ struct IdealPoints {
 };
 
 /// LensMap::undistort() from a guess that is almost right; of those that are not found, `at` lies anywhere.
-CAMRIG_LANES IntLanes undistort_near(const LensMap::Formula& f, double valid_radius, const IdealPoints& distorted,
-                                     IdealPoints& at) {
+CAMRIG_LANES IntLanes undistort_near(const camera::LensMap::Formula& f, double valid_radius,
+                                     const IdealPoints& distorted, IdealPoints& at) {
     constexpr int steps = 2;
     constexpr double tolerance = 1e-9;
     for (int step = 0;; ++step) {
@@ -82,7 +82,7 @@ CAMRIG_LANES Doubles doubles_at(const double* from) {
 /// The ideal points of a row of pixels, and which of them the lens shows at all; with those of the rows above.
 class IdealRows {
 public:
-    IdealRows(const CameraModel& model, int width)
+    IdealRows(const camera::CameraModel& model, int width)
         : model_(model), k_(model.intrinsics()), formula_(model.lens().formula()), width_(width) {
         for (auto& row : rows_) row = {std::vector<double>(size()), std::vector<double>(size()), {}};
         for (auto& row : rows_) row.sees.assign(size(), 0);
@@ -143,9 +143,9 @@ private:
         row.y[x] = ideal ? ideal->y : 0.0;
     }
 
-    const CameraModel& model_;
-    Intrinsics k_;
-    LensMap::Formula formula_;
+    const camera::CameraModel& model_;
+    camera::Intrinsics k_;
+    camera::LensMap::Formula formula_;
     int width_;
     std::array<Row, 3> rows_;
 };
@@ -207,7 +207,7 @@ void LensRays::Grid::add(int column, int row, const glm::vec3& ray) {
     widen(low_z, high_z, 2);
 }
 
-LensRays::LensRays(const LensView& lens, bool wide) : size_(lens.model().size()), is_wide_(lens.is_wide()) {
+LensRays::LensRays(const scene::LensView& lens, bool wide) : size_(lens.model().size()), is_wide_(lens.is_wide()) {
     // A group of lanes more and a row more.
     const ImageSize more{(cells_of(size_.width, lane_count) + 1) * lane_count, size_.height + 1};
     x_ = Plane<float>(more);
@@ -255,4 +255,4 @@ void LensRays::find_bounds() {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -5,7 +5,7 @@
 #include "core/render/scene/lens_view.h"
 #include "core/render/software/canvas.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// Which way each pixel of a camera with a lens looks, in its optical frame: a ray reaches a point at (x, y, 1) times
 /// the point's z; that of a wide lens (LensView::is_wide) has length 1 and reaches it at its distance from the eye.
@@ -19,7 +19,7 @@ public:
     static constexpr int tile_side = lane_count, block_side = tile_side * lane_count;
 
     /// wide: with instructions for all lanes at once (has_wide_lanes).
-    LensRays(const LensView& lens, bool wide);
+    LensRays(const scene::LensView& lens, bool wide);
 
     bool is_wide() const { return is_wide_; }
     PixelRect whole() const { return {0, 0, size_.width, size_.height}; }
@@ -53,4 +53,4 @@ private:
     Grid tiles_, blocks_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

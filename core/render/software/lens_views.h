@@ -8,11 +8,11 @@
 #include "core/render/scene/lens_view.h"
 #include "core/render/software/lens_rays.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// What a camera is looked through. Without a lens: neither.
 struct ViewLens {
-    std::shared_ptr<const LensView> view;
+    std::shared_ptr<const scene::LensView> view;
     std::shared_ptr<const LensRays> rays;
 };
 
@@ -25,8 +25,8 @@ public:
     /// Refuses what LensView refuses.
     const Result<ViewLens>& of(const View& view) {
         static const Result<ViewLens> pinhole;
-        const CameraSpec& spec = *view.spec;
-        if (spec.lens.model == LensModel::pinhole) {
+        const world::CameraSpec& spec = *view.spec;
+        if (spec.lens.model == camera::LensModel::pinhole) {
             entries_.erase(view.camera);
             return pinhole;
         }
@@ -46,12 +46,12 @@ public:
 private:
     struct Entry {
         ImageSize size;
-        Intrinsics intrinsics;
-        Lens lens;
+        camera::Intrinsics intrinsics;
+        camera::Lens lens;
         Result<ViewLens> made;
     };
-    Result<ViewLens> make(const CameraSpec& spec) const {
-        auto view = LensView::create(spec.size, spec.intrinsics, spec.lens);
+    Result<ViewLens> make(const world::CameraSpec& spec) const {
+        auto view = scene::LensView::create(spec.size, spec.intrinsics, spec.lens);
         if (!view) return std::unexpected(view.error());
         return ViewLens{*view, std::make_shared<const LensRays>(**view, wide_lanes_)};
     }
@@ -60,4 +60,4 @@ private:
     std::map<CameraId, Entry> entries_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

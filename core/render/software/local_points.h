@@ -4,7 +4,7 @@
 
 #include "core/render/software/lanes.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// Points of a mesh in the space that `m` takes them to, for a group of lanes; at: their numbers.
 struct PointLanes {
@@ -22,4 +22,4 @@ CAMRIG_LANES PointLanes transformed(const glm::dmat4& m, const glm::vec3* positi
     return {row(0), row(1), row(2)};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

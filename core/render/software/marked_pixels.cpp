@@ -7,7 +7,7 @@
 #include "core/render/software/lanes.h"
 #include "core/render/software/rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 struct EdgeMarks {
@@ -166,4 +166,4 @@ void mark_crossings(const ViewGeometry& geometry, const PixelRect& rect, const M
     mark_crossings_body<PlainIsa>(geometry, rect, outlines, numbers, last_other, to);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

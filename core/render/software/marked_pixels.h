@@ -10,7 +10,7 @@
 #include "core/render/software/rasterizer.h"
 
 /// Which pixels show more than one surface: those that an edge of an outline touches, and where surfaces cross.
-namespace camrig {
+namespace camrig::render::software {
 
 /// A bit for each pixel of some rows, and the set ones numbered from left to right and top to bottom.
 class MarkedPixels {
@@ -127,4 +127,4 @@ void mark_outlines(const ViewGeometry& geometry, std::uint32_t first_triangle, s
 void mark_crossings(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& outlines,
                     const TriangleNumbers& numbers, std::uint32_t last_other, MarkedPixels& to);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

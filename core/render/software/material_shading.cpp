@@ -8,7 +8,7 @@
 #include "core/render/software/shadow_lookup.h"
 #include "core/render/surface_tables.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// The tables of the split sum, value by value.
@@ -117,7 +117,7 @@ struct Mirror {
 template <typename Isa>
 CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, Lanes roughness) {
     const SplitSum& tables = split_sum();
-    const AmbientInView& light = geometry.light();
+    const scene::AmbientInView& light = geometry.light();
     const TablePlace at = table_place(s.view_cosine, roughness);
     const Lanes scale = looked_up<Isa>(tables.scale.data(), at), bias = looked_up<Isa>(tables.bias.data(), at);
     const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
@@ -154,7 +154,7 @@ CAMRIG_LANES void add_lamp(const ViewGeometry& geometry, const SurfaceResponse& 
 template <typename Isa>
 CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
                              const Lanes3& rays, bool has_movers, Rgba& to) {
-    const Material& material = *draw.primitive->material;
+    const world::Material& material = *draw.primitive->material;
     const Rgba base = base_color<Isa>(draw, points);
     const float exposure = geometry.light().exposure;
     const Lanes3 position = rays * points.z;
@@ -191,7 +191,7 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
                  mirror.share * mirror.light;
     const SurfaceLights& lights = *draw.lights;
     for (std::size_t i = 0; i < lights.directional.size(); ++i) {
-        const LightInView& light = lights.directional[i];
+        const scene::LightInView& light = lights.directional[i];
         add_lamp<Isa>(geometry, s, {splat(light.towards), splat(light.color), lights.directional_shadows[i]}, position,
                       geometric, has_movers, sum);
     }
@@ -219,4 +219,4 @@ void shade_material_plain(const ViewGeometry& geometry, const ViewDraw& draw, co
     shade_body<PlainIsa>(geometry, draw, points, rays, has_movers, to);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -3,7 +3,7 @@
 #include "core/render/software/surface_point.h"
 
 /// Quality beautiful: shaders/forward.frag for CPUs.
-namespace camrig {
+namespace camrig::render::software {
 
 struct Rgba {
     Lanes3 rgb;
@@ -17,4 +17,4 @@ struct Rgba {
 [[gnu::noinline]] void shade_material_plain(const ViewGeometry& geometry, const ViewDraw& draw,
                                             const SurfacePoints& points, const Lanes3& rays, bool has_movers, Rgba& to);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -4,11 +4,11 @@
 #include <numeric>
 #include <tuple>
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// The first vertex that is the same, for each one.
-std::vector<std::uint32_t> welded(const Primitive& primitive) {
+std::vector<std::uint32_t> welded(const world::Primitive& primitive) {
     std::vector<std::uint32_t> same(primitive.positions.size()), order(same.size());
     std::iota(same.begin(), same.end(), 0u);
     if (!primitive.targets.empty()) return same;
@@ -43,7 +43,7 @@ struct MeshEdge {
 
 }  // namespace
 
-MeshNeighbors neighbors_of(const TriangleCorners& triangles, const Primitive& primitive) {
+MeshNeighbors neighbors_of(const scene::TriangleCorners& triangles, const world::Primitive& primitive) {
     const std::vector<std::uint32_t> same = welded(primitive);
     MeshNeighbors neighbors(triangles[0].size(), {-1, -1, -1});
     std::vector<MeshEdge> edges;
@@ -66,4 +66,4 @@ MeshNeighbors neighbors_of(const TriangleCorners& triangles, const Primitive& pr
     return neighbors;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

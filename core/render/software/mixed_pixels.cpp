@@ -5,7 +5,7 @@
 #include "core/render/software/rasterizer.h"
 #include "core/render/software/shading.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 glm::vec3 linear_of(std::uint32_t pixel) {
     const std::array<float, 256>& linear = linear_of_code();
@@ -46,4 +46,4 @@ void MixedPixels::mix(const ShadedPlaces& places, Rows<std::uint32_t> colors) co
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -9,7 +9,7 @@
 #include "core/render/software/place_shading.h"
 
 /// Pixels that show several colours, each in a part of them: mixed in linear light.
-namespace camrig {
+namespace camrig::render::software {
 
 constexpr float share_of(int samples) {
     return static_cast<float>(samples) * (1.0f / sample_count);
@@ -74,4 +74,4 @@ private:
     int left_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -10,7 +10,7 @@
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// The edges of a triangle at the places of pixels; not negative is inside.
@@ -157,7 +157,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
             SampleMask mask = edges->mask<Isa>(values);
             if (mask == 0) return;
             const ViewDraw& draw = geometry.draws()[triangle.draw];
-            if (draw.primitive->material->alpha_mode == AlphaMode::mask) {
+            if (draw.primitive->material->alpha_mode == world::AlphaMode::mask) {
                 mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
                 if (mask == 0) return;
             }
@@ -199,4 +199,4 @@ void find_fragments(const ViewGeometry& geometry, std::uint32_t first_triangle, 
     find_fragments_body<PlainIsa>(geometry, first_triangle, count, rect, marked, to);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

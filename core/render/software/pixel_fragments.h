@@ -9,7 +9,7 @@
 #include "core/render/software/pixel_part.h"
 
 /// The parts of triangles that marked pixels show.
-namespace camrig {
+namespace camrig::render::software {
 
 /// What of a pixel one triangle covers.
 struct Fragment {
@@ -69,4 +69,4 @@ private:
 void find_fragments(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                     const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

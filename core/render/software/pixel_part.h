@@ -3,7 +3,7 @@
 #include <cstdint>
 
 /// Which part of a pixel something covers, and how deep it lies there (sample_places.h says where the places are).
-namespace camrig {
+namespace camrig::render::software {
 
 /// A bit for each place, from left to right.
 using SampleMask = std::uint64_t;
@@ -20,4 +20,4 @@ struct PixelPlane {
     float reach() const { return most_offset * ((dx < 0.0f ? -dx : dx) + (dy < 0.0f ? -dy : dy)); }
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -5,12 +5,12 @@
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 template <typename Isa>
 CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, ShadedPlaces& of) {
-    const Intrinsics& k = geometry.transform().intrinsics;
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
     const auto count = static_cast<std::uint32_t>(of.order.size());
     for (std::uint32_t first = 0, end = 0; first < count; first = end) {
         const std::uint32_t number = geometry.triangles()[of.places[of.order[first]].triangle].draw;
@@ -59,4 +59,4 @@ void shade_places(const ViewGeometry& geometry, ShadedPlaces& of) {
     shade_places_body<PlainIsa>(geometry, of);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -5,7 +5,7 @@
 
 #include "core/render/software/geometry.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// A point of a triangle to be shaded.
 struct ShadedPlace {
@@ -28,4 +28,4 @@ struct ShadedPlaces {
 };
 void shade_places(const ViewGeometry& geometry, ShadedPlaces& of);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -10,7 +10,7 @@
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// Its pixels lie in one group of each row, and few rows.
@@ -56,8 +56,8 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
         const PixelRect seen = pixels_of(triangle, rect);
         if (seen.width() <= 0 || seen.height() <= 0) continue;
         const ViewDraw& draw = geometry.draws()[triangle.draw];
-        const Material& material = *draw.primitive->material;
-        const bool is_masked = material.alpha_mode == AlphaMode::mask;
+        const world::Material& material = *draw.primitive->material;
+        const bool is_masked = material.alpha_mode == world::AlphaMode::mask;
         const Setup s = set_up(geometry, i);
         if (s.ray == nullptr && !is_masked && is_small(triangle, seen)) {
             find_small(s, seen, depths, number_rows, i + 1);
@@ -200,7 +200,7 @@ const std::array<float, 256>& linear_of_code() {
     static const std::array<float, 256> table = [] {
         std::array<float, 256> made{};
         for (std::size_t i = 0; i < made.size(); ++i) {
-            made[i] = static_cast<float>(linear_of_srgb(static_cast<double>(i) / 255.0));
+            made[i] = static_cast<float>(frame::linear_of_srgb(static_cast<double>(i) / 255.0));
         }
         return made;
     }();
@@ -211,4 +211,4 @@ std::uint8_t srgb_code(float linear) {
     return static_cast<std::uint8_t>(code(srgb(lanes(linear)))[0]);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -8,7 +8,7 @@
 /// From triangles to pixels. A pixel belongs to a triangle if its middle lies inside, or on a top or left edge: what
 /// shares an edge leaves no gap and draws no pixel twice. Everything about a pixel follows from the triangle and the
 /// pixel alone, so a part of a picture has the same bytes as the whole.
-namespace camrig {
+namespace camrig::render::software {
 
 /// Which triangle of ViewGeometry shows in each pixel, from 1; 0: none of this view. All 0 between views.
 using TriangleNumbers = Plane<std::uint32_t>;
@@ -36,4 +36,4 @@ const std::array<float, 256>& linear_of_code();
 /// The sRGB code of a linear value, as shading writes it.
 std::uint8_t srgb_code(float linear);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

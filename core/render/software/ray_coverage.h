@@ -6,7 +6,7 @@
 #include "core/render/software/rows.h"
 
 /// coverage.h for pictures through a lens: which pixels' rays pass through a triangle, and at what depth.
-namespace camrig {
+namespace camrig::render::software {
 
 CAMRIG_LANES Lanes lanes_at(const float* from) {
     return reinterpret_cast<Lanes>(load_lanes(from));
@@ -104,4 +104,4 @@ CAMRIG_LANES void rasterize(const LensRays& rays, const RayTriangle& triangle, f
     each_tile<Isa>(rays, triangle, farthest, rect, visit_part);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

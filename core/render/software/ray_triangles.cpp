@@ -9,7 +9,7 @@
 #include "core/render/software/local_points.h"
 #include "core/render/software/ray_coverage.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// Vertices that are further away are nowhere.
@@ -23,7 +23,7 @@ template <typename Isa>
 CAMRIG_LANES void place_body(const LensNumbers& lens, ImageSize size, const glm::dmat4& m, const glm::vec3* positions,
                              std::span<const std::uint32_t> which, LensVertex* to) {
     // A short edge between two vertices beside the picture may be bent into it.
-    constexpr double margin = LensView::most_bend_px + double{rounding_subpixels} / subpixels;
+    constexpr double margin = scene::LensView::most_bend_px + double{rounding_subpixels} / subpixels;
     const double left = -0.5 - margin, right = size.width - 0.5 + margin, bottom = size.height - 0.5 + margin;
     for (std::size_t i = 0; i < which.size(); i += lane_count) {
         const IntLanes at = indices_at(which.data() + i, which.size() - i);
@@ -141,7 +141,7 @@ CAMRIG_LANES Doubles volume_of(const LensVertex* vertices, const std::array<IntL
 }
 
 template <typename Isa>
-CAMRIG_LANES void assemble_rays_body(const TriangleCorners& corners, const LensVertex* vertices,
+CAMRIG_LANES void assemble_rays_body(const scene::TriangleCorners& corners, const LensVertex* vertices,
                                      const TriangleRule& rule, const LensNumbers& lens, const LensRays& rays,
                                      std::vector<ScreenTriangle>& to, std::vector<RayTriangle>& rays_to) {
     static_assert(sizeof(LensVertex) == 8 * sizeof(float));
@@ -206,7 +206,7 @@ CAMRIG_LANES void assemble_rays_body(const TriangleCorners& corners, const LensV
     }
 }
 
-CAMRIG_WIDE void assemble_rays_wide(const TriangleCorners& corners, const LensVertex* vertices,
+CAMRIG_WIDE void assemble_rays_wide(const scene::TriangleCorners& corners, const LensVertex* vertices,
                                     const TriangleRule& rule, const LensNumbers& lens, const LensRays& rays,
                                     std::vector<ScreenTriangle>& to, std::vector<RayTriangle>& rays_to) {
     assemble_rays_body<Avx2Isa>(corners, vertices, rule, lens, rays, to, rays_to);
@@ -220,11 +220,11 @@ void place_vertices(const LensNumbers& lens, ImageSize size, const glm::dmat4& o
     place_body<PlainIsa>(lens, size, optical_from_local, positions, which, to);
 }
 
-void assemble_rays(const TriangleCorners& corners, const LensVertex* vertices, const TriangleRule& rule,
+void assemble_rays(const scene::TriangleCorners& corners, const LensVertex* vertices, const TriangleRule& rule,
                    const LensNumbers& lens, const LensRays& rays, bool wide, std::vector<ScreenTriangle>& to,
                    std::vector<RayTriangle>& rays_to) {
     if (wide) return assemble_rays_wide(corners, vertices, rule, lens, rays, to, rays_to);
     assemble_rays_body<PlainIsa>(corners, vertices, rule, lens, rays, to, rays_to);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

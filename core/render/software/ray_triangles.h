@@ -10,7 +10,7 @@
 #include "core/render/software/screen_triangles.h"
 
 /// Triangles of a view through a lens, in the space of its rays: there their edges are straight, wherever they are.
-namespace camrig {
+namespace camrig::render::software {
 
 /// More of what a vertex may be beyond: the end of the lens, and so far that no short edge from there is seen.
 inline constexpr std::int32_t outside_end = 64, outside_lens = 128;
@@ -40,8 +40,8 @@ void place_vertices(const LensNumbers& lens, ImageSize size, const glm::dmat4& o
                     const glm::vec3* positions, std::span<const std::uint32_t> which, bool wide, LensVertex* to);
 
 /// Appends the triangles that may show a pixel, and what their rays are. Vertices: from rule.first_vertex on.
-void assemble_rays(const TriangleCorners& corners, const LensVertex* vertices, const TriangleRule& rule,
+void assemble_rays(const scene::TriangleCorners& corners, const LensVertex* vertices, const TriangleRule& rule,
                    const LensNumbers& lens, const LensRays& rays, bool wide, std::vector<ScreenTriangle>& to,
                    std::vector<RayTriangle>& rays_to);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

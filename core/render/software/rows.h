@@ -8,7 +8,7 @@
 #include "core/render/software/canvas.h"
 
 /// Rectangles of planes and frames.
-namespace camrig {
+namespace camrig::render::software {
 
 /// May be of less than no height.
 inline PixelRect common(const PixelRect& a, const PixelRect& b) {
@@ -35,4 +35,4 @@ void fill(Rows<T> rows, const PixelRect& rect, T value) {
     for (int y = rect.y0; y < rect.y1; ++y) std::fill_n(rows(y) + rect.x0, std::max(0, rect.width()), value);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

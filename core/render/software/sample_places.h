@@ -8,7 +8,7 @@
 #include "core/render/software/pixel_part.h"
 
 /// 64 places in a pixel at which it is asked what covers it: one in each of 64 columns and of 64 rows.
-namespace camrig {
+namespace camrig::render::software {
 
 /// The row of each place. Found by exchanging rows at random while that lowers the error of the area of a half plane
 /// (simulated annealing): rms 0.0125, at most 0.049 over all angles and offsets; a grid of 8x8 has 0.0111 and 0.060,
@@ -93,4 +93,4 @@ CAMRIG_LANES SampleMask in_front(const PixelPlane& a, const PixelPlane& b, float
     return made;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -2,7 +2,7 @@
 
 #include "core/render/software/lanes_math.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// The two texels beside a coordinate, with the share of the second.
@@ -11,11 +11,11 @@ struct TexelPair {
     Lanes share;
 };
 
-CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, Wrap wrap, bool is_linear) {
+CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, world::Wrap wrap, bool is_linear) {
     Lanes at = coordinate;
-    if (wrap == Wrap::repeat) {
+    if (wrap == world::Wrap::repeat) {
         at = at - floor(at);
-    } else if (wrap == Wrap::mirrored_repeat) {
+    } else if (wrap == world::Wrap::mirrored_repeat) {
         at = at - 2.0f * floor(at * 0.5f);
         at = at > 1.0f ? 2.0f - at : at;
     } else {
@@ -25,7 +25,7 @@ CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, Wrap wrap, bo
     at = at * size - (is_linear ? 0.5f : 0.0f);
     const Lanes low = floor(at);
     Lanes first = low, second = low + 1.0f;
-    if (wrap == Wrap::repeat) {
+    if (wrap == world::Wrap::repeat) {
         first = first < 0.0f ? last : first;
         first = first > last ? first - size : first;
         second = second > last ? second - size : second;
@@ -90,7 +90,7 @@ CAMRIG_LANES TexelLevel level_of(const SampledTexture& texture, Lanes step2) {
     const IntLanes level = nearest < 0 ? IntLanes{} : nearest;
     // 8.14.3: from sharp to filtered at the full size; linear magnification beside a nearest mip level goes on for half
     // a level.
-    const bool goes_on = texture.sampler.mipmaps && texture.sampler.minify == Filter::nearest;
+    const bool goes_on = texture.sampler.mipmaps && texture.sampler.minify == world::Filter::nearest;
     return {level > most ? IntLanes{} + most : level, exponent < (goes_on ? 1 : 0)};
 }
 
@@ -115,10 +115,10 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
         rows = texels_beside(v, heights, texture.sampler.wrap_t, is_linear);
     };
     TexelPair columns, rows;
-    pairs(texture.sampler.minify == Filter::linear, columns, rows);
+    pairs(texture.sampler.minify == world::Filter::linear, columns, rows);
     if (!same_filter) {
         TexelPair large_columns, large_rows;
-        pairs(texture.sampler.magnify == Filter::linear, large_columns, large_rows);
+        pairs(texture.sampler.magnify == world::Filter::linear, large_columns, large_rows);
         const auto choose = [&](TexelPair& to, const TexelPair& large) {
             to.first = is_magnified ? large.first : to.first;
             to.second = is_magnified ? large.second : to.second;
@@ -231,4 +231,4 @@ void sample_plain(const SampledTexture& texture, const TexturePoints& points, Te
     sample_body<PlainIsa>(texture, points, channels, is_opaque, to);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -6,7 +6,7 @@
 #include "core/render/software/software_model.h"
 
 /// Filtered texels at the points that a group of pixels shows.
-namespace camrig {
+namespace camrig::render::software {
 
 /// Where a group of pixels looks at a texture. A pixel shows a strip of it, along the longer of its steps to the next
 /// pixel and row.
@@ -28,4 +28,4 @@ enum class TextureChannels { red, rgb, rgba };
 [[gnu::noinline]] void sample_plain(const SampledTexture& texture, const TexturePoints& points,
                                     TextureChannels channels, bool is_opaque, SampledLanes& to);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

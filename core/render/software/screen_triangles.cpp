@@ -6,7 +6,7 @@
 #include "core/render/software/lanes.h"
 #include "core/render/software/local_points.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// Four by eight turned: a vertex of each lane.
@@ -73,9 +73,9 @@ void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch,
 
 /// Half of all triangles show their backs and most of far people's lie between the pixels: no branch would guess which.
 template <typename Isa>
-CAMRIG_LANES void assemble_body(const TriangleCorners& corners, const ScreenVertex* vertices,
+CAMRIG_LANES void assemble_body(const scene::TriangleCorners& corners, const ScreenVertex* vertices,
                                 const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
-                                std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+                                std::vector<ScreenTriangle>& to, scene::TriangleCorners& to_clip) {
     constexpr std::int32_t beside = outside_left | outside_right | outside_top | outside_bottom | outside_near;
     constexpr int bits = 8;
     const std::size_t count = corners[0].size(), first = to.size();
@@ -151,9 +151,9 @@ CAMRIG_WIDE void project_wide(const ViewTransform& view, const glm::dmat4& optic
                               std::int32_t* outside) {
     project_body<Avx2Isa>(view, optical_from_local, positions, which, to, outside);
 }
-CAMRIG_WIDE void assemble_wide(const TriangleCorners& corners, const ScreenVertex* vertices,
+CAMRIG_WIDE void assemble_wide(const scene::TriangleCorners& corners, const ScreenVertex* vertices,
                                const std::int32_t* outside, const TriangleRule& rule, OutlineScratch& scratch,
-                               std::vector<ScreenTriangle>& to, TriangleCorners& to_clip) {
+                               std::vector<ScreenTriangle>& to, scene::TriangleCorners& to_clip) {
     assemble_body<Avx2Isa>(corners, vertices, outside, rule, scratch, to, to_clip);
 }
 
@@ -165,11 +165,11 @@ void project(const ViewTransform& view, const glm::dmat4& optical_from_local, co
     project_body<PlainIsa>(view, optical_from_local, positions, which, to, outside);
 }
 
-void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
+void assemble(const scene::TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
               const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
-              TriangleCorners& to_clip) {
+              scene::TriangleCorners& to_clip) {
     if (wide) return assemble_wide(corners, vertices, outside, rule, scratch, to, to_clip);
     assemble_body<PlainIsa>(corners, vertices, outside, rule, scratch, to, to_clip);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

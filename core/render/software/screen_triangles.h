@@ -10,7 +10,7 @@
 #include "core/render/view_transform.h"
 
 /// From vertices in space to triangles on the screen, eight at a time.
-namespace camrig {
+namespace camrig::render::software {
 
 /// In 1/256 of a pixel; the middle of pixel (x, y) is at (256 x, 256 y), as OpenCV counts.
 inline constexpr int subpixels = 256;
@@ -62,8 +62,8 @@ struct OutlineScratch {
 
 /// Appends the triangles that may show a pixel; those that must be clipped first go to `to_clip`,
 /// and the rest nowhere. `vertices` and `outside`: from rule.first_vertex on.
-void assemble(const TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
+void assemble(const scene::TriangleCorners& corners, const ScreenVertex* vertices, const std::int32_t* outside,
               const TriangleRule& rule, bool wide, OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
-              TriangleCorners& to_clip);
+              scene::TriangleCorners& to_clip);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -7,7 +7,7 @@
 #include "core/render/software/surface_point.h"
 
 /// The colour of the points of a surface that a group of pixels shows: core/render/shaders for the CPU.
-namespace camrig {
+namespace camrig::render::software {
 
 template <typename Isa>
 CAMRIG_LANES SampledLanes sampled(const ViewDraw& draw, TextureSlot slot, TextureChannels channels,
@@ -15,7 +15,7 @@ CAMRIG_LANES SampledLanes sampled(const ViewDraw& draw, TextureSlot slot, Textur
     SampledLanes made;
     const auto sample = std::is_same_v<Isa, Avx2Isa> ? sample_wide : sample_plain;
     sample(*draw.textures[slot], points.textures[slot], channels,
-           draw.primitive->material->alpha_mode == AlphaMode::opaque, made);
+           draw.primitive->material->alpha_mode == world::AlphaMode::opaque, made);
     return made;
 }
 
@@ -42,7 +42,7 @@ CAMRIG_LANES Lanes3 splat(const glm::vec3& v) {
 /// Where the rays through a group of pixels meet the plane one metre in front of the eye, or LensRays.
 CAMRIG_LANES Lanes3 rays_through(const ViewGeometry& geometry, int x, int y) {
     if (geometry.rays() != nullptr) return rays_at(*geometry.rays(), x, y);
-    const Intrinsics& k = geometry.transform().intrinsics;
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
     return {(lane_numbers() + static_cast<float>(x - k.cx)) * static_cast<float>(1.0 / k.fx),
             lanes(static_cast<float>(y - k.cy) * static_cast<float>(1.0 / k.fy)), lanes(1.0f)};
 }
@@ -76,7 +76,7 @@ CAMRIG_LANES IntLanes code(Lanes value) {
 template <typename Isa>
 CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
                         const Lanes3& rays, bool has_movers = true) {
-    const Material& material = *draw.primitive->material;
+    const world::Material& material = *draw.primitive->material;
     if (geometry.is_beautiful() && draw.primitive->is_lit) {
         Rgba made;
         const auto shade_material = std::is_same_v<Isa, Avx2Isa> ? shade_material_wide : shade_material_plain;
@@ -107,4 +107,4 @@ CAMRIG_LANES void store(std::uint32_t* row, int x, IntLanes mask, IntLanes value
     store_lanes(row + x, mask ? values : load_lanes(row + x));
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

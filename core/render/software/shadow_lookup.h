@@ -8,7 +8,7 @@
 #include "core/render/software/shadow_view.h"
 
 /// shaders/shadow.glsl for CPUs.
-namespace camrig {
+namespace camrig::render::software {
 
 CAMRIG_LANES Lanes along(const glm::vec4& row, const Lanes3& p) {
     return p.x * row.x + p.y * row.y + p.z * row.z + row.w;
@@ -79,4 +79,4 @@ CAMRIG_LANES Lanes lit_share(const ShadowInView& map, bool has_movers, const Lan
     return sum * (1.0f / 16.0f);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -9,7 +9,7 @@
 #include "core/render/shadow_plan.h"
 
 /// Shadow maps as pictures look them up (shadow_lookup.h).
-namespace camrig {
+namespace camrig::render::software {
 
 /// Around the texels of a map lie some that nothing is before, so that a filter needs no border of its own.
 inline constexpr int shadow_pad = 8;
@@ -31,4 +31,4 @@ struct ShadowInView {
     const std::int32_t* movers = nullptr;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -3,7 +3,7 @@
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 template <typename Isa>
@@ -43,4 +43,4 @@ void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<flo
     find_shadowed_body<PlainIsa>(geometry, rect, depth, numbers, to);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -3,7 +3,7 @@
 #include "core/render/software/rasterizer.h"
 
 /// What stands still where the shadows of what moves fall on it.
-namespace camrig {
+namespace camrig::render::software {
 
 /// What a static layer keeps to shade its pixels anew. Its picture is drawn as if nothing moved.
 struct ShadowedStatics {
@@ -18,4 +18,4 @@ struct ShadowedStatics {
 void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depth, Rows<std::uint32_t> numbers,
                    Rows<std::uint32_t> to);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -9,7 +9,7 @@
 #include "core/render/software/sample_places.h"
 
 /// What one pixel shows, from its fragments: the nearest at each place, and which of them are one surface.
-namespace camrig {
+namespace camrig::render::software {
 
 inline constexpr std::uint32_t no_triangle = ~0u;
 
@@ -117,4 +117,4 @@ CAMRIG_LANES bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t n
     return covered == all_samples && has_middle;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -6,11 +6,11 @@
 #include "core/render/software/software_drawer.h"
 #include "core/render/software/view_rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// The runs of what has a number, which is none any more afterwards.
-void take_runs(Rows<std::uint32_t> numbers, const PixelRect& rect, Silhouette& to) {
+void take_runs(Rows<std::uint32_t> numbers, const PixelRect& rect, frame::Silhouette& to) {
     for (int y = rect.y0; y < rect.y1; ++y) {
         std::uint32_t* const row = numbers(y);
         for (int x = rect.x0; x < rect.x1;) {
@@ -24,17 +24,17 @@ void take_runs(Rows<std::uint32_t> numbers, const PixelRect& rect, Silhouette& t
 
 }  // namespace
 
-std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<const ObjectId> objects) {
+std::vector<frame::Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<const ObjectId> objects) {
     struct Unknown {
         std::size_t index = 0;  ///< among the objects
-        std::vector<SeenSurface> surfaces;
+        std::vector<scene::SeenSurface> surfaces;
     };
-    const SceneView scene = scene_view_of(view, Quality::simple);
+    const scene::SceneView scene = scene_view_of(view, world::Quality::simple);
     const std::shared_ptr<const LensRays> rays = lenses_.of(view)->rays;
     // Where it stands, what stands still shows the same pixels in every picture.
     StaticLayer* layer = layer_of(view);
     if (layer != nullptr && layer->number == 0) layer = nullptr;
-    std::vector<Silhouette> made(objects.size());
+    std::vector<frame::Silhouette> made(objects.size());
     std::vector<Unknown> unknown;
     std::unordered_map<std::uint32_t, std::size_t> place_of;
     for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -49,7 +49,7 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
         unknown.push_back({.index = i, .surfaces = {}});
     }
     for (const bool of_statics : {true, false}) {
-        for (const PlacedSurface& surface : scene_.group_of(of_statics).all()) {
+        for (const scene::PlacedSurface& surface : scene_.group_of(of_statics).all()) {
             if (surface.primitive->is_blended) continue;
             const auto found = place_of.find(static_cast<std::uint32_t>(surface.object->id));
             if (found == place_of.end()) continue;
@@ -64,12 +64,12 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
         scratch.depth.fit(size);
         scratch.geometry.begin_view(scene, rays, options_.wide_lanes);
         std::vector<PixelRect> touched;
-        for (const SeenSurface& seen : of.surfaces) {
+        for (const scene::SeenSurface& seen : of.surfaces) {
             const auto pixels = scene.pixels_of(seen);
             if (!pixels) continue;
             touched.push_back(*pixels);
             if (seen.placed->deformation >= 0 && !seen.is_static)
-                scene_.movers().deform(*seen.placed, LevelSet{1} << seen.level);
+                scene_.movers().deform(*seen.placed, scene::LevelSet{1} << seen.level);
             const auto& primitives = seen.is_static ? static_primitives_ : mover_primitives_;
             scratch.geometry.add(seen, *primitives[seen.placed->index]);
         }
@@ -85,8 +85,8 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
     if (layer == nullptr) return made;
     for (const Unknown& of : unknown) {
         if (of.surfaces.empty() || !of.surfaces.front().is_static) continue;
-        const Silhouette& runs = made[of.index];
-        const auto bytes = static_cast<std::int64_t>(runs.size() * sizeof(PixelRun));
+        const frame::Silhouette& runs = made[of.index];
+        const auto bytes = static_cast<std::int64_t>(runs.size() * sizeof(frame::PixelRun));
         if (!layers_.make_room(bytes)) break;
         layers_.charge(*layer, bytes);
         layer->silhouettes.emplace(objects[of.index], runs);
@@ -94,4 +94,4 @@ std::vector<Silhouette> SoftwareDrawer::silhouettes(const View& view, std::span<
     return made;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

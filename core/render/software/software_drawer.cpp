@@ -11,7 +11,7 @@
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// Vertices are snapped to 1/256 pixel in 32 bits (geometry.h).
@@ -46,15 +46,15 @@ private:
 
 bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
     if (layer.number == 0 || (work.frame != nullptr && !layer.color)) return false;
-    return std::ranges::all_of(channel_kinds, [&](FrameKind kind) {
+    return std::ranges::all_of(channel_kinds, [&](frame::FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
         return work.channels[k].frame == nullptr || layer.channels[k];
     });
 }
 
-void keep_only(std::span<const ObjectId> objects, std::vector<SeenSurface>& surfaces) {
+void keep_only(std::span<const ObjectId> objects, std::vector<scene::SeenSurface>& surfaces) {
     if (objects.empty()) return;
-    std::erase_if(surfaces, [&](const SeenSurface& seen) {
+    std::erase_if(surfaces, [&](const scene::SeenSurface& seen) {
         return std::ranges::find(objects, seen.placed->object->id) == objects.end();
     });
 }
@@ -64,14 +64,14 @@ void keep_only(std::span<const ObjectId> objects, std::vector<SeenSurface>& surf
 SoftwareDrawer::SoftwareDrawer(const Options& options)
     : options_(options),
       team_(std::max(1, options.threads)),
-      models_(options.models.software != nullptr ? options.models : make_shared_models()),
+      models_(options.models.software != nullptr ? options.models : render::make_shared_models()),
       scene_(models_.prepared),
       layers_(options.static_layer_bytes),
       lenses_(options.wide_lanes) {
     while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
 }
 
-void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
+void SoftwareDrawer::begin_instant(const world::SnapshotRef& snapshot) {
     layers_.next_instant();
     ++instant_;
     for (auto& [camera, asked] : asked_) asked.frames = {};
@@ -82,43 +82,45 @@ void SoftwareDrawer::begin_instant(const SnapshotRef& snapshot) {
     models_.software->evict_unused();
 }
 
-void SoftwareDrawer::find_primitives(const PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to) {
+void SoftwareDrawer::find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to) {
     to.clear();
-    const PreparedModel* last = nullptr;
+    const scene::PreparedModel* last = nullptr;
     const SoftwareModel* model = nullptr;
-    for (const PlacedSurface& surface : placed.all()) {
+    for (const scene::PlacedSurface& surface : placed.all()) {
         if (surface.model != last) {
             last = surface.model;
-            const ModelRef& source = surface.object->model;
+            const world::ModelRef& source = surface.object->model;
             model = &models_.software->of(
-                source, [&](const ModelRef& made) { return make_software_model(*made, *surface.model); });
+                source, [&](const world::ModelRef& made) { return make_software_model(*made, *surface.model); });
         }
         to.push_back(&model->primitives[surface.primitive->number]);
     }
 }
 
 bool SoftwareDrawer::has_areas(const View& view) {
-    return antialias_of(*view.spec, view.quality) == Antialias::coverage;
+    return antialias_of(*view.spec, view.quality) == world::Antialias::coverage;
 }
 
-bool SoftwareDrawer::is_plain(const View& view, FrameKind kind) {
-    const CameraSpec& spec = *view.spec;
+bool SoftwareDrawer::is_plain(const View& view, frame::FrameKind kind) {
+    const world::CameraSpec& spec = *view.spec;
     if (!is_within_reach(spec.intrinsics.cx, spec.size.width) || !is_within_reach(spec.intrinsics.cy, spec.size.height))
         return false;
-    const bool is_pinhole = spec.lens.model == LensModel::pinhole;
-    if (kind != FrameKind::color) return true;
-    if (is_pinhole ? spec.lens_sampling.method != LensMethod::automatic : spec.lens_sampling != LensSampling{})
+    const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
+    if (kind != frame::FrameKind::color) return true;
+    if (is_pinhole ? spec.lens_sampling.method != world::LensMethod::automatic
+                   : spec.lens_sampling != world::LensSampling{})
         return false;
-    return antialias_of(spec, view.quality) == Antialias::none || (is_pinhole && has_areas(view));
+    return antialias_of(spec, view.quality) == world::Antialias::none || (is_pinhole && has_areas(view));
 }
 
-bool SoftwareDrawer::can_draw(const View& view, FrameKind kind) {
+bool SoftwareDrawer::can_draw(const View& view, frame::FrameKind kind) {
     if (!is_plain(view, kind)) return false;
-    return view.spec->lens.model == LensModel::pinhole || (scene_.has_only_triangles() && lenses_.of(view).has_value());
+    return view.spec->lens.model == camera::LensModel::pinhole ||
+           (scene_.has_only_triangles() && lenses_.of(view).has_value());
 }
 
-SceneView SoftwareDrawer::scene_view_of(const View& view, Quality quality) {
-    const CameraSpec& spec = *view.spec;
+scene::SceneView SoftwareDrawer::scene_view_of(const View& view, world::Quality quality) {
+    const world::CameraSpec& spec = *view.spec;
     return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
                            spec.far_m, quality, options_.max_detail_error_px, lenses_.of(view)->view);
 }
@@ -130,7 +132,7 @@ StaticLayer* SoftwareDrawer::layer_of(const View& view) {
 KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
     KindSet wanted;
     for (std::size_t k = 0; k < wanted.size(); ++k)
-        wanted[k] = view.kinds[k] && can_draw(view, static_cast<FrameKind>(k));
+        wanted[k] = view.kinds[k] && can_draw(view, static_cast<frame::FrameKind>(k));
     work.asked = nullptr;
     if (!view.only_objects.empty()) return wanted;
     AskedPictures& asked = asked_[view.camera];
@@ -150,15 +152,15 @@ KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
     if ((asked.now | asked.before).count() > 1) work.asked = &asked;
     if (missing.none() || work.asked == nullptr) return missing;
     for (std::size_t k = 0; k < missing.size(); ++k)
-        missing[k] =
-            missing[k] || (asked.before[k] && asked.frames[k] == nullptr && can_draw(view, static_cast<FrameKind>(k)));
+        missing[k] = missing[k] || (asked.before[k] && asked.frames[k] == nullptr &&
+                                    can_draw(view, static_cast<frame::FrameKind>(k)));
     return missing;
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
-    const bool is_shaded = work.kinds[static_cast<std::size_t>(FrameKind::color)];
-    work.scene = scene_view_of(view, is_shaded ? view.quality : Quality::simple);
+    const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
+    work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     work.rays = lenses_.of(view)->rays;
     // Chosen objects are another picture than the one that is kept.
     work.layer = view.only_objects.empty() ? layer_of(view) : nullptr;
@@ -171,10 +173,11 @@ void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
     unmade_.clear();
     for (const ViewWork* work : works) {
         for (const auto* list : {&work->movers.opaque, &work->movers.blended}) {
-            for (const SeenSurface& seen : *list) {
-                const PlacedSurface& surface = *seen.placed;
+            for (const scene::SeenSurface& seen : *list) {
+                const scene::PlacedSurface& surface = *seen.placed;
                 if (surface.deformation < 0) continue;
-                const LevelSet levels = scene_.movers().deformed(surface).missing(LevelSet{1} << seen.level);
+                const scene::LevelSet levels =
+                    scene_.movers().deformed(surface).missing(scene::LevelSet{1} << seen.level);
                 if (levels == 0) continue;
                 const auto found = std::ranges::find(unmade_, &surface, &Unmade::surface);
                 if (found == unmade_.end()) {
@@ -189,7 +192,8 @@ void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
               [&](int, std::size_t i) { scene_.movers().deform(*unmade_[i].surface, unmade_[i].levels); });
 }
 
-void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames) {
+void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns,
+                          std::vector<frame::FrameRef>& frames) {
     cost_ns_.clear();
     while (works_.size() < views.size()) works_.emplace_back();
     in_work_.clear();
@@ -244,9 +248,9 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     }
 }
 
-void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<FrameRef>& frames) {
+void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames) {
     for (std::size_t k = 0; k < work.kinds.size(); ++k) {
-        FrameRef frame;
+        frame::FrameRef frame;
         if (work.kinds[k]) frame = std::move(k == 0 ? work.frame : work.channels[k].frame);
         if (work.asked != nullptr) {
             if (frame != nullptr) work.asked->frames[k] = frame;
@@ -258,9 +262,9 @@ void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<F
 
 void SoftwareDrawer::acquire_frames(ViewWork& work, TimeNs monotonic_ns) {
     const View& view = *work.view;
-    for (int k = 0; k < frame_kind_count; ++k) {
-        const auto kind = static_cast<FrameKind>(k);
-        auto& frame = kind == FrameKind::color ? work.frame : work.channels[static_cast<std::size_t>(k)].frame;
+    for (int k = 0; k < frame::frame_kind_count; ++k) {
+        const auto kind = static_cast<frame::FrameKind>(k);
+        auto& frame = kind == frame::FrameKind::color ? work.frame : work.channels[static_cast<std::size_t>(k)].frame;
         frame.reset();
         if (work.kinds[static_cast<std::size_t>(k)])
             frame =
@@ -301,7 +305,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
 void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     for (ViewWork* const work : works) {
         work->shadows.clear();
-        if (work->scene.quality != Quality::beautiful) continue;
+        if (work->scene.quality != world::Quality::beautiful) continue;
         if (shadows_instant_ != instant_)
             shadows_.update(scene_, {static_primitives_, mover_primitives_}, team_, options_.wide_lanes,
                             options_.max_detail_error_px > 0.0);
@@ -319,7 +323,7 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
     work.rects.swap(work.movers.rects);
     if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene.transform, work.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
-    const auto stale = [&](const Frame& frame) {
+    const auto stale = [&](const frame::Frame& frame) {
         const std::uint64_t held = frame.held_before();
         const auto& frames = history.kinds[static_cast<std::size_t>(frame.info().kind)].frames;
         const auto found = std::ranges::find_if(frames, [&](const ShownFrame& shown) {
@@ -331,13 +335,13 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
         if (channel.frame != nullptr) channel.stale = stale(*channel.frame);
     if (work.frame == nullptr) return;
     work.stale = stale(*work.frame);
-    Damage since_layer = Damage::since(static_cast<std::int64_t>(layer.number));
+    frame::Damage since_layer = frame::Damage::since(static_cast<std::int64_t>(layer.number));
     for (const PixelRect& rect : work.rects) since_layer.add(rect.y0, rect.y1);
     work.frame->set_damage(work.history->picture.next(work.view->sequence, since_layer));
 }
 
 void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
-    const auto add = [&](const SeenSurface& seen) -> const ViewDraw& {
+    const auto add = [&](const scene::SeenSurface& seen) -> const ViewDraw& {
         ++work.draws;
         work.draws_coarse += seen.level > 0;
         const auto& primitives = seen.is_static ? static_primitives_ : mover_primitives_;
@@ -352,16 +356,17 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     keep_only(work.view->only_objects, scratch.opaque);
     keep_only(work.view->only_objects, work.movers.opaque);
     if (work.is_in_parts)
-        std::erase_if(scratch.blending, [&](const SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
-    for (const SeenSurface& seen : scratch.opaque) add(seen);
+        std::erase_if(scratch.blending,
+                      [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
+    for (const scene::SeenSurface& seen : scratch.opaque) add(seen);
     scratch.statics = {0, count()};
-    for (const SeenSurface& seen : work.movers.opaque) add(seen);
+    for (const scene::SeenSurface& seen : work.movers.opaque) add(seen);
     scratch.movers = {scratch.statics.count, count() - scratch.statics.count};
     scratch.blended_statics.clear();
-    for (const SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
+    for (const scene::SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
     scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
     if (is_shaded) {
-        for (const SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
+        for (const scene::SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
     }
     sort_far_to_near(scratch.blended_statics);
     sort_far_to_near(scratch.blended);
@@ -373,12 +378,12 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const bool is_shaded = work.frame != nullptr && !layer.color, is_new = layer.number == 0;
     const bool is_blended = is_shaded && has_blended, has_steps = is_shaded && work.has_areas;
     const bool is_shadowed = is_shaded && !work.shadows.empty();
-    const auto is_missing = [&](FrameKind kind) {
+    const auto is_missing = [&](frame::FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
         return work.channels[k].frame != nullptr && !layer.channels[k];
     };
     std::int64_t bytes = (is_new + is_shaded + is_blended + has_steps + is_shadowed) * Plane<float>::bytes_for(size);
-    for (const FrameKind kind : channel_kinds)
+    for (const frame::FrameKind kind : channel_kinds)
         if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {
         const std::lock_guard lock(layers_mutex_);
@@ -400,7 +405,7 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
         layer.shadowed->numbers = TriangleNumbers(size);
     }
     if (has_steps) layer.areas.steps = Plane<std::uint32_t>(size);
-    for (const FrameKind kind : channel_kinds)
+    for (const frame::FrameKind kind : channel_kinds)
         if (is_missing(kind))
             layer.channels[static_cast<std::size_t>(kind)] = Plane<std::uint32_t>(words_of(kind, size));
 }
@@ -439,7 +444,7 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
             keep_shadowed(work, scratch);
         }
     }
-    const auto note = [&](Frame& frame, bool is_as_drawn) {
+    const auto note = [&](frame::Frame& frame, bool is_as_drawn) {
         FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
         history.last = (history.last + 1) % history.frames.size();
         ShownFrame& shown = history.frames[history.last];
@@ -456,7 +461,7 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     if (work.frame == nullptr) return;
     finish_color(*work.view, *work.frame);
     // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    note(*work.frame, changes_nothing(work.view->spec->controls));
+    note(*work.frame, frame::changes_nothing(work.view->spec->controls));
 }
 
 void SoftwareDrawer::forget(CameraId camera) {
@@ -480,4 +485,4 @@ RenderCounters SoftwareDrawer::counters() const {
     return counters;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

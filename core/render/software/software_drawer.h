@@ -14,7 +14,7 @@
 #include "core/render/software/thread_team.h"
 #include "core/render/software/view_work.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
 /// go. Colour in all qualities: through any lens with one sample a pixel, and of pinhole views by areas too. The other
@@ -28,7 +28,7 @@ namespace camrig {
 class SoftwareDrawer {
 public:
     struct Options {
-        std::shared_ptr<FramePool> pool;
+        std::shared_ptr<frame::FramePool> pool;
         SharedModels models{};  ///< empty: its own
         std::int64_t static_layer_bytes = 0;
         double max_detail_error_px = 0.0;
@@ -37,19 +37,19 @@ public:
     };
     explicit SoftwareDrawer(const Options& options);
 
-    void begin_instant(const SnapshotRef& snapshot);
+    void begin_instant(const world::SnapshotRef& snapshot);
     /// Whether such a picture of the view can be drawn here.
-    static bool is_plain(const View& view, FrameKind kind = FrameKind::color);
+    static bool is_plain(const View& view, frame::FrameKind kind = frame::FrameKind::color);
     /// Whether pixels of its colour picture show the areas of surfaces, if it is drawn here; else what is at their
     /// middles.
     static bool has_areas(const View& view);
-    const SnapshotRef& snapshot() const { return scene_.snapshot(); }
+    const world::SnapshotRef& snapshot() const { return scene_.snapshot(); }
     /// Whether such a picture of a view of the present instant can be drawn here.
-    bool can_draw(const View& view, FrameKind kind = FrameKind::color);
+    bool can_draw(const View& view, frame::FrameKind kind = frame::FrameKind::color);
     /// Appends the frames of the views that are wanted and can be drawn here, in the order of views and kinds.
-    void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<FrameRef>& frames);
+    void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<frame::FrameRef>& frames);
     /// Which pixels each of these objects would show in the instance picture of the view if nothing else were there.
-    std::vector<Silhouette> silhouettes(const View& view, std::span<const ObjectId> objects);
+    std::vector<frame::Silhouette> silhouettes(const View& view, std::span<const ObjectId> objects);
     /// CPU time that each view of the last draw() took by itself.
     std::span<const TimeNs> cost_ns() const { return cost_ns_; }
     void forget(CameraId camera);
@@ -58,17 +58,17 @@ public:
 private:
     /// A deformed surface of which a view needs these levels.
     struct Unmade {
-        const PlacedSurface* surface = nullptr;
-        LevelSet levels = 0;
+        const scene::PlacedSurface* surface = nullptr;
+        scene::LevelSet levels = 0;
     };
-    void find_primitives(const PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
+    void find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
     void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
     /// Notes what is asked for, and says what is to be drawn for it.
     KindSet kinds_to_draw(const View& view, ViewWork& work);
-    SceneView scene_view_of(const View& view, Quality quality);
+    scene::SceneView scene_view_of(const View& view, world::Quality quality);
     StaticLayer* layer_of(const View& view);
     void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
     /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
@@ -76,7 +76,7 @@ private:
     void find_changes(ViewWork& work);
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Those that were asked for; what was drawn beside them is kept.
-    static void give_frames(ViewWork& work, const View& view, std::vector<FrameRef>& frames);
+    static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);
     /// The shadow maps of this instant, made with the first view that looks at them.
     void make_shadows(std::span<ViewWork* const> works);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
@@ -93,7 +93,7 @@ private:
     Options options_;
     ThreadTeam team_;
     SharedModels models_;
-    PlacedScene scene_;
+    scene::PlacedScene scene_;
     std::vector<const SoftwarePrimitive*> static_primitives_, mover_primitives_;  ///< of what is placed
     std::uint64_t layer_number_ = 0;
     LayerTable<StaticLayer> layers_;
@@ -112,4 +112,4 @@ private:
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -2,19 +2,19 @@
 
 #include "core/render/scene/texture_transform.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
-SampledTexture use_of(SoftwareImages& images, const Model& model, const Primitive& primitive, const TextureRef& ref,
-                      bool is_color) {
+SampledTexture use_of(SoftwareImages& images, const world::Model& model, const world::Primitive& primitive,
+                      const world::TextureRef& ref, bool is_color) {
     SampledTexture use;
     if (ref.texture < 0) return use;
     const std::vector<glm::vec2>& coordinates = primitive.texcoords[ref.texcoord];
     if (coordinates.empty()) return use;
-    const Texture& texture = model.textures[static_cast<std::size_t>(ref.texture)];
+    const world::Texture& texture = model.textures[static_cast<std::size_t>(ref.texture)];
     use.image = &images.of(model, texture.image, is_color);
     use.sampler = texture.sampler;
-    const TextureTransform transform = transform_of(ref);
+    const scene::TextureTransform transform = scene::transform_of(ref);
     use.coordinates.reserve(coordinates.size());
     for (const glm::vec2& at : coordinates) use.coordinates.push_back(transform(at));
     return use;
@@ -22,7 +22,7 @@ SampledTexture use_of(SoftwareImages& images, const Model& model, const Primitiv
 
 }  // namespace
 
-const SoftwareImage& SoftwareImages::of(const Model& model, int image, bool is_color) {
+const SoftwareImage& SoftwareImages::of(const world::Model& model, int image, bool is_color) {
     const std::lock_guard lock(mutex_);
     std::unique_ptr<SoftwareImage>& made = images_[{image, is_color}];
     if (made == nullptr)
@@ -31,10 +31,10 @@ const SoftwareImage& SoftwareImages::of(const Model& model, int image, bool is_c
     return *made;
 }
 
-const SampledTexture& MaterialTextures::of(const PreparedPrimitive& prepared, TextureSlot slot) {
+const SampledTexture& MaterialTextures::of(const scene::PreparedPrimitive& prepared, TextureSlot slot) {
     std::call_once(once_, [&] {
-        const Material& material = *prepared.material;
-        const auto use = [&](TextureSlot of, const TextureRef& ref) {
+        const world::Material& material = *prepared.material;
+        const auto use = [&](TextureSlot of, const world::TextureRef& ref) {
             made_[of - normal_slot] = use_of(*images_, model_, *prepared.source, ref, false);
         };
         use(normal_slot, material.normal_texture);
@@ -43,22 +43,22 @@ const SampledTexture& MaterialTextures::of(const PreparedPrimitive& prepared, Te
     return made_[slot - normal_slot];
 }
 
-const MeshNeighbors& NeighborsOfLevels::of(const SoftwarePrimitive& primitive, const PreparedPrimitive& prepared,
+const MeshNeighbors& NeighborsOfLevels::of(const SoftwarePrimitive& primitive, const scene::PreparedPrimitive& prepared,
                                            int level) {
     std::call_once(once_, [&] {
         levels_.push_back(neighbors_of(primitive.full.triangles, *prepared.source));
-        for (const MeshLevel& coarser : prepared.coarser)
+        for (const scene::MeshLevel& coarser : prepared.coarser)
             levels_.push_back(neighbors_of(coarser.triangles, *prepared.source));
     });
     return levels_[static_cast<std::size_t>(level)];
 }
 
-SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared) {
+SoftwareModel make_software_model(const world::Model& model, const scene::PreparedModel& prepared) {
     SoftwareModel made;
-    for (const PreparedPrimitive& primitive : prepared.primitives) {
+    for (const scene::PreparedPrimitive& primitive : prepared.primitives) {
         SoftwarePrimitive& entry = made.primitives.emplace_back();
-        entry.full = mesh_level(primitive.source->indices, 0.0f);
-        const auto use = [&](TextureSlot slot, const TextureRef& ref, bool is_color) {
+        entry.full = scene::mesh_level(primitive.source->indices, 0.0f);
+        const auto use = [&](TextureSlot slot, const world::TextureRef& ref, bool is_color) {
             entry.textures[slot] = use_of(*made.images, model, *primitive.source, ref, is_color);
         };
         use(base_color_slot, primitive.material->base_color_texture, true);
@@ -70,8 +70,13 @@ SoftwareModel make_software_model(const Model& model, const PreparedModel& prepa
     return made;
 }
 
+}  // namespace camrig::render::software
+
+namespace camrig::render {
+
 SharedModels make_shared_models() {
-    return {.prepared = std::make_shared<PreparedModels>(), .software = std::make_shared<ModelCache<SoftwareModel>>()};
+    return {.prepared = std::make_shared<scene::PreparedModels>(),
+            .software = std::make_shared<scene::ModelCache<software::SoftwareModel>>()};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -11,12 +11,12 @@
 #include "core/render/software/mesh_neighbors.h"
 #include "core/render/software/texture.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// A texture as a material uses it, with the coordinates of each vertex (KHR_texture_transform applied).
 struct SampledTexture {
     const SoftwareImage* image = nullptr;  ///< null: none
-    Sampler sampler;
+    world::Sampler sampler;
     std::vector<glm::vec2> coordinates;
 };
 enum TextureSlot {
@@ -31,7 +31,7 @@ enum TextureSlot {
 /// The images of a model in linear light or as plain data, made when a primitive first uses them; from any thread.
 class SoftwareImages {
 public:
-    const SoftwareImage& of(const Model& model, int image, bool is_color);
+    const SoftwareImage& of(const world::Model& model, int image, bool is_color);
 
 private:
     std::mutex mutex_;
@@ -43,7 +43,7 @@ struct SoftwarePrimitive;
 /// Of the full mesh of a primitive and of each coarser one. Made when a picture first needs them; from any thread.
 class NeighborsOfLevels {
 public:
-    const MeshNeighbors& of(const SoftwarePrimitive& primitive, const PreparedPrimitive& prepared, int level);
+    const MeshNeighbors& of(const SoftwarePrimitive& primitive, const scene::PreparedPrimitive& prepared, int level);
 
 private:
     std::once_flag once_;
@@ -54,19 +54,19 @@ private:
 /// any thread.
 class MaterialTextures {
 public:
-    MaterialTextures(const Model& model, std::shared_ptr<SoftwareImages> images)
+    MaterialTextures(const world::Model& model, std::shared_ptr<SoftwareImages> images)
         : model_(model), images_(std::move(images)) {}
-    const SampledTexture& of(const PreparedPrimitive& prepared, TextureSlot slot);
+    const SampledTexture& of(const scene::PreparedPrimitive& prepared, TextureSlot slot);
 
 private:
-    const Model& model_;
+    const world::Model& model_;
     std::shared_ptr<SoftwareImages> images_;
     std::once_flag once_;
     std::array<SampledTexture, texture_slot_count - normal_slot> made_;
 };
 
 struct SoftwarePrimitive {
-    MeshLevel full;
+    scene::MeshLevel full;
     std::unique_ptr<NeighborsOfLevels> neighbors = std::make_unique<NeighborsOfLevels>();
     std::array<SampledTexture, normal_slot> textures;
     std::unique_ptr<MaterialTextures> of_material;
@@ -77,6 +77,6 @@ struct SoftwareModel {
     std::vector<SoftwarePrimitive> primitives;  ///< as of PreparedModel
     std::shared_ptr<SoftwareImages> images = std::make_shared<SoftwareImages>();
 };
-SoftwareModel make_software_model(const Model& model, const PreparedModel& prepared);
+SoftwareModel make_software_model(const world::Model& model, const scene::PreparedModel& prepared);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -7,7 +7,7 @@
 #include "core/render/software/depth_map.h"
 #include "core/render/software/rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// The sun is this far away: over 4 km its rays are parallel, and depth even, to 2 cm, and doubles hold places to a
@@ -62,7 +62,7 @@ PixelRect texels_of_tile(int column, int row, int around) {
 
 }  // namespace
 
-void SoftwareShadows::plan(const PlacedScene& scene) {
+void SoftwareShadows::plan(const scene::PlacedScene& scene) {
     const std::vector<WorldBox> boxes = shadow_receivers(scene);
     const std::vector<ShadowView> views = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
     if (!boxes.empty()) receivers_ = joined(boxes);
@@ -81,18 +81,18 @@ void SoftwareShadows::plan(const PlacedScene& scene) {
     }
 }
 
-void SoftwareShadows::add_casters(Map& map, const PlacedScene& scene, const Primitives& primitives, bool of_statics,
-                                  double max_error_m, bool wide_lanes) const {
-    SceneView view{.scene = &scene, .transform = map.transform, .frustum = {}};
+void SoftwareShadows::add_casters(Map& map, const scene::PlacedScene& scene, const Primitives& primitives,
+                                  bool of_statics, double max_error_m, bool wide_lanes) const {
+    scene::SceneView view{.scene = &scene, .transform = map.transform, .frustum = {}};
     map.geometry.begin_shadow_map(view, wide_lanes);
-    for (const PlacedSurface& surface : scene.group_of(of_statics).all()) {
+    for (const scene::PlacedSurface& surface : scene.group_of(of_statics).all()) {
         if (!casts_shadow(surface)) continue;
         const glm::dmat4 map_from_local = map.view.map_from(surface.world_from_local);
         if (!may_be_visible(map.view.frustum, map_from_local, surface.bounds.min, surface.bounds.max)) continue;
-        const SeenSurface seen{.placed = &surface,
-                               .is_static = of_statics,
-                               .level = shadow_level(surface, max_error_m),
-                               .optical_from_local = map.transform.optical_from(surface.world_from_local)};
+        const scene::SeenSurface seen{.placed = &surface,
+                                      .is_static = of_statics,
+                                      .level = shadow_level(surface, max_error_m),
+                                      .optical_from_local = map.transform.optical_from(surface.world_from_local)};
         map.geometry.add(seen, *(of_statics ? primitives.statics : primitives.movers)[surface.index]);
     }
 }
@@ -118,7 +118,7 @@ void SoftwareShadows::mark_movers(Map& map) const {
     }
 }
 
-void SoftwareShadows::update(PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
+void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
                              bool has_detail_levels) {
     bool is_new = false;
     if (scene.statics_number() != statics_number_) {
@@ -153,15 +153,15 @@ void SoftwareShadows::update(PlacedScene& scene, const Primitives& primitives, T
         for (Map& map : maps_) map.geometry = {};  // of a large scene, more than the maps
     }
     const auto error_of = [&](const Map& map) { return has_detail_levels ? 0.5 * map.view.texel_m : 0.0; };
-    const std::span<const PlacedSurface> movers = scene.movers().all();
+    const std::span<const scene::PlacedSurface> movers = scene.movers().all();
     team.run(movers.size(), [&](int, std::size_t i) {
-        const PlacedSurface& surface = movers[i];
+        const scene::PlacedSurface& surface = movers[i];
         if (surface.deformation < 0 || !casts_shadow(surface)) return;
-        LevelSet levels = 0;
+        scene::LevelSet levels = 0;
         for (const Map& map : maps_) {
             const glm::dmat4 map_from_local = map.view.map_from(surface.world_from_local);
             if (may_be_visible(map.view.frustum, map_from_local, surface.bounds.min, surface.bounds.max))
-                levels |= LevelSet{1} << shadow_level(surface, error_of(map));
+                levels |= scene::LevelSet{1} << shadow_level(surface, error_of(map));
         }
         if (levels != 0) scene.movers().deform(surface, levels);
     });
@@ -204,4 +204,4 @@ void SoftwareShadows::find_changed_pixels(const ViewTransform& view, std::vector
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

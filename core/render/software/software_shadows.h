@@ -8,7 +8,7 @@
 #include "core/render/software/geometry.h"
 #include "core/render/software/thread_team.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// The shadow maps of one instant, shared by all views (shadow_plan.h).
 ///
@@ -24,7 +24,7 @@ public:
 
     /// Draws what has changed; made when a picture with shadows is drawn. has_detail_levels: movers far from having
     /// texels of their own may be coarser.
-    void update(PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
+    void update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
                 bool has_detail_levels);
 
     bool empty() const { return maps_.empty(); }
@@ -42,8 +42,8 @@ private:
         std::vector<std::int32_t> movers;     ///< by tile, as ShadowInView::movers
         ViewGeometry geometry;
     };
-    void plan(const PlacedScene& scene);
-    void add_casters(Map& map, const PlacedScene& scene, const Primitives& primitives, bool of_statics,
+    void plan(const scene::PlacedScene& scene);
+    void add_casters(Map& map, const scene::PlacedScene& scene, const Primitives& primitives, bool of_statics,
                      double max_error_m, bool wide_lanes) const;
     void mark_movers(Map& map) const;
     static Rows<float> still(const Map& map) { return {map.texels, shadow_stride}; }
@@ -55,4 +55,4 @@ private:
     std::vector<WorldBox> casters_;  ///< the movers
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -6,7 +6,7 @@
 // Points and lines as triangles of their pixels' size, so that what comes after knows nothing of them. The rule is
 // OpenGL's (4.5, 14.4.1 and 14.5.1) for a width of one pixel: a point is the pixel it lies in; a line has one pixel in
 // each column that it passes, or row where it is steeper, from the diamond it starts in to before the one it ends in.
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 constexpr std::int32_t half = subpixels / 2;
@@ -40,7 +40,7 @@ VertexValues between(const VertexValues& a, const VertexValues& b, double share)
 }  // namespace
 
 void ViewGeometry::add_strokes(const ViewDraw& draw) {
-    const Primitive& source = *draw.primitive->source;
+    const world::Primitive& source = *draw.primitive->source;
     const auto end_of = [&](std::uint32_t vertex) {
         VertexValues values = values_of(draw, vertex);
         values.position = glm::dvec3(draw.optical_from_local * glm::dvec4(draw.positions[vertex], 1.0));
@@ -48,7 +48,7 @@ void ViewGeometry::add_strokes(const ViewDraw& draw) {
     };
     vertices_.resize(vertices_.size() + draw.vertex_count);  // the mesh's own, which nothing shows
     for (auto& corners : made_by_clipping_) corners.clear();
-    if (source.topology == Topology::points) {
+    if (source.topology == world::Topology::points) {
         for (const std::uint32_t vertex : source.indices) add_point(draw, end_of(vertex));
     } else {
         for (std::size_t i = 0; i + 1 < source.indices.size(); i += 2)
@@ -126,4 +126,4 @@ void ViewGeometry::add_quad(const ViewDraw& draw, const std::array<QuadCorner, 4
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

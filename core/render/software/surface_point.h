@@ -9,7 +9,7 @@
 /// What a triangle's vertices carry, at the pixels of a group: perspective-correct, with the steps to the next pixels.
 /// A group shows one triangle or one of the same draw in each pixel; both take the same operations in the same order,
 /// so a pixel has the same bits whatever is beside it.
-namespace camrig {
+namespace camrig::render::software {
 
 /// What shading needs to know of the points of a surface that a group of pixels shows. What the draw does not have is
 /// not set.
@@ -430,8 +430,8 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes across2 = u_dx * u_dx + v_dx * v_dx, down2 = u_dy * u_dy + v_dy * v_dy;
         at.longer2 = max(across2, down2);
         at.has_footprints = geometry.has_outlines();
-        at.blends_levels =
-            geometry.is_beautiful() && texture.sampler.mipmaps && texture.sampler.between_mipmaps == Filter::linear;
+        at.blends_levels = geometry.is_beautiful() && texture.sampler.mipmaps &&
+                           texture.sampler.between_mipmaps == world::Filter::linear;
         if (!at.has_footprints) continue;
         const IntLanes is_across = across2 > down2;
         at.shorter2 = is_across ? down2 : across2;
@@ -441,4 +441,4 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
     return points;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

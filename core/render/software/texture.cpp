@@ -5,7 +5,7 @@
 
 #include "core/frame/srgb.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 using Codes = std::array<std::uint16_t, 256>;
@@ -14,7 +14,7 @@ Codes make_codes(bool is_color) {
     Codes codes{};
     for (std::size_t i = 0; i < codes.size(); ++i) {
         const double value = static_cast<double>(i) / 255.0;
-        codes[i] = static_cast<std::uint16_t>(std::lround(65535.0 * (is_color ? linear_of_srgb(value) : value)));
+        codes[i] = static_cast<std::uint16_t>(std::lround(65535.0 * (is_color ? frame::linear_of_srgb(value) : value)));
     }
     return codes;
 }
@@ -56,7 +56,7 @@ void halve(SoftwareImage& image, std::size_t number) {
 
 }  // namespace
 
-SoftwareImage make_software_image(const Image& image, bool is_color) {
+SoftwareImage make_software_image(const world::Image& image, bool is_color) {
     static const Codes srgb = make_codes(true), plain = make_codes(false);
     const Codes& codes = is_color ? srgb : plain;
     SoftwareImage made;
@@ -75,4 +75,4 @@ SoftwareImage make_software_image(const Image& image, bool is_color) {
     return made;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -7,7 +7,7 @@
 
 #include "core/world/model.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// Linear light or plain data, 16 bits a channel: from sRGB at most 1/30 of the step between its two darkest codes off.
 using Texel = std::array<std::uint16_t, 4>;
@@ -30,6 +30,6 @@ struct SoftwareImage {
 };
 
 /// is_color: red, green and blue are sRGB (IEC 61966-2-1).
-SoftwareImage make_software_image(const Image& image, bool is_color);
+SoftwareImage make_software_image(const world::Image& image, bool is_color);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -4,7 +4,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig {
+namespace camrig::render::software {
 
 ThreadTeam::ThreadTeam(int threads) {
     CHECK(threads >= 1);
@@ -59,4 +59,4 @@ void ThreadTeam::work(int worker, std::unique_lock<std::mutex>& lock) {
     if (--busy_ == 0) done_.notify_one();
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

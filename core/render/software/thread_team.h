@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace camrig {
+namespace camrig::render::software {
 
 /// Some threads that do the same for different numbers, together with the one that asks. Allocates nothing per run.
 class ThreadTeam {
@@ -48,4 +48,4 @@ private:
     std::vector<std::thread> threads_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render::software

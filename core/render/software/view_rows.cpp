@@ -4,7 +4,7 @@
 #include "core/render/software/channels.h"
 #include "core/render/software/rows.h"
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 std::uint32_t pixel_of(const glm::vec3& linear) {
@@ -52,11 +52,11 @@ void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRec
 
 }  // namespace
 
-void cover_blind(const SceneView& view, const Canvas& canvas, const PixelRect& rect) {
+void cover_blind(const scene::SceneView& view, const Canvas& canvas, const PixelRect& rect) {
     constexpr std::uint32_t black = 0xFFu << 24;
     if (view.lens == nullptr) return;
-    const std::vector<LensView::BlindRun>& runs = view.lens->blind();
-    const auto first = std::ranges::lower_bound(runs, rect.y0, {}, &LensView::BlindRun::y);
+    const std::vector<scene::LensView::BlindRun>& runs = view.lens->blind();
+    const auto first = std::ranges::lower_bound(runs, rect.y0, {}, &scene::LensView::BlindRun::y);
     for (auto run = first; run != runs.end() && run->y < rect.y1; ++run) {
         if (canvas.color.data != nullptr) std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
         std::fill_n(canvas.depth(run->y) + run->x0, run->x1 - run->x0, blind_depth);
@@ -76,7 +76,7 @@ void put_back(ViewWork& work, const PixelRect& band) {
 
 void draw_background(ViewWork& work, const PixelRect& band) {
     const Canvas& canvas = work.canvas;
-    const Environment& environment = work.scene.scene->environment();
+    const world::Environment& environment = work.scene.scene->environment();
     fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
     fill(canvas.depth, band, 0.0f);
     cover_blind(work.scene, canvas, band);
@@ -132,4 +132,4 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int b
     finish_rows(work, scratch, band);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -3,7 +3,7 @@
 #include "core/render/software/view_work.h"
 
 /// The pixels of a view that is ready to be drawn (SoftwareDrawer::begin_view).
-namespace camrig {
+namespace camrig::render::software {
 
 /// One of so many bands of rows that cover the picture, each of which has about as much work.
 PixelRect band_of(const ViewWork& work, int band, int bands);
@@ -16,7 +16,7 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int band, int ban
 
 /// What sees nothing is black whatever the background, and nothing comes before it. Of the rows of a rectangle; the
 /// canvas may be without colour.
-void cover_blind(const SceneView& view, const Canvas& canvas, const PixelRect& rect);
+void cover_blind(const scene::SceneView& view, const Canvas& canvas, const PixelRect& rect);
 
 /// Steps of draw_rows, each of a band: what is there before anything is drawn, of a picture in parts or in full.
 void put_back(ViewWork& work, const PixelRect& band);
@@ -26,4 +26,4 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
 /// All that is opaque is drawn: the rest.
 void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
 
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -15,7 +15,7 @@
 #include "core/render/software/shadowed_statics.h"
 
 /// What is known of a view from instant to instant, and while it is drawn.
-namespace camrig {
+namespace camrig::render::software {
 
 /// What is kept of a camera that stands still.
 struct StaticLayer {
@@ -25,9 +25,9 @@ struct StaticLayer {
     StaticAreas areas;                          ///< of pictures of exact areas, with `color`
     std::unique_ptr<ShadowedStatics> shadowed;  ///< with `color`, where there are shadows
     /// By kind, as their frames are; empty: nobody asked for it yet.
-    std::array<Plane<std::uint32_t>, frame_kind_count> channels;
-    std::map<ObjectId, Silhouette> silhouettes;  ///< of static objects whose were asked for
-    std::uint64_t number = 0;                    ///< no two that were ever kept have the same; 0: nothing is kept yet
+    std::array<Plane<std::uint32_t>, frame::frame_kind_count> channels;
+    std::map<ObjectId, frame::Silhouette> silhouettes;  ///< of static objects whose were asked for
+    std::uint64_t number = 0;  ///< no two that were ever kept have the same; 0: nothing is kept yet
 };
 
 /// What a frame showed: a layer, and other things in some rectangles.
@@ -43,46 +43,46 @@ struct FrameHistory {
         std::array<ShownFrame, 8> frames;
         std::size_t last = 0;
     };
-    std::array<OfKind, frame_kind_count> kinds;
+    std::array<OfKind, frame::frame_kind_count> kinds;
     ShownPicture picture;  ///< of colour
 };
 
 /// Some FrameKinds, by number.
-using KindSet = std::bitset<frame_kind_count>;
+using KindSet = std::bitset<frame::frame_kind_count>;
 
 /// What was asked for of a camera in one instant, call after call. Who took several kinds of the last picture will take
 /// them of this one: they are drawn with the first of them, and kept until the next instant.
 struct AskedPictures {
     std::uint64_t instant = 0;
     std::uint64_t spec_revision = 0;  ///< this, pose, quality and sequence: of what `frames` show
-    Pose pose;
-    Quality quality = Quality::simple;
+    camera::Pose pose;
+    world::Quality quality = world::Quality::simple;
     std::int64_t sequence = -1;
     KindSet before, now;
-    std::array<FrameRef, frame_kind_count> frames;
+    std::array<frame::FrameRef, frame::frame_kind_count> frames;
 };
 
 /// A picture of a view that is no colour (channels.h).
 struct ChannelFrame {
-    std::shared_ptr<Frame> frame;      ///< null: not wanted
-    std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
+    std::shared_ptr<frame::Frame> frame;  ///< null: not wanted
+    std::span<const PixelRect> stale;     ///< if a layer is kept: where the frame's memory holds something else
 };
 
 struct ViewWork {
     const View* view = nullptr;
     KindSet kinds;                   ///< that are drawn
     AskedPictures* asked = nullptr;  ///< null: what is drawn is not kept
-    SceneView scene;
+    scene::SceneView scene;
     std::shared_ptr<const LensRays> rays;  ///< of the scene's lens
     StaticLayer* layer = nullptr;
     FrameHistory* history = nullptr;
-    SeenMovers movers;
+    scene::SeenMovers movers;
     PixelRect whole;
     std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
     std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
     std::atomic<int> bands_left = 0;
-    std::shared_ptr<Frame> frame;                         ///< of colour; null: not wanted
-    std::array<ChannelFrame, frame_kind_count> channels;  ///< by kind
+    std::shared_ptr<frame::Frame> frame;                         ///< of colour; null: not wanted
+    std::array<ChannelFrame, frame::frame_kind_count> channels;  ///< by kind
     Canvas canvas;
     bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
@@ -101,7 +101,7 @@ struct ViewScratch {
     ViewGeometry geometry;
     TriangleRange statics, movers;                             ///< opaque
     std::vector<ViewDraw> blended_statics, blended;            ///< from far to near; the second with the first
-    std::vector<SeenSurface> opaque, blending;                 ///< static ones, as they are seen
+    std::vector<scene::SeenSurface> opaque, blending;          ///< static ones, as they are seen
     std::vector<std::int32_t> ids_of_draws, classes_of_draws;  ///< by draw, for channels
     TriangleNumbers numbers;
     Plane<float> depth;
@@ -109,8 +109,8 @@ struct ViewScratch {
     Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes
 };
 
-inline Rows<std::uint32_t> rows_of(Frame& frame) {
+inline Rows<std::uint32_t> rows_of(frame::Frame& frame) {
     return {reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data()), frame.info().size.width};
 }
 
-}  // namespace camrig
+}  // namespace camrig::render::software

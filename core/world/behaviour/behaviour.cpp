@@ -1,6 +1,6 @@
 #include "core/world/behaviour/behaviour.h"
 
-namespace camrig {
+namespace camrig::world {
 
 ClipPlay clip_at(const Model& model, int animation, WideInt clip_ns, WideInt clip_ns_before) {
     const TimeNs duration = model.animations[static_cast<std::size_t>(animation)].duration_ns;
@@ -14,4 +14,4 @@ ClipPlay clip_at(const Model& model, int animation, WideInt clip_ns, WideInt cli
     return play;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -11,7 +11,7 @@
 #include "core/world/model.h"
 #include "core/world/walk/crowd.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Wide enough for any product of a time and a speed in nanometres.
 __extension__ using WideInt = __int128;
@@ -94,4 +94,4 @@ public:
 /// The clip at a clip time that may be anything: wrapped into the clip's duration, in integers.
 ClipPlay clip_at(const Model& model, int animation, WideInt clip_ns, WideInt clip_ns_before);
 
-}  // namespace camrig
+}  // namespace camrig::world

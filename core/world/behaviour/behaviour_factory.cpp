@@ -10,7 +10,7 @@
 #include "core/world/behaviour/vehicle.h"
 #include "core/world/behaviour/walk_behaviours.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// Corners are taken wider at speed; steps of half a metre, so that actors of one route share its path.
@@ -124,4 +124,4 @@ std::shared_ptr<const WalkArea> BehaviourFactory::area_of(const std::string& are
     return known;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -10,7 +10,7 @@
 #include "core/world/scene.h"
 #include "core/world/walk/walk_area.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Makes behaviours from what check_behaviour() has found good; keeps the paths and areas that they share. Outlives
 /// them. Thread: the world's.
@@ -43,4 +43,4 @@ private:
     Shared<int, WalkArea> areas_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

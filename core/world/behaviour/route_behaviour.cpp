@@ -6,7 +6,7 @@
 
 #include "core/world/turn.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// An actor that turns round at the end of a route does so over this much of it on either side.
@@ -89,4 +89,4 @@ void RouteWalk::step(const StepContext& context, ActorState& state) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -5,7 +5,7 @@
 #include "core/world/behaviour/behaviour.h"
 #include "core/world/route_path.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Walks a route at constant speed. Distance is counted in whole nanometres from world time, so place and clip phase at
 /// a time are exact functions of it, however long the rig runs. A clip with a ground speed advances by the distance
@@ -44,4 +44,4 @@ private:
     bool arrived_ = false;          ///< mode once: stands at the end
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -1,6 +1,6 @@
 #include "core/world/behaviour/sequence.h"
 
-namespace camrig {
+namespace camrig::world {
 
 void Sequence::begin(const StepContext& context, ActorState& state) {
     now_ = factory_.make(spec_.steps[index_].behaviour, actor_, true);
@@ -28,4 +28,4 @@ void Sequence::step(const StepContext& context, ActorState& state) {
     begin(context, state);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

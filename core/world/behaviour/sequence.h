@@ -4,7 +4,7 @@
 
 #include "core/world/behaviour/behaviour_factory.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// One behaviour after the other; the last one goes on. At most one change a step.
 class Sequence final : public Behaviour {
@@ -50,4 +50,4 @@ private:
     std::unique_ptr<Behaviour> now_, walk_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -2,7 +2,7 @@
 
 #include "core/world/behaviour/behaviour.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Stays where it is and plays a clip in real time, or none (animation < 0). Also moves objects that have a clip.
 class Standing final : public Behaviour {
@@ -20,4 +20,4 @@ private:
     int animation_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

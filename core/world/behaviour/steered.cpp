@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr double steered_turn_rad_s = 6.0;
@@ -51,4 +51,4 @@ void Steered::step(const StepContext& context, ActorState& state) {
     gait_.step(context, ground_m, state);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -3,7 +3,7 @@
 #include "core/world/actor_spec.h"
 #include "core/world/behaviour/walker.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Moves as it was told last, by a program outside (actor.steer).
 class Steered final : public Behaviour {
@@ -26,4 +26,4 @@ private:
     std::optional<double> yaw_rad_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -6,7 +6,7 @@
 #include "core/base/portable_math.h"
 #include "core/world/turn.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr double sample_m = 0.5;
@@ -133,4 +133,4 @@ void Vehicle::place(const StepContext& context, double moved_m, ActorState& stat
     state.clips.push_back(clip_at(*options_.model, options_.animation, clip_ns_, clip_ns_ - advance));
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

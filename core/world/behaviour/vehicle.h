@@ -6,7 +6,7 @@
 #include "core/world/behaviour_spec.h"
 #include "core/world/route_path.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Drives along a route and keeps its distance from whatever is on the lane ahead, vehicles and people.
 ///
@@ -54,4 +54,4 @@ private:
     std::vector<const Body*> others_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

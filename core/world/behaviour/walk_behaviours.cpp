@@ -7,7 +7,7 @@
 #include "core/base/portable_math.h"
 #include "core/base/random.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr int max_goal_tries = 32;
@@ -86,4 +86,4 @@ void LookAt::step(const StepContext& context, ActorState& state) {
     gait_.step(context, 0.0, state);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -6,7 +6,7 @@
 #include "core/world/behaviour_spec.h"
 
 /// Behaviours of those who find their way themselves. Each is a Walker and where it wants to go.
-namespace camrig {
+namespace camrig::world {
 
 class GoTo final : public Behaviour {
 public:
@@ -90,4 +90,4 @@ private:
     bool faces_ = false;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

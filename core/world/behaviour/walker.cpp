@@ -6,7 +6,7 @@
 #include "core/base/portable_math.h"
 #include "core/base/random.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 // Of walking people; the sources are in docs/decisions/0050-crowds.md.
@@ -191,4 +191,4 @@ void Walker::move(const StepContext& context, const glm::dvec2& wanted, std::opt
     gait_.step(context, speed * step_s, state);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -9,7 +9,7 @@
 #include "core/world/walk/velocity_choice.h"
 #include "core/world/walk/walk_area.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// The clips of somebody who walks and stands: the walking clip advances by the ground covered, so that feet do not
 /// slide at any speed; the other plays in real time.
@@ -78,4 +78,4 @@ private:
     std::vector<HalfPlane> planes_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -13,7 +13,7 @@
 #include "core/world/actor_spec.h"
 
 /// Events as data: when something happens, and what happens then. docs/scene-format.md explains each.
-namespace camrig {
+namespace camrig::world {
 
 struct AtTime {
     TimeNs at_ns = 0;
@@ -90,7 +90,7 @@ struct EnvironmentAction {
 };
 struct CameraAction {
     std::string camera;
-    std::optional<Pose> pose;
+    std::optional<camera::Pose> pose;
     std::optional<double> vfov_rad;
     TimeNs duration_ns = 0;
 };
@@ -127,4 +127,4 @@ struct EventReport {
 
 std::string_view type_name(const Trigger& trigger);
 
-}  // namespace camrig
+}  // namespace camrig::world

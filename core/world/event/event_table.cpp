@@ -4,7 +4,7 @@
 
 #include "core/world/walk/walk_area.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// Delayed firings of one event that may wait at a time; more are left out.
@@ -128,4 +128,4 @@ std::vector<EventTable::Firing> EventTable::after(const Firing& firing, TimeNs n
     return at_once;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -9,7 +9,7 @@
 #include "core/world/event/event_spec.h"
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// An actor as the triggers see it, at the end of a step.
 struct Witness {
@@ -67,4 +67,4 @@ private:
     std::uint64_t firings_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 /// One component of a file's type, converted.
@@ -188,4 +188,4 @@ std::vector<std::uint32_t> AccessorReader::integers(std::int64_t accessor, int w
     return read<std::uint32_t>(accessor, width, allowed, place);
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -6,7 +6,7 @@
 
 #include "core/world/gltf/document.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 /// Component types an accessor may have for one use; bits of a mask.
 enum Components : unsigned {
@@ -49,4 +49,4 @@ private:
     Budget& budget_;
 };
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 Interpolation interpolation_of(const std::string& name, const std::string& place) {
@@ -123,4 +123,4 @@ std::vector<Animation> read_animations(const Document& document, const AccessorR
     return out;
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -6,7 +6,7 @@
 
 #include "core/world/gltf/failure.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 constexpr std::uint32_t magic_glb = 0x46546C67;   // "glTF"
@@ -82,4 +82,4 @@ Container split_container(std::span<const std::byte> bytes) {
     return result;
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

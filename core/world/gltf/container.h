@@ -3,7 +3,7 @@
 #include <span>
 #include <string_view>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 /// The two parts of a glTF file; views into the bytes given to split_container().
 struct Container {
@@ -16,4 +16,4 @@ struct Container {
 /// Tells .glb (magic) from .gltf and checks header and chunks of the former (glTF 2.0, 4.4). Throws Failure.
 Container split_container(std::span<const std::byte> bytes);
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -11,7 +11,7 @@
 // tinygltf 2.7 on bad input: reads image bytes through unchecked buffer views, reads eight bytes past a short BIN
 // chunk, cuts integers to 32 bits, and drops primitives and optional members of a wrong type without a word. So it is
 // given JSON only, after the types of everything it will look at were checked, and what it made is counted afterwards.
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 using nlohmann::json;
@@ -222,4 +222,4 @@ Document parse_document(std::span<const std::byte> bytes, const std::filesystem:
     return document;
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

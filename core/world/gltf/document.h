@@ -10,7 +10,7 @@
 #include "core/world/gltf/limits.h"
 #include "core/world/gltf/tiny_gltf.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 /// A parsed glTF file whose indices and ranges nobody has checked yet, with its buffers in memory.
 struct Document {
@@ -28,4 +28,4 @@ struct Document {
 /// Throws Failure.
 Document parse_document(std::span<const std::byte> bytes, const std::filesystem::path& base, Budget& budget);
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

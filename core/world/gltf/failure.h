@@ -6,7 +6,7 @@
 
 #include "core/base/result.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 /// Ends the reading of a glTF file. Thrown and caught inside core/world/gltf only: load_model() turns it into a Result,
 /// so that the readers of accessors, meshes and nodes need no error branch on every line.
@@ -30,4 +30,4 @@ inline std::string item(std::string_view list, std::size_t index) {
     return std::string(list) + "[" + std::to_string(index) + "]";
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

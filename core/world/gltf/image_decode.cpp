@@ -8,7 +8,7 @@
 #include <png.h>
 #include <turbojpeg.h>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 // Deflate cannot make more than 1032 bytes of one; a JPEG block takes at least a bit or two. What claims more is cut
@@ -127,4 +127,4 @@ Image decode_image(std::span<const std::byte> bytes, std::string_view place, Bud
     fail(place, "is neither a PNG nor a JPEG picture", ErrorKind::unsupported);
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -7,7 +7,7 @@
 #include "core/world/gltf/failure.h"
 
 /// What one glTF file may ask for. Chosen far above real assets and far below what hurts the process.
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 inline constexpr std::size_t max_file_bytes = std::size_t{512} << 20;
 inline constexpr std::size_t max_json_bytes = std::size_t{128} << 20;
@@ -42,4 +42,4 @@ private:
     std::size_t used_ = 0;
 };
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -6,7 +6,7 @@
 #include "core/world/gltf/image_decode.h"
 #include "core/world/gltf/resources.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 float factor(double value, double high, std::string_view place) {
@@ -197,4 +197,4 @@ std::vector<Image> read_images(const Document& document, Budget& budget) {
     return out;
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

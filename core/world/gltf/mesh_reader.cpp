@@ -7,7 +7,7 @@
 
 #include "core/world/gltf/topology.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 using Attributes = std::map<std::string, int>;
@@ -251,4 +251,4 @@ std::vector<Mesh> read_meshes(const Document& document, const AccessorReader& ac
     return meshes;
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -6,7 +6,7 @@
 
 #include "core/base/json_reader.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 using nlohmann::json;
@@ -283,4 +283,4 @@ void read_nodes(const Document& document, const AccessorReader& accessors, Model
     read_hierarchy(document, model);
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -9,7 +9,7 @@
 #include "core/base/percent.h"
 #include "core/world/gltf/limits.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 constexpr std::size_t max_uri_bytes = 1024;
@@ -92,4 +92,4 @@ std::vector<std::byte> load_uri(std::string_view uri, const std::filesystem::pat
     }
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 /// Bytes of a whole regular file, at most `max_bytes`. Throws Failure.
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t max_bytes);
@@ -13,4 +13,4 @@ std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t 
 /// `base` are refused, and so is every file when `base` is empty. Throws Failure.
 std::vector<std::byte> load_uri(std::string_view uri, const std::filesystem::path& base, std::string_view place);
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

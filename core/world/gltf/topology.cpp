@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 using Indices = std::vector<std::uint32_t>;
@@ -94,4 +94,4 @@ void make_flat(Primitive& primitive) {
     }
 }
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -5,7 +5,7 @@
 
 #include "core/world/model.h"
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 
 /// The seven primitive modes of glTF 2.0, 3.7.2.1, by their numbers.
 enum class Mode : int { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
@@ -20,4 +20,4 @@ std::vector<std::uint32_t> to_list(Mode mode, std::vector<std::uint32_t> indices
 /// triangle without area gets +y.
 void make_flat(Primitive& primitive);
 
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -4,7 +4,7 @@
 #include "core/world/turn.h"
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 
 using nlohmann::json;
 
@@ -176,4 +176,4 @@ Result<SteerSpec> read_steer(const json& value, const std::string& path) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

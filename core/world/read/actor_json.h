@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 inline constexpr std::size_t max_steered_actors = 5000;
 
@@ -27,4 +27,4 @@ Result<ActorSpec> read_actor(JsonReader& reader);
 Result<ActorPatch> read_actor_patch(JsonReader& reader);
 Result<SteerSpec> read_steer(const nlohmann::json& value, const std::string& path);
 
-}  // namespace camrig
+}  // namespace camrig::world

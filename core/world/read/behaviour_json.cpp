@@ -2,7 +2,7 @@
 
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 
 using nlohmann::json;
 
@@ -218,4 +218,4 @@ Result<BehaviourSpec> read_behaviour(const json& value, const std::string& path)
     return read_whole_kind(behaviour_kinds(), value, path, "type");
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -6,7 +6,7 @@
 #include "core/base/error_list.h"
 #include "core/world/scene_names.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 std::string key_of(const std::string& path, std::string_view key) {
@@ -309,4 +309,4 @@ Result<void> check_event_loop(const EventSpec& event, std::span<const EventSpec>
     return {};
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -10,7 +10,7 @@
 
 /// Whether what specs speak of is there. The same checks serve the scene file, where `path` is the JSON path of the
 /// spec, and commands, where it is empty; messages begin with it.
-namespace camrig {
+namespace camrig::world {
 
 struct KnownNames {
     const Scene& scene;                         ///< for its models, routes, areas and lights
@@ -41,4 +41,4 @@ Result<void> check_follows(const std::string& actor, const FollowGraph& graph, c
 /// Refuses events that fire each other in a circle without time between: `event` against all of them.
 Result<void> check_event_loop(const EventSpec& event, std::span<const EventSpec> all, const std::string& path);
 
-}  // namespace camrig
+}  // namespace camrig::world

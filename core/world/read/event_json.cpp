@@ -5,7 +5,7 @@
 #include "core/world/read/behaviour_json.h"
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 
 using nlohmann::json;
 
@@ -265,4 +265,4 @@ Result<EventSpec> read_event(JsonReader& reader) {
     return read_all<EventSpec>(reader);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

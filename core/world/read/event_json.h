@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "core/world/event/event_spec.h"
 
-namespace camrig {
+namespace camrig::world {
 
 inline constexpr std::size_t max_event_actions = 64;
 inline constexpr std::size_t max_user_data_bytes = 4096;
@@ -21,4 +21,4 @@ FieldTable<EventReport> fields_of(std::type_identity<EventReport>);
 /// check_event() does that. `reader` is finished.
 Result<EventSpec> read_event(JsonReader& reader);
 
-}  // namespace camrig
+}  // namespace camrig::world

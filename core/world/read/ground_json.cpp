@@ -5,7 +5,7 @@
 #include "core/world/route_path.h"
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 
 using nlohmann::json;
 
@@ -16,7 +16,7 @@ Result<glm::dvec3> read_point(const json& value, std::size_t least, std::size_t 
     glm::dvec3 point(0.0);
     bool good = value.is_array() && value.size() >= least && value.size() <= most;
     for (std::size_t c = 0; good && c < value.size(); ++c) {
-        good = value[c].is_number() && std::abs(value[c].get<double>()) <= max_coordinate_m;
+        good = value[c].is_number() && std::abs(value[c].get<double>()) <= camera::max_coordinate_m;
         if (good) point[static_cast<glm::length_t>(c)] = value[c].get<double>();
     }
     if (!good) return error(ErrorKind::invalid_argument, expected + " within 1e10 m");
@@ -84,8 +84,10 @@ FieldTable<Area> fields_of(std::type_identity<Area>) {
              .fallback = "none",
              .schema = R"({"type": "array", "items": {"$ref": "#/$defs/polygon"}, "maxItems": 1000})"},
             max_area_obstacles, read_obstacle),
-        field_at<&Area::z>(
-            {.name = "z", .doc = "height of the floor", .unit = "m", .range = {-max_coordinate_m, max_coordinate_m}})};
+        field_at<&Area::z>({.name = "z",
+                            .doc = "height of the floor",
+                            .unit = "m",
+                            .range = {-camera::max_coordinate_m, camera::max_coordinate_m}})};
     return table;
 }
 
@@ -115,4 +117,4 @@ Result<Area> read_area(const json& value, const std::string& path) {
     });
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

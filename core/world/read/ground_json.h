@@ -5,7 +5,7 @@
 #include "core/base/field_of.h"
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 inline constexpr std::size_t max_route_points = 2000;
 inline constexpr std::size_t max_area_points = 2000;
@@ -20,4 +20,4 @@ FieldTable<Place> fields_of(std::type_identity<Place>);
 Result<Route> read_route(const nlohmann::json& value, const std::string& path);
 Result<Area> read_area(const nlohmann::json& value, const std::string& path);
 
-}  // namespace camrig
+}  // namespace camrig::world

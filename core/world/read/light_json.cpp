@@ -2,7 +2,7 @@
 
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 /// The sky and the ground, an object of their own.
@@ -98,4 +98,4 @@ const std::vector<Kind<Light>>& light_kinds() {
     return kinds;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

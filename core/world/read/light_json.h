@@ -3,11 +3,11 @@
 #include "core/base/kind.h"
 #include "core/world/snapshot.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// The `environment` of a scene file.
 FieldTable<Environment> fields_of(std::type_identity<Environment>);
 /// Its `lights`, by their `type`.
 const std::vector<Kind<Light>>& light_kinds();
 
-}  // namespace camrig
+}  // namespace camrig::world

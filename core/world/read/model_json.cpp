@@ -5,7 +5,7 @@
 #include "core/world/turn.h"
 #include "core/world/world_fields.h"
 
-namespace camrig {
+namespace camrig::world {
 
 using nlohmann::json;
 
@@ -142,4 +142,4 @@ Result<SceneModel> ModelReader::read(const json& value, const std::string& path)
     return made;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

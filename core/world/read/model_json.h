@@ -9,7 +9,7 @@
 #include "core/world/scene.h"
 #include "core/world/shape_model.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Finds the model that a scene names; load_model() outside tests.
 using ModelSource = std::function<Result<ModelRef>(const std::filesystem::path& file)>;
@@ -42,4 +42,4 @@ private:
     std::map<std::string, ModelRef> loaded_;  ///< by file, as the scene writes it
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr double cell_m = 2.0;
@@ -53,4 +53,4 @@ void Crowd::near(const glm::dvec2& p, double range, std::vector<const Body*>& ou
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

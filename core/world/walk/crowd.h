@@ -6,7 +6,7 @@
 
 #include <glm/glm.hpp>
 
-namespace camrig {
+namespace camrig::world {
 
 /// What one actor takes of the floor, as others see it: a capsule about position +- axis.
 struct Body {
@@ -38,4 +38,4 @@ private:
     double longest_ = 0.0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr double parallel = 1e-9;
@@ -141,4 +141,4 @@ glm::dvec2 choose_velocity(std::span<const HalfPlane> planes, std::size_t hard, 
     return least_broken(planes, obeyed < hard ? 0 : hard, obeyed, v, max_speed);
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -4,7 +4,7 @@
 
 #include <glm/glm.hpp>
 
-namespace camrig {
+namespace camrig::world {
 
 /// The velocities v with normal . v >= offset; normal is a unit vector.
 struct HalfPlane {
@@ -36,4 +36,4 @@ HalfPlane keep_off(const glm::dvec2& to_wall, double radius, double horizon_s);
 glm::dvec2 choose_velocity(std::span<const HalfPlane> planes, std::size_t hard, const glm::dvec2& wanted,
                            double max_speed);
 
-}  // namespace camrig
+}  // namespace camrig::world

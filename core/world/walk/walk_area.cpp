@@ -5,7 +5,7 @@
 #include <limits>
 #include <queue>
 
-namespace camrig {
+namespace camrig::world {
 namespace {
 
 constexpr double finest_cell_m = 0.2;
@@ -183,4 +183,4 @@ std::vector<glm::dvec2> WalkArea::find_way(const glm::dvec2& a, const glm::dvec2
     return way;
 }
 
-}  // namespace camrig
+}  // namespace camrig::world

@@ -7,7 +7,7 @@
 
 #include "core/world/scene.h"
 
-namespace camrig {
+namespace camrig::world {
 
 /// Whether p lies inside of the polygon (even-odd rule).
 bool inside(const std::vector<glm::dvec2>& polygon, const glm::dvec2& p);
@@ -55,4 +55,4 @@ private:
     std::vector<std::uint8_t> is_free_;  ///< per cell
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

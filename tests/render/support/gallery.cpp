@@ -3,10 +3,10 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace camrig {
+namespace camrig::render {
 
-Image patterned(ImageSize size) {
-    Image image{.size = size, .rgba = {}};
+world::Image patterned(ImageSize size) {
+    world::Image image{.size = size, .rgba = {}};
     for (int y = 0; y < size.height; ++y) {
         for (int x = 0; x < size.width; ++x) {
             const int dark = (x * 8 / size.width + y * 8 / size.height) % 2 * 90;
@@ -18,8 +18,8 @@ Image patterned(ImageSize size) {
     return image;
 }
 
-Primitive ball(float radius, int rings) {
-    Primitive p;
+world::Primitive ball(float radius, int rings) {
+    world::Primitive p;
     for (int i = 0; i <= rings; ++i) {
         for (int j = 0; j <= 2 * rings; ++j) {
             const float down = std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(rings);
@@ -41,24 +41,24 @@ Primitive ball(float radius, int rings) {
 }
 
 TestWorld gallery() {
-    const auto textured = [](Primitive primitive, Material material, glm::vec2 scale) {
+    const auto textured = [](world::Primitive primitive, world::Material material, glm::vec2 scale) {
         material.base_color_texture = {.texture = 0, .offset = {0.1f, 0.2f}, .scale = scale, .rotation = 0.3f};
         auto model = model_of(std::move(primitive), std::move(material));
         model->images.push_back(patterned({64, 64}));
         model->textures.push_back({.image = 0, .sampler = {}});
         return model;
     };
-    const auto without_colors = [](Primitive primitive) {
+    const auto without_colors = [](world::Primitive primitive) {
         primitive.colors.clear();
         return primitive;
     };
-    const Material white = colored(glm::vec3(0.9f));
-    Material masked = white, glass = colored({0.3f, 0.5f, 0.9f}), thin = colored({0.8f, 0.3f, 0.2f});
-    masked.alpha_mode = AlphaMode::mask;
-    glass.alpha_mode = AlphaMode::blend;
+    const world::Material white = colored(glm::vec3(0.9f));
+    world::Material masked = white, glass = colored({0.3f, 0.5f, 0.9f}), thin = colored({0.8f, 0.3f, 0.2f});
+    masked.alpha_mode = world::AlphaMode::mask;
+    glass.alpha_mode = world::AlphaMode::blend;
     glass.base_color.a = 0.4f;
     thin.double_sided = true;
-    Material lamp = colored(glm::vec3(0.2f));
+    world::Material lamp = colored(glm::vec3(0.2f));
     lamp.emissive = {0.5f, 0.3f, 0.1f};
     lamp.emissive_texture.texture = 0;
     lamp.occlusion_texture.texture = 0;
@@ -69,13 +69,15 @@ TestWorld gallery() {
                          .ambient_sky = {0.2f, 0.25f, 0.3f},
                          .ambient_ground = {0.15f, 0.1f, 0.05f},
                          .exposure = 0.9f};
-    world.lights = {light_of(LightType::directional, 0.5f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
-                    light_of(LightType::point, 3.0f, {3.5, 1.0, 1.0}),
-                    light_of(LightType::spot, 9.0f, {2.5, -1.5, 2.0}, glm::normalize(glm::dvec3(0.6, 0.2, -0.8)))};
+    world.lights = {
+        light_of(world::LightType::directional, 0.5f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
+        light_of(world::LightType::point, 3.0f, {3.5, 1.0, 1.0}),
+        light_of(world::LightType::spot, 9.0f, {2.5, -1.5, 2.0}, glm::normalize(glm::dvec3(0.6, 0.2, -0.8)))};
     world.lights[1].range = 4.0f;
     world.lights[2].inner_cone_rad = 0.2f;
     std::uint32_t id = 1;
-    const auto put = [&](std::vector<Instance>& list, ModelRef model, glm::dvec3 position) -> Instance& {
+    const auto put = [&](std::vector<world::Instance>& list, world::ModelRef model,
+                         glm::dvec3 position) -> world::Instance& {
         return list.emplace_back(instance_of(std::move(model), position, id++));
     };
     auto& still = world.objects;
@@ -94,14 +96,14 @@ TestWorld gallery() {
 }
 
 Film::Film(const std::string& scene) {
-    auto loaded = load_scene("scenes/" + scene + ".json");
+    auto loaded = world::load_scene("scenes/" + scene + ".json");
     if (!loaded) throw std::runtime_error(loaded.error().message);
-    auto world = World::create(*loaded, 1);
+    auto world = world::World::create(*loaded, 1);
     if (!world) throw std::runtime_error(world.error().message);
     world_ = std::move(*world);
 }
 
-SnapshotRef Film::at(TimeNs world_ns) {
+world::SnapshotRef Film::at(TimeNs world_ns) {
     world_->advance_to(world_ns);
     return world_->snapshot(world_ns);
 }
@@ -112,12 +114,12 @@ std::string Film::camera(std::size_t index) const {
 }
 
 View Film::view(const std::string& camera, ImageSize size, std::uint32_t number) const {
-    for (const CameraSpec& given : world_->scene().cameras) {
+    for (const world::CameraSpec& given : world_->scene().cameras) {
         if (given.name != camera) continue;
         View view = TestCamera{}.view(number);
-        auto spec = std::make_shared<CameraSpec>(given);
+        auto spec = std::make_shared<world::CameraSpec>(given);
         spec->size = size;
-        spec->intrinsics = intrinsics_from_vfov(size, vfov_rad(given.size, given.intrinsics)).value();
+        spec->intrinsics = camera::intrinsics_from_vfov(size, vfov_rad(given.size, given.intrinsics)).value();
         view.spec = spec;
         view.pose = given.pose;
         return view;
@@ -125,4 +127,4 @@ View Film::view(const std::string& camera, ImageSize size, std::uint32_t number)
     throw std::runtime_error("the scene has no camera '" + camera + "'");
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -6,13 +6,13 @@
 #include "tests/render/support/test_rig.h"
 
 /// What the rasterisers of a CPU are tried on.
-namespace camrig {
+namespace camrig::render {
 
 /// Smooth and rough at once: gradients with a checker on them, alpha from 0 to 255.
-Image patterned(ImageSize size);
+world::Image patterned(ImageSize size);
 
 /// A ball of so many rings with the normals of a sphere, texture coordinates and a colour per vertex.
-Primitive ball(float radius, int rings);
+world::Primitive ball(float radius, int rings);
 
 /// A floor that reaches behind the camera and far away, and on it a surface of every sort: masked, blended,
 /// double sided, mirrored, vertex colours, emission, occlusion, unlit, lights of all three kinds. Mirrored and glass
@@ -24,14 +24,14 @@ class Film {
 public:
     explicit Film(const std::string& scene);
     /// Instants must not go back.
-    SnapshotRef at(TimeNs world_ns);
+    world::SnapshotRef at(TimeNs world_ns);
     /// The name of one of the scene's cameras, counted round.
     std::string camera(std::size_t index) const;
     /// The camera of the scene of this name, at this size.
     View view(const std::string& camera, ImageSize size, std::uint32_t number) const;
 
 private:
-    std::unique_ptr<World> world_;
+    std::unique_ptr<world::World> world_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 constexpr int corners = 64;
@@ -15,7 +15,7 @@ glm::dvec3 rim(const Disc& disc, double turn) {
 
 }  // namespace
 
-std::optional<glm::dvec2> ray_steps(const CameraModel& camera, glm::dvec2 pixel) {
+std::optional<glm::dvec2> ray_steps(const camera::CameraModel& camera, glm::dvec2 pixel) {
     constexpr double half = 1e-4;
     glm::dvec2 steps;
     for (int axis = 0; axis < 2; ++axis) {
@@ -28,7 +28,7 @@ std::optional<glm::dvec2> ray_steps(const CameraModel& camera, glm::dvec2 pixel)
     return steps;
 }
 
-std::optional<Disc> disc_at(const CameraModel& camera, glm::dvec2 pixel, double distance, double radius_px) {
+std::optional<Disc> disc_at(const camera::CameraModel& camera, glm::dvec2 pixel, double distance, double radius_px) {
     const auto ray = camera.ray(pixel);
     const auto steps = ray_steps(camera, pixel);
     if (!ray || !steps) return std::nullopt;
@@ -41,7 +41,7 @@ std::optional<Disc> disc_at(const CameraModel& camera, glm::dvec2 pixel, double 
 
 TestWorld world_of(const std::vector<Disc>& discs) {
     const auto world_from_optical = [](glm::dvec3 p) { return glm::dvec3(p.z, -p.x, -p.y); };
-    Material white = colored(glm::vec3(1.0f), true);
+    world::Material white = colored(glm::vec3(1.0f), true);
     white.double_sided = true;
     TestWorld world;
     std::uint32_t id = 0;
@@ -59,7 +59,7 @@ TestWorld world_of(const std::vector<Disc>& discs) {
     return world;
 }
 
-glm::dvec2 exact_centroid(const CameraModel& camera, const Disc& disc) {
+glm::dvec2 exact_centroid(const camera::CameraModel& camera, const Disc& disc) {
     // Each side of the polygon that is drawn, in short pieces: straight in space, bent in the picture.
     constexpr int pieces = 16;
     std::vector<glm::dvec2> outline;
@@ -96,4 +96,4 @@ glm::dvec2 seen_centroid(const Picture& picture, glm::dvec2 near, double reach_p
     return near + moment / light;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -2,11 +2,11 @@
 
 #include <numeric>
 
-namespace camrig {
+namespace camrig::render {
 
-std::shared_ptr<Model> model_of(Primitive primitive, Material material) {
-    auto model = std::make_shared<Model>();
-    Node node;
+std::shared_ptr<world::Model> model_of(world::Primitive primitive, world::Material material) {
+    auto model = std::make_shared<world::Model>();
+    world::Node node;
     node.mesh = 0;
     // Inverse of world_from_gltf (x, y, z) -> (x, -z, y).
     node.has_matrix = true;
@@ -25,8 +25,8 @@ std::shared_ptr<Model> model_of(Primitive primitive, Material material) {
     return model;
 }
 
-Primitive rectangle(glm::vec3 centre, glm::vec3 u, glm::vec3 v) {
-    Primitive p;
+world::Primitive rectangle(glm::vec3 centre, glm::vec3 u, glm::vec3 v) {
+    world::Primitive p;
     p.positions = {centre - u - v, centre + u - v, centre + u + v, centre - u + v};
     p.normals.assign(4, glm::normalize(glm::cross(u, v)));
     p.texcoords[0] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
@@ -34,8 +34,8 @@ Primitive rectangle(glm::vec3 centre, glm::vec3 u, glm::vec3 v) {
     return p;
 }
 
-Primitive triangles(std::vector<glm::vec3> corners) {
-    Primitive p;
+world::Primitive triangles(std::vector<glm::vec3> corners) {
+    world::Primitive p;
     for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
         const glm::vec3 normal = glm::cross(corners[i + 1] - corners[i], corners[i + 2] - corners[i]);
         p.normals.insert(p.normals.end(), 3, glm::length(normal) > 0 ? glm::normalize(normal) : glm::vec3(0, 0, 1));
@@ -46,15 +46,15 @@ Primitive triangles(std::vector<glm::vec3> corners) {
     return p;
 }
 
-Primitive box(glm::vec3 half) {
-    Primitive p;
+world::Primitive box(glm::vec3 half) {
+    world::Primitive p;
     for (int axis = 0; axis < 3; ++axis) {
         for (const float sign : {-1.0f, 1.0f}) {
             glm::vec3 n(0.0f), u(0.0f), v(0.0f);
             n[axis] = sign * half[axis];
             u[(axis + 1) % 3] = half[(axis + 1) % 3];
             v[(axis + 2) % 3] = sign * half[(axis + 2) % 3];
-            const Primitive face = rectangle(n, u, v);
+            const world::Primitive face = rectangle(n, u, v);
             const auto base = static_cast<std::uint32_t>(p.positions.size());
             p.positions.insert(p.positions.end(), face.positions.begin(), face.positions.end());
             p.normals.insert(p.normals.end(), face.normals.begin(), face.normals.end());
@@ -65,28 +65,28 @@ Primitive box(glm::vec3 half) {
     return p;
 }
 
-Material colored(glm::vec3 linear, bool unlit) {
-    Material material;
+world::Material colored(glm::vec3 linear, bool unlit) {
+    world::Material material;
     material.base_color = glm::vec4(linear, 1.0f);
     material.metallic = 0.0f;
     material.unlit = unlit;
     return material;
 }
 
-Instance instance_of(ModelRef model, glm::dvec3 position, std::uint32_t id) {
-    auto info = std::make_shared<ObjectInfo>();
+world::Instance instance_of(world::ModelRef model, glm::dvec3 position, std::uint32_t id) {
+    auto info = std::make_shared<world::ObjectInfo>();
     info->id = ObjectId{id};
     info->name = "object" + std::to_string(id);
     info->object_class = "object";
     info->model = std::move(model);
-    Instance instance;
+    world::Instance instance;
     instance.info = std::move(info);
     instance.position = position;
     return instance;
 }
 
-Light light_of(LightType type, float intensity, glm::dvec3 position, glm::dvec3 direction) {
-    Light light;
+world::Light light_of(world::LightType type, float intensity, glm::dvec3 position, glm::dvec3 direction) {
+    world::Light light;
     light.type = type;
     light.intensity = intensity;
     light.position = position;
@@ -94,16 +94,16 @@ Light light_of(LightType type, float intensity, glm::dvec3 position, glm::dvec3 
     return light;
 }
 
-SnapshotRef TestWorld::snapshot(TimeNs world_ns) const {
-    auto statics = std::make_shared<StaticSet>();
+world::SnapshotRef TestWorld::snapshot(TimeNs world_ns) const {
+    auto statics = std::make_shared<world::StaticSet>();
     statics->objects = objects;
     statics->lights = lights;
     statics->environment = environment;
-    auto result = std::make_shared<Snapshot>();
+    auto result = std::make_shared<world::Snapshot>();
     result->world_ns = world_ns;
     result->statics = std::move(statics);
     result->movers = movers;
     return result;
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

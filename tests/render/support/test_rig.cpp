@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::render {
 
 View TestCamera::view(std::uint32_t number) const {
-    auto spec = std::make_shared<CameraSpec>();
+    auto spec = std::make_shared<world::CameraSpec>();
     spec->name = "camera" + std::to_string(number);
     spec->size = size;
     spec->lens = lens;
@@ -18,7 +18,7 @@ View TestCamera::view(std::uint32_t number) const {
     spec->near_m = near_m;
     spec->far_m = far_m;
     spec->intrinsics =
-        intrinsics.value_or(Intrinsics{focal_px, focal_px, (size.width - 1) / 2.0, (size.height - 1) / 2.0});
+        intrinsics.value_or(camera::Intrinsics{focal_px, focal_px, (size.width - 1) / 2.0, (size.height - 1) / 2.0});
     View view;
     view.camera = CameraId{number};
     view.name = std::make_shared<const std::string>(spec->name);
@@ -31,9 +31,9 @@ View TestCamera::view(std::uint32_t number) const {
     return view;
 }
 
-CameraModel TestCamera::model() const {
+camera::CameraModel TestCamera::model() const {
     const View seen = view();
-    return CameraModel::create(size, seen.spec->intrinsics, lens).value();
+    return camera::CameraModel::create(size, seen.spec->intrinsics, lens).value();
 }
 
 std::array<int, 4> Picture::at(int x, int y) const {
@@ -46,15 +46,15 @@ std::array<int, 4> Picture::at(int x, int y) const {
 Renderer& cpu_renderer() {
     static const std::unique_ptr<Renderer> renderer = [] {
         const char* const device = std::getenv("CAMRIG_TEST_DEVICE");
-        auto made =
-            create_renderer({.device = device != nullptr ? device : "cpu", .pool = std::make_shared<FramePool>()});
+        auto made = create_renderer(
+            {.device = device != nullptr ? device : "cpu", .pool = std::make_shared<frame::FramePool>()});
         if (!made) throw std::runtime_error(made.error().message);
         return std::move(*made);
     }();
     return *renderer;
 }
 
-std::vector<FrameRef> draw_views(const SnapshotRef& snapshot, std::span<const View> views) {
+std::vector<frame::FrameRef> draw_views(const world::SnapshotRef& snapshot, std::span<const View> views) {
     auto finished = cpu_renderer().draw(snapshot, 0, views);
     EXPECT_TRUE(finished.has_value());
     for (const auto& failure : finished->failures) ADD_FAILURE() << failure.error.message;
@@ -66,7 +66,7 @@ Picture draw(const TestWorld& world, const TestCamera& camera) {
     return {draw_views(world.snapshot(), {&view, 1}).at(0)};
 }
 
-FrameRef draw_kind(const TestWorld& world, const TestCamera& camera, FrameKind kind) {
+frame::FrameRef draw_kind(const TestWorld& world, const TestCamera& camera, frame::FrameKind kind) {
     View view = camera.view();
     std::ranges::fill(view.kinds, false);
     view.kinds[static_cast<int>(kind)] = true;
@@ -84,4 +84,4 @@ double linear_of(int code) {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
-}  // namespace camrig
+}  // namespace camrig::render

@@ -10,7 +10,7 @@
 #include "tests/unit/camera/calibration_samples.h"
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig::calibration_file_test {
+namespace camrig::camera::calibration_file_test {
 namespace {
 
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
@@ -304,4 +304,4 @@ TEST(ParseYaml, KeepsScalarsAsText) {
 }
 
 }  // namespace
-}  // namespace camrig::calibration_file_test
+}  // namespace camrig::camera::calibration_file_test

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Written by ROS camera_calibration (image_pipeline).
 inline constexpr const char* ros_sample = R"(image_width: 640
@@ -94,4 +94,4 @@ cam1:
   rostopic: /cam1/image_raw
 )";
 
-}  // namespace camrig
+}  // namespace camrig::camera

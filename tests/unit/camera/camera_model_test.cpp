@@ -11,7 +11,7 @@
 
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig::camera_model_test {
+namespace camrig::camera::camera_model_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -242,4 +242,4 @@ TEST(CameraModel, AMapOf1080pIsFilledInWellUnderASecond) {
 }
 
 }  // namespace
-}  // namespace camrig::camera_model_test
+}  // namespace camrig::camera::camera_model_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig::intrinsics_test {
+namespace camrig::camera::intrinsics_test {
 namespace {
 
 constexpr double deg = std::numbers::pi / 180.0;
@@ -89,4 +89,4 @@ TEST(CheckIntrinsics, RefusesWhatNoCameraHas) {
 }
 
 }  // namespace
-}  // namespace camrig::intrinsics_test
+}  // namespace camrig::camera::intrinsics_test

@@ -8,7 +8,7 @@
 
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig::lens_map_test {
+namespace camrig::camera::lens_map_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -361,4 +361,4 @@ TEST(BadLenses, AWrongNumberOfCoefficientsIsRefusedWithBothNumbers) {
 }
 
 }  // namespace
-}  // namespace camrig::lens_map_test
+}  // namespace camrig::camera::lens_map_test

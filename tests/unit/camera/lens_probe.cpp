@@ -18,7 +18,7 @@ int main() {
         std::istringstream words(line);
         std::string name;
         words >> name;
-        const auto model = parse_lens_model(name);
+        const auto model = camera::parse_lens_model(name);
         if (!model) {
             std::fprintf(stderr, "lens_probe: %s\n", model.error().message.c_str());
             return 1;
@@ -32,7 +32,7 @@ int main() {
             return 1;
         }
         const auto lens = make_lens(*model, k);
-        const auto map = lens ? LensMap::create(*lens) : Result<LensMap>(std::unexpected(lens.error()));
+        const auto map = lens ? camera::LensMap::create(*lens) : Result<camera::LensMap>(std::unexpected(lens.error()));
         if (!map) {
             std::puts("refused");
         } else if (const auto ideal = map->undistort(point)) {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig::lens_test {
+namespace camrig::camera::lens_test {
 namespace {
 
 TEST(LensModels, HaveTheNamesAndCoefficientCountsOfRos) {
@@ -42,4 +42,4 @@ TEST(Lens, DefaultIsAPinholeWithoutCoefficients) {
 }
 
 }  // namespace
-}  // namespace camrig::lens_test
+}  // namespace camrig::camera::lens_test

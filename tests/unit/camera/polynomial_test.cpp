@@ -7,7 +7,7 @@
 
 #include "core/base/random.h"
 
-namespace camrig::polynomial_test {
+namespace camrig::camera::polynomial_test {
 namespace {
 
 /// The product of (1 - x / root) over the roots: 1 at zero, like every polynomial of the lens mathematics.
@@ -82,4 +82,4 @@ TEST(PolynomialArithmetic, KnownAnswers) {
 }
 
 }  // namespace
-}  // namespace camrig::polynomial_test
+}  // namespace camrig::camera::polynomial_test

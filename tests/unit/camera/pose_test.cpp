@@ -9,7 +9,7 @@
 
 #include "core/base/random.h"
 
-namespace camrig::pose_test {
+namespace camrig::camera::pose_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -287,4 +287,4 @@ TEST(OpticalFrame, AnUnturnedCameraLooksAlongPlusX) {
 }
 
 }  // namespace
-}  // namespace camrig::pose_test
+}  // namespace camrig::camera::pose_test

@@ -7,7 +7,7 @@
 
 #include "core/base/random.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 constexpr TimeNs ms = ns_per_ms;
@@ -211,4 +211,4 @@ TEST(PtzHead, IsTheSameAtAnyTimeWhateverWasAskedBefore) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::camera

@@ -5,7 +5,7 @@
 #include "core/base/random.h"
 #include "core/camera/lens_map.h"
 
-namespace camrig {
+namespace camrig::camera {
 
 /// Numbers of one stream, in order.
 class Draw {
@@ -49,4 +49,4 @@ inline Lens random_lens(std::uint64_t n) {
     }
 }
 
-}  // namespace camrig
+}  // namespace camrig::camera

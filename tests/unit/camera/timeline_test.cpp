@@ -9,7 +9,7 @@
 #include "core/base/random.h"
 #include "core/camera/camera_state.h"
 
-namespace camrig {
+namespace camrig::camera {
 namespace {
 
 Intrinsics focal(double fx) {
@@ -116,4 +116,4 @@ TEST(Timeline, CommandsWithoutEndKeepTheNewestAndStaySmall) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::camera

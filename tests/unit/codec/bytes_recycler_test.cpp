@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::codec {
 namespace {
 
 TEST(BytesRecycler, MemoryComesBackEmptyWithItsCapacity) {
@@ -29,4 +29,4 @@ TEST(BytesRecycler, WhatItHandedOutMayOutliveIt) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::codec

@@ -12,10 +12,10 @@
 #include "core/frame/convert.h"
 #include "tests/unit/frame/test_pictures.h"
 
-namespace camrig {
+namespace camrig::codec {
 namespace {
 
-using test::code;
+using frame::test::code;
 
 struct Decoded {
     ImageSize size;
@@ -31,7 +31,7 @@ Decoded decode(const std::vector<std::byte>& jpeg) {
     EXPECT_EQ(tjDecompressHeader3(handle, bytes, jpeg.size(), &decoded.size.width, &decoded.size.height,
                                   &decoded.subsampling, &colorspace),
               0);
-    decoded.rgba.resize(bytes_of(PixelFormat::rgba8, decoded.size));
+    decoded.rgba.resize(bytes_of(frame::PixelFormat::rgba8, decoded.size));
     EXPECT_EQ(tjDecompress2(handle, bytes, jpeg.size(), reinterpret_cast<unsigned char*>(decoded.rgba.data()),
                             decoded.size.width, 0, decoded.size.height, TJPF_RGBA, TJFLAG_ACCURATEDCT),
               0)
@@ -48,23 +48,23 @@ double psnr(std::span<const std::byte> a, std::span<const std::byte> b) {
     return sum == 0 ? 100 : 10 * std::log10(255.0 * 255.0 / (sum / (static_cast<double>(a.size()) * 0.75)));
 }
 
-Frame as_format(const Frame& rgba, PixelFormat format) {
-    FrameInfo info = rgba.info();
+frame::Frame as_format(const frame::Frame& rgba, frame::PixelFormat format) {
+    frame::FrameInfo info = rgba.info();
     info.format = format;
     std::vector<std::byte> bytes(bytes_of(format, info.size));
     EXPECT_TRUE(convert(rgba, format, {}, bytes).has_value());
-    return Frame(info, std::move(bytes));
+    return frame::Frame(info, std::move(bytes));
 }
 
 /// What TurboJPEG makes of the same samples, with a restart marker after each strip of 16 rows, as ours have.
-std::vector<std::byte> by_turbojpeg(const Frame& picture, int quality, int subsampling) {
+std::vector<std::byte> by_turbojpeg(const frame::Frame& picture, int quality, int subsampling) {
     const auto [width, height] = picture.info().size;
     const auto* samples = reinterpret_cast<const unsigned char*>(picture.bytes().data());
     ::setenv("TJ_RESTART", std::to_string(16 / tjMCUHeight[subsampling]).c_str(), 1);
     tjhandle handle = tjInitCompress();
     unsigned char* bytes = nullptr;
     unsigned long size = 0;
-    if (picture.info().format == PixelFormat::jpeg_i420) {
+    if (picture.info().format == frame::PixelFormat::jpeg_i420) {
         // Its planes have an even number of rows and columns; the last ones are there twice.
         const int half = (width + 1) / 2, rows = (height + 1) / 2;
         std::vector<unsigned char> luma;
@@ -78,7 +78,7 @@ std::vector<std::byte> by_turbojpeg(const Frame& picture, int quality, int subsa
                                           TJFLAG_ACCURATEDCT),
                   0);
     } else {
-        const int layout = picture.info().format == PixelFormat::gray8 ? TJPF_GRAY : TJPF_RGBX;
+        const int layout = picture.info().format == frame::PixelFormat::gray8 ? TJPF_GRAY : TJPF_RGBX;
         EXPECT_EQ(tjCompress2(handle, samples, width, 0, height, layout, &bytes, &size, subsampling, quality,
                               TJFLAG_ACCURATEDCT),
                   0);
@@ -92,7 +92,7 @@ std::vector<std::byte> by_turbojpeg(const Frame& picture, int quality, int subsa
 }
 
 TEST(JpegEncoder, QualityBuysFidelity) {
-    const Frame picture = test::smooth({640, 480});
+    const frame::Frame picture = frame::test::smooth({640, 480});
     double last = 0;
     std::size_t last_bytes = 0;
     for (const auto& [quality, wanted] : {std::pair{20, 36.0}, {50, 40.0}, {75, 42.0}, {90, 44.0}, {98, 46.0}}) {
@@ -120,10 +120,11 @@ TEST(JpegEncoder, EverySizeIsSoundFromPixelsAndFromPlanes) {
                                  {1920, 1080},
                                  {4096, 2160},
                                  {33, 4096}}) {
-        const Frame picture = test::smooth(size);
-        for (const PixelFormat format :
-             {PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::rgb24, PixelFormat::jpeg_i420}) {
-            const auto jpeg = encoder->encode(format == PixelFormat::rgba8 ? picture : as_format(picture, format));
+        const frame::Frame picture = frame::test::smooth(size);
+        for (const frame::PixelFormat format : {frame::PixelFormat::rgba8, frame::PixelFormat::bgr24,
+                                                frame::PixelFormat::rgb24, frame::PixelFormat::jpeg_i420}) {
+            const auto jpeg =
+                encoder->encode(format == frame::PixelFormat::rgba8 ? picture : as_format(picture, format));
             ASSERT_TRUE(jpeg.has_value()) << jpeg.error().message;
             const Decoded decoded = decode(**jpeg);
             ASSERT_EQ(decoded.size, size);
@@ -136,9 +137,9 @@ TEST(JpegEncoder, EverySizeIsSoundFromPixelsAndFromPlanes) {
 TEST(JpegEncoder, PlanesGiveThePictureThatPixelsGive) {
     auto encoder = create_jpeg_encoder(95).value();
     for (const ImageSize size : {ImageSize{320, 240}, {321, 241}}) {
-        const Frame picture = test::smooth(size);
+        const frame::Frame picture = frame::test::smooth(size);
         const Decoded from_pixels = decode(*encoder->encode(picture).value());
-        const Decoded from_planes = decode(*encoder->encode(as_format(picture, PixelFormat::jpeg_i420)).value());
+        const Decoded from_planes = decode(*encoder->encode(as_format(picture, frame::PixelFormat::jpeg_i420)).value());
         EXPECT_GT(psnr(from_pixels.rgba, from_planes.rgba), 45) << size.to_string();
         EXPECT_NEAR(psnr(from_planes.rgba, picture.bytes()), psnr(from_pixels.rgba, picture.bytes()), 0.5);
     }
@@ -148,9 +149,11 @@ TEST(JpegEncoder, PlanesGiveThePictureThatPixelsGive) {
 TEST(JpegEncoder, Yuv422HasAChromaRowForEachRow) {
     auto encoder = create_jpeg_encoder(90, ChromaSampling::yuv422).value();
     for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {16, 8}, {33, 7}, {1, 1}, {64, 4096}}) {
-        const Frame picture = test::smooth(size);
-        for (const PixelFormat format : {PixelFormat::rgba8, PixelFormat::bgr24, PixelFormat::jpeg_i420}) {
-            const auto jpeg = encoder->encode(format == PixelFormat::rgba8 ? picture : as_format(picture, format));
+        const frame::Frame picture = frame::test::smooth(size);
+        for (const frame::PixelFormat format :
+             {frame::PixelFormat::rgba8, frame::PixelFormat::bgr24, frame::PixelFormat::jpeg_i420}) {
+            const auto jpeg =
+                encoder->encode(format == frame::PixelFormat::rgba8 ? picture : as_format(picture, format));
             ASSERT_TRUE(jpeg.has_value()) << jpeg.error().message;
             const Decoded decoded = decode(**jpeg);
             ASSERT_EQ(decoded.size, size);
@@ -158,22 +161,23 @@ TEST(JpegEncoder, Yuv422HasAChromaRowForEachRow) {
             EXPECT_GT(psnr(decoded.rgba, picture.bytes()), 30) << size.to_string() << " " << to_string(format);
         }
     }
-    EXPECT_EQ(decode(*encoder->encode(as_format(test::smooth({64, 48}), PixelFormat::gray8)).value()).subsampling,
+    EXPECT_EQ(decode(*encoder->encode(as_format(frame::test::smooth({64, 48}), frame::PixelFormat::gray8)).value())
+                  .subsampling,
               TJSAMP_GRAY);
 }
 
 TEST(JpegEncoder, MakesTheBytesThatTurboJpegMakesOfTheSameSamples) {
     struct Case {
-        PixelFormat format;
+        frame::PixelFormat format;
         ChromaSampling sampling;
         int subsampling;
     };
     for (const ImageSize size : {ImageSize{320, 240}, {321, 241}, {33, 7}, {50, 34}}) {
-        for (const Case& one : {Case{PixelFormat::rgba8, ChromaSampling::yuv420, TJSAMP_420},
-                                {PixelFormat::rgba8, ChromaSampling::yuv422, TJSAMP_422},
-                                {PixelFormat::jpeg_i420, ChromaSampling::yuv420, TJSAMP_420},
-                                {PixelFormat::gray8, ChromaSampling::yuv420, TJSAMP_GRAY}}) {
-            const Frame picture = as_format(test::noise(size), one.format);
+        for (const Case& one : {Case{frame::PixelFormat::rgba8, ChromaSampling::yuv420, TJSAMP_420},
+                                {frame::PixelFormat::rgba8, ChromaSampling::yuv422, TJSAMP_422},
+                                {frame::PixelFormat::jpeg_i420, ChromaSampling::yuv420, TJSAMP_420},
+                                {frame::PixelFormat::gray8, ChromaSampling::yuv420, TJSAMP_GRAY}}) {
+            const frame::Frame picture = as_format(frame::test::noise(size), one.format);
             const BytesRef ours = create_jpeg_encoder(85, one.sampling).value()->encode(picture).value();
             EXPECT_TRUE(std::ranges::equal(*ours, by_turbojpeg(picture, 85, one.subsampling)))
                 << size.to_string() << " " << to_string(one.format) << " " << to_string(one.sampling);
@@ -183,7 +187,8 @@ TEST(JpegEncoder, MakesTheBytesThatTurboJpegMakesOfTheSameSamples) {
 
 TEST(JpegEncoder, GrayHasOneComponent) {
     auto encoder = create_jpeg_encoder(90).value();
-    EXPECT_EQ(decode(*encoder->encode(as_format(test::smooth({64, 48}), PixelFormat::gray8)).value()).subsampling,
+    EXPECT_EQ(decode(*encoder->encode(as_format(frame::test::smooth({64, 48}), frame::PixelFormat::gray8)).value())
+                  .subsampling,
               TJSAMP_GRAY);
 }
 
@@ -191,7 +196,7 @@ TEST(JpegEncoder, GrayHasOneComponent) {
 // optional may stand before the frame header but JFIF's APP0.
 TEST(JpegEncoder, HeadersAreWhatRtpAndOldDecodersNeed) {
     auto encoder = create_jpeg_encoder(90).value();
-    const BytesRef jpeg = encoder->encode(test::noise({64, 48})).value();
+    const BytesRef jpeg = encoder->encode(frame::test::noise({64, 48})).value();
     const auto at = [&](std::size_t i) { return code((*jpeg)[i]); };
     EXPECT_EQ(at(0) << 8 | at(1), 0xffd8);
     EXPECT_EQ(at(jpeg->size() - 2) << 8 | at(jpeg->size() - 1), 0xffd9);
@@ -210,32 +215,32 @@ TEST(JpegEncoder, HeadersAreWhatRtpAndOldDecodersNeed) {
 }
 
 TEST(JpegEncoder, TheSameFrameGivesTheSameBytes) {
-    const Frame picture = test::noise({320, 240});
+    const frame::Frame picture = frame::test::noise({320, 240});
     auto one = create_jpeg_encoder(85).value();
     auto other = create_jpeg_encoder(85).value();
     const BytesRef first = one->encode(picture).value();
-    ASSERT_TRUE(one->encode(test::noise({64, 64}, PixelFormat::rgba8, 2)).has_value());
+    ASSERT_TRUE(one->encode(frame::test::noise({64, 64}, frame::PixelFormat::rgba8, 2)).has_value());
     EXPECT_EQ(*first, *one->encode(picture).value());
     EXPECT_EQ(*first, *other->encode(picture).value());
 }
 
 TEST(JpegEncoder, TheCodeStripSurvives) {
-    const CodeStrip strip{3, 123456, 987'654'321'012};
+    const frame::CodeStrip strip{3, 123456, 987'654'321'012};
     for (const int quality : {10, 50, 90}) {
         auto encoder = create_jpeg_encoder(quality).value();
         for (const ImageSize size : {ImageSize{128, 96}, {320, 240}, {641, 479}, {1920, 1080}}) {
             for (const bool busy : {true, false}) {
-                Frame picture = busy ? test::noise(size) : test::smooth(size);
+                frame::Frame picture = busy ? frame::test::noise(size) : frame::test::smooth(size);
                 draw_code_strip(picture.mutable_bytes(), size, strip);
                 const Decoded decoded = decode(*encoder->encode(picture).value());
-                EXPECT_EQ(read_code_strip(decoded.rgba, size), strip) << quality << " " << size.to_string();
+                EXPECT_EQ(frame::read_code_strip(decoded.rgba, size), strip) << quality << " " << size.to_string();
 
                 const ImageSize half{size.width / 2, size.height / 2};
-                if (quality < 50 || code_strip_cell(size) < 4) continue;
-                std::vector<std::byte> halved(bytes_of(PixelFormat::rgba8, half));
-                const Frame received(test::frame_info(size), decoded.rgba);
-                ASSERT_TRUE(convert(received, PixelFormat::rgba8, half, halved).has_value());
-                EXPECT_EQ(read_code_strip(halved, half), strip) << quality << " halved " << size.to_string();
+                if (quality < 50 || frame::code_strip_cell(size) < 4) continue;
+                std::vector<std::byte> halved(bytes_of(frame::PixelFormat::rgba8, half));
+                const frame::Frame received(frame::test::frame_info(size), decoded.rgba);
+                ASSERT_TRUE(convert(received, frame::PixelFormat::rgba8, half, halved).has_value());
+                EXPECT_EQ(frame::read_code_strip(halved, half), strip) << quality << " halved " << size.to_string();
             }
         }
     }
@@ -246,10 +251,12 @@ TEST(JpegEncoder, BadInputIsAnError) {
         EXPECT_EQ(create_jpeg_encoder(quality).error().kind, ErrorKind::invalid_argument);
     }
     auto encoder = create_jpeg_encoder(90).value();
-    EXPECT_EQ(encoder->encode(test::noise({16, 16}, PixelFormat::depth32f)).error().kind, ErrorKind::unsupported);
-    EXPECT_EQ(encoder->encode(Frame(test::frame_info({0, 16}), {})).error().kind, ErrorKind::invalid_argument);
-    EXPECT_TRUE(encoder->encode(test::noise({16, 16})).has_value()) << "and it goes on";
+    EXPECT_EQ(encoder->encode(frame::test::noise({16, 16}, frame::PixelFormat::depth32f)).error().kind,
+              ErrorKind::unsupported);
+    EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 16}), {})).error().kind,
+              ErrorKind::invalid_argument);
+    EXPECT_TRUE(encoder->encode(frame::test::noise({16, 16})).has_value()) << "and it goes on";
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::codec

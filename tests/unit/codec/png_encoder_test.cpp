@@ -7,7 +7,7 @@
 #include "core/codec/encoder.h"
 #include "tests/unit/frame/test_pictures.h"
 
-namespace camrig {
+namespace camrig::codec {
 namespace {
 
 /// Decodes with libpng's simplified reader; 16-bit pictures are taken apart by decode_gray16.
@@ -68,17 +68,17 @@ bool says_srgb(const std::vector<std::byte>& bytes) {
 }
 
 template <typename T>
-Frame frame_of(PixelFormat format, ImageSize size, const std::vector<T>& values) {
+frame::Frame frame_of(frame::PixelFormat format, ImageSize size, const std::vector<T>& values) {
     std::vector<std::byte> bytes(bytes_of(format, size));
     std::memcpy(bytes.data(), values.data(), bytes.size());
-    return Frame(test::frame_info(size, format), std::move(bytes));
+    return frame::Frame(frame::test::frame_info(size, format), std::move(bytes));
 }
 
 TEST(PngEncoder, ColourComesBackExactlyAtEverySizeAndLevel) {
     for (const int level : {0, 1, 6}) {
         auto encoder = create_png_encoder(level).value();
         for (const ImageSize size : {ImageSize{16, 16}, {17, 33}, {1, 1}, {641, 479}, {8192, 16}}) {
-            const Frame picture = test::noise(size);
+            const frame::Frame picture = frame::test::noise(size);
             const auto rgb = decode(*encoder->encode(picture).value(), PNG_FORMAT_RGB, size);
             for (std::size_t i = 0; i < rgb.size(); ++i) {
                 ASSERT_EQ(rgb[i], picture.bytes()[i / 3 * 4 + i % 3]) << size.to_string() << " level " << level;
@@ -89,18 +89,18 @@ TEST(PngEncoder, ColourComesBackExactlyAtEverySizeAndLevel) {
 
 TEST(PngEncoder, LargePicturesAreSound) {
     auto encoder = create_png_encoder().value();
-    const Frame picture = test::smooth({4096, 2160});
+    const frame::Frame picture = frame::test::smooth({4096, 2160});
     const auto rgba = decode(*encoder->encode(picture).value(), PNG_FORMAT_RGBA, {4096, 2160});
     EXPECT_TRUE(std::equal(rgba.begin(), rgba.end(), picture.bytes().begin(), picture.bytes().end()));
 }
 
 TEST(PngEncoder, PackedFormatsAndGrayComeBackExactly) {
     auto encoder = create_png_encoder().value();
-    const std::pair<PixelFormat, png_uint_32> cases[] = {{PixelFormat::rgb24, PNG_FORMAT_RGB},
-                                                         {PixelFormat::bgr24, PNG_FORMAT_BGR},
-                                                         {PixelFormat::gray8, PNG_FORMAT_GRAY}};
+    const std::pair<frame::PixelFormat, png_uint_32> cases[] = {{frame::PixelFormat::rgb24, PNG_FORMAT_RGB},
+                                                                {frame::PixelFormat::bgr24, PNG_FORMAT_BGR},
+                                                                {frame::PixelFormat::gray8, PNG_FORMAT_GRAY}};
     for (const auto& [format, png_format] : cases) {
-        const Frame picture = test::noise({35, 21}, format);
+        const frame::Frame picture = frame::test::noise({35, 21}, format);
         const auto pixels = decode(*encoder->encode(picture).value(), png_format, {35, 21});
         EXPECT_TRUE(std::equal(pixels.begin(), pixels.end(), picture.bytes().begin(), picture.bytes().end()))
             << to_string(format);
@@ -122,29 +122,30 @@ TEST(PngEncoder, DepthIsMillimetresAndZeroWhereNothingIs) {
                                        std::numeric_limits<float>::quiet_NaN(),
                                        12.3456F};
     auto encoder = create_png_encoder().value();
-    const auto mm = decode_gray16(*encoder->encode(frame_of(PixelFormat::depth32f, {4, 3}, metres)).value(), {4, 3});
+    const auto mm =
+        decode_gray16(*encoder->encode(frame_of(frame::PixelFormat::depth32f, {4, 3}, metres)).value(), {4, 3});
     EXPECT_EQ(mm, (std::vector<std::uint16_t>{1000, 1, 0, 65535, 65535, 0, 0, 0, 0, 0, 0, 12346}));
 }
 
 TEST(PngEncoder, IdsComeBackExactlyAndAreNeverCut) {
     auto encoder = create_png_encoder().value();
     const std::vector<std::uint32_t> ids = {0, 1, 256, 65535};
-    EXPECT_EQ(decode_gray16(*encoder->encode(frame_of(PixelFormat::id32, {4, 1}, ids)).value(), {4, 1}),
+    EXPECT_EQ(decode_gray16(*encoder->encode(frame_of(frame::PixelFormat::id32, {4, 1}, ids)).value(), {4, 1}),
               (std::vector<std::uint16_t>{0, 1, 256, 65535}));
-    const auto refused = encoder->encode(frame_of(PixelFormat::id32, {1, 1}, std::vector<std::uint32_t>{65536}));
+    const auto refused = encoder->encode(frame_of(frame::PixelFormat::id32, {1, 1}, std::vector<std::uint32_t>{65536}));
     EXPECT_EQ(refused.error().kind, ErrorKind::unsupported);
     EXPECT_NE(refused.error().message.find("65536"), std::string::npos);
 }
 
 TEST(PngEncoder, PicturesToLookAtAreSrgbAndNumbersAreNot) {
     auto encoder = create_png_encoder().value();
-    EXPECT_TRUE(says_srgb(*encoder->encode(test::smooth({16, 16})).value()));
-    const auto ids = frame_of(PixelFormat::id32, {2, 1}, std::vector<std::uint32_t>{1, 2});
+    EXPECT_TRUE(says_srgb(*encoder->encode(frame::test::smooth({16, 16})).value()));
+    const auto ids = frame_of(frame::PixelFormat::id32, {2, 1}, std::vector<std::uint32_t>{1, 2});
     EXPECT_FALSE(says_srgb(*encoder->encode(ids).value()));
 }
 
 TEST(PngEncoder, HigherLevelsAreSmallerAndZeroStores) {
-    const Frame picture = test::smooth({320, 240});
+    const frame::Frame picture = frame::test::smooth({320, 240});
     const auto bytes_at = [&](int level) { return create_png_encoder(level).value()->encode(picture).value()->size(); };
     EXPECT_GE(bytes_at(0), 320U * 240U * 3U);
     EXPECT_LT(bytes_at(1), bytes_at(0) / 4);
@@ -155,10 +156,12 @@ TEST(PngEncoder, BadInputIsAnError) {
     EXPECT_EQ(create_png_encoder(-1).error().kind, ErrorKind::invalid_argument);
     EXPECT_EQ(create_png_encoder(10).error().kind, ErrorKind::invalid_argument);
     auto encoder = create_png_encoder().value();
-    EXPECT_EQ(encoder->encode(test::noise({16, 16}, PixelFormat::yuyv)).error().kind, ErrorKind::unsupported);
-    EXPECT_EQ(encoder->encode(Frame(test::frame_info({0, 0}), {})).error().kind, ErrorKind::invalid_argument);
-    EXPECT_TRUE(encoder->encode(test::noise({16, 16})).has_value()) << "and it goes on";
+    EXPECT_EQ(encoder->encode(frame::test::noise({16, 16}, frame::PixelFormat::yuyv)).error().kind,
+              ErrorKind::unsupported);
+    EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 0}), {})).error().kind,
+              ErrorKind::invalid_argument);
+    EXPECT_TRUE(encoder->encode(frame::test::noise({16, 16})).has_value()) << "and it goes on";
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::codec

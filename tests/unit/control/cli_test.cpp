@@ -9,7 +9,7 @@
 #include "core/world/camera_fields.h"
 #include "tests/unit/control/server_harness.h"
 
-namespace camrig::cli_test {
+namespace camrig::control::cli_test {
 namespace {
 
 using nlohmann::json;
@@ -22,19 +22,19 @@ using testing::StartsWith;
 struct Outcome {
     int code = 0;
     std::string out, err;
-    ServeOptions serve;
-    PythonCommand python;
+    cli::ServeOptions serve;
+    cli::PythonCommand python;
     std::vector<std::string> view;
 };
 
 Outcome run(std::vector<std::string> arguments) {
     Outcome result;
     std::ostringstream out, err;
-    const auto serve = [&](const ServeOptions& options) {
+    const auto serve = [&](const cli::ServeOptions& options) {
         result.serve = options;
         return 0;
     };
-    const auto python = [&](const PythonCommand& command) {
+    const auto python = [&](const cli::PythonCommand& command) {
         result.python = command;
         return 7;
     };
@@ -43,7 +43,7 @@ Outcome run(std::vector<std::string> arguments) {
         return 8;
     };
     result.code =
-        run_cli(std::move(arguments), {.serve = serve, .out = out, .err = err, .python = python, .view = view});
+        cli::run_cli(std::move(arguments), {.serve = serve, .out = out, .err = err, .python = python, .view = view});
     result.out = out.str();
     result.err = err.str();
     return result;
@@ -251,7 +251,7 @@ TEST_F(Cli, CameraGetShowsEveryParameterInWords) {
     json_of({"camera", "create", "lobby", "--position", "1,2,3", "--zoom", "2.5", "--antialias", "ssaa3", "--set-ctrl",
              "contrast=1.25", "--mjpeg"});
     const std::string words = at_rig({"camera", "get", "lobby"}).out;
-    for (const auto& entry : camera_fields()) {
+    for (const auto& entry : world::camera_fields()) {
         if (entry.field.by == Field::By::client) continue;
         EXPECT_THAT(words, HasSubstr(entry.field.label_text())) << entry.field.name;
     }
@@ -422,7 +422,7 @@ TEST(CliServe, OptionsAreThoseOfTheContract) {
                               "--device",       "cpu",
                               "--ready-fd",     "5"});
     ASSERT_EQ(done.code, 0) << done.err;
-    const ServeOptions& options = done.serve;
+    const cli::ServeOptions& options = done.serve;
     EXPECT_EQ(options.scene, "scenes/hall.json");
     EXPECT_EQ(options.control, "/tmp/c.sock");
     EXPECT_EQ(options.rtsp_encoder, "openh264enc");
@@ -431,10 +431,10 @@ TEST(CliServe, OptionsAreThoseOfTheContract) {
     EXPECT_EQ(options.rtsp_port, 9);
     EXPECT_EQ(options.tcp_port, std::uint16_t{10});
     EXPECT_EQ(options.token_file, "/t");
-    EXPECT_EQ(options.engine.mode, RunMode::lockstep);
-    EXPECT_EQ(options.engine.overload, OverloadPolicy::slow);
+    EXPECT_EQ(options.engine.mode, engine::RunMode::lockstep);
+    EXPECT_EQ(options.engine.overload, engine::OverloadPolicy::slow);
     EXPECT_EQ(options.engine.seed, 18446744073709551615ULL);
-    EXPECT_EQ(options.engine.quality, Quality::beautiful);
+    EXPECT_EQ(options.engine.quality, world::Quality::beautiful);
     EXPECT_EQ(options.engine.renderer.device, "cpu");
     EXPECT_EQ(options.ready_fd, 5);
 }
@@ -442,13 +442,13 @@ TEST(CliServe, OptionsAreThoseOfTheContract) {
 TEST(CliServe, DefaultsAreThoseOfTheContract) {
     ::unsetenv("CAMRIG_CONTROL");
     ::unsetenv("XDG_RUNTIME_DIR");
-    const ServeOptions options = run({"serve", "a.glb"}).serve;
+    const cli::ServeOptions options = run({"serve", "a.glb"}).serve;
     EXPECT_EQ(options.control, "/tmp/camrig-" + std::to_string(::getuid()) + ".sock");
     EXPECT_EQ(options.host, "127.0.0.1");
     EXPECT_EQ(options.http_port, 8080);
     EXPECT_EQ(options.rtsp_port, 8554);
     EXPECT_EQ(options.tcp_port, std::nullopt);
-    EXPECT_EQ(options.engine.mode, RunMode::realtime);
+    EXPECT_EQ(options.engine.mode, engine::RunMode::realtime);
     EXPECT_EQ(options.engine.seed, std::nullopt);
     EXPECT_EQ(options.ready_fd, -1);
     ::setenv("XDG_RUNTIME_DIR", "/run/user/7", 1);
@@ -487,8 +487,8 @@ TEST(CliPython, ThePythonIsTheOneThatHasThePackage) {
         return file.string();
     };
     const std::string without = program("without", 1), with = program("with", 0), gone = folder / "gone";
-    EXPECT_EQ(find_python({gone, without, with}), with);
-    const auto none = find_python({without, gone});
+    EXPECT_EQ(cli::find_python({gone, without, with}), with);
+    const auto none = cli::find_python({without, gone});
     ASSERT_FALSE(none);
     EXPECT_THAT(none.error().message,
                 AllOf(HasSubstr(without + " nor " + gone), HasSubstr("pip install"), HasSubstr("CAMRIG_PYTHON")));
@@ -497,10 +497,10 @@ TEST(CliPython, ThePythonIsTheOneThatHasThePackage) {
 
 TEST(CliPython, CamrigPythonIsTakenAndNoOther) {
     ::unsetenv("CAMRIG_PYTHON");
-    EXPECT_THAT(python_candidates("/src"), testing::ElementsAre("/src/.venv/bin/python", "python3"));
-    EXPECT_THAT(python_candidates({}), testing::ElementsAre("python3"));
+    EXPECT_THAT(cli::python_candidates("/src"), testing::ElementsAre("/src/.venv/bin/python", "python3"));
+    EXPECT_THAT(cli::python_candidates({}), testing::ElementsAre("python3"));
     ::setenv("CAMRIG_PYTHON", "/opt/python", 1);
-    EXPECT_THAT(python_candidates("/src"), testing::ElementsAre("/opt/python"));
+    EXPECT_THAT(cli::python_candidates("/src"), testing::ElementsAre("/opt/python"));
     ::unsetenv("CAMRIG_PYTHON");
 }
 
@@ -508,11 +508,11 @@ TEST(CliPython, ACheckoutIsFoundFromTheProgramsPlaceInIt) {
     const std::filesystem::path root = testing::TempDir() + "cli_checkout_" + std::to_string(::getpid());
     std::filesystem::create_directories(root / "control" / "python");
     std::ofstream(root / "control" / "python" / "pyproject.toml");
-    EXPECT_EQ(checkout_of(root / "build" / "run" / "tools" / "camrig" / "camrig"), root);
-    EXPECT_EQ(checkout_of("/usr/bin/camrig"), std::filesystem::path());
-    EXPECT_EQ(checkout_of(""), std::filesystem::path());
+    EXPECT_EQ(cli::checkout_of(root / "build" / "run" / "tools" / "camrig" / "camrig"), root);
+    EXPECT_EQ(cli::checkout_of("/usr/bin/camrig"), std::filesystem::path());
+    EXPECT_EQ(cli::checkout_of(""), std::filesystem::path());
     std::filesystem::remove_all(root);
 }
 
 }  // namespace
-}  // namespace camrig::cli_test
+}  // namespace camrig::control::cli_test

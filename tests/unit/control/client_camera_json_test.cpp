@@ -67,7 +67,7 @@ CameraOptions every_option() {
 /// An answer to camera.get with what was given and what the rig adds; parameters that are not above as the rig tells
 /// them of a new camera.
 json every_answer() {
-    json answer = camera_to_json(CameraSpec{});
+    json answer = camera_to_json(world::CameraSpec{});
     answer.update(every_param);
     answer.erase("place");
     answer["name"] = "lobby";
@@ -114,7 +114,7 @@ TEST(CameraJson, EveryMemberOfAnAnswerIsReadFromItsName) {
     options.outputs = state.outputs;
     json sent = params_of(options);
     json expected = answer;
-    for (const auto& entry : camera_fields())
+    for (const auto& entry : world::camera_fields())
         if (entry.field.by == Field::By::rig) expected.erase(entry.field.name);
     for (const char* of_options : {"name", "vfov_deg", "hfov_deg"}) expected.erase(of_options);
     for (const char* angle : {"pan_deg", "tilt_deg", "roll_deg"}) expected["pose"].erase(angle);

@@ -5,7 +5,7 @@
 
 #include "tests/unit/control/server_harness.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using testing::AllOf;
@@ -202,4 +202,4 @@ TEST(Client, ATokenOpensTheDoorOverTcp) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::control

@@ -9,7 +9,7 @@
 
 #include "tests/unit/control/server_harness.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -22,13 +22,13 @@ std::string request(int id, const std::string& method, const std::string& params
            "}";
 }
 
-json answer(LineSocket& socket) {
+json answer(client::LineSocket& socket) {
     auto line = socket.receive(large, soon());
     EXPECT_TRUE(line) << (line ? "" : line.error().message);
     return line ? json::parse(*line) : json();
 }
 
-bool is_closed(LineSocket& socket) {
+bool is_closed(client::LineSocket& socket) {
     return !socket.receive(large, soon());
 }
 
@@ -189,7 +189,7 @@ TEST(ControlServer, OneConnectionTooManyIsToldSoWhenAllAreInUse) {
     ServerHarness harness(limits);
     harness.rig.hold_steps();
     auto first = harness.connect(), second = harness.connect();
-    for (LineSocket* socket : {&first, &second})
+    for (client::LineSocket* socket : {&first, &second})
         ASSERT_TRUE(socket->send(request(1, "world.step", R"({"seconds":1})"), soon()));
     ASSERT_TRUE(eventually([&] { return harness.rig.held() == 2; }));
     auto third = harness.connect();
@@ -223,7 +223,7 @@ TEST(ControlServer, ConnectionsOverTcpTakeNoPlaceOfTheOwnersSocket) {
     limits.unauthorized_connections = 2;
     ServerHarness harness(limits, true, "correct-token");
     harness.rig.hold_steps();
-    std::vector<LineSocket> remote;
+    std::vector<client::LineSocket> remote;
     for (int i = 0; i < 2; ++i) {
         remote.push_back(harness.connect_tcp());
         ASSERT_TRUE(remote.back().send(
@@ -233,8 +233,8 @@ TEST(ControlServer, ConnectionsOverTcpTakeNoPlaceOfTheOwnersSocket) {
     ASSERT_TRUE(eventually([&] { return harness.rig.held() == 2; }));
     EXPECT_TRUE(harness.client().call("world.status"));
     // Nor is there one more for who has the token, while all are in use.
-    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
-    EXPECT_EQ(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"}).error().kind,
+    const client::Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_EQ(client::RpcClient::connect({.endpoint = endpoint, .token = "correct-token"}).error().kind,
               ErrorKind::resource_exhausted);
     harness.rig.release();
 }
@@ -243,10 +243,10 @@ TEST(ControlServer, StrangersCannotKeepOutWhoHasTheToken) {
     ControlLimits limits;
     limits.unauthorized_connections = 2;
     ServerHarness harness(limits, true, "correct-token");
-    std::vector<LineSocket> silent;
+    std::vector<client::LineSocket> silent;
     for (int i = 0; i < 5; ++i) silent.push_back(harness.connect_tcp());
-    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
-    EXPECT_TRUE(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
+    const client::Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_TRUE(client::RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
     EXPECT_TRUE(is_closed(silent.front()));
     EXPECT_EQ(harness.server->counts().refused, 0u);
 }
@@ -268,14 +268,14 @@ TEST(ControlServer, WhoGuessesKeepsNobodyOutWhileTheAnswerIsHeldBack) {
     limits.unauthorized_connections = 2;
     limits.wrong_token = limits.authorize_time = std::chrono::hours(1);
     ServerHarness harness(limits, true, "correct-token");
-    std::vector<LineSocket> guessers;
+    std::vector<client::LineSocket> guessers;
     for (std::uint64_t i = 0; i < 5; ++i) {
         guessers.push_back(harness.connect_tcp());
         ASSERT_TRUE(guessers.back().send(request(1, "auth", R"({"token":"wrong-token!!"})"), soon()));
         ASSERT_TRUE(eventually([&] { return harness.server->counts().wrong_tokens == i + 1; }));
     }
-    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
-    EXPECT_TRUE(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
+    const client::Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_TRUE(client::RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
     EXPECT_EQ(harness.server->counts().refused, 0u);
 }
 
@@ -306,9 +306,9 @@ TEST(ControlServer, TcpAsksForTheTokenAndTheUnixSocketDoesNot) {
         socket.send(request(1, "auth", R"({"token":"correct-token"})") + "\n" + request(2, "world.status"), soon()));
     EXPECT_EQ(answer(socket)["result"]["authorized"], true);
     EXPECT_EQ(answer(socket)["id"], 2);
-    const Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
-    EXPECT_TRUE(RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
-    EXPECT_EQ(RpcClient::connect({.endpoint = endpoint, .token = "wrong-token!!"}).error().kind,
+    const client::Endpoint endpoint{.unix_path = {}, .host = "127.0.0.1", .port = harness.server->tcp_port()};
+    EXPECT_TRUE(client::RpcClient::connect({.endpoint = endpoint, .token = "correct-token"})->call("world.status"));
+    EXPECT_EQ(client::RpcClient::connect({.endpoint = endpoint, .token = "wrong-token!!"}).error().kind,
               ErrorKind::unauthorized);
 }
 
@@ -431,10 +431,10 @@ TEST(RpcClient, AnAnswerThatDoesNotComeInTimeIsAnErrorAndEndsTheConnection) {
 
 TEST(RpcClient, NobodyThereIsOneClearError) {
     TemporaryFolder folder;
-    const auto client = RpcClient::connect({.endpoint = {.unix_path = (folder / "none").string()}});
+    const auto client = client::RpcClient::connect({.endpoint = {.unix_path = (folder / "none").string()}});
     ASSERT_FALSE(client);
     EXPECT_THAT(client.error().message, HasSubstr("camrig serve"));
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::control

@@ -2,16 +2,16 @@
 
 #include <type_traits>
 
-namespace camrig {
+namespace camrig::control {
 
-void FakeRig::post(Command command) {
+void FakeRig::post(engine::Command command) {
     if (drops_) return;
     std::visit(
         [this](auto& request) {
             using Kind = std::decay_t<decltype(request.command)>;
             {
                 std::lock_guard lock(mutex_);
-                if (std::is_same_v<Kind, StepWorld> && holds_) {
+                if (std::is_same_v<Kind, engine::StepWorld> && holds_) {
                     held_.push_back([this, request]() mutable { request.done(run(request.command)); });
                     return;
                 }
@@ -41,28 +41,28 @@ std::size_t FakeRig::held() const {
     return held_.size();
 }
 
-FetchRequest FakeRig::last_fetch() const {
+stream::FetchRequest FakeRig::last_fetch() const {
     std::lock_guard lock(mutex_);
     return last_fetch_;
 }
 
-Result<CameraReply> FakeRig::find(const std::string& name) const {
+Result<engine::CameraReply> FakeRig::find(const std::string& name) const {
     const auto found = cameras_.find(name);
     if (found == cameras_.end()) return error(ErrorKind::not_found, "there is no camera '" + name + "'");
     return found->second;
 }
 
-Result<CameraReply> FakeRig::run(CreateCamera& command) {
+Result<engine::CameraReply> FakeRig::run(engine::CreateCamera& command) {
     std::lock_guard lock(mutex_);
     if (cameras_.contains(command.name))
         return error(ErrorKind::already_exists, "there is a camera '" + command.name + "'");
     if (command.place && *command.place != "door")
         return error(ErrorKind::not_found, "place: the scene has none of that name");
-    CameraSpec base;
+    world::CameraSpec base;
     base.name = command.name;
-    auto camera = Camera(base).changed(command.patch, 0, 0);
+    auto camera = world::Camera(base).changed(command.patch, 0, 0);
     if (!camera) return std::unexpected(camera.error());
-    CameraReply state;
+    engine::CameraReply state;
     state.id = CameraId{static_cast<std::uint32_t>(cameras_.size() + 1)};
     state.camera = std::move(*camera);
     state.now.pose = state.camera.spec()->pose;
@@ -71,7 +71,7 @@ Result<CameraReply> FakeRig::run(CreateCamera& command) {
     return cameras_[command.name] = state;
 }
 
-Result<CameraReply> FakeRig::run(SetCamera& command) {
+Result<engine::CameraReply> FakeRig::run(engine::SetCamera& command) {
     std::lock_guard lock(mutex_);
     auto state = find(command.name);
     if (!state) return state;
@@ -82,60 +82,62 @@ Result<CameraReply> FakeRig::run(SetCamera& command) {
     return cameras_[command.name] = *state;
 }
 
-Result<Applied> FakeRig::run(DeleteCamera& command) {
+Result<engine::Applied> FakeRig::run(engine::DeleteCamera& command) {
     std::lock_guard lock(mutex_);
     if (cameras_.erase(command.name) == 0)
         return error(ErrorKind::not_found, "there is no camera '" + command.name + "'");
-    return Applied{world_.world_ns};
+    return engine::Applied{world_.world_ns};
 }
 
-Result<CameraReply> FakeRig::run(GetCamera& command) {
+Result<engine::CameraReply> FakeRig::run(engine::GetCamera& command) {
     std::lock_guard lock(mutex_);
     return find(command.name);
 }
 
-Result<std::vector<CameraReply>> FakeRig::run(ListCameras&) {
+Result<std::vector<engine::CameraReply>> FakeRig::run(engine::ListCameras&) {
     std::lock_guard lock(mutex_);
-    std::vector<CameraReply> all;
+    std::vector<engine::CameraReply> all;
     for (const auto& [name, state] : cameras_) all.push_back(state);
     return all;
 }
 
-Result<PtzReply> FakeRig::tell_head(const std::string& name, const std::function<Result<void>(PtzHead&)>& tell) {
+Result<engine::PtzReply> FakeRig::tell_head(const std::string& name,
+                                            const std::function<Result<void>(camera::PtzHead&)>& tell) {
     std::lock_guard lock(mutex_);
     auto state = find(name);
     if (!state) return std::unexpected(state.error());
     auto camera = state->camera.with_head(tell);
     if (!camera) return std::unexpected(camera.error());
     cameras_[name].camera = *camera;
-    const PtzHead& head = **camera->head();
-    return PtzReply{head.status(0), head.at(0), 0, head.arrives_ns(), head.presets()};
+    const camera::PtzHead& head = **camera->head();
+    return engine::PtzReply{head.status(0), head.at(0), 0, head.arrives_ns(), head.presets()};
 }
 
-Result<PtzReply> FakeRig::run(MovePtz& command) {
-    return tell_head(command.camera, [&](PtzHead& head) { return head.move(command.move, 0); });
+Result<engine::PtzReply> FakeRig::run(engine::MovePtz& command) {
+    return tell_head(command.camera, [&](camera::PtzHead& head) { return head.move(command.move, 0); });
 }
 
-Result<PtzReply> FakeRig::run(AimPtz& command) {
-    return tell_head(command.camera, [&](PtzHead& head) -> Result<void> {
+Result<engine::PtzReply> FakeRig::run(engine::AimPtz& command) {
+    return tell_head(command.camera, [&](camera::PtzHead& head) -> Result<void> {
         return head.aim({command.x, command.y, 1.0}, command.speed, 0);
     });
 }
 
-Result<PtzReply> FakeRig::run(PtzPresets& command) {
-    return tell_head(command.camera, [&](PtzHead& head) { return head.set_preset(command.preset, 0); });
+Result<engine::PtzReply> FakeRig::run(engine::PtzPresets& command) {
+    return tell_head(command.camera, [&](camera::PtzHead& head) { return head.set_preset(command.preset, 0); });
 }
 
-Result<PtzReply> FakeRig::run(StopPtz& command) {
-    return tell_head(command.camera,
-                     [&](PtzHead& head) -> Result<void> { return head.stop(command.pan_tilt, command.zoom, 0); });
+Result<engine::PtzReply> FakeRig::run(engine::StopPtz& command) {
+    return tell_head(command.camera, [&](camera::PtzHead& head) -> Result<void> {
+        return head.stop(command.pan_tilt, command.zoom, 0);
+    });
 }
 
-Result<PtzReply> FakeRig::run(GetPtz& command) {
-    return tell_head(command.camera, [](PtzHead&) -> Result<void> { return {}; });
+Result<engine::PtzReply> FakeRig::run(engine::GetPtz& command) {
+    return tell_head(command.camera, [](camera::PtzHead&) -> Result<void> { return {}; });
 }
 
-Result<WorldState> FakeRig::run(LoadWorld& command) {
+Result<engine::WorldState> FakeRig::run(engine::LoadWorld& command) {
     std::lock_guard lock(mutex_);
     world_.scene = command.scene->name;
     world_.scene_file = command.scene->file.string();
@@ -143,24 +145,24 @@ Result<WorldState> FakeRig::run(LoadWorld& command) {
     return world_;
 }
 
-Result<WorldState> FakeRig::run(GetWorld&) {
+Result<engine::WorldState> FakeRig::run(engine::GetWorld&) {
     std::lock_guard lock(mutex_);
     return world_;
 }
 
-Result<WorldState> FakeRig::run(PauseWorld&) {
+Result<engine::WorldState> FakeRig::run(engine::PauseWorld&) {
     std::lock_guard lock(mutex_);
     world_.paused = true;
     return world_;
 }
 
-Result<WorldState> FakeRig::run(ResumeWorld&) {
+Result<engine::WorldState> FakeRig::run(engine::ResumeWorld&) {
     std::lock_guard lock(mutex_);
     world_.paused = false;
     return world_;
 }
 
-Result<WorldState> FakeRig::run(StepWorld& command) {
+Result<engine::WorldState> FakeRig::run(engine::StepWorld& command) {
     std::lock_guard lock(mutex_);
     last_step_ns_ = command.duration_ns;
     world_.world_ns += command.duration_ns;
@@ -168,58 +170,59 @@ Result<WorldState> FakeRig::run(StepWorld& command) {
     return world_;
 }
 
-Result<ActorList> FakeRig::run(ListActors&) {
-    ActorReport anna;
+Result<engine::ActorList> FakeRig::run(engine::ListActors&) {
+    world::ActorReport anna;
     anna.name = "anna";
-    return ActorList{{anna}, {10, 0xab}};
+    return engine::ActorList{{anna}, {10, 0xab}};
 }
 
-Result<ActorChange> FakeRig::run(SpawnActor& command) {
+Result<engine::ActorChange> FakeRig::run(engine::SpawnActor& command) {
     if (command.actor.name == "anna") return error(ErrorKind::already_exists, "name: 'anna' is taken");
-    ActorReport report;
+    world::ActorReport report;
     report.name = command.actor.name;
     report.position = command.actor.position;
     report.behaviour = type_name(command.actor.behaviour);
-    return ActorChange{report, 10};
+    return engine::ActorChange{report, 10};
 }
 
-Result<Applied> FakeRig::run(RemoveActor& command) {
+Result<engine::Applied> FakeRig::run(engine::RemoveActor& command) {
     if (command.name != "anna") return error(ErrorKind::not_found, "name: there is no actor '" + command.name + "'");
-    return Applied{10};
+    return engine::Applied{10};
 }
 
-Result<ActorChange> FakeRig::run(SetActor& command) {
-    ActorReport report;
+Result<engine::ActorChange> FakeRig::run(engine::SetActor& command) {
+    world::ActorReport report;
     report.name = command.patch.name;
-    return ActorChange{report, 10};
+    return engine::ActorChange{report, 10};
 }
 
-Result<Applied> FakeRig::run(SteerActors&) {
-    return Applied{10};
+Result<engine::Applied> FakeRig::run(engine::SteerActors&) {
+    return engine::Applied{10};
 }
 
-Result<std::vector<EventReport>> FakeRig::run(ListEvents&) {
-    return std::vector<EventReport>{{"alarm", "every_s", 2, 0}};
+Result<std::vector<world::EventReport>> FakeRig::run(engine::ListEvents&) {
+    return std::vector<world::EventReport>{{"alarm", "every_s", 2, 0}};
 }
 
-Result<EventChange> FakeRig::run(AddEvent& command) {
-    return EventChange{{command.event.name, std::string(type_name(command.event.when)), 0, command.event.limit}, 10};
+Result<engine::EventChange> FakeRig::run(engine::AddEvent& command) {
+    return engine::EventChange{{command.event.name, std::string(type_name(command.event.when)), 0, command.event.limit},
+                               10};
 }
 
-Result<Applied> FakeRig::run(RemoveEvent&) {
-    return Applied{10};
+Result<engine::Applied> FakeRig::run(engine::RemoveEvent&) {
+    return engine::Applied{10};
 }
 
-Result<EventLog> FakeRig::run(WaitEvents& command) {
-    EventRecord record;
+Result<engine::EventLog> FakeRig::run(engine::WaitEvents& command) {
+    world::EventRecord record;
     record.sequence = command.since + 1;
     record.event = "alarm";
     record.data = {"{\"level\":2}"};
-    return EventLog{{record}, command.since + 1, 0};
+    return engine::EventLog{{record}, command.since + 1, 0};
 }
 
-Result<RigReport> FakeRig::run(GetStats&) {
-    RigReport report;
+Result<stream::RigReport> FakeRig::run(engine::GetStats&) {
+    stream::RigReport report;
     report.instants = 7;
     report.cameras = {{"lobby",
                        10,
@@ -232,42 +235,42 @@ Result<RigReport> FakeRig::run(GetStats&) {
     return report;
 }
 
-Result<TruthRef> FakeRig::run(GetTruth& command) {
+Result<truth::TruthRef> FakeRig::run(engine::GetTruth& command) {
     std::lock_guard lock(mutex_);
     const auto camera = find(command.camera);
     if (!camera) return std::unexpected(camera.error());
-    auto truth = std::make_shared<TruthOfFrame>();
+    auto truth = std::make_shared<truth::TruthOfFrame>();
     truth->camera = command.camera;
     truth->sequence = 4;
     truth->world_ns = std::max<TimeNs>(command.min_ns, 160'000'000);
     truth->size = camera->camera.spec()->size;
     truth->intrinsics = camera->camera.spec()->intrinsics;
-    ObjectTruth person;
+    truth::ObjectTruth person;
     person.id = ObjectId{3};
     person.object_class = "person";
     person.pixels = 30;
     person.pixels_alone = 40;
-    person.box = PixelBox{1, 2, 3, 10};
+    person.box = truth::PixelBox{1, 2, 3, 10};
     person.occluded_by = ObjectId{2};
     truth->objects.push_back(person);
     return truth;
 }
 
-void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) {
-    Result<CameraReply> camera = [&] {
+void FakeRig::fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) {
+    Result<engine::CameraReply> camera = [&] {
         std::lock_guard lock(mutex_);
         last_fetch_ = request;
         last_fetch_.admit = nullptr;  // it holds what is claimed for the picture
         return find(request.camera);
     }();
     if (!camera) return done(std::unexpected(camera.error()));
-    if (request.kind != FrameKind::color)
+    if (request.kind != frame::FrameKind::color)
         return done(error(ErrorKind::unsupported, "this kind of picture is not made yet; ask for color"));
     if (request.admit)
         if (auto admitted = request.admit(camera->camera.spec()->size); !admitted)
             return done(std::unexpected(admitted.error()));
     ++pictures_;
-    MediaUnit unit;
+    stream::MediaUnit unit;
     unit.info.camera = std::make_shared<const std::string>(request.camera);
     unit.info.sequence = 4;
     unit.info.world_ns = 160'000'000;
@@ -275,12 +278,12 @@ void FakeRig::fetch(FetchRequest request, std::function<void(Result<MediaUnit>)>
     unit.info.size = camera->camera.spec()->size;
     unit.info.format = request.format.pixels;
     std::vector<std::byte> bytes(picture_bytes_, std::byte{0xab});
-    if (request.format.codec == Codec::raw) {
-        unit.frame = std::make_shared<const Frame>(unit.info, std::move(bytes));
+    if (request.format.codec == codec::Codec::raw) {
+        unit.frame = std::make_shared<const frame::Frame>(unit.info, std::move(bytes));
     } else {
         unit.bytes = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
     }
     done(std::move(unit));
 }
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -10,14 +10,14 @@
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// A rig in memory: cameras with checked specs, a world that is a number with one actor and one event, pictures that
 /// are bytes. Answers at once on the caller's thread, but for steps while they are held. Any thread.
-class FakeRig final : public CommandPort, public FrameFetcher {
+class FakeRig final : public engine::CommandPort, public stream::FrameFetcher {
 public:
-    void post(Command command) override;
-    void fetch(FetchRequest request, std::function<void(Result<MediaUnit>)> done) override;
+    void post(engine::Command command) override;
+    void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) override;
 
     /// From now on steps wait; release() answers those that wait.
     void hold_steps();
@@ -27,45 +27,46 @@ public:
     void drop_commands() { drops_ = true; }
 
     TimeNs last_step_ns() const { return last_step_ns_; }
-    FetchRequest last_fetch() const;
+    stream::FetchRequest last_fetch() const;
     void set_picture_bytes(std::size_t size) { picture_bytes_ = size; }
     /// How many were drawn.
     int pictures() const { return pictures_; }
 
 private:
-    Result<CameraReply> run(CreateCamera& command);
-    Result<CameraReply> run(SetCamera& command);
-    Result<Applied> run(DeleteCamera& command);
-    Result<CameraReply> run(GetCamera& command);
-    Result<std::vector<CameraReply>> run(ListCameras&);
-    Result<PtzReply> run(MovePtz& command);
-    Result<PtzReply> run(AimPtz& command);
-    Result<PtzReply> run(PtzPresets& command);
-    Result<PtzReply> run(StopPtz& command);
-    Result<PtzReply> run(GetPtz& command);
-    Result<PtzReply> tell_head(const std::string& name, const std::function<Result<void>(PtzHead&)>& tell);
-    Result<WorldState> run(LoadWorld& command);
-    Result<WorldState> run(GetWorld&);
-    Result<WorldState> run(PauseWorld&);
-    Result<WorldState> run(ResumeWorld&);
-    Result<WorldState> run(StepWorld& command);
-    Result<ActorList> run(ListActors&);
-    Result<ActorChange> run(SpawnActor& command);
-    Result<Applied> run(RemoveActor& command);
-    Result<ActorChange> run(SetActor& command);
-    Result<Applied> run(SteerActors& command);
-    Result<std::vector<EventReport>> run(ListEvents&);
-    Result<EventChange> run(AddEvent& command);
-    Result<Applied> run(RemoveEvent& command);
-    Result<EventLog> run(WaitEvents& command);
-    Result<RigReport> run(GetStats&);
-    Result<TruthRef> run(GetTruth& command);
-    Result<CameraReply> find(const std::string& name) const;
+    Result<engine::CameraReply> run(engine::CreateCamera& command);
+    Result<engine::CameraReply> run(engine::SetCamera& command);
+    Result<engine::Applied> run(engine::DeleteCamera& command);
+    Result<engine::CameraReply> run(engine::GetCamera& command);
+    Result<std::vector<engine::CameraReply>> run(engine::ListCameras&);
+    Result<engine::PtzReply> run(engine::MovePtz& command);
+    Result<engine::PtzReply> run(engine::AimPtz& command);
+    Result<engine::PtzReply> run(engine::PtzPresets& command);
+    Result<engine::PtzReply> run(engine::StopPtz& command);
+    Result<engine::PtzReply> run(engine::GetPtz& command);
+    Result<engine::PtzReply> tell_head(const std::string& name,
+                                       const std::function<Result<void>(camera::PtzHead&)>& tell);
+    Result<engine::WorldState> run(engine::LoadWorld& command);
+    Result<engine::WorldState> run(engine::GetWorld&);
+    Result<engine::WorldState> run(engine::PauseWorld&);
+    Result<engine::WorldState> run(engine::ResumeWorld&);
+    Result<engine::WorldState> run(engine::StepWorld& command);
+    Result<engine::ActorList> run(engine::ListActors&);
+    Result<engine::ActorChange> run(engine::SpawnActor& command);
+    Result<engine::Applied> run(engine::RemoveActor& command);
+    Result<engine::ActorChange> run(engine::SetActor& command);
+    Result<engine::Applied> run(engine::SteerActors& command);
+    Result<std::vector<world::EventReport>> run(engine::ListEvents&);
+    Result<engine::EventChange> run(engine::AddEvent& command);
+    Result<engine::Applied> run(engine::RemoveEvent& command);
+    Result<engine::EventLog> run(engine::WaitEvents& command);
+    Result<stream::RigReport> run(engine::GetStats&);
+    Result<truth::TruthRef> run(engine::GetTruth& command);
+    Result<engine::CameraReply> find(const std::string& name) const;
 
     mutable std::mutex mutex_;
-    std::map<std::string, CameraReply> cameras_;
-    WorldState world_;
-    FetchRequest last_fetch_;
+    std::map<std::string, engine::CameraReply> cameras_;
+    engine::WorldState world_;
+    stream::FetchRequest last_fetch_;
     bool holds_ = false;
     std::vector<std::function<void()>> held_;
     std::atomic<bool> drops_{false};
@@ -74,4 +75,4 @@ private:
     std::atomic<int> pictures_{0};
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

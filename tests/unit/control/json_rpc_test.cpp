@@ -4,7 +4,7 @@
 
 #include "tests/unit/control/rpc_harness.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -141,4 +141,4 @@ TEST(JsonRpc, LargeDataIsTheLastMemberOfTheResult) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::control

@@ -10,7 +10,7 @@
 #include "core/base/base64.h"
 #include "tests/unit/control/rpc_harness.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 using nlohmann::json;
@@ -253,7 +253,7 @@ TEST(FrameMethods, PicturesComeInBase64WithTheirInstant) {
     EXPECT_EQ(frame["sequence"], 4);
     EXPECT_EQ(frame["time_ns"], 160'000'000);
     EXPECT_EQ(frame["size"], json({64, 48}));
-    EXPECT_EQ(rpc.rig.last_fetch().format.quality, default_jpeg_quality);
+    EXPECT_EQ(rpc.rig.last_fetch().format.quality, codec::default_jpeg_quality);
     EXPECT_FALSE(frame.contains("pixels"));
     EXPECT_EQ(rpc.result("frame.get", R"({"camera":"lobby","format":"raw"})")["pixels"], "rgba8");
 }
@@ -262,7 +262,7 @@ TEST(FrameMethods, QualityTimeAndLayoutReachTheRig) {
     RpcHarness rpc;
     rpc.result("camera.create", lobby);
     rpc.result("frame.get", R"({"camera":"lobby","format":"raw","pixels":"bgr24"})");
-    EXPECT_EQ(rpc.rig.last_fetch().format.pixels, PixelFormat::bgr24);
+    EXPECT_EQ(rpc.rig.last_fetch().format.pixels, frame::PixelFormat::bgr24);
     rpc.result("frame.get", R"({"camera":"lobby","quality":55,"min_ns":123})");
     EXPECT_EQ(rpc.rig.last_fetch().format.quality, 55);
     EXPECT_EQ(rpc.rig.last_fetch().min_ns, 123);
@@ -404,4 +404,4 @@ TEST(RpcServer, AnswersMayComeAfterTheServerIsGone) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::control

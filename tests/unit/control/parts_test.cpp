@@ -5,7 +5,7 @@
 #include "control/server/line_buffer.h"
 #include "core/base/base64.h"
 
-namespace camrig {
+namespace camrig::control {
 namespace {
 
 std::vector<std::byte> bytes_of(std::string_view text) {
@@ -63,14 +63,14 @@ TEST(LineBuffer, ALineOfTheLimitPassesAndALongerOneDoesNot) {
 }
 
 TEST(Endpoint, HostAndPortAreTcpAndAllElseIsAPath) {
-    EXPECT_EQ(Endpoint::parse("/tmp/a.sock")->unix_path, "/tmp/a.sock");
-    EXPECT_EQ(Endpoint::parse("a.sock")->unix_path, "a.sock");
-    EXPECT_EQ(Endpoint::parse("./a:1")->unix_path, "./a:1");
-    EXPECT_EQ(Endpoint::parse("localhost:9000")->port, 9000);
-    EXPECT_EQ(Endpoint::parse("[::1]:9000")->host, "::1");
+    EXPECT_EQ(client::Endpoint::parse("/tmp/a.sock")->unix_path, "/tmp/a.sock");
+    EXPECT_EQ(client::Endpoint::parse("a.sock")->unix_path, "a.sock");
+    EXPECT_EQ(client::Endpoint::parse("./a:1")->unix_path, "./a:1");
+    EXPECT_EQ(client::Endpoint::parse("localhost:9000")->port, 9000);
+    EXPECT_EQ(client::Endpoint::parse("[::1]:9000")->host, "::1");
     for (const char* wrong : {"", ":9000", "host:", "host:0", "host:70000", "host:9x"})
-        EXPECT_FALSE(Endpoint::parse(wrong)) << wrong;
+        EXPECT_FALSE(client::Endpoint::parse(wrong)) << wrong;
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::control

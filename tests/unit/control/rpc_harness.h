@@ -9,7 +9,7 @@
 #include "control/rpc/rpc_server.h"
 #include "tests/unit/control/fake_rig.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// An RPC server on a fake rig, asked and answered in this thread.
 struct RpcHarness {
@@ -50,4 +50,4 @@ struct RpcHarness {
     }
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

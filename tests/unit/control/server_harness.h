@@ -15,7 +15,7 @@
 #include "control/server/control_server.h"
 #include "tests/unit/control/fake_rig.h"
 
-namespace camrig {
+namespace camrig::control {
 
 /// A folder of its own, removed at the end.
 class TemporaryFolder {
@@ -31,13 +31,13 @@ private:
     std::filesystem::path path_;
 };
 
-inline Deadline soon() {
+inline client::Deadline soon() {
     return std::chrono::steady_clock::now() + std::chrono::seconds(20);
 }
 
 /// Waits for what another thread will make true.
 inline bool eventually(const std::function<bool()>& condition) {
-    const Deadline deadline = soon();
+    const client::Deadline deadline = soon();
     while (!condition()) {
         if (std::chrono::steady_clock::now() > deadline) return false;
         std::this_thread::yield();
@@ -60,11 +60,12 @@ struct ServerHarness {
         if (created) server = std::move(*created);
     }
 
-    LineSocket connect() { return LineSocket::connect({.unix_path = path}, soon()).value(); }
-    LineSocket connect_tcp() {
-        return LineSocket::connect({.unix_path = {}, .host = "127.0.0.1", .port = server->tcp_port()}, soon()).value();
+    client::LineSocket connect() { return client::LineSocket::connect({.unix_path = path}, soon()).value(); }
+    client::LineSocket connect_tcp() {
+        return client::LineSocket::connect({.unix_path = {}, .host = "127.0.0.1", .port = server->tcp_port()}, soon())
+            .value();
     }
-    RpcClient client() { return RpcClient::connect({.endpoint = {.unix_path = path}}).value(); }
+    client::RpcClient client() { return client::RpcClient::connect({.endpoint = {.unix_path = path}}).value(); }
 
     TemporaryFolder folder;
     const std::string path = (folder / "s").string();
@@ -73,4 +74,4 @@ struct ServerHarness {
     std::unique_ptr<ControlServer> server;
 };
 
-}  // namespace camrig
+}  // namespace camrig::control

@@ -8,7 +8,7 @@
 #include "core/base/clock.h"
 #include "core/render/null_renderer.h"
 
-namespace camrig::draw_desk_test {
+namespace camrig::engine::draw_desk_test {
 namespace {
 
 using testing::ElementsAre;
@@ -17,13 +17,15 @@ using testing::IsEmpty;
 /// A lane that draws when the test says so, on its thread; beautiful pictures are not plain.
 class HeldLane final : public DrawLane {
 public:
-    HeldLane(const std::shared_ptr<FramePool>& pool, std::shared_ptr<DrawnTasks> drawn)
+    HeldLane(const std::shared_ptr<frame::FramePool>& pool, std::shared_ptr<DrawnTasks> drawn)
         : renderer_(pool), drawn_(std::move(drawn)) {}
 
     void post(DrawTask task) override { tasks_.push_back(std::move(task)); }
-    RenderCounters counters() const override { return {}; }
-    bool makes(PixelFormat format, const View&) const override { return format == PixelFormat::rgba8; }
-    bool is_plain(const View& view) const override { return view.quality != Quality::beautiful; }
+    render::RenderCounters counters() const override { return {}; }
+    bool makes(frame::PixelFormat format, const render::View&) const override {
+        return format == frame::PixelFormat::rgba8;
+    }
+    bool is_plain(const render::View& view) const override { return view.quality != world::Quality::beautiful; }
     bool wants_second() const override { return true; }
     const std::string& description() const override { return description_; }
 
@@ -38,7 +40,7 @@ public:
     std::size_t tasks() const { return tasks_.size(); }
 
 private:
-    NullRenderer renderer_;
+    render::NullRenderer renderer_;
     std::shared_ptr<DrawnTasks> drawn_;
     std::string description_ = "held";
     std::vector<DrawTask> tasks_;
@@ -57,22 +59,23 @@ protected:
             std::move(lanes), finished,
             DrawDesk::Callbacks{.drawn =
                                     [this](DrawnViews& views) {
-                                        for (const View& view : views.due.views)
+                                        for (const render::View& view : views.due.views)
                                             drawn.emplace_back(*view.name, view.sequence);
                                     },
-                                .dropped = [this](const DueViews&, const View& view,
-                                                  DropReason why) { dropped.emplace_back(*view.name, why); },
+                                .dropped = [this](const DueViews&, const render::View& view,
+                                                  stream::DropReason why) { dropped.emplace_back(*view.name, why); },
                                 .next_request = [this]() -> std::optional<DrawTask> {
                                     if (requests == 0) return std::nullopt;
                                     --requests;
-                                    return DrawTask{[](Renderer&) {}, [this] { ++answered; }};
+                                    return DrawTask{[](render::Renderer&) {}, [this] { ++answered; }};
                                 }});
     }
-    View view(std::uint32_t camera, Quality quality = Quality::simple, const std::string& group = {}) {
-        auto spec = std::make_shared<CameraSpec>();
+    render::View view(std::uint32_t camera, world::Quality quality = world::Quality::simple,
+                      const std::string& group = {}) {
+        auto spec = std::make_shared<world::CameraSpec>();
         spec->size = {16, 16};
         spec->group = group;
-        View made;
+        render::View made;
         made.camera = CameraId(camera);
         made.name = std::make_shared<const std::string>("c" + std::to_string(camera));
         made.spec = std::move(spec);
@@ -81,10 +84,10 @@ protected:
         return made;
     }
     /// The next instant of these cameras is due.
-    void fall_due(std::vector<View> views) {
-        auto snapshot = std::make_shared<Snapshot>();
+    void fall_due(std::vector<render::View> views) {
+        auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->world_ns = instant++;
-        snapshot->statics = std::make_shared<StaticSet>();
+        snapshot->statics = std::make_shared<world::StaticSet>();
         desk->add({std::move(snapshot), monotonic_now_ns(), std::move(views), true});
         desk->dispatch(monotonic_now_ns());
     }
@@ -94,11 +97,11 @@ protected:
     }
 
     using Drawn = std::pair<std::string, std::int64_t>;
-    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
     std::shared_ptr<DrawnTasks> finished = std::make_shared<DrawnTasks>(max_draw_tasks);
     std::array<HeldLane*, 2> lane_{};
     std::vector<Drawn> drawn;
-    std::vector<std::pair<std::string, DropReason>> dropped;
+    std::vector<std::pair<std::string, stream::DropReason>> dropped;
     int requests = 0, answered = 0;
     std::int64_t instant = 0;
     std::unique_ptr<DrawDesk> desk;
@@ -106,7 +109,7 @@ protected:
 
 TEST_F(DrawDeskTest, ADearPictureStopsNobodyElse) {
     for (int i = 0; i < 10; ++i) {
-        fall_due({view(1), view(2, Quality::beautiful)});
+        fall_due({view(1), view(2, world::Quality::beautiful)});
         lane_[0]->draw();
         take_finished();
     }
@@ -123,29 +126,30 @@ TEST_F(DrawDeskTest, ADearPictureStopsNobodyElse) {
 }
 
 TEST_F(DrawDeskTest, TheBooksSayWhoseCostItWas) {
-    fall_due({view(1), view(2, Quality::beautiful)});
+    fall_due({view(1), view(2, world::Quality::beautiful)});
     for (HeldLane* lane : lane_) lane->draw();
     take_finished();
-    for (int i = 0; i < 3; ++i) fall_due({view(1), view(2, Quality::beautiful)});
-    EXPECT_THAT(dropped, ElementsAre(std::pair("c1", DropReason::overload), std::pair("c2", DropReason::own_cost)));
+    for (int i = 0; i < 3; ++i) fall_due({view(1), view(2, world::Quality::beautiful)});
+    EXPECT_THAT(dropped, ElementsAre(std::pair("c1", stream::DropReason::overload),
+                                     std::pair("c2", stream::DropReason::own_cost)));
 }
 
 TEST_F(DrawDeskTest, ACamerasPicturesComeOutInTheirOrderWhateverTheyCost) {
-    fall_due({view(1, Quality::beautiful)});
-    fall_due({view(1, Quality::simple)});  // plain now: yet it stays behind the one that is being drawn
+    fall_due({view(1, world::Quality::beautiful)});
+    fall_due({view(1, world::Quality::simple)});  // plain now: yet it stays behind the one that is being drawn
     EXPECT_EQ(lane_[0]->tasks(), 0U);
     for (int turn = 0; turn < 2; ++turn) {
         lane_[1]->draw();
         take_finished();
     }
     EXPECT_THAT(drawn, ElementsAre(Drawn("c1", 0), Drawn("c1", 1)));
-    fall_due({view(1, Quality::simple)});
+    fall_due({view(1, world::Quality::simple)});
     EXPECT_EQ(lane_[0]->tasks(), 1U) << "from then on it is drawn among the quick ones";
 }
 
 TEST_F(DrawDeskTest, AGroupIsDrawnOrDroppedTogether) {
     const auto pair_due = [&] {
-        fall_due({view(1), view(2, Quality::simple, "pair"), view(3, Quality::beautiful, "pair")});
+        fall_due({view(1), view(2, world::Quality::simple, "pair"), view(3, world::Quality::beautiful, "pair")});
     };
     for (int i = 0; i < 20; ++i) {
         pair_due();
@@ -166,7 +170,7 @@ TEST_F(DrawDeskTest, AGroupIsDrawnOrDroppedTogether) {
 }
 
 TEST_F(DrawDeskTest, WhoLeavesAGroupIsDrawnOnItsOwn) {
-    fall_due({view(1, Quality::simple, "pair"), view(2, Quality::beautiful, "pair")});
+    fall_due({view(1, world::Quality::simple, "pair"), view(2, world::Quality::beautiful, "pair")});
     EXPECT_EQ(lane_[0]->tasks(), 0U);
     for (int turn = 0; turn < 2; ++turn) {
         lane_[1]->draw();
@@ -210,4 +214,4 @@ TEST_F(DrawDeskTest, ACameraThatGoesInTheMiddleLeavesNothingAtWork) {
 }
 
 }  // namespace
-}  // namespace camrig::draw_desk_test
+}  // namespace camrig::engine::draw_desk_test

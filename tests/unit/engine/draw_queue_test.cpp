@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace camrig::draw_queue_test {
+namespace camrig::engine::draw_queue_test {
 namespace {
 
 using testing::ElementsAre;
@@ -14,7 +14,7 @@ using testing::IsEmpty;
 class DrawQueueTest : public testing::Test {
 protected:
     DueViews due(TimeNs at_ns, std::initializer_list<std::uint32_t> cameras, bool may_be_dropped = true) {
-        auto snapshot = std::make_shared<Snapshot>();
+        auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->world_ns = at_ns;
         DueViews views{std::move(snapshot), at_ns, {}, may_be_dropped};
         for (const std::uint32_t camera : cameras) views.views.emplace_back().camera = CameraId(camera);
@@ -23,7 +23,7 @@ protected:
     void add(int cost_class, DueViews views) { queue.add(cost_class, std::move(views), dropped); }
     static std::vector<std::uint32_t> cameras_of(const DueViews& views) {
         std::vector<std::uint32_t> cameras;
-        for (const View& view : views.views) cameras.push_back(static_cast<std::uint32_t>(view.camera));
+        for (const render::View& view : views.views) cameras.push_back(static_cast<std::uint32_t>(view.camera));
         return cameras;
     }
     std::vector<TimeNs> dropped_at() const {
@@ -156,4 +156,4 @@ TEST_F(DrawQueueTest, ACameraThatGoesTakesItsViewsAlong) {
 }
 
 }  // namespace
-}  // namespace camrig::draw_queue_test
+}  // namespace camrig::engine::draw_queue_test

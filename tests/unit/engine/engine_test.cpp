@@ -9,16 +9,16 @@
 #include "core/frame/code_strip.h"
 #include "tests/unit/stream/fake_sink.h"
 
-namespace camrig::engine_test {
+namespace camrig::engine::engine_test {
 namespace {
 
-constexpr MediaFormat raw{};
+constexpr stream::MediaFormat raw{};
 
 /// A rig with an empty world and the null renderer: everything but GL is the real thing.
 class EngineTest : public testing::Test {
 protected:
     void start(RunMode mode, OverloadPolicy overload = OverloadPolicy::drop) {
-        auto scene = std::make_shared<Scene>();
+        auto scene = std::make_shared<world::Scene>();
         scene->name = "empty";
         EngineOptions options;
         options.mode = mode;
@@ -36,10 +36,10 @@ protected:
         engine->post(Request<C>{std::move(command), [&](auto result) { promise.set_value(std::move(result)); }});
         return reply.get();
     }
-    Result<MediaUnit> fetch(const std::string& camera, TimeNs min_ns = 0) {
-        std::promise<Result<MediaUnit>> promise;
+    Result<stream::MediaUnit> fetch(const std::string& camera, TimeNs min_ns = 0) {
+        std::promise<Result<stream::MediaUnit>> promise;
         auto reply = promise.get_future();
-        engine->fetch({camera, FrameKind::color, min_ns, raw},
+        engine->fetch({camera, frame::FrameKind::color, min_ns, raw},
                       [&](auto result) { promise.set_value(std::move(result)); });
         return reply.get();
     }
@@ -48,20 +48,21 @@ protected:
         command.name = name;
         command.patch.size = ImageSize{160, 120};
         command.patch.rate = Rate::parse(fps).value();
-        command.patch.change([code_strip](CameraSpec& spec) { spec.code_strip = code_strip; });
+        command.patch.change([code_strip](world::CameraSpec& spec) { spec.code_strip = code_strip; });
         return call(command);
     }
     Result<WorldState> step(TimeNs duration_ns, TimeNs timeout_ns = 20 * ns_per_s) {
         return call(StepWorld{duration_ns, timeout_ns});
     }
-    std::shared_ptr<FakeSink> watch(const std::string& camera, std::vector<Subscription>& subscriptions) {
-        auto sink = std::make_shared<FakeSink>();
+    std::shared_ptr<stream::FakeSink> watch(const std::string& camera,
+                                            std::vector<stream::Subscription>& subscriptions) {
+        auto sink = std::make_shared<stream::FakeSink>();
         subscriptions.push_back(bus.subscribe(camera, raw, {"test", camera, {}}, sink, {}).value());
         return sink;
     }
 
-    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
-    LocalFrameBus bus{{2, pool}};
+    std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
+    stream::LocalFrameBus bus{{2, pool}};
     std::unique_ptr<Engine> engine;
 };
 
@@ -78,7 +79,7 @@ TEST_F(EngineTest, LockstepDeliversEveryDueFrameAndOneStampPerInstant) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a", "25", true));
     ASSERT_TRUE(create("b", "10", true));
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
     auto a = watch("a", subscriptions), b = watch("b", subscriptions);
     ASSERT_TRUE(step(ns_per_s));
     const auto a_units = a->units(), b_units = b->units();
@@ -87,7 +88,7 @@ TEST_F(EngineTest, LockstepDeliversEveryDueFrameAndOneStampPerInstant) {
     for (std::size_t i = 0; i < 25; ++i) {
         EXPECT_EQ(a_units[i].info.world_ns, static_cast<TimeNs>(i + 1) * 40 * ns_per_ms);
         EXPECT_EQ(a_units[i].info.sequence, static_cast<std::int64_t>(i + 1));
-        const auto code = read_code_strip(a_units[i].frame->bytes(), a_units[i].info.size);
+        const auto code = frame::read_code_strip(a_units[i].frame->bytes(), a_units[i].info.size);
         ASSERT_TRUE(code);
         EXPECT_EQ(code->world_ns, a_units[i].info.world_ns);
     }
@@ -106,7 +107,7 @@ TEST_F(EngineTest, LockstepDeliversEveryDueFrameAndOneStampPerInstant) {
 TEST_F(EngineTest, AStuckReaderFailsTheStepAndIsNamed) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
     auto sink = watch("a", subscriptions);
     sink->keep_holds();
     const auto result = step(ns_per_s, 50 * ns_per_ms);
@@ -120,7 +121,7 @@ TEST_F(EngineTest, AStuckReaderFailsTheStepAndIsNamed) {
 TEST_F(EngineTest, AReaderMayLetGoOfAFrameWhenTheEngineIsGone) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
     auto sink = watch("a", subscriptions);
     sink->keep_holds();
     ASSERT_FALSE(step(ns_per_s, 50 * ns_per_ms));
@@ -142,12 +143,12 @@ TEST_F(EngineTest, ACameraNobodyWatchesIsNotDrawn) {
 TEST_F(EngineTest, InLockstepReadersSeeNoGapWhereACameraWasChanged) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
     const auto sink = watch("a", subscriptions);
     ASSERT_TRUE(step(80 * ns_per_ms));
     const auto before = fetch("a").value();
     SetCamera command{"a", {}};
-    command.patch.optics = VerticalFov{0.5};
+    command.patch.optics = world::VerticalFov{0.5};
     ASSERT_TRUE(call(command));
     const auto changed = fetch("a").value();
     EXPECT_EQ(changed.info.sequence, before.info.sequence) << "the same instant anew";
@@ -161,10 +162,10 @@ TEST_F(EngineTest, InLockstepReadersSeeNoGapWhereACameraWasChanged) {
 TEST_F(EngineTest, ANewWorldIsShownToReadersAtOnceAndLeavesNoGap) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
     const auto sink = watch("a", subscriptions);
     ASSERT_TRUE(step(80 * ns_per_ms));
-    ASSERT_TRUE(call(LoadWorld{std::make_shared<Scene>()}));
+    ASSERT_TRUE(call(LoadWorld{std::make_shared<world::Scene>()}));
     ASSERT_TRUE(sink->wait_for_units(3));
     ASSERT_TRUE(step(40 * ns_per_ms));
     std::vector<std::int64_t> numbers;
@@ -181,10 +182,10 @@ TEST_F(EngineTest, AWorldWithACameraThatCannotBeChangesNothing) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
     ASSERT_TRUE(step(ns_per_s));
-    auto scene = std::make_shared<Scene>();
+    auto scene = std::make_shared<world::Scene>();
     scene->name = "other";
     for (const char* name : {"good", "large", "as_large", "too_much"}) {
-        CameraSpec& spec = scene->cameras.emplace_back();
+        world::CameraSpec& spec = scene->cameras.emplace_back();
         spec.name = name;
         if (spec.name != "good") spec.size = ImageSize{8192, 8192};
     }
@@ -197,7 +198,7 @@ TEST_F(EngineTest, AWorldWithACameraThatCannotBeChangesNothing) {
     EXPECT_EQ(call(ListCameras{})->size(), 1u);
     EXPECT_EQ(bus.cameras().size(), 1u);
 
-    auto fits = std::make_shared<Scene>(*scene);
+    auto fits = std::make_shared<world::Scene>(*scene);
     fits->cameras.pop_back();
     ASSERT_TRUE(call(LoadWorld{fits}));
     EXPECT_EQ(bus.cameras().size(), 4u);
@@ -246,7 +247,7 @@ TEST_F(EngineTest, SequenceNumbersRiseAcrossChangesOfRateAndWorld) {
         EXPECT_GT(now, last) << fps;
         last = now;
     }
-    auto scene = std::make_shared<Scene>();
+    auto scene = std::make_shared<world::Scene>();
     scene->name = "other";
     const auto loaded = call(LoadWorld{scene});
     ASSERT_TRUE(loaded);
@@ -285,7 +286,7 @@ TEST_F(EngineTest, WaitingForAFrameThatCannotComeSaysWhy) {
 TEST_F(EngineTest, InRealTimeStampsRiseOnTheGridAndTheBooksBalance) {
     start(RunMode::realtime);
     ASSERT_TRUE(create("a", "200"));
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
     auto sink = watch("a", subscriptions);
     ASSERT_TRUE(sink->wait_for_units(50));
     const auto units = sink->units();
@@ -332,11 +333,12 @@ TEST_F(EngineTest, AReadWithoutAWishOfItsOwnShowsTheCamerasLastCommand) {
 TEST_F(EngineTest, ShutdownAnswersWhoStillWaits) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
-    std::promise<Result<MediaUnit>> promise;
-    engine->fetch({"a", FrameKind::color, ns_per_s, raw}, [&](auto result) { promise.set_value(std::move(result)); });
+    std::promise<Result<stream::MediaUnit>> promise;
+    engine->fetch({"a", frame::FrameKind::color, ns_per_s, raw},
+                  [&](auto result) { promise.set_value(std::move(result)); });
     engine.reset();
     EXPECT_EQ(promise.get_future().get().error().kind, ErrorKind::unavailable);
 }
 
 }  // namespace
-}  // namespace camrig::engine_test
+}  // namespace camrig::engine::engine_test

@@ -10,23 +10,25 @@
 #include "tests/unit/engine/inline_lane.h"
 #include "tests/unit/stream/fake_sink.h"
 
-namespace camrig::rig_test {
+namespace camrig::engine::rig_test {
 namespace {
 
 /// A null renderer that notes which cameras it drew.
-class NotingRenderer final : public Renderer {
+class NotingRenderer final : public render::Renderer {
 public:
-    NotingRenderer(const std::shared_ptr<FramePool>& pool, std::vector<CameraId>& drawn) : null_(pool), drawn_(drawn) {}
+    NotingRenderer(const std::shared_ptr<frame::FramePool>& pool, std::vector<CameraId>& drawn)
+        : null_(pool), drawn_(drawn) {}
 
-    Result<Finished> draw(const SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views) override {
-        for (const View& view : views) drawn_.push_back(view.camera);
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const render::View> views) override {
+        for (const render::View& view : views) drawn_.push_back(view.camera);
         return null_.draw(snapshot, monotonic_ns, views);
     }
     void forget(CameraId) override {}
     std::string description() const override { return null_.description(); }
 
 private:
-    NullRenderer null_;
+    render::NullRenderer null_;
     std::vector<CameraId>& drawn_;
 };
 
@@ -36,7 +38,7 @@ protected:
     static constexpr std::size_t camera_count = 20;
 
     void SetUp() override {
-        auto scene = std::make_shared<Scene>();
+        auto scene = std::make_shared<world::Scene>();
         made_after_ns = monotonic_now_ns();
         auto made = make_rig(scene, {}, std::make_unique<NotingRenderer>(pool, drawn), bus);
         ASSERT_TRUE(made) << made.error().message;
@@ -47,7 +49,7 @@ protected:
             command.patch.size = ImageSize{16, 16};
             command.patch.rate = Rate::parse("1").value();
             ids.push_back(call(command).value().id);
-            sinks.push_back(std::make_shared<FakeSink>());
+            sinks.push_back(std::make_shared<stream::FakeSink>());
             subscriptions.push_back(bus.subscribe(name_of(i), {}, {"test", "", {}}, sinks.back(), {}).value());
         }
     }
@@ -72,19 +74,19 @@ protected:
         return std::move(reply).value();
     }
     static std::string name_of(std::size_t index) { return "camera" + std::to_string(index); }
-    CameraReport report_of(std::size_t index) {
+    stream::CameraReport report_of(std::size_t index) {
         const auto cameras = call(GetStats{}).value().cameras;
-        return *std::ranges::find(cameras, name_of(index), &CameraReport::name);
+        return *std::ranges::find(cameras, name_of(index), &stream::CameraReport::name);
     }
 
     TimeNs made_after_ns = 0, made_before_ns = 0;  ///< the world began between the two
     std::vector<CameraId> drawn;
-    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
-    LocalFrameBus bus{{1, pool}};
+    std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
+    stream::LocalFrameBus bus{{1, pool}};
     std::vector<CameraId> ids;
-    std::vector<std::shared_ptr<FakeSink>> sinks;
+    std::vector<std::shared_ptr<stream::FakeSink>> sinks;
     std::unique_ptr<Rig> rig;
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
 };
 
 TEST_F(RigTest, CommandsAreAnsweredInTheMiddleOfAnInstant) {
@@ -123,7 +125,7 @@ TEST_F(RigTest, PicturesOnRequestAreDrawnOneATurn) {
     subscriptions.clear();  // nobody reads
     drawn.clear();
     for (std::size_t i = 0; i < camera_count; ++i)
-        rig->fetch({name_of(i), FrameKind::color, 0, {}}, [](const Result<MediaUnit>&) {});
+        rig->fetch({name_of(i), frame::FrameKind::color, 0, {}}, [](const Result<stream::MediaUnit>&) {});
     EXPECT_TRUE(drawn.empty()) << "asking draws nothing";
     for (std::size_t turn = 1; turn <= camera_count; ++turn) {
         ASSERT_LE(rig->wake_time_ns(), monotonic_now_ns());
@@ -136,7 +138,9 @@ TEST_F(RigTest, PicturesOnRequestAreDrawnOneATurn) {
 TEST_F(RigTest, APictureOnRequestWaitsWhenAReadersPictureIsDueSoonAndItHadItsShare) {
     subscriptions.resize(1);  // camera 0 is read, once a second
     drawn.clear();
-    const auto ask = [&] { rig->fetch({name_of(5), FrameKind::depth, 0, {}}, [](const Result<MediaUnit>&) {}); };
+    const auto ask = [&] {
+        rig->fetch({name_of(5), frame::FrameKind::depth, 0, {}}, [](const Result<stream::MediaUnit>&) {});
+    };
     ask();
     ask();
     const TimeNs soon_ns = made_after_ns + ns_per_s - ns_per_ms;
@@ -202,7 +206,7 @@ TEST_F(RigTest, AChangeInTheMiddleShowsFromTheNextInstantOn) {
     begin_instant();
     const std::size_t last = camera_count - 1;
     SetCamera change{.name = name_of(last), .patch = {}};
-    change.patch.optics = VerticalFov{0.5};
+    change.patch.optics = world::VerticalFov{0.5};
     const auto state = call(change);
     ASSERT_TRUE(state);
     finish_instant();
@@ -221,7 +225,7 @@ TEST_F(RigTest, AfterAPauseNothingMoreOfAnInstantComes) {
 
 TEST_F(RigTest, ANewWorldInTheMiddleBeginsAtZero) {
     begin_instant();
-    ASSERT_TRUE(call(LoadWorld{std::make_shared<Scene>()}));
+    ASSERT_TRUE(call(LoadWorld{std::make_shared<world::Scene>()}));
     std::vector<CameraId> twice = ids;
     twice.insert(twice.end(), ids.begin(), ids.end());
     EXPECT_EQ(drawn, twice) << "the old world's instant went out first, then the new one's beginning";
@@ -263,14 +267,15 @@ protected:
         lanes.push_back(std::move(made_lane));
         EngineOptions options;
         options.mode = RunMode::lockstep;
-        rig = std::move(*Rig::create(std::make_shared<Scene>(), options, std::move(lanes), finished, bus, [] {}));
+        rig =
+            std::move(*Rig::create(std::make_shared<world::Scene>(), options, std::move(lanes), finished, bus, [] {}));
         for (const char* name : {"a", "b", "c", "d", "e"}) {
             CreateCamera command{.name = name, .place = {}, .patch = {}};
             command.patch.size = ImageSize{16, 16};
             command.patch.rate = Rate::parse("1").value();
             Command request = Request<CreateCamera>{std::move(command), [](auto made) { ASSERT_TRUE(made); }};
             rig->apply(request);
-            sinks.push_back(std::make_shared<FakeSink>());
+            sinks.push_back(std::make_shared<stream::FakeSink>());
             subscriptions.push_back(bus.subscribe(name, {}, {"test", "", {}}, sinks.back(), {}).value());
         }
         drawn.clear();
@@ -281,13 +286,13 @@ protected:
     }
 
     std::vector<CameraId> drawn;
-    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
-    LocalFrameBus bus{{1, pool}};
+    std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
+    stream::LocalFrameBus bus{{1, pool}};
     HoldableLane* lane = nullptr;
-    std::vector<std::shared_ptr<FakeSink>> sinks;
+    std::vector<std::shared_ptr<stream::FakeSink>> sinks;
     std::optional<Result<WorldState>> reply;  ///< a rig that ends answers who still waits
     std::unique_ptr<Rig> rig;
-    std::vector<Subscription> subscriptions;
+    std::vector<stream::Subscription> subscriptions;
 };
 
 TEST_F(SteppedRigTest, WhileAStepIsDrawnTheEngineSleeps) {
@@ -323,13 +328,13 @@ TEST_F(SteppedRigTest, WhatIsBeingDrawnOfAStepThatIsGivenUpStillGoesOut) {
 
 TEST(CameraTable, WhatWasFoundForACamerasTruthsGoesWithIt) {
     CameraTable cameras;
-    CameraSpec spec;
+    world::CameraSpec spec;
     spec.name = "lobby";
-    const std::weak_ptr<StandingObjects> found = cameras.add(spec).value()->standing;
+    const std::weak_ptr<truth::StandingObjects> found = cameras.add(spec).value()->standing;
     ASSERT_FALSE(found.expired());
     std::ignore = cameras.remove("lobby");
     EXPECT_TRUE(found.expired());
 }
 
 }  // namespace
-}  // namespace camrig::rig_test
+}  // namespace camrig::engine::rig_test

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace camrig::schedule_test {
+namespace camrig::engine::schedule_test {
 namespace {
 
 using testing::ElementsAre;
@@ -76,4 +76,4 @@ TEST(Schedule, ASlowCameraLosesNothingToAFastOne) {
 }
 
 }  // namespace
-}  // namespace camrig::schedule_test
+}  // namespace camrig::engine::schedule_test

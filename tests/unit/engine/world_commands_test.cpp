@@ -4,16 +4,16 @@
 
 #include "core/engine/engine.h"
 
-namespace camrig::world_commands_test {
+namespace camrig::engine::world_commands_test {
 namespace {
 
 /// A world of one model without vertices, and the null renderer.
 class WorldCommandsTest : public testing::Test {
 protected:
     void SetUp() override {
-        auto scene = std::make_shared<Scene>();
+        auto scene = std::make_shared<world::Scene>();
         scene->name = "one";
-        scene->models["man"].model = std::make_shared<Model>();
+        scene->models["man"].model = std::make_shared<world::Model>();
         EngineOptions options;
         options.mode = RunMode::lockstep;
         options.renderer.device = "null";
@@ -38,8 +38,8 @@ protected:
         return command;
     }
 
-    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
-    LocalFrameBus bus{{2, pool}};
+    std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
+    stream::LocalFrameBus bus{{2, pool}};
     std::unique_ptr<Engine> engine;
 };
 
@@ -62,8 +62,8 @@ TEST_F(WorldCommandsTest, ActAtTheWorldsLastStep) {
 TEST_F(WorldCommandsTest, AWaitingClientIsAnsweredWhenAnEventFires) {
     AddEvent add;
     add.event.name = "soon";
-    add.event.when = AtTime{500 * ns_per_ms};
-    add.event.actions = {UserAction{"7"}};
+    add.event.when = world::AtTime{500 * ns_per_ms};
+    add.event.actions = {world::UserAction{"7"}};
     ASSERT_TRUE(call(add));
     auto waiting = post(WaitEvents{0, 60 * ns_per_s});
     EXPECT_TRUE(call(WaitEvents{0, 0})->events.empty());
@@ -80,7 +80,7 @@ TEST_F(WorldCommandsTest, AWaitingClientIsAnsweredWhenAnEventFires) {
 TEST_F(WorldCommandsTest, TheLogIsBoundedAndTellsWhatIsMissed) {
     AddEvent add;
     add.event.name = "often";
-    add.event.when = EveryTime{.period_ns = 10 * ns_per_ms, .first_ns = 10 * ns_per_ms};
+    add.event.when = world::EveryTime{.period_ns = 10 * ns_per_ms, .first_ns = 10 * ns_per_ms};
     ASSERT_TRUE(call(add));
     ASSERT_TRUE(call(StepWorld{20 * ns_per_s}));
     const auto log = call(WaitEvents{100, 0});
@@ -97,8 +97,8 @@ TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
     ASSERT_TRUE(call(create));
     AddEvent add;
     add.event.name = "look";
-    add.event.when = AtTime{95 * ns_per_ms};  // the step at 100 ms
-    const CameraAction action{.camera = "c", .pose = Pose{{1, 2, 3}}, .vfov_rad = {}, .duration_ns = 0};
+    add.event.when = world::AtTime{95 * ns_per_ms};  // the step at 100 ms
+    const world::CameraAction action{.camera = "c", .pose = camera::Pose{{1, 2, 3}}, .vfov_rad = {}, .duration_ns = 0};
     add.event.actions = {action};
     ASSERT_TRUE(call(add));
     ASSERT_TRUE(call(StepWorld{80 * ns_per_ms}));
@@ -108,4 +108,4 @@ TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
 }
 
 }  // namespace
-}  // namespace camrig::world_commands_test
+}  // namespace camrig::engine::world_commands_test

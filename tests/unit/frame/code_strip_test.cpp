@@ -5,7 +5,7 @@
 #include "core/frame/convert.h"
 #include "tests/unit/frame/test_pictures.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 const CodeStrip examples[] = {{0, 0, 0},
@@ -103,4 +103,4 @@ TEST(CodeStrip, TheLayoutIsAsDocumented) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::frame

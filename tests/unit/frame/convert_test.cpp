@@ -7,7 +7,7 @@
 #include "core/frame/rgb_to_yuv.h"
 #include "tests/unit/frame/test_pictures.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 using test::code;
@@ -42,7 +42,9 @@ TEST(Convert, PlanesAreWhereTheFormatSaysAtOddSizesToo) {
         const auto i420 = converted_bytes(frame, PixelFormat::i420);
         const auto nv12 = converted_bytes(frame, PixelFormat::nv12);
         const auto yuyv = converted_bytes(frame, PixelFormat::yuyv);
-        const auto at = [](const auto& bytes, std::int64_t i) { return code(bytes[static_cast<std::size_t>(i)]); };
+        const auto at = [](const auto& bytes, std::int64_t i) {
+            return test::code(bytes[static_cast<std::size_t>(i)]);
+        };
 
         std::vector<std::byte> u(static_cast<std::size_t>(half_width)), v = u, luma(static_cast<std::size_t>(width));
         for (int y = 0; y < height; ++y) {
@@ -249,4 +251,4 @@ TEST(Converted, WhatIsNoColourIsRefused) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::frame

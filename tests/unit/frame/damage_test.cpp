@@ -7,7 +7,7 @@
 
 #include "core/frame/frame.h"
 
-namespace camrig::damage_test {
+namespace camrig::frame::damage_test {
 namespace {
 
 /// The first 8 bands: '1' for those that are damaged.
@@ -85,4 +85,4 @@ TEST(Damage, IsSinceTheFrameOfThatNumberCameraKindAndSizeOnly) {
 }
 
 }  // namespace
-}  // namespace camrig::damage_test
+}  // namespace camrig::frame::damage_test

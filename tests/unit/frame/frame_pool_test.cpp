@@ -6,7 +6,7 @@
 
 #include "tests/unit/frame/test_pictures.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 using test::frame_info;
@@ -124,4 +124,4 @@ TEST(FramePool, ManyThreadsTakeAndGiveBack) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::frame

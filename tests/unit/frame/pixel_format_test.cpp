@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 TEST(PixelFormat, OddSizesRoundChromaUp) {
@@ -23,4 +23,4 @@ TEST(PixelFormat, NamesAreTheProtocols) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::frame

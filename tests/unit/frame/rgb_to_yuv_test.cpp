@@ -11,7 +11,7 @@
 
 // The gates of the accuracy goals: every code within 0.51 of exact arithmetic, bias below 0.02, and the way back to RGB
 // within 1 code (full) or 2 codes (limited), over all 2^24 colours in the steps below.
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 using test::code;
@@ -144,4 +144,4 @@ INSTANTIATE_TEST_SUITE_P(BothRanges, YuvConversion, testing::Values(YuvRange::fu
                          [](const auto& test) { return test.param == YuvRange::full ? "full" : "limited"; });
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::frame

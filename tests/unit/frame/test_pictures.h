@@ -6,7 +6,7 @@
 #include "core/base/random.h"
 #include "core/frame/frame.h"
 
-namespace camrig::test {
+namespace camrig::frame::test {
 
 inline FrameInfo frame_info(ImageSize size, PixelFormat format = PixelFormat::rgba8) {
     FrameInfo info;
@@ -51,4 +51,4 @@ inline int code(std::byte b) {
     return std::to_integer<int>(b);
 }
 
-}  // namespace camrig::test
+}  // namespace camrig::frame::test

@@ -7,7 +7,7 @@
 
 #include "tests/unit/frame/test_pictures.h"
 
-namespace camrig {
+namespace camrig::frame {
 namespace {
 
 using Color = std::array<int, 3>;
@@ -82,4 +82,4 @@ TEST(Tone, GreyStaysInOrderUnderEveryControl) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::frame

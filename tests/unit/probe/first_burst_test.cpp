@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 constexpr TimeNs taken_every_ns = 40 * ns_per_ms;
@@ -52,4 +52,4 @@ TEST(FirstBurst, ASourceThatAlwaysComesTooFastIsCountedAfterTwoSeconds) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::probe

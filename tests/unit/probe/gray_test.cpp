@@ -7,7 +7,7 @@
 
 #include "core/codec/encoder.h"
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 std::vector<int> codes(const std::vector<std::byte>& gray) {
@@ -42,12 +42,12 @@ TEST(Gray, ShortPicturesAndUnknownFormatsAreRefused) {
 }
 
 TEST(Gray, AJpegThatEndsEarlyIsBroken) {
-    FrameInfo info;
+    frame::FrameInfo info;
     info.size = {64, 48};
-    std::vector<std::byte> noise(bytes_of(PixelFormat::rgba8, info.size));
+    std::vector<std::byte> noise(bytes_of(frame::PixelFormat::rgba8, info.size));
     for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<std::byte>(i * i % 251);
-    const Frame frame(info, std::move(noise));
-    auto encoder = create_jpeg_encoder(90);
+    const frame::Frame frame(info, std::move(noise));
+    auto encoder = codec::create_jpeg_encoder(90);
     const auto jpeg = encoder.value()->encode(frame);
     ASSERT_TRUE(jpeg) << jpeg.error().message;
     ImageSize size;
@@ -60,4 +60,4 @@ TEST(Gray, AJpegThatEndsEarlyIsBroken) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::probe

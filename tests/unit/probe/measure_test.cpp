@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 constexpr TimeNs period = 40 * ns_per_ms;
@@ -15,7 +15,7 @@ SourceLog perfect_source(int count = 10) {
         const TimeNs world = n * period;
         const TimeNs stamp = 1000 * ns_per_s + world;
         log.pictures.push_back(
-            {stamp + 7 * ns_per_ms, stamp, n, CodeStrip{1, static_cast<std::uint32_t>(n), world}, false});
+            {stamp + 7 * ns_per_ms, stamp, n, frame::CodeStrip{1, static_cast<std::uint32_t>(n), world}, false});
     }
     return log;
 }
@@ -138,4 +138,4 @@ TEST(Spread, PercentilesAreByNearestRank) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::probe

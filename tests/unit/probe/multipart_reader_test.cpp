@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::probe {
 namespace {
 
 MultipartReader reader_of(std::string_view content_type = "multipart/x-mixed-replace; boundary=frame") {
@@ -71,4 +71,4 @@ TEST(MultipartReader, AHostileServerCannotFillTheMemory) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::probe

@@ -5,29 +5,44 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 struct Optics {
     const char* name;
-    Lens lens;
-    Intrinsics intrinsics;
-    LensMethod expected;
+    camera::Lens lens;
+    camera::Intrinsics intrinsics;
+    world::LensMethod expected;
 };
 
 constexpr ImageSize vga{640, 480};
 const Optics all_optics[] = {
-    {"pinhole", {LensModel::pinhole, {}}, {500, 510, 320.25, 239.5}, LensMethod::warp},
-    {"barrel", {LensModel::plumb_bob, {-0.35, 0.15, 0, 0, -0.03}}, {420, 420, 319.5, 239.5}, LensMethod::warp},
-    {"pincushion", {LensModel::plumb_bob, {0.3, 0.1, 0, 0, 0.02}}, {450, 450, 319.5, 239.5}, LensMethod::warp},
-    {"tangential", {LensModel::plumb_bob, {-0.1, 0.02, 0.012, -0.009, 0}}, {480, 480, 319.5, 239.5}, LensMethod::warp},
-    {"fold", {LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}}, {380, 380, 319.5, 239.5}, LensMethod::warp},
-    {"fisheye 160", {LensModel::equidistant, {0, 0, 0, 0}}, {290, 290, 319.5, 239.5}, LensMethod::cube},
-    {"fisheye 220", {LensModel::equidistant, {-0.01, 0.002, 0, 0}}, {208, 210, 330.5, 235.5}, LensMethod::cube},
+    {"pinhole", {camera::LensModel::pinhole, {}}, {500, 510, 320.25, 239.5}, world::LensMethod::warp},
+    {"barrel",
+     {camera::LensModel::plumb_bob, {-0.35, 0.15, 0, 0, -0.03}},
+     {420, 420, 319.5, 239.5},
+     world::LensMethod::warp},
+    {"pincushion",
+     {camera::LensModel::plumb_bob, {0.3, 0.1, 0, 0, 0.02}},
+     {450, 450, 319.5, 239.5},
+     world::LensMethod::warp},
+    {"tangential",
+     {camera::LensModel::plumb_bob, {-0.1, 0.02, 0.012, -0.009, 0}},
+     {480, 480, 319.5, 239.5},
+     world::LensMethod::warp},
+    {"fold",
+     {camera::LensModel::plumb_bob, {-0.32, 0.13, 0, 0, -0.025}},
+     {380, 380, 319.5, 239.5},
+     world::LensMethod::warp},
+    {"fisheye 160", {camera::LensModel::equidistant, {0, 0, 0, 0}}, {290, 290, 319.5, 239.5}, world::LensMethod::cube},
+    {"fisheye 220",
+     {camera::LensModel::equidistant, {-0.01, 0.002, 0, 0}},
+     {208, 210, 330.5, 235.5},
+     world::LensMethod::cube},
 };
 
-CameraModel camera_of(const Optics& optics) {
-    return CameraModel::create(vga, optics.intrinsics, optics.lens).value();
+camera::CameraModel camera_of(const Optics& optics) {
+    return camera::CameraModel::create(vga, optics.intrinsics, optics.lens).value();
 }
 
 const SourceTile* tile_at(const LensPlan& plan, glm::dvec2 place) {
@@ -46,7 +61,7 @@ glm::dvec2 place_of(const LensPlan& plan, std::size_t i) {
 
 /// The ray that a source place was drawn for.
 glm::dvec3 ray_of(const SourceTile& tile, glm::dvec2 place) {
-    const Intrinsics& k = tile.intrinsics;
+    const camera::Intrinsics& k = tile.intrinsics;
     const glm::dvec3 ray((place.x - tile.x - k.cx) / k.fx, (place.y - tile.y - k.cy) / k.fy, 1.0);
     return glm::transpose(tile.tile_from_optical) * glm::normalize(ray);
 }
@@ -54,7 +69,7 @@ glm::dvec3 ray_of(const SourceTile& tile, glm::dvec2 place) {
 TEST(LensPlan, EveryPixelLooksExactlyAlongItsRayAndFarEnoughFromTheTilesEdge) {
     for (const Optics& optics : all_optics) {
         for (const int oversample : {1, 3}) {
-            const CameraModel camera = camera_of(optics);
+            const camera::CameraModel camera = camera_of(optics);
             const auto plan = make_lens_plan(camera, {.oversample = oversample}, {});
             ASSERT_TRUE(plan) << optics.name << ": " << plan.error().message;
             EXPECT_EQ(plan->method, optics.expected) << optics.name;
@@ -105,11 +120,12 @@ TEST(LensPlan, TexelsLieOnPixelsAboutTheAxisOfABarrelLens) {
 }
 
 TEST(LensPlan, FacesThatNobodySeesAreNotThere) {
-    Optics narrow{"narrow", {LensModel::equidistant, {0, 0, 0, 0}}, {600, 600, 319.5, 239.5}, LensMethod::cube};
-    EXPECT_EQ(make_lens_plan(camera_of(narrow), {.method = LensMethod::cube}, {})->tiles.size(), 1u);
+    Optics narrow{
+        "narrow", {camera::LensModel::equidistant, {0, 0, 0, 0}}, {600, 600, 319.5, 239.5}, world::LensMethod::cube};
+    EXPECT_EQ(make_lens_plan(camera_of(narrow), {.method = world::LensMethod::cube}, {})->tiles.size(), 1u);
     // 102 deg across and 76 down: left and right, nothing above and below.
     narrow.intrinsics = {360, 360, 319.5, 239.5};
-    EXPECT_EQ(make_lens_plan(camera_of(narrow), {.method = LensMethod::cube}, {})->tiles.size(), 3u);
+    EXPECT_EQ(make_lens_plan(camera_of(narrow), {.method = world::LensMethod::cube}, {})->tiles.size(), 3u);
     EXPECT_EQ(make_lens_plan(camera_of(all_optics[6]), {}, {})->tiles.size(), 5u);
 }
 
@@ -118,9 +134,10 @@ TEST(LensPlan, WhatTheDeviceCannotHoldIsAnErrorWithItsSize) {
     ASSERT_FALSE(plan);
     EXPECT_EQ(plan.error().kind, ErrorKind::resource_exhausted);
     EXPECT_THAT(plan.error().message, testing::HasSubstr("at most 2048 a side"));
-    const auto large = CameraModel::create({8192, 8192}, {4000, 4000, 4095.5, 4095.5}, all_optics[1].lens).value();
+    const auto large =
+        camera::CameraModel::create({8192, 8192}, {4000, 4000, 4095.5, 4095.5}, all_optics[1].lens).value();
     EXPECT_FALSE(make_lens_plan(large, {}, {}));
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

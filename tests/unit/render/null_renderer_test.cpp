@@ -6,11 +6,11 @@
 
 #include "core/render/renderer_factory.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 View view_of(std::uint32_t number, std::int64_t sequence, ImageSize size = {64, 48}) {
-    auto spec = std::make_shared<CameraSpec>();
+    auto spec = std::make_shared<world::CameraSpec>();
     spec->name = "c" + std::to_string(number);
     spec->size = size;
     View view;
@@ -22,15 +22,15 @@ View view_of(std::uint32_t number, std::int64_t sequence, ImageSize size = {64, 
     return view;
 }
 
-SnapshotRef snapshot_at(TimeNs world_ns) {
-    auto snapshot = std::make_shared<Snapshot>();
+world::SnapshotRef snapshot_at(TimeNs world_ns) {
+    auto snapshot = std::make_shared<world::Snapshot>();
     snapshot->world_ns = world_ns;
-    snapshot->statics = std::make_shared<StaticSet>();
+    snapshot->statics = std::make_shared<world::StaticSet>();
     return snapshot;
 }
 
 std::unique_ptr<Renderer> null_renderer() {
-    auto renderer = create_renderer({.device = "null", .pool = std::make_shared<FramePool>()});
+    auto renderer = create_renderer({.device = "null", .pool = std::make_shared<frame::FramePool>()});
     EXPECT_TRUE(renderer.has_value());
     return std::move(*renderer);
 }
@@ -38,7 +38,7 @@ std::unique_ptr<Renderer> null_renderer() {
 TEST(NullRenderer, TheSameInstantGivesTheSameBytes) {
     auto renderer = null_renderer();
     const View view = view_of(3, 7);
-    std::vector<FrameRef> frames;
+    std::vector<frame::FrameRef> frames;
     for (int i = 0; i < 2; ++i) {
         frames.push_back(renderer->draw(snapshot_at(40 * ns_per_ms), 5, {&view, 1}).value().set.frames.at(0));
     }
@@ -72,13 +72,13 @@ TEST(NullRenderer, EveryWantedKindComesWithItsFormat) {
     std::ranges::fill(view.kinds, true);
     const auto finished = renderer->draw(snapshot_at(0), 0, {&view, 1});
     ASSERT_EQ(finished->set.frames.size(), 5u);
-    EXPECT_EQ(finished->set.frames[1]->info().format, PixelFormat::depth32f);
-    EXPECT_EQ(finished->set.frames[2]->info().format, PixelFormat::id32);
-    EXPECT_EQ(finished->set.frames[4]->info().format, PixelFormat::normal32f);
+    EXPECT_EQ(finished->set.frames[1]->info().format, frame::PixelFormat::depth32f);
+    EXPECT_EQ(finished->set.frames[2]->info().format, frame::PixelFormat::id32);
+    EXPECT_EQ(finished->set.frames[4]->info().format, frame::PixelFormat::normal32f);
     for (const auto& frame : finished->set.frames) {
         EXPECT_EQ(frame->bytes().size(), bytes_of(frame->info().format, frame->info().size));
     }
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -4,7 +4,7 @@
 
 #include "core/base/random.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
 const ViewTransform seen_from = make_view_transform({}, {640, 480}, {500.0, 510.0, 319.5, 239.5}, 0.05, 0.0);
@@ -69,4 +69,4 @@ TEST(DisjointCover, HoldsEveryRectangleInExactlyOneOfAFew) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -6,10 +6,10 @@
 
 #include "core/base/random.h"
 
-namespace camrig {
+namespace camrig::render {
 namespace {
 
-const Intrinsics off_centre{.fx = 611.3, .fy = 587.9, .cx = 301.7, .cy = 255.2};
+const camera::Intrinsics off_centre{.fx = 611.3, .fy = 587.9, .cx = 301.7, .cy = 255.2};
 
 /// Window coordinates (pixel centre = integer + 0.5) of a world point, through the clip transform.
 glm::dvec2 window_of(const ViewTransform& view, const glm::dvec3& world) {
@@ -20,7 +20,7 @@ glm::dvec2 window_of(const ViewTransform& view, const glm::dvec3& world) {
 }
 
 TEST(ViewTransform, PixelCentresAreAtIntegerCoordinatesAsInOpenCv) {
-    Pose pose;
+    camera::Pose pose;
     pose.position = {10, 20, 30};
     const auto view = make_view_transform(pose, {640, 480}, off_centre, 0.05, 0.0);
     // 4 m ahead, 1 m to the left, 0.5 m up: u = fx X/Z + cx with X = -1, Y = -0.5.
@@ -42,7 +42,7 @@ TEST(ViewTransform, DepthIsOneAtTheNearPlaneAndComesBackAsMetres) {
 }
 
 TEST(Frustum, ABoxWithAPointInThePictureIsNeverCulled) {
-    Pose pose;
+    camera::Pose pose;
     pose.position = {-3, 5, 1};
     pose.orientation = glm::angleAxis(0.7, glm::normalize(glm::dvec3(1, 2, 3)));
     const auto view = make_view_transform(pose, {640, 480}, off_centre, 0.05, 0.0);
@@ -78,4 +78,4 @@ TEST(Frustum, BoxesBehindBesideAndBeyondAreCulled) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render

@@ -4,7 +4,7 @@
 
 #include "core/base/output_family.h"
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 struct Lamp {
@@ -62,4 +62,4 @@ TEST_F(CameraOutputsTest, ACameraThatGoesEndsItsOutputsAndNoOthers) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::stream

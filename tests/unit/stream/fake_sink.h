@@ -7,7 +7,7 @@
 
 #include "core/stream/sink.h"
 
-namespace camrig {
+namespace camrig::stream {
 
 /// A sink that remembers what it got and can be told to be stuck or to fail.
 class FakeSink final : public Sink {
@@ -96,4 +96,4 @@ private:
     int closed_ = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -7,11 +7,11 @@
 #include "core/stream/local_frame_bus.h"
 #include "tests/unit/stream/fake_sink.h"
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 constexpr CameraId lobby{1};
-constexpr MediaFormat jpeg{Codec::jpeg, PixelFormat::rgba8, 90, {}};
+constexpr MediaFormat jpeg{codec::Codec::jpeg, frame::PixelFormat::rgba8, 90, {}};
 constexpr MediaFormat raw{};
 /// Made before any thread is: spdlog itself is not built for the thread sanitizer, which does not see its guard.
 const auto logger = spdlog::default_logger();
@@ -20,8 +20,8 @@ class FrameBusTest : public testing::Test {
 protected:
     FrameBusTest() { bus.add_camera({lobby, "lobby", {64, 48}, Rate::create(25, 1).value()}); }
 
-    FrameSet set_at(TimeNs world_ns, std::int64_t sequence) {
-        FrameInfo info;
+    frame::FrameSet set_at(TimeNs world_ns, std::int64_t sequence) {
+        frame::FrameInfo info;
         info.camera_id = lobby;
         info.camera = name;
         info.sequence = sequence;
@@ -29,7 +29,7 @@ protected:
         info.size = {64, 48};
         auto frame = pool->acquire(info);
         std::ranges::fill(frame->mutable_bytes(), std::byte{static_cast<unsigned char>(sequence * 10)});
-        FrameSet set;
+        frame::FrameSet set;
         set.world_ns = world_ns;
         set.frames.push_back(frame);
         return set;
@@ -42,7 +42,7 @@ protected:
     }
 
     std::shared_ptr<const std::string> name = std::make_shared<const std::string>("lobby");
-    std::shared_ptr<FramePool> pool = std::make_shared<FramePool>();
+    std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
     LocalFrameBus bus{{2, pool}};
 };
 
@@ -61,7 +61,7 @@ TEST_F(FrameBusTest, ReadersOfOneFormatShareOneEncoding) {
     auto first = std::make_shared<FakeSink>(), second = std::make_shared<FakeSink>(),
          other = std::make_shared<FakeSink>();
     auto s1 = subscribe(first, jpeg), s2 = subscribe(second, jpeg);
-    auto s3 = subscribe(other, {Codec::jpeg, PixelFormat::rgba8, 50, {}});
+    auto s3 = subscribe(other, {codec::Codec::jpeg, frame::PixelFormat::rgba8, 50, {}});
     bus.publish(set_at(0, 1), nullptr);
     ASSERT_TRUE(first->wait_for_units(1) && second->wait_for_units(1) && other->wait_for_units(1));
     EXPECT_EQ(first->units()[0].bytes, second->units()[0].bytes);
@@ -72,12 +72,12 @@ TEST_F(FrameBusTest, ReadersOfOneFormatShareOneEncoding) {
 TEST_F(FrameBusTest, EachOutputGetsTheLayoutItWantsElseRgba) {
     const auto i420 = std::make_shared<FakeSink>(), half = std::make_shared<FakeSink>(),
                plain = std::make_shared<FakeSink>();
-    auto s1 = subscribe(i420, {Codec::raw, PixelFormat::i420, 0, {}});
-    auto s2 = subscribe(half, {Codec::raw, PixelFormat::i420, 0, {32, 24}});
-    EXPECT_EQ(bus.wanted(lobby, 0), (PixelFormats{PixelFormat::i420, PixelFormat::rgba8}));
-    FrameSet set = set_at(0, 1);
-    FrameInfo info = set.frames[0]->info();
-    info.format = PixelFormat::i420;
+    auto s1 = subscribe(i420, {codec::Codec::raw, frame::PixelFormat::i420, 0, {}});
+    auto s2 = subscribe(half, {codec::Codec::raw, frame::PixelFormat::i420, 0, {32, 24}});
+    EXPECT_EQ(bus.wanted(lobby, 0), (frame::PixelFormats{frame::PixelFormat::i420, frame::PixelFormat::rgba8}));
+    frame::FrameSet set = set_at(0, 1);
+    frame::FrameInfo info = set.frames[0]->info();
+    info.format = frame::PixelFormat::i420;
     auto planes = pool->acquire(info);
     std::ranges::fill(planes->mutable_bytes(), std::byte{200});
     set.frames.push_back(planes);
@@ -89,7 +89,7 @@ TEST_F(FrameBusTest, EachOutputGetsTheLayoutItWantsElseRgba) {
 
     // One that came after the picture was drawn waits for the next.
     auto s3 = subscribe(plain);
-    FrameSet only_planes;
+    frame::FrameSet only_planes;
     info.sequence = 2;
     only_planes.frames.push_back(pool->acquire(info));
     bus.publish(only_planes, nullptr);
@@ -98,18 +98,21 @@ TEST_F(FrameBusTest, EachOutputGetsTheLayoutItWantsElseRgba) {
     EXPECT_EQ(half->units().size(), 1u);
     bus.publish(set_at(2, 3), nullptr);
     ASSERT_TRUE(plain->wait_for_units(1) && i420->wait_for_units(3));
-    EXPECT_EQ(i420->units()[2].info.format, PixelFormat::i420);
+    EXPECT_EQ(i420->units()[2].info.format, frame::PixelFormat::i420);
 }
 
 TEST(SourceFormat, IsWhatNeedsNoConversion) {
     constexpr ImageSize own{64, 48};
-    EXPECT_EQ(source_format({Codec::jpeg, PixelFormat::rgba8, 90, {}}, own), PixelFormat::jpeg_i420);
-    EXPECT_EQ(source_format({Codec::jpeg, PixelFormat::rgba8, 90, {}, ChromaSampling::yuv422}, own),
-              PixelFormat::rgba8);
-    EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, {}}, own), PixelFormat::yuyv);
-    EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, own}, own), PixelFormat::yuyv);
-    EXPECT_EQ(source_format({Codec::raw, PixelFormat::yuyv, 0, {32, 24}}, own), PixelFormat::rgba8);
-    EXPECT_EQ(source_format({Codec::png, PixelFormat::rgba8, 0, {}}, own), PixelFormat::rgba8);
+    EXPECT_EQ(source_format({codec::Codec::jpeg, frame::PixelFormat::rgba8, 90, {}}, own),
+              frame::PixelFormat::jpeg_i420);
+    EXPECT_EQ(
+        source_format({codec::Codec::jpeg, frame::PixelFormat::rgba8, 90, {}, codec::ChromaSampling::yuv422}, own),
+        frame::PixelFormat::rgba8);
+    EXPECT_EQ(source_format({codec::Codec::raw, frame::PixelFormat::yuyv, 0, {}}, own), frame::PixelFormat::yuyv);
+    EXPECT_EQ(source_format({codec::Codec::raw, frame::PixelFormat::yuyv, 0, own}, own), frame::PixelFormat::yuyv);
+    EXPECT_EQ(source_format({codec::Codec::raw, frame::PixelFormat::yuyv, 0, {32, 24}}, own),
+              frame::PixelFormat::rgba8);
+    EXPECT_EQ(source_format({codec::Codec::png, frame::PixelFormat::rgba8, 0, {}}, own), frame::PixelFormat::rgba8);
 }
 
 // A stuck consumer must cost frames, never time.
@@ -211,7 +214,7 @@ TEST_F(FrameBusTest, FormatsAndReadersAreBounded) {
     std::vector<Subscription> all;
     Result<Subscription> last = error(ErrorKind::internal, "");
     for (int quality = 1; quality <= 30; ++quality) {
-        last = bus.subscribe("lobby", {Codec::jpeg, PixelFormat::rgba8, quality, {}}, {"test", "me", {}},
+        last = bus.subscribe("lobby", {codec::Codec::jpeg, frame::PixelFormat::rgba8, quality, {}}, {"test", "me", {}},
                              std::make_shared<FakeSink>(), {});
         if (!last) break;
         all.push_back(std::move(*last));
@@ -223,4 +226,4 @@ TEST_F(FrameBusTest, FormatsAndReadersAreBounded) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 TEST(StageTimer, QuantilesAreWithinTheWidthOfABucket) {
@@ -24,4 +24,4 @@ TEST(StageTimer, HugeAndNegativeDurationsAreTaken) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::stream

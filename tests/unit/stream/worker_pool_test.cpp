@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::stream {
 namespace {
 
 /// A pool of one thread, which is busy until go().
@@ -71,4 +71,4 @@ TEST(WorkerPool, GoesWhenAllThatWaitsHasRun) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::stream

@@ -7,11 +7,11 @@
 
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 /// Up to 180 deg from the axis, many of them nearly along it or against it.
-glm::dvec3 random_point(Draw& draw, bool is_plane) {
+glm::dvec3 random_point(camera::Draw& draw, bool is_plane) {
     const double across = std::pow(10.0, draw.uniform(-6, 1)), turn = draw.uniform(-4, 4);
     const double ahead = is_plane || draw.uniform(0, 1) < 0.5 ? 1.0 : -1.0;
     return draw.uniform(0.5, 20) * glm::dvec3(across * std::cos(turn), across * std::sin(turn), ahead);
@@ -19,7 +19,7 @@ glm::dvec3 random_point(Draw& draw, bool is_plane) {
 
 /// Whether every picture of a part of the edge lies in the rectangle of one of its pieces; the pieces are halved so
 /// often before. Returns how many points were looked at.
-int check_pieces(const CameraModel& camera, const glm::dvec3& a, const glm::dvec3& b, int halvings) {
+int check_pieces(const camera::CameraModel& camera, const glm::dvec3& a, const glm::dvec3& b, int halvings) {
     EdgeTracer tracer(camera);
     std::vector<EdgePiece> pieces;
     for (const EdgePiece& piece : tracer.trace(a, b)) pieces.push_back(piece);
@@ -54,10 +54,10 @@ int check_pieces(const CameraModel& camera, const glm::dvec3& a, const glm::dvec
 TEST(EdgePiece, HoldsThePictureOfTheEdgeThroughManyLenses) {
     int looked_at = 0;
     for (std::uint64_t n = 0; n < 150; ++n) {
-        const auto camera = CameraModel::create({640, 480}, {300, 320, 319.5, 239.5}, random_lens(n));
+        const auto camera = camera::CameraModel::create({640, 480}, {300, 320, 319.5, 239.5}, camera::random_lens(n));
         if (!camera) continue;
-        Draw draw(9000 + n);
-        const bool is_plane = camera->lens().lens().model != LensModel::equidistant;
+        camera::Draw draw(9000 + n);
+        const bool is_plane = camera->lens().lens().model != camera::LensModel::equidistant;
         for (int i = 0; i < 12; ++i) {
             const glm::dvec3 a = random_point(draw, is_plane), b = random_point(draw, is_plane);
             SCOPED_TRACE(testing::Message() << "lens " << n << " edge " << i);
@@ -69,7 +69,8 @@ TEST(EdgePiece, HoldsThePictureOfTheEdgeThroughManyLenses) {
 
 TEST(EdgePiece, ShrinksOntoTheEdgeWithTheSquareOfItsLength) {
     const auto camera =
-        CameraModel::create({640, 480}, {300, 300, 319.5, 239.5}, {LensModel::plumb_bob, {-0.25, 0.05}}).value();
+        camera::CameraModel::create({640, 480}, {300, 300, 319.5, 239.5}, {camera::LensModel::plumb_bob, {-0.25, 0.05}})
+            .value();
     EdgeTracer tracer(camera);
     // Its picture bulges to the right: the extreme is in the middle.
     const auto pieces = tracer.trace({1, -0.7, 2}, {1, 0.75, 2});
@@ -87,7 +88,8 @@ TEST(EdgePiece, ShrinksOntoTheEdgeWithTheSquareOfItsLength) {
 
 TEST(EdgePiece, AnEdgeBehindAFisheyeIsSeenAtBothEndsOnly) {
     const auto camera =
-        CameraModel::create({640, 480}, {120, 120, 319.5, 239.5}, {LensModel::equidistant, {-0.05}}).value();
+        camera::CameraModel::create({640, 480}, {120, 120, 319.5, 239.5}, {camera::LensModel::equidistant, {-0.05}})
+            .value();
     ASSERT_GT(camera.lens().valid_angle(), 1.6);
     const double out = camera.lens().valid_angle() - 0.1;
     const glm::dvec3 left(-std::sin(out), 0.01, std::cos(out)), right(std::sin(out), 0.01, std::cos(out));
@@ -98,4 +100,4 @@ TEST(EdgePiece, AnEdgeBehindAFisheyeIsSeenAtBothEndsOnly) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -3,7 +3,7 @@
 #include "core/base/random.h"
 #include "core/truth/make_truth.h"
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 bool touch(const PixelBox& a, const PixelBox& b) {
@@ -36,4 +36,4 @@ TEST(GroupApart, NeighboursShareAGroup) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 using Ids = std::vector<std::uint32_t>;
@@ -36,8 +36,8 @@ TEST(IdCensus, NothingIsNoObject) {
 TEST(IdCensus, TheMainOccluderCoversMostOfWhatIsHidden) {
     const Ids alone{4, 4, 4, 4, 4, 4, 0, 0};
     const Ids scene{4, 8, 2, 2, 0, 8, 9, 9};
-    const Silhouette all = silhouette_of(alone, 4, {0, 0, 8, 1}, {8, 1});
-    EXPECT_EQ(all, (Silhouette{{0, 0, 6}}));
+    const frame::Silhouette all = silhouette_of(alone, 4, {0, 0, 8, 1}, {8, 1});
+    EXPECT_EQ(all, (frame::Silhouette{{0, 0, 6}}));
     EXPECT_EQ(main_occluder(scene, all, 4, {8, 1}), 2u);  // of equals the smaller
     EXPECT_EQ(main_occluder(scene, silhouette_of(alone, 4, {0, 0, 2, 1}, {8, 1}), 4, {8, 1}), 8u);
     EXPECT_EQ(main_occluder(alone, all, 4, {8, 1}), 0u);
@@ -47,10 +47,11 @@ TEST(IdCensus, ASilhouetteIsTheRunsOfEachRowInItsBox) {
     const Ids ids{4, 4, 0, 4,  //
                   0, 4, 4, 4,  //
                   4, 0, 0, 0};
-    EXPECT_EQ(silhouette_of(ids, 4, {0, 0, 4, 3}, {4, 3}), (Silhouette{{0, 0, 2}, {0, 3, 4}, {1, 1, 4}, {2, 0, 1}}));
-    EXPECT_EQ(silhouette_of(ids, 4, {1, 0, 2, 2}, {4, 3}), (Silhouette{{0, 1, 2}, {1, 1, 3}}));
+    EXPECT_EQ(silhouette_of(ids, 4, {0, 0, 4, 3}, {4, 3}),
+              (frame::Silhouette{{0, 0, 2}, {0, 3, 4}, {1, 1, 4}, {2, 0, 1}}));
+    EXPECT_EQ(silhouette_of(ids, 4, {1, 0, 2, 2}, {4, 3}), (frame::Silhouette{{0, 1, 2}, {1, 1, 3}}));
     EXPECT_TRUE(silhouette_of(ids, 5, {0, 0, 4, 3}, {4, 3}).empty());
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::truth

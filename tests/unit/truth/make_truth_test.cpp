@@ -4,24 +4,24 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 constexpr ImageSize size{64, 48};
 
 template <typename Value>
-FrameRef frame_of(const std::vector<Value>& values) {
+frame::FrameRef frame_of(const std::vector<Value>& values) {
     std::vector<std::byte> bytes(values.size() * sizeof(Value));
     std::memcpy(bytes.data(), values.data(), bytes.size());
-    FrameInfo info;
+    frame::FrameInfo info;
     info.size = size;
-    return std::make_shared<Frame>(info, std::move(bytes));
+    return std::make_shared<frame::Frame>(info, std::move(bytes));
 }
 
 /// A triangle of 2 m, 5 m ahead of the origin along +x, with a nose in its middle.
-ModelRef face() {
-    auto model = std::make_shared<Model>();
-    Primitive p;
+world::ModelRef face() {
+    auto model = std::make_shared<world::Model>();
+    world::Primitive p;
     p.positions = {{0, -1, -1}, {0, 1, -1}, {0, 0, 1}};
     p.indices = {0, 1, 2};
     p.bounds = {{0, -1, -1}, {0, 1, 1}};
@@ -37,26 +37,26 @@ ModelRef face() {
 
 // -0.5 is in the picture, and belongs to column 0; the pixel before that in memory is the last one of the row above.
 TEST(MakeTruth, APointOnTheLeftEdgeOfThePictureIsJudgedByTheFirstColumn) {
-    auto info = std::make_shared<ObjectInfo>();
+    auto info = std::make_shared<world::ObjectInfo>();
     info->id = ObjectId{7};
     info->name = "face";
     info->model = face();
-    auto snapshot = std::make_shared<Snapshot>();
-    snapshot->statics = std::make_shared<const StaticSet>();
+    auto snapshot = std::make_shared<world::Snapshot>();
+    snapshot->statics = std::make_shared<const world::StaticSet>();
     snapshot->movers.push_back({.info = info, .position = {5, 0, 0}, .clips = {}});
 
-    auto spec = std::make_shared<CameraSpec>();
+    auto spec = std::make_shared<world::CameraSpec>();
     spec->size = size;
     spec->intrinsics = {40.0, 40.0, -0.5, 5.0};
     std::vector<std::uint32_t> ids(64 * 48, 7u);
     std::vector<float> depths(64 * 48, 5.0f);
     ids[4 * 64 + 63] = 9u;  // something near covers the end of row 4
     depths[4 * 64 + 63] = 1.0f;
-    const FrameRef alone = frame_of(ids);
+    const frame::FrameRef alone = frame_of(ids);
     const auto truth =
         make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
                    {.instance = alone, .depth = frame_of(depths)},
-                   silhouettes_from([&](std::span<const ObjectId>) -> Result<FrameRef> { return alone; }));
+                   silhouettes_from([&](std::span<const ObjectId>) -> Result<frame::FrameRef> { return alone; }));
     ASSERT_TRUE(truth) << truth.error().message;
     ASSERT_EQ(truth->objects.size(), 1u);
     const Keypoint& nose = truth->objects[0].keypoints.at(0);
@@ -67,40 +67,41 @@ TEST(MakeTruth, APointOnTheLeftEdgeOfThePictureIsJudgedByTheFirstColumn) {
 // What stands still is measured once for a camera that stands; never is anything of another pose or world told.
 TEST(MakeTruth, WhatWasFoundOfStandingObjectsIsWhatIsFoundAnew) {
     const auto at = [](std::uint32_t id, glm::dvec3 position) {
-        auto info = std::make_shared<ObjectInfo>();
+        auto info = std::make_shared<world::ObjectInfo>();
         info->id = ObjectId{id};
         info->name = "face " + std::to_string(id);
-        auto model = std::make_shared<Model>(*face());
+        auto model = std::make_shared<world::Model>(*face());
         if (id != 2) model->nodes[0].keypoint = "";
         info->model = model;
-        return Instance{.info = info, .position = position, .clips = {}};
+        return world::Instance{.info = info, .position = position, .clips = {}};
     };
     const auto world = [&](double beside) {
-        auto statics = std::make_shared<StaticSet>();
+        auto statics = std::make_shared<world::StaticSet>();
         statics->objects = {at(1, {6, beside, 0}), at(2, {8, 1, 0}), at(3, {-5, 0, 0})};
-        return std::shared_ptr<const StaticSet>(statics);
+        return std::shared_ptr<const world::StaticSet>(statics);
     };
-    auto spec = std::make_shared<CameraSpec>();
+    auto spec = std::make_shared<world::CameraSpec>();
     spec->size = size;
     spec->intrinsics = {40.0, 40.0, 31.5, 23.5};
-    auto wider = std::make_shared<CameraSpec>(*spec);
+    auto wider = std::make_shared<world::CameraSpec>(*spec);
     wider->intrinsics.fx = 30.0;
-    Pose aside;
+    camera::Pose aside;
     aside.position.y = 0.5;
-    const FrameRef ids = frame_of(std::vector<std::uint32_t>(64 * 48, 0u));
+    const frame::FrameRef ids = frame_of(std::vector<std::uint32_t>(64 * 48, 0u));
     const auto silhouettes = [](std::span<const ObjectId> objects, std::span<const PixelBox>) {
-        return Result<std::vector<Silhouette>>(std::vector<Silhouette>(objects.size(), {{3, 4, 9}}));
+        return Result<std::vector<frame::Silhouette>>(std::vector<frame::Silhouette>(objects.size(), {{3, 4, 9}}));
     };
     StandingObjects standing;
     const auto first = world(0.0), second = world(1.0);
     std::uint32_t n = 0;
     for (const auto& [statics, of, pose] :
-         {std::tuple(first, spec, Pose{}), std::tuple(first, spec, Pose{}), std::tuple(first, spec, aside),
-          std::tuple(first, wider, aside), std::tuple(second, wider, aside), std::tuple(second, wider, aside)}) {
-        auto snapshot = std::make_shared<Snapshot>();
+         {std::tuple(first, spec, camera::Pose{}), std::tuple(first, spec, camera::Pose{}),
+          std::tuple(first, spec, aside), std::tuple(first, wider, aside), std::tuple(second, wider, aside),
+          std::tuple(second, wider, aside)}) {
+        auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->statics = statics;
         snapshot->movers = {at(9, {5.0 + 0.1 * n, 0, 0})};
-        const FrameRef depths = frame_of(std::vector<float>(64 * 48, n++ % 2 == 0 ? 100.0f : 1.0f));
+        const frame::FrameRef depths = frame_of(std::vector<float>(64 * 48, n++ % 2 == 0 ? 100.0f : 1.0f));
         const TruthView view{.name = std::make_shared<const std::string>("eye"), .spec = of, .pose = pose};
         const auto kept = make_truth(view, *snapshot, {.instance = ids, .depth = depths}, silhouettes, &standing);
         const auto anew = make_truth(view, *snapshot, {.instance = ids, .depth = depths}, silhouettes);
@@ -122,4 +123,4 @@ TEST(MakeTruth, WhatWasFoundOfStandingObjectsIsWhatIsFoundAnew) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::truth

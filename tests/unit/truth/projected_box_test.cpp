@@ -8,24 +8,24 @@
 
 #include "tests/unit/camera/random_lens.h"
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 constexpr double near_m = 0.05;
 
-CameraModel camera_with(const Lens& lens, double focal_px = 300.0) {
-    return CameraModel::create({640, 480}, {focal_px, focal_px, 319.5, 239.5}, lens).value();
+camera::CameraModel camera_with(const camera::Lens& lens, double focal_px = 300.0) {
+    return camera::CameraModel::create({640, 480}, {focal_px, focal_px, 319.5, 239.5}, lens).value();
 }
 
-Primitive triangle_primitive() {
-    Primitive p;
+world::Primitive triangle_primitive() {
+    world::Primitive p;
     p.indices = {0, 1, 2};
     return p;
 }
 
 /// The box of a triangle by brute force: many points of its area and more of its edges. Always a little too small.
-ProjectedBox sampled(const CameraModel& camera, const std::vector<glm::dvec3>& corners, double far_m = 0.0) {
-    const bool has_planes = camera.lens().lens().model != LensModel::equidistant;
+ProjectedBox sampled(const camera::CameraModel& camera, const std::vector<glm::dvec3>& corners, double far_m = 0.0) {
+    const bool has_planes = camera.lens().lens().model != camera::LensModel::equidistant;
     constexpr int steps = 500;
     constexpr int edge_steps = 20000;
     ProjectedBox box;
@@ -46,7 +46,7 @@ ProjectedBox sampled(const CameraModel& camera, const std::vector<glm::dvec3>& c
     return box;
 }
 
-ProjectedBox projected(const CameraModel& camera, const std::vector<glm::dvec3>& corners, double far_m = 0.0) {
+ProjectedBox projected(const camera::CameraModel& camera, const std::vector<glm::dvec3>& corners, double far_m = 0.0) {
     ProjectedBox box;
     EXPECT_TRUE(BoxProjector(camera, near_m, far_m).add(corners, triangle_primitive(), box));
     return box;
@@ -69,7 +69,7 @@ void expect_same(const ProjectedBox& box, const ProjectedBox& brute, double tole
 }
 
 TEST(ProjectedBox, IsTheCornersForAPinhole) {
-    const CameraModel camera = camera_with({});
+    const camera::CameraModel camera = camera_with({});
     const auto box = projected(camera, {{-1, -1, 4}, {1, -1, 4}, {0, 2, 5}});
     EXPECT_FALSE(box.is_clipped);
     EXPECT_DOUBLE_EQ(box.min.x, 319.5 - 75.0);
@@ -79,7 +79,7 @@ TEST(ProjectedBox, IsTheCornersForAPinhole) {
 }
 
 TEST(ProjectedBox, EndsAtTheNearPlane) {
-    const CameraModel camera = camera_with({});
+    const camera::CameraModel camera = camera_with({});
     // A floor from behind the camera to 10 m ahead: its lower end is where the near plane cuts it.
     const auto box = projected(camera, {{-1, 1, -10}, {1, 1, -10}, {0, 1, 10}});
     EXPECT_TRUE(box.is_clipped);
@@ -88,7 +88,7 @@ TEST(ProjectedBox, EndsAtTheNearPlane) {
 }
 
 TEST(ProjectedBox, EndsAtTheFarPlane) {
-    const CameraModel camera = camera_with({});
+    const camera::CameraModel camera = camera_with({});
     const auto box = projected(camera, {{-1, 1, 2}, {1, 1, 2}, {0, 1, 10}}, 5.0);
     EXPECT_TRUE(box.is_clipped);
     EXPECT_NEAR(box.min.y, 239.5 + 60.0, 1e-9);
@@ -102,7 +102,7 @@ TEST(ProjectedBox, NothingInFrontIsEmpty) {
 
 TEST(ProjectedBox, FollowsBentEdgesOutsideOfTheCorners) {
     // Barrel: the middle of a line beside the axis bulges outwards.
-    const CameraModel camera = camera_with({LensModel::plumb_bob, {-0.25, 0.05}});
+    const camera::CameraModel camera = camera_with({camera::LensModel::plumb_bob, {-0.25, 0.05}});
     const std::vector<glm::dvec3> corners{{1, -1.4, 2}, {1, 1.4, 2}, {0.9, 0, 2}};
     const auto box = projected(camera, corners);
     EXPECT_GT(box.max.x, std::max(camera.project(corners[0])->x, camera.project(corners[1])->x) + 5.0);
@@ -112,10 +112,10 @@ TEST(ProjectedBox, FollowsBentEdgesOutsideOfTheCorners) {
 TEST(ProjectedBox, MatchesBruteForceThroughManyLensesAndPlaces) {
     int compared = 0;
     for (std::uint64_t n = 0; n < 90; ++n) {
-        const Lens lens = random_lens(n);
-        const auto camera = CameraModel::create({640, 480}, {300, 300, 319.5, 239.5}, lens);
+        const camera::Lens lens = camera::random_lens(n);
+        const auto camera = camera::CameraModel::create({640, 480}, {300, 300, 319.5, 239.5}, lens);
         if (!camera) continue;
-        Draw draw(5000 + n);
+        camera::Draw draw(5000 + n);
         for (int i = 0; i < 3; ++i) {
             const glm::dvec3 middle(draw.uniform(-2, 2), draw.uniform(-2, 2), draw.uniform(1.5, 5));
             std::vector<glm::dvec3> corners;
@@ -134,7 +134,7 @@ TEST(ProjectedBox, MatchesBruteForceThroughManyLensesAndPlaces) {
 }
 
 /// The box of the edges alone, densely sampled; at most 1e-4 px too small for what these tests look at.
-ProjectedBox sampled_edges(const CameraModel& camera, const std::vector<glm::dvec3>& corners) {
+ProjectedBox sampled_edges(const camera::CameraModel& camera, const std::vector<glm::dvec3>& corners) {
     constexpr int steps = 20000;
     ProjectedBox box;
     for (std::size_t e = 0; e < 3; ++e) {
@@ -147,9 +147,9 @@ ProjectedBox sampled_edges(const CameraModel& camera, const std::vector<glm::dve
 TEST(ProjectedBox, IsWithinAThousandthOfAPixelOfFinelySampledEdgesThroughManyLenses) {
     int compared = 0;
     for (std::uint64_t n = 0; n < 120; ++n) {
-        const auto camera = CameraModel::create({640, 480}, {300, 300, 319.5, 239.5}, random_lens(n));
+        const auto camera = camera::CameraModel::create({640, 480}, {300, 300, 319.5, 239.5}, camera::random_lens(n));
         if (!camera) continue;
-        Draw draw(7000 + n);
+        camera::Draw draw(7000 + n);
         std::vector<glm::dvec3> corners;
         for (int c = 0; c < 3; ++c)
             corners.emplace_back(draw.uniform(-0.7, 0.7), draw.uniform(-0.7, 0.7), draw.uniform(1.5, 2.5));
@@ -169,7 +169,7 @@ TEST(ProjectedBox, IsWithinAThousandthOfAPixelOfFinelySampledEdgesThroughManyLen
 /// A room of 20 x 4 x 30 m with 128 triangles a side, its middle at `middle` of the optical frame.
 struct Room {
     std::vector<glm::dvec3> points;
-    Primitive primitive;
+    world::Primitive primitive;
     explicit Room(const glm::dvec3& middle) {
         constexpr int cells = 8;
         for (int axis = 0; axis < 3; ++axis) {
@@ -201,19 +201,19 @@ struct Room {
 TEST(ProjectedBox, LensesThatMagnifyWithoutBoundTakeBoundedWork) {
     struct Case {
         const char* name;
-        Lens lens;
+        camera::Lens lens;
         double focal_px;
     };
     const std::vector<Case> cases{
-        {"plumb_bob", {LensModel::plumb_bob, {-0.3, 0.1}}, 55.4},
-        {"pincushion", {LensModel::plumb_bob, {0.4, 0.3, 0.001, -0.002, 0.1}}, 55.4},
-        {"rational", {LensModel::rational_polynomial, {8.0, 4.0, 0.001, 0.0, 0.5, 8.3, 6.0, 1.5}}, 55.4},
-        {"equidistant", {LensModel::equidistant, {}}, 55.4},
-        {"equidistant, long", {LensModel::equidistant, {}}, 1e6},
-        {"equidistant, folding", {LensModel::equidistant, {0.05, -0.1}}, 55.4},
+        {"plumb_bob", {camera::LensModel::plumb_bob, {-0.3, 0.1}}, 55.4},
+        {"pincushion", {camera::LensModel::plumb_bob, {0.4, 0.3, 0.001, -0.002, 0.1}}, 55.4},
+        {"rational", {camera::LensModel::rational_polynomial, {8.0, 4.0, 0.001, 0.0, 0.5, 8.3, 6.0, 1.5}}, 55.4},
+        {"equidistant", {camera::LensModel::equidistant, {}}, 55.4},
+        {"equidistant, long", {camera::LensModel::equidistant, {}}, 1e6},
+        {"equidistant, folding", {camera::LensModel::equidistant, {0.05, -0.1}}, 55.4},
     };
     for (const Case& c : cases) {
-        const auto camera = CameraModel::create({64, 48}, {c.focal_px, c.focal_px, 31.5, 23.5}, c.lens);
+        const auto camera = camera::CameraModel::create({64, 48}, {c.focal_px, c.focal_px, 31.5, 23.5}, c.lens);
         ASSERT_TRUE(camera) << c.name;
         for (const double beside : {0.0, 2.0, 50.0, 1e3, 1e4, 1e5}) {
             for (const double ahead : {0.0, 14.9, 20.0}) {
@@ -229,7 +229,7 @@ TEST(ProjectedBox, LensesThatMagnifyWithoutBoundTakeBoundedWork) {
 }
 
 TEST(ProjectedBox, AWallAllAroundAFisheyeFillsItsField) {
-    const CameraModel camera = camera_with({LensModel::equidistant, {0.05, -0.1}}, 120.0);
+    const camera::CameraModel camera = camera_with({camera::LensModel::equidistant, {0.05, -0.1}}, 120.0);
     ASSERT_TRUE(camera.lens().folds());
     // No edge of this triangle is inside of the field: the picture ends at the rim.
     const auto box = projected(camera, {{-900, -500, 1}, {900, -500, 1}, {0, 900, 1}});
@@ -243,7 +243,7 @@ TEST(ProjectedBox, AWallAllAroundAFisheyeFillsItsField) {
 }
 
 TEST(ProjectedBox, AWallRightBehindAFisheyeReachesItsRimThoughAllItsCornersAreSeen) {
-    const CameraModel camera = camera_with({LensModel::equidistant, {}}, 50.0);
+    const camera::CameraModel camera = camera_with({camera::LensModel::equidistant, {}}, 50.0);
     const auto box = projected(camera, {{-9, -5, -1}, {9, -5, -1}, {0, 9, -1}});
     const double radius = 50.0 * std::numbers::pi;
     EXPECT_FALSE(box.is_clipped);
@@ -254,18 +254,18 @@ TEST(ProjectedBox, AWallRightBehindAFisheyeReachesItsRimThoughAllItsCornersAreSe
 }
 
 TEST(ProjectedBox, LinesAndPointsHaveBoxes) {
-    const CameraModel camera = camera_with({});
+    const camera::CameraModel camera = camera_with({});
     const std::vector<glm::dvec3> points{{0, 1, -5}, {0, 1, 5}, {1, 0, 3}};
     BoxProjector projector(camera, near_m, 0.0);
-    Primitive line;
-    line.topology = Topology::lines;
+    world::Primitive line;
+    line.topology = world::Topology::lines;
     line.indices = {0, 1};
     ProjectedBox box;
     ASSERT_TRUE(projector.add(points, line, box));
     EXPECT_NEAR(box.max.y, 239.5 + 300.0 / near_m, 1e-6);
     EXPECT_NEAR(box.min.y, 239.5 + 60.0, 1e-9);
-    Primitive dots;
-    dots.topology = Topology::points;
+    world::Primitive dots;
+    dots.topology = world::Topology::points;
     dots.indices = {2};
     ProjectedBox dot;
     ASSERT_TRUE(projector.add(points, dots, dot));
@@ -274,4 +274,4 @@ TEST(ProjectedBox, LinesAndPointsHaveBoxes) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::truth {
 namespace {
 
 TEST(TruthJson, HiddenObjectsHaveNoBoxAndUnknownPointsNoPlace) {
@@ -49,4 +49,4 @@ TEST(TruthJson, ThingsWithoutKeypointsHaveNoSuchMembers) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::truth

@@ -9,18 +9,18 @@ namespace camrig::view {
 namespace {
 
 Sight sight() {
-    const auto pose = pose_from_angles({0, 0, 4}, {.pan = 0, .tilt = -0.4, .roll = 0}).value();
+    const auto pose = camera::pose_from_angles({0, 0, 4}, {.pan = 0, .tilt = -0.4, .roll = 0}).value();
     return {pose, 1, {0, 0}, {800, 600}};
 }
 
-Pose start() {
-    return pose_from_angles({8, 1, 2}, {.pan = 0.5, .tilt = -0.2, .roll = 0.3}).value();
+camera::Pose start() {
+    return camera::pose_from_angles({8, 1, 2}, {.pan = 0.5, .tilt = -0.2, .roll = 0.3}).value();
 }
 
 TEST(CameraDrag, ABodyFollowsTheMouseAtItsHeightAndKeepsItsDirection) {
     const glm::dvec2 hold = *sight().project(start().position) + glm::dvec2(3, -2);  // not quite hit
     CameraDrag drag("lobby", Grip::body, start(), sight().ray(hold), 1);
-    const Pose there = drag.to(sight().ray(hold + glm::dvec2(60, 40)));
+    const camera::Pose there = drag.to(sight().ray(hold + glm::dvec2(60, 40)));
     EXPECT_NEAR(there.position.z, 2, 1e-12);
     EXPECT_EQ(there.orientation, start().orientation);
     // What was held is under the mouse; the camera itself as far beside it as at the start, seen from a bit nearer.
@@ -31,13 +31,13 @@ TEST(CameraDrag, ABodyFollowsTheMouseAtItsHeightAndKeepsItsDirection) {
 
 TEST(CameraDrag, ABodyStaysWhereItWasWhileTheMouseIsAboveTheHorizon) {
     CameraDrag drag("lobby", Grip::body, start(), sight().ray(*sight().project(start().position)), 1);
-    const Pose before = drag.to(sight().ray(*sight().project({9, 2, 2})));
+    const camera::Pose before = drag.to(sight().ray(*sight().project({9, 2, 2})));
     EXPECT_EQ(drag.to(sight().ray({400, 5})).position, before.position);
 }
 
 TEST(CameraDrag, ALiftGoesUpAndDownOnly) {
     CameraDrag drag("lobby", Grip::lift, start(), sight().ray(*sight().project(start().position)), 1);
-    const Pose there = drag.to(sight().ray(*sight().project({8, 1, 3.25}) + glm::dvec2(0, 0)));
+    const camera::Pose there = drag.to(sight().ray(*sight().project({8, 1, 3.25}) + glm::dvec2(0, 0)));
     EXPECT_NEAR(glm::length(there.position - glm::dvec3(8, 1, 3.25)), 0, 1e-9);
     EXPECT_EQ(there.orientation, start().orientation);
 }
@@ -45,11 +45,11 @@ TEST(CameraDrag, ALiftGoesUpAndDownOnly) {
 TEST(CameraDrag, AHandleTurnsTheCameraToTheMouseAndKeepsPlaceAndRoll) {
     const glm::dvec3 handle = start().position + glm::mat3_cast(start().orientation) * glm::dvec3(1, 0, 0);
     CameraDrag drag("lobby", Grip::handle, start(), sight().ray(*sight().project(handle)), 1);
-    const auto goal = pose_from_angles(start().position, {.pan = 0.9, .tilt = 0.1, .roll = 0.3}).value();
+    const auto goal = camera::pose_from_angles(start().position, {.pan = 0.9, .tilt = 0.1, .roll = 0.3}).value();
     const glm::dvec3 there = goal.position + glm::mat3_cast(goal.orientation) * glm::dvec3(1, 0, 0);
-    const Pose turned = drag.to(sight().ray(*sight().project(there)));
+    const camera::Pose turned = drag.to(sight().ray(*sight().project(there)));
     EXPECT_EQ(turned.position, start().position);
-    const PanTiltRoll angles = angles_of(turned.orientation);
+    const camera::PanTiltRoll angles = camera::angles_of(turned.orientation);
     EXPECT_NEAR(angles.pan, 0.9, 1e-9);
     EXPECT_NEAR(angles.tilt, 0.1, 1e-9);
     EXPECT_NEAR(angles.roll, 0.3, 1e-9);

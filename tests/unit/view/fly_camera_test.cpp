@@ -32,12 +32,12 @@ TEST(FlyCamera, ADragToTheRightTurnsLeftSoThatTheWorldFollowsTheMouse) {
 }
 
 TEST(FlyCamera, TakesThePlaceOfACameraWithoutItsRoll) {
-    const auto pose = pose_from_angles({4, 5, 6}, {.pan = 1, .tilt = -0.5, .roll = 0.7}).value();
+    const auto pose = camera::pose_from_angles({4, 5, 6}, {.pan = 1, .tilt = -0.5, .roll = 0.7}).value();
     const FlyCamera fly = FlyCamera::at(pose);
     EXPECT_NEAR(fly.pan_rad, 1, 1e-12);
     EXPECT_NEAR(fly.tilt_rad, -0.5, 1e-12);
     EXPECT_EQ(fly.pose().position, pose.position);
-    EXPECT_NEAR(angles_of(fly.pose().orientation).roll, 0, 1e-12);
+    EXPECT_NEAR(camera::angles_of(fly.pose().orientation).roll, 0, 1e-12);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ client::CameraState pinhole() {
 }
 
 TEST(Frustum, OfAPinholeEndsInTheRectangleOfItsPicture) {
-    const auto pose = pose_from_angles({1, 2, 3}, {}).value();  // along +x, left is +y
+    const auto pose = camera::pose_from_angles({1, 2, 3}, {}).value();  // along +x, left is +y
     const Frustum frustum = frustum_of(pinhole(), pose, 2);
     EXPECT_EQ(frustum.apex, pose.position);
     EXPECT_NEAR(glm::length(frustum.handle - glm::dvec3(3, 2, 3)), 0, 1e-12);
@@ -32,7 +32,7 @@ TEST(Frustum, OfAPinholeEndsInTheRectangleOfItsPicture) {
 }
 
 TEST(Frustum, TurnsWithItsCamera) {
-    const auto pose = pose_from_angles({0, 0, 0}, {.pan = std::numbers::pi / 2, .tilt = 0, .roll = 0}).value();
+    const auto pose = camera::pose_from_angles({0, 0, 0}, {.pan = std::numbers::pi / 2, .tilt = 0, .roll = 0}).value();
     EXPECT_NEAR(glm::length(frustum_of(pinhole(), pose, 1).handle - glm::dvec3(0, 1, 0)), 0, 1e-12);
 }
 
@@ -40,7 +40,7 @@ TEST(Frustum, FollowsALensWhoseEdgesAreBent) {
     client::CameraState camera = pinhole();
     camera.lens.model = "plumb_bob";
     camera.lens.coefficients = {-0.08, 0, 0, 0, 0};
-    const Frustum frustum = frustum_of(camera, pose_from_angles({0, 0, 0}, {}).value(), 1);
+    const Frustum frustum = frustum_of(camera, camera::pose_from_angles({0, 0, 0}, {}).value(), 1);
     ASSERT_TRUE(frustum.corners[0] && frustum.corners[1]);
     // Barrel distortion: the corners see farther out than the middle of the edge between them.
     const glm::dvec3 middle_of_edge = frustum.lines[4].second;
@@ -52,7 +52,7 @@ TEST(Frustum, OfAFisheyeStaysNear) {
     camera.lens.model = "equidistant";
     camera.lens.coefficients = {0, 0, 0, 0};
     camera.intrinsics = {200, 200, 319.5, 239.5};  // 183 degrees across
-    const Frustum frustum = frustum_of(camera, pose_from_angles({0, 0, 0}, {}).value(), 1);
+    const Frustum frustum = frustum_of(camera, camera::pose_from_angles({0, 0, 0}, {}).value(), 1);
     EXPECT_FALSE(frustum.lines.empty());
     for (const auto& [from, to] : frustum.lines) EXPECT_LE(glm::length(to), 2.0 + 1e-9);
 }
@@ -60,7 +60,7 @@ TEST(Frustum, OfAFisheyeStaysNear) {
 TEST(Frustum, OfALensThatThisProgramDoesNotKnowIsItsPlaceAndDirection) {
     client::CameraState camera = pinhole();
     camera.lens.model = "of the future";
-    const Frustum frustum = frustum_of(camera, pose_from_angles({0, 0, 0}, {}).value(), 1);
+    const Frustum frustum = frustum_of(camera, camera::pose_from_angles({0, 0, 0}, {}).value(), 1);
     EXPECT_TRUE(frustum.lines.empty());
     EXPECT_NEAR(frustum.handle.x, 1, 1e-12);
 }

@@ -12,12 +12,12 @@ constexpr double vfov = std::numbers::pi / 3;
 
 /// From (1, 2, 3), a bit down and to the side, into a rectangle that is not at the window's corner.
 Sight tilted() {
-    const auto pose = pose_from_angles({1, 2, 3}, {.pan = 0.6, .tilt = -0.4, .roll = 0}).value();
+    const auto pose = camera::pose_from_angles({1, 2, 3}, {.pan = 0.6, .tilt = -0.4, .roll = 0}).value();
     return {pose, vfov, {260, 10}, {720, 630}};
 }
 
 TEST(Sight, TheMiddleIsStraightAheadAndTheUpperEdgeHalfTheFieldOfView) {
-    const auto pose = pose_from_angles({0, 0, 0}, {}).value();  // along +x
+    const auto pose = camera::pose_from_angles({0, 0, 0}, {}).value();  // along +x
     const Sight sight(pose, vfov, {100, 50}, {400, 300});
     const auto middle = sight.project({10, 0, 0});
     ASSERT_TRUE(middle);

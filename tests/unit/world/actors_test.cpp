@@ -4,7 +4,7 @@
 #include "core/world/world.h"
 #include "tests/unit/world/world_fixture.h"
 
-namespace camrig::actors_test {
+namespace camrig::world::actors_test {
 namespace {
 
 using namespace world_test;
@@ -340,4 +340,4 @@ TEST(Actors, WhoJoinsARouteBeyondItsEndBeginsWhereItWrapsTo) {
 }
 
 }  // namespace
-}  // namespace camrig::actors_test
+}  // namespace camrig::world::actors_test

@@ -3,7 +3,7 @@
 
 #include "core/world/camera_json.h"
 
-namespace camrig::camera_spec_test {
+namespace camrig::world::camera_spec_test {
 namespace {
 
 using testing::HasSubstr;
@@ -132,7 +132,7 @@ TEST(CameraSpec, AHeadTurnsWithoutMovingOrRolling) {
     CameraPatch patch;
     patch.pan_rad = glm::radians(-45.0);
     const CameraSpec turned = patch_camera_spec(base, patch).value();
-    const PanTiltRoll angles = angles_of(turned.pose.orientation);
+    const camera::PanTiltRoll angles = camera::angles_of(turned.pose.orientation);
     EXPECT_NEAR(angles.pan, glm::radians(-45.0), 1e-12);
     EXPECT_NEAR(angles.tilt, glm::radians(-10.0), 1e-12);
     EXPECT_NEAR(angles.roll, glm::radians(5.0), 1e-12);
@@ -218,4 +218,4 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
 }
 
 }  // namespace
-}  // namespace camrig::camera_spec_test
+}  // namespace camrig::world::camera_spec_test

@@ -6,12 +6,12 @@
 #include "core/world/mount.h"
 #include "tests/unit/world/world_fixture.h"
 
-namespace camrig::camera_test {
+namespace camrig::world::camera_test {
 namespace {
 
 using namespace world_test;
 
-Camera camera_at(const Pose& pose, std::optional<Mount> mount = {}) {
+Camera camera_at(const camera::Pose& pose, std::optional<Mount> mount = {}) {
     CameraPatch patch;
     patch.pose = pose;
     patch.mount = std::move(mount);
@@ -39,13 +39,13 @@ TEST(Camera, ZoomsAndTurnsEachInItsOwnTime) {
     EXPECT_EQ(camera.at(time(ns_per_s)).intrinsics.fx, fx);
     EXPECT_NEAR(camera.at(time(2 * ns_per_s)).intrinsics.fx, 2 * fx, 1e-9);
     EXPECT_EQ(camera.at(time(3 * ns_per_s)).intrinsics, camera.spec()->intrinsics);
-    EXPECT_NEAR(angles_of(camera.at(time(4 * ns_per_s)).pose.orientation).pan, 0.5, 1e-12);
+    EXPECT_NEAR(camera::angles_of(camera.at(time(4 * ns_per_s)).pose.orientation).pan, 0.5, 1e-12);
     EXPECT_EQ(camera.at(time(6 * ns_per_s)).pose, camera.spec()->pose);
 }
 
 TEST(Camera, AHeadTurnsFromWhereItIsNotFromWhereItWasSent) {
     CameraPatch drive;
-    drive.pose = Pose{{10, 0, 0}};
+    drive.pose = camera::Pose{{10, 0, 0}};
     Camera camera = camera_at({}).changed(drive, 0, 10 * ns_per_s).value();
     CameraPatch turn;
     turn.pan_rad = 1.0;
@@ -59,14 +59,14 @@ TEST(Camera, OpticsOfAnotherSizeOrPrincipalPointAreThereAtOnce) {
     larger.size = ImageSize{1280, 960};
     EXPECT_EQ(camera.changed(larger, ns_per_s / 2, ns_per_s)->at(time(ns_per_s / 2)).intrinsics.cx, 639.5);
     CameraPatch shifted;
-    shifted.optics = Intrinsics{500, 500, 300, 200};
+    shifted.optics = camera::Intrinsics{500, 500, 300, 200};
     EXPECT_EQ(camera.changed(shifted, ns_per_s / 2, ns_per_s)->at(time(ns_per_s / 2)).intrinsics,
-              (Intrinsics{500, 500, 300, 200}));
+              (camera::Intrinsics{500, 500, 300, 200}));
 }
 
 TEST(Camera, WhatIsToldOfAMovingCameraMakesOneThatIsThere) {
     CameraPatch change = zoom(2);
-    change.pose = Pose{{4, 0, 0}};
+    change.pose = camera::Pose{{4, 0, 0}};
     const Camera camera = camera_at({}).changed(change, 0, 4 * ns_per_s).value();
     const CameraSpec there = camera.spec_at(ns_per_s);
     EXPECT_EQ(there.pose.position, glm::dvec3(1, 0, 0));
@@ -91,7 +91,7 @@ TEST(Camera, OnAnActorThatGoesIsTheSameInWhateverOrderItIsAsked) {
     CameraPatch turn;
     turn.tilt_rad = 1.0;
     Camera camera = camera_at({{0, 0, 2}}, Mount{"c", ""}).changed(turn, 0, ns_per_s).value();
-    std::vector<CameraState> seen;
+    std::vector<camera::CameraState> seen;
     for (std::uint64_t i = 0; i < 400; ++i) {
         const TimeNs now_ns = static_cast<TimeNs>(i) * 2'999'999;
         world->advance_to(now_ns);
@@ -99,8 +99,8 @@ TEST(Camera, OnAnActorThatGoesIsTheSameInWhateverOrderItIsAsked) {
             if (departure.instance.info->name == "c") camera.leave(departure.instance, departure.world_ns);
         seen.push_back(camera.at(*world->snapshot(now_ns)));
         for (std::uint64_t k = 0; k < 5; ++k) {
-            const CameraState& one = seen[random_bits(1, i, k) % seen.size()];
-            if (one.world_ns < world->last_step_ns() - Timeline<Pose>::kept_ns) continue;
+            const camera::CameraState& one = seen[random_bits(1, i, k) % seen.size()];
+            if (one.world_ns < world->last_step_ns() - camera::Timeline<camera::Pose>::kept_ns) continue;
             ASSERT_EQ(camera.at(*world->snapshot(one.world_ns)), one) << one.world_ns << " at " << now_ns;
         }
     }
@@ -125,4 +125,4 @@ TEST(Camera, InAnotherWorldItHasArrivedAndStaysWhereItsActorWas) {
 }
 
 }  // namespace
-}  // namespace camrig::camera_test
+}  // namespace camrig::world::camera_test

@@ -11,7 +11,7 @@
 #include "tests/unit/world/world_fixture.h"
 
 // Nobody walks through a wall or through somebody else.
-namespace camrig::crowd_test {
+namespace camrig::world::crowd_test {
 namespace {
 
 using namespace world_test;
@@ -67,4 +67,4 @@ TEST(Hall, NobodyWalksThroughSomebodyOrSomethingInTenMinutes) {
 }
 
 }  // namespace
-}  // namespace camrig::crowd_test
+}  // namespace camrig::world::crowd_test

@@ -8,7 +8,7 @@
 #include "core/world/walk/walk_area.h"
 #include "core/world/world.h"
 
-namespace camrig::world_test {
+namespace camrig::world::world_test {
 
 /// How deep two bodies, taken as discs of a person's radius, were ever inside of each other, and a body in a wall.
 struct Depths {
@@ -51,4 +51,4 @@ inline Depths watch(World& world, const Area& area, TimeNs duration_ns, std::str
     return depths;
 }
 
-}  // namespace camrig::world_test
+}  // namespace camrig::world::world_test

@@ -5,7 +5,7 @@
 #include "core/world/posed_model.h"
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig::deform_test {
+namespace camrig::world::deform_test {
 namespace {
 
 double random_signed(std::uint64_t stream, std::uint64_t i) {
@@ -145,4 +145,4 @@ TEST(DeformVertices, SkinningAgreesWithTheFormulaInDouble) {
 }
 
 }  // namespace
-}  // namespace camrig::deform_test
+}  // namespace camrig::world::deform_test

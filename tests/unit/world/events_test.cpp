@@ -4,7 +4,7 @@
 #include "core/world/world.h"
 #include "tests/unit/world/world_fixture.h"
 
-namespace camrig::events_test {
+namespace camrig::world::events_test {
 namespace {
 
 using namespace world_test;
@@ -224,4 +224,4 @@ TEST(Events, AnActionThatCannotBeDoneAnyMoreIsToldAndTheOthersAreDone) {
 }
 
 }  // namespace
-}  // namespace camrig::events_test
+}  // namespace camrig::world::events_test

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace camrig {
+namespace camrig::world {
 
 /// Puts GLB files together in memory: a JSON document that starts with an asset, and one buffer that grows.
 class GlbBuilder {
@@ -82,4 +82,4 @@ public:
     }
 };
 
-}  // namespace camrig
+}  // namespace camrig::world

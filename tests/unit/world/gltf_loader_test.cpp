@@ -7,7 +7,7 @@
 
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig::gltf_loader_test {
+namespace camrig::world::gltf_loader_test {
 namespace {
 
 using testing::HasSubstr;
@@ -266,4 +266,4 @@ TEST(GltfLoader, WrongTypesAreErrorsWithThePathNotDefaults) {
 }
 
 }  // namespace
-}  // namespace camrig::gltf_loader_test
+}  // namespace camrig::world::gltf_loader_test

@@ -4,7 +4,7 @@
 #include "core/world/gltf_loader.h"
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig::gltf_material_test {
+namespace camrig::world::gltf_material_test {
 namespace {
 
 using nlohmann::json;
@@ -195,4 +195,4 @@ TEST(GltfTextures, APictureNoTextureUsesIsNotRead) {
 }
 
 }  // namespace
-}  // namespace camrig::gltf_material_test
+}  // namespace camrig::world::gltf_material_test

@@ -5,7 +5,7 @@
 #include "core/world/gltf_loader.h"
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig::gltf_skin_test {
+namespace camrig::world::gltf_skin_test {
 namespace {
 
 using testing::HasSubstr;
@@ -118,4 +118,4 @@ TEST(GltfSkins, DamagedBytesNeverCrash) {
 }
 
 }  // namespace
-}  // namespace camrig::gltf_skin_test
+}  // namespace camrig::world::gltf_skin_test

@@ -9,7 +9,7 @@
 #include <png.h>
 #include <turbojpeg.h>
 
-namespace camrig::gltf {
+namespace camrig::world::gltf {
 namespace {
 
 using Rgba = std::array<int, 4>;
@@ -155,4 +155,4 @@ TEST(DecodeImage, APictureThatClaimsMoreThanItsBytesCanHoldGetsNoMemory) {
 }
 
 }  // namespace
-}  // namespace camrig::gltf
+}  // namespace camrig::world::gltf

@@ -11,7 +11,7 @@
 #include "core/world/interpolate.h"
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig::posed_model_test {
+namespace camrig::world::posed_model_test {
 namespace {
 
 double random_signed(std::uint64_t stream, std::uint64_t i) {
@@ -205,4 +205,4 @@ TEST(PoseModel, WeightsChannelsWithoutTargetsOrOfAnotherWidthAreErrors) {
 }
 
 }  // namespace
-}  // namespace camrig::posed_model_test
+}  // namespace camrig::world::posed_model_test

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace camrig::route_path_test {
+namespace camrig::world::route_path_test {
 namespace {
 
 TEST(RoutePath, ASquareWithRoundCornersHasItsKnownLength) {
@@ -39,4 +39,4 @@ TEST(RoutePath, BadRoutesAreErrorsThatNameThePoint) {
 }
 
 }  // namespace
-}  // namespace camrig::route_path_test
+}  // namespace camrig::world::route_path_test

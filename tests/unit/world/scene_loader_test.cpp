@@ -11,7 +11,7 @@
 #include "core/world/shape_model.h"
 #include "tests/unit/world/glb_builder.h"
 
-namespace camrig::scene_loader_test {
+namespace camrig::world::scene_loader_test {
 namespace {
 
 using nlohmann::json;
@@ -278,7 +278,7 @@ TEST(SceneOfModel, TheCameraOfABareModelSeesAllOfItWhereverItLies) {
     const auto scene = scene_of_model(*model);
     ASSERT_TRUE(scene) << scene.error().message;
     ASSERT_EQ(scene->cameras.size(), 1u);
-    const Pose& pose = scene->cameras[0].pose;
+    const camera::Pose& pose = scene->cameras[0].pose;
     const glm::dvec3 ahead = pose.orientation * glm::dvec3(1, 0, 0);
     double widest = 0.0;
     for (const auto& corner : {glm::dvec3(10, -3, 2), glm::dvec3(12, -3, 2), glm::dvec3(10, -7, 5)})
@@ -311,7 +311,7 @@ TEST(SceneOfModel, TakesTheModelsCamerasAndLights) {
     EXPECT_EQ(scene->cameras[1].name, "front_door_2");
     EXPECT_EQ(scene->cameras[0].size, (ImageSize{960, 480}));
     // It stands at glTF (0, 1, 5), looks along -z there: from y = -5 along +y here.
-    const Pose& pose = scene->cameras[0].pose;
+    const camera::Pose& pose = scene->cameras[0].pose;
     EXPECT_EQ(pose.position, glm::dvec3(0, -5, 1));
     EXPECT_LT(glm::distance(pose.orientation * glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)), 1e-12);
     EXPECT_LT(glm::distance(pose.orientation * glm::dvec3(0, 0, 1), glm::dvec3(0, 0, 1)), 1e-12);
@@ -321,4 +321,4 @@ TEST(SceneOfModel, TakesTheModelsCamerasAndLights) {
 }
 
 }  // namespace
-}  // namespace camrig::scene_loader_test
+}  // namespace camrig::world::scene_loader_test

@@ -9,7 +9,7 @@
 #include "tests/unit/world/crowd_watch.h"
 
 // The shipped outdoor scenes keep what docs/actors.md says of them.
-namespace camrig::scenes_test {
+namespace camrig::world::scenes_test {
 namespace {
 
 using namespace world_test;
@@ -159,4 +159,4 @@ TEST(Street, NobodyWalksThroughAWallOrAParkedCarInTenMinutes) {
 }
 
 }  // namespace
-}  // namespace camrig::scenes_test
+}  // namespace camrig::world::scenes_test

@@ -7,7 +7,7 @@
 #include "core/base/random.h"
 #include "tests/unit/world/world_fixture.h"
 
-namespace camrig::step_history_test {
+namespace camrig::world::step_history_test {
 namespace {
 
 using namespace world_test;
@@ -117,4 +117,4 @@ TEST(StepHistory, ACommandShowsFromItsStepOnAndNotBefore) {
 }
 
 }  // namespace
-}  // namespace camrig::step_history_test
+}  // namespace camrig::world::step_history_test

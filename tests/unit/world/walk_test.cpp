@@ -7,7 +7,7 @@
 #include "core/world/walk/velocity_choice.h"
 #include "core/world/walk/walk_area.h"
 
-namespace camrig::walk_test {
+namespace camrig::world::walk_test {
 namespace {
 
 Area square_with_a_block() {
@@ -140,4 +140,4 @@ TEST(Crowd, FindsAllWithinTheRange) {
 }
 
 }  // namespace
-}  // namespace camrig::walk_test
+}  // namespace camrig::world::walk_test

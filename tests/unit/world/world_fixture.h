@@ -10,7 +10,7 @@
 #include "core/world/world.h"
 
 /// Worlds without files: people are models of two clips without vertices, and specs are written as JSON.
-namespace camrig::world_test {
+namespace camrig::world::world_test {
 
 inline constexpr double walk_ground_m_s = 1.25;
 
@@ -66,4 +66,4 @@ inline ActorReport find(const World& world, const std::string& name) {
     return {};
 }
 
-}  // namespace camrig::world_test
+}  // namespace camrig::world::world_test

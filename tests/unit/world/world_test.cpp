@@ -6,7 +6,7 @@
 
 #include "core/world/behaviour/route_behaviour.h"
 
-namespace camrig::world_steps_test {
+namespace camrig::world::world_steps_test {
 namespace {
 
 constexpr TimeNs step_ns = 10 * ns_per_ms;
@@ -155,4 +155,4 @@ TEST(RouteWalk, ModeOnceStopsAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace camrig::world_steps_test
+}  // namespace camrig::world::world_steps_test

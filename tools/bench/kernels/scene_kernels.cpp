@@ -7,39 +7,39 @@
 #include "core/world/posed_model.h"
 #include "core/world/world.h"
 
-namespace camrig {
+namespace camrig::bench {
 namespace {
 
-const SceneRef& hall() {
-    static const SceneRef scene = [] {
-        auto loaded = load_scene("scenes/hall.json");
+const world::SceneRef& hall() {
+    static const world::SceneRef scene = [] {
+        auto loaded = world::load_scene("scenes/hall.json");
         CHECK(loaded.has_value());
         return *loaded;
     }();
     return scene;
 }
 
-SnapshotRef people() {
-    static const std::unique_ptr<World> world = [] {
-        auto made = World::create(hall(), 1);
+world::SnapshotRef people() {
+    static const std::unique_ptr<world::World> world = [] {
+        auto made = world::World::create(hall(), 1);
         CHECK(made.has_value());
         return std::move(*made);
     }();
     return world->snapshot(0);
 }
 
-CameraModel camera_with(const Lens& lens) {
+camera::CameraModel camera_with(const camera::Lens& lens) {
     constexpr ImageSize size{640, 480};
-    auto model = CameraModel::create(size, *intrinsics_from_vfov(size, 1.0), lens);
+    auto model = camera::CameraModel::create(size, *camera::intrinsics_from_vfov(size, 1.0), lens);
     CHECK(model.has_value());
     return std::move(*model);
 }
 
 void pose(benchmark::State& state) {
-    const SnapshotRef snapshot = people();
-    PosedModel posed;
+    const world::SnapshotRef snapshot = people();
+    world::PosedModel posed;
     for ([[maybe_unused]] auto turn : state) {
-        for (const Instance& mover : snapshot->movers) pose_model(*mover.info->model, mover.clips, posed);
+        for (const world::Instance& mover : snapshot->movers) pose_model(*mover.info->model, mover.clips, posed);
         benchmark::DoNotOptimize(posed.model_from_node.data());
     }
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(snapshot->movers.size()));
@@ -47,10 +47,10 @@ void pose(benchmark::State& state) {
 
 /// Items are vertices.
 void skin(benchmark::State& state) {
-    const SnapshotRef snapshot = people();
-    const Instance& person = snapshot->movers.front();
-    const Model& model = *person.info->model;
-    PosedModel posed;
+    const world::SnapshotRef snapshot = people();
+    const world::Instance& person = snapshot->movers.front();
+    const world::Model& model = *person.info->model;
+    world::PosedModel posed;
     pose_model(model, person.clips, posed);
     std::vector<glm::vec3> positions, normals;
     std::int64_t vertices = 0;
@@ -58,7 +58,7 @@ void skin(benchmark::State& state) {
         for (const int node : model.order) {
             const int mesh = model.nodes[static_cast<std::size_t>(node)].mesh;
             if (mesh < 0 || !is_deformed(model, node)) continue;
-            for (const Primitive& primitive : model.meshes[static_cast<std::size_t>(mesh)].primitives) {
+            for (const world::Primitive& primitive : model.meshes[static_cast<std::size_t>(mesh)].primitives) {
                 positions.resize(primitive.positions.size());
                 normals.resize(primitive.positions.size());
                 deform_vertices(model, posed, node, primitive, positions, normals);
@@ -72,8 +72,9 @@ void skin(benchmark::State& state) {
 
 /// Items are boxes, half of them in view.
 void cull(benchmark::State& state) {
-    const ViewTransform view = make_view_transform({}, {640, 480}, *intrinsics_from_vfov({640, 480}, 1.0), 0.05, 0.0);
-    const Frustum frustum = make_frustum(view, 0.0);
+    const render::ViewTransform view =
+        render::make_view_transform({}, {640, 480}, *camera::intrinsics_from_vfov({640, 480}, 1.0), 0.05, 0.0);
+    const render::Frustum frustum = make_frustum(view, 0.0);
     std::vector<glm::dmat4> places(1000, glm::dmat4(1.0));
     for (std::size_t i = 0; i < places.size(); ++i)
         places[i][3] = glm::dvec4(i % 2 == 0 ? 0.0 : 50.0, 0.0, 5.0 + 0.01 * static_cast<double>(i), 1.0);
@@ -86,30 +87,31 @@ void cull(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(places.size()));
 }
 
-const Lens barrel = make_lens(LensModel::plumb_bob, std::vector{-0.28, 0.08, 8e-4, -5e-4, -0.005}).value();
-const Lens fisheye = make_lens(LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
+const camera::Lens barrel =
+    make_lens(camera::LensModel::plumb_bob, std::vector{-0.28, 0.08, 8e-4, -5e-4, -0.005}).value();
+const camera::Lens fisheye = make_lens(camera::LensModel::equidistant, std::vector{0.02, -0.01, 0.0, 0.0}).value();
 
 /// The exact map of a lens, made when a camera is: items are pixels.
-void lens_plan(benchmark::State& state, const Lens& lens) {
-    const CameraModel camera = camera_with(lens);
-    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize(make_lens_plan(camera, {}, {}));
+void lens_plan(benchmark::State& state, const camera::Lens& lens) {
+    const camera::CameraModel camera = camera_with(lens);
+    for ([[maybe_unused]] auto turn : state) benchmark::DoNotOptimize(render::make_lens_plan(camera, {}, {}));
     state.SetItemsProcessed(state.iterations() * 640 * 480);
 }
 
 /// A standing camera's picture on the CPU rasteriser, read into host memory: what the warp costs beside no lens.
-void draw_through(benchmark::State& state, const Lens& lens) {
-    auto renderer = create_renderer({.device = "cpu", .pool = std::make_shared<FramePool>()});
+void draw_through(benchmark::State& state, const camera::Lens& lens) {
+    auto renderer = render::create_renderer({.device = "cpu", .pool = std::make_shared<frame::FramePool>()});
     CHECK(renderer.has_value());
-    auto spec = std::make_shared<CameraSpec>();
+    auto spec = std::make_shared<world::CameraSpec>();
     spec->name = "lobby";
     spec->size = {640, 480};
-    spec->intrinsics = *intrinsics_from_vfov(spec->size, 1.0);
+    spec->intrinsics = *camera::intrinsics_from_vfov(spec->size, 1.0);
     spec->lens = lens;
-    View view;
+    render::View view;
     view.name = std::make_shared<const std::string>("lobby");
     view.spec = std::move(spec);
     view.pose = hall()->places.at("lobby").pose;
-    const SnapshotRef snapshot = people();
+    const world::SnapshotRef snapshot = people();
     const auto draw = [&] {
         auto finished = (*renderer)->draw(snapshot, 0, {&view, 1});
         CHECK(finished.has_value());
@@ -126,7 +128,10 @@ BENCHMARK(skin)->Unit(benchmark::kMicrosecond);
 BENCHMARK(cull)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(lens_plan, plumb_bob, barrel)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(lens_plan, equidistant, fisheye)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(draw_through, no_lens, Lens{})->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(draw_through, no_lens, camera::Lens{})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(draw_through, plumb_bob, barrel)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
@@ -137,4 +142,4 @@ BENCHMARK_CAPTURE(draw_through, equidistant, fisheye)
     ->MeasureProcessCPUTime();
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::bench

@@ -13,7 +13,7 @@
 #include "core/camera/calibration_file.h"
 #include "tools/camrig/dataset/labels.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -46,13 +46,13 @@ Result<void> make_folders(const fs::path& folder) {
 }
 
 Result<std::string> ros_calibration(const json& truth) {
-    Calibration calibration;
+    camera::Calibration calibration;
     calibration.camera_name = truth.at("camera").get<std::string>();
     calibration.size = {truth.at("size").at(0).get<int>(), truth.at("size").at(1).get<int>()};
     const json& k = truth.at("intrinsics");
     calibration.intrinsics = {k.at("fx").get<double>(), k.at("fy").get<double>(), k.at("cx").get<double>(),
                               k.at("cy").get<double>()};
-    auto model = parse_lens_model(truth.at("lens").at("model").get<std::string>());
+    auto model = camera::parse_lens_model(truth.at("lens").at("model").get<std::string>());
     if (!model) return std::unexpected(model.error());
     calibration.lens.model = *model;
     const json& coefficients = truth.at("lens").at("coefficients");
@@ -331,4 +331,4 @@ Result<std::int64_t> finish_dataset(const fs::path& folder) {
     return frames;
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -12,7 +12,7 @@
 #include "core/base/result.h"
 #include "core/base/unique_fd.h"
 
-namespace camrig {
+namespace camrig::cli {
 
 /// A recorded data set: a folder that is readable up to its last frame at any moment, however the recording ends.
 ///
@@ -79,4 +79,4 @@ private:
 /// recording was killed, or its disk was full. Returns how many frames there are.
 Result<std::int64_t> finish_dataset(const std::filesystem::path& folder);
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -12,7 +12,7 @@
 #include "core/camera/pose.h"
 #include "core/truth/keypoints.h"
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
@@ -73,7 +73,8 @@ std::string mot_lines(const json& truth, std::int64_t frame) {
 }
 
 std::string kitti_lines(const json& truth) {
-    const Pose camera{vector_of(truth.at("pose").at("position")), quaternion_of(truth.at("pose").at("orientation"))};
+    const camera::Pose camera{vector_of(truth.at("pose").at("position")),
+                              quaternion_of(truth.at("pose").at("orientation"))};
     const glm::dmat3 optical_from_world = glm::transpose(world_from_optical_rotation(camera));
     const double right_end = truth.at("size").at(0).get<double>() - 1.0;
     const double bottom_end = truth.at("size").at(1).get<double>() - 1.0;
@@ -123,7 +124,7 @@ json coco_categories(const json& classes) {
     for (const auto& [name, number] : classes.items()) {
         json category{{"id", coco_category(name, number.get<int>())}, {"name", name}, {"supercategory", name}};
         if (name == "person") {
-            category["keypoints"] = coco_keypoints;
+            category["keypoints"] = truth::coco_keypoints;
             category["skeleton"] = skeleton();
         }
         categories.push_back(std::move(category));
@@ -203,4 +204,4 @@ std::string opencv_calibration(const json& truth) {
            " ]\nfisheye_model: " + (truth.at("lens").at("model") == "equidistant" ? "1" : "0") + "\n";
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

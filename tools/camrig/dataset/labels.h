@@ -8,7 +8,7 @@
 
 /// The labels of one frame as the common formats have them, from its truth as truth.get gives it (docs/truth.md says
 /// what each number means). Pure; a truth that lacks a member throws nlohmann's exceptions.
-namespace camrig {
+namespace camrig::cli {
 
 /// Lines of MOTChallenge's gt.txt: frame from 1, id, left, top, width, height (full box, the first pixel is 1), 1,
 /// class, visibility. Only classes that MOTChallenge has.
@@ -35,4 +35,4 @@ std::string yolo_description(const std::vector<std::string>& cameras, const nloh
 /// OpenCV FileStorage YAML: image_width, image_height, camera_matrix, distortion_coefficients, fisheye_model.
 std::string opencv_calibration(const nlohmann::json& truth);
 
-}  // namespace camrig
+}  // namespace camrig::cli

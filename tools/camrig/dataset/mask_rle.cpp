@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace camrig {
+namespace camrig::cli {
 namespace {
 
 /// Lengths of runs, outside and inside of the mask in turns, column by column; the first is outside and may be 0.
@@ -60,4 +60,4 @@ std::unordered_map<std::uint32_t, std::string> coco_masks(std::span<const std::u
     return masks;
 }
 
-}  // namespace camrig
+}  // namespace camrig::cli

@@ -7,14 +7,14 @@
 
 #include <gmock/gmock.h>
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 constexpr int rings = 40, sectors = 64;
 
 /// A closed skinned sphere of radius 1.
-Primitive sphere() {
-    Primitive mesh;
+world::Primitive sphere() {
+    world::Primitive mesh;
     mesh.positions.emplace_back(0.0f, 0.0f, 1.0f);
     for (int ring = 1; ring < rings; ++ring) {
         for (int sector = 0; sector < sectors; ++sector) {
@@ -42,7 +42,7 @@ Primitive sphere() {
 }
 
 /// How far inside the unit sphere the flat triangles get, sampled on a fine grid in each: the distance of the surfaces.
-double deepest(const Primitive& mesh, const std::vector<std::uint32_t>& indices) {
+double deepest(const world::Primitive& mesh, const std::vector<std::uint32_t>& indices) {
     constexpr int steps = 16;
     double nearest = 1.0;
     for (std::size_t t = 0; t < indices.size(); t += 3) {
@@ -57,7 +57,7 @@ double deepest(const Primitive& mesh, const std::vector<std::uint32_t>& indices)
 }
 
 TEST(DetailLevels, HaveFewerTrianglesAndStateTheirError) {
-    const Primitive mesh = sphere();
+    const world::Primitive mesh = sphere();
     const auto levels = make_detail_levels(mesh);
     ASSERT_GE(levels.size(), 3u);
     std::size_t triangles = mesh.indices.size();
@@ -74,13 +74,13 @@ TEST(DetailLevels, HaveFewerTrianglesAndStateTheirError) {
 }
 
 TEST(DetailLevels, AreForLargeSkinnedTriangleMeshesOnly) {
-    Primitive rigid = sphere();
+    world::Primitive rigid = sphere();
     rigid.joints.clear();
     EXPECT_TRUE(make_detail_levels(rigid).empty()) << "measured on: drawn as it is";
-    Primitive morphed = sphere();
+    world::Primitive morphed = sphere();
     morphed.targets.resize(1);
     EXPECT_TRUE(make_detail_levels(morphed).empty());
-    Primitive small = sphere();
+    world::Primitive small = sphere();
     small.indices.resize(300);
     EXPECT_TRUE(make_detail_levels(small).empty());
 }
@@ -88,7 +88,7 @@ TEST(DetailLevels, AreForLargeSkinnedTriangleMeshesOnly) {
 TEST(DetailLevels, ErrorInThePictureIsNeverLessThanAnyDisplacementShows) {
     const ViewTransform view = make_view_transform({}, {640, 480}, {500.0, 510.0, 319.5, 239.5}, 0.05, 0.0);
     // A box of 0.6 x 1.8 x 0.4 m, turned, to the right of the middle and below it.
-    const Box box{{-0.3f, -0.9f, -0.2f}, {0.3f, 0.9f, 0.2f}};
+    const world::Box box{{-0.3f, -0.9f, -0.2f}, {0.3f, 0.9f, 0.2f}};
     glm::dmat4 optical_from_local(glm::mat3_cast(glm::angleAxis(0.7, glm::normalize(glm::dvec3(0.3, 1.0, 0.2)))));
     optical_from_local[3] = {1.2, -0.8, 3.0, 1.0};
     const double error = 0.01;
@@ -111,4 +111,4 @@ TEST(DetailLevels, ErrorInThePictureIsNeverLessThanAnyDisplacementShows) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -2,11 +2,11 @@
 
 #include <gmock/gmock.h>
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
-Primitive surface(int material, bool has_normals) {
-    Primitive primitive;
+world::Primitive surface(int material, bool has_normals) {
+    world::Primitive primitive;
     primitive.positions.resize(3);
     if (has_normals) primitive.normals.resize(3);
     primitive.material = material;
@@ -14,7 +14,7 @@ Primitive surface(int material, bool has_normals) {
 }
 
 TEST(DrawOrder, BringsTogetherWhatAgreesAndElseKeepsTheOrderOfTheFile) {
-    Model model;
+    world::Model model;
     model.meshes.resize(2);
     model.meshes[0].primitives = {surface(1, true), surface(0, true), surface(1, false)};
     model.meshes[1].primitives = {surface(1, true)};
@@ -32,4 +32,4 @@ TEST(DrawOrder, BringsTogetherWhatAgreesAndElseKeepsTheOrderOfTheFile) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::scene

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
-Light point(glm::dvec3 position, float intensity, float range = 0.0f) {
-    Light light;
-    light.type = LightType::point;
+world::Light point(glm::dvec3 position, float intensity, float range = 0.0f) {
+    world::Light light;
+    light.type = world::LightType::point;
     light.position = position;
     light.intensity = intensity;
     light.range = range;
@@ -15,14 +15,15 @@ Light point(glm::dvec3 position, float intensity, float range = 0.0f) {
 }
 
 TEST(LightSelection, LightsOutOfRangeOrDarkAreLeftOut) {
-    const std::vector<Light> lights{point({0, 0, 5}, 1.0f, 4.5f), point({0, 0, 5}, 1.0f, 3.5f), point({0, 0, 1}, 0.0f)};
+    const std::vector<world::Light> lights{point({0, 0, 5}, 1.0f, 4.5f), point({0, 0, 5}, 1.0f, 3.5f),
+                                           point({0, 0, 1}, 0.0f)};
     const LightSet set = select_lights(lights, 1.0f, {0, 0, 0}, 1.0);
     EXPECT_EQ(set.local, 1);
     EXPECT_EQ(set.lights[0], 0);
 }
 
 TEST(LightSelection, AnUnlimitedLightIsLeftOutOnlyWhereItCannotBeSeen) {
-    const Light lamp = point({0, 0, 0}, 1.0f);
+    const world::Light lamp = point({0, 0, 0}, 1.0f);
     const double reach = reach_m(lamp, 1.0f);
     EXPECT_LT(255.0 * 12.92 / (reach * reach), 0.51);
     EXPECT_EQ(select_lights({&lamp, 1}, 1.0f, {reach + 0.9, 0, 0}, 1.0).local, 1);
@@ -30,8 +31,8 @@ TEST(LightSelection, AnUnlimitedLightIsLeftOutOnlyWhereItCannotBeSeen) {
 }
 
 TEST(LightSelection, ASpotThatShinesElsewhereIsLeftOut) {
-    Light spot = point({0, 0, 3}, 5.0f);
-    spot.type = LightType::spot;
+    world::Light spot = point({0, 0, 3}, 5.0f);
+    spot.type = world::LightType::spot;
     spot.outer_cone_rad = 0.5f;
     spot.direction = {0, 0, -1};
     EXPECT_EQ(select_lights({&spot, 1}, 1.0f, {0, 0, 0}, 0.1).local, 1);
@@ -41,10 +42,10 @@ TEST(LightSelection, ASpotThatShinesElsewhereIsLeftOut) {
 }
 
 TEST(LightSelection, TheStrongestEightWinAndDirectionalOnesComeFirst) {
-    std::vector<Light> lights;
+    std::vector<world::Light> lights;
     for (int i = 0; i < 12; ++i) lights.push_back(point({0, 0, 2.0 + i}, 1.0f));
-    Light sun;
-    sun.type = LightType::directional;
+    world::Light sun;
+    sun.type = world::LightType::directional;
     lights.push_back(sun);
     const LightSet set = select_lights(lights, 1.0f, {0, 0, 0}, 0.5);
     EXPECT_EQ(set.directional, 1);
@@ -54,4 +55,4 @@ TEST(LightSelection, TheStrongestEightWinAndDirectionalOnesComeFirst) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::scene

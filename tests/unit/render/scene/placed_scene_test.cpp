@@ -9,29 +9,29 @@
 #include "core/render/shown_picture.h"
 #include "tests/render/support/test_models.h"
 
-namespace camrig {
+namespace camrig::render::scene {
 namespace {
 
 using testing::ElementsAre;
 
 TEST(ModelCache, AModelIsMadeOnceHoweverManyThreadsAskForIt) {
-    const ModelRef model = model_of(box(glm::vec3(1.0f)), colored(glm::vec3(0.5f)));
+    const world::ModelRef model = model_of(box(glm::vec3(1.0f)), colored(glm::vec3(0.5f)));
     ModelCache<int> cache;
     std::atomic<int> makes = 0, sum = 0;
     {
         std::vector<std::jthread> threads;
         for (int i = 0; i < 4; ++i)
-            threads.emplace_back([&] { sum += cache.of(model, [&](const ModelRef&) { return ++makes, 7; }); });
+            threads.emplace_back([&] { sum += cache.of(model, [&](const world::ModelRef&) { return ++makes, 7; }); });
     }
     EXPECT_EQ(makes, 1);
     EXPECT_EQ(sum, 28);
 }
 
 TEST(ModelCache, WhatWasMadeOfAModelGoesWithItAndNoSooner) {
-    ModelRef model = model_of(box(glm::vec3(1.0f)), colored(glm::vec3(0.5f)));
+    world::ModelRef model = model_of(box(glm::vec3(1.0f)), colored(glm::vec3(0.5f)));
     const auto made = std::make_shared<int>(1);
     ModelCache<std::shared_ptr<int>> cache;
-    cache.of(model, [&](const ModelRef&) { return made; });
+    cache.of(model, [&](const world::ModelRef&) { return made; });
     cache.evict_unused();
     EXPECT_EQ(made.use_count(), 2);
     model.reset();
@@ -40,23 +40,23 @@ TEST(ModelCache, WhatWasMadeOfAModelGoesWithItAndNoSooner) {
 }
 
 TEST(ModelCache, WhatCouldNotBeMadeIsTriedAgain) {
-    const ModelRef model = model_of(box(glm::vec3(1.0f)), colored(glm::vec3(0.5f)));
+    const world::ModelRef model = model_of(box(glm::vec3(1.0f)), colored(glm::vec3(0.5f)));
     ModelCache<int> cache;
-    EXPECT_THROW(cache.of(model, [](const ModelRef&) -> int { throw std::bad_alloc(); }), std::bad_alloc);
-    EXPECT_EQ(cache.of(model, [](const ModelRef&) { return 3; }), 3);
+    EXPECT_THROW(cache.of(model, [](const world::ModelRef&) -> int { throw std::bad_alloc(); }), std::bad_alloc);
+    EXPECT_EQ(cache.of(model, [](const world::ModelRef&) { return 3; }), 3);
 }
 
-Material glass() {
-    Material material = colored(glm::vec3(0.5f));
-    material.alpha_mode = AlphaMode::blend;
+world::Material glass() {
+    world::Material material = colored(glm::vec3(0.5f));
+    material.alpha_mode = world::AlphaMode::blend;
     return material;
 }
 
 /// A wall that stands, and three movers before it of which one is glass; the last is far beside the picture.
 TestWorld world() {
     TestWorld world;
-    world.lights = {light_of(LightType::directional, 0.8f, {}, glm::dvec3(1.0, 0.0, 0.0))};
-    const ModelRef brick = model_of(box(glm::vec3(0.2f)), colored(glm::vec3(0.5f)));
+    world.lights = {light_of(world::LightType::directional, 0.8f, {}, glm::dvec3(1.0, 0.0, 0.0))};
+    const world::ModelRef brick = model_of(box(glm::vec3(0.2f)), colored(glm::vec3(0.5f)));
     world.objects = {instance_of(brick, {6, 0, 0}, 1)};
     world.movers = {instance_of(brick, {5, 0.5, 0}, 2),
                     instance_of(model_of(box(glm::vec3(0.2f)), glass()), {4, -0.5, 0}, 3),
@@ -64,7 +64,7 @@ TestWorld world() {
     return world;
 }
 
-PlacedScene placed(const SnapshotRef& snapshot) {
+PlacedScene placed(const world::SnapshotRef& snapshot) {
     PlacedScene scene(std::make_shared<PreparedModels>());
     scene.place(snapshot);
     return scene;
@@ -73,7 +73,7 @@ PlacedScene placed(const SnapshotRef& snapshot) {
 /// From the origin along x.
 SceneView seen_of(const PlacedScene& scene) {
     return make_scene_view(scene, make_view_transform({}, {64, 48}, {64.0, 64.0, 31.5, 23.5}, 0.05, 0.0), 0.0,
-                           Quality::simple, 0.0);
+                           world::Quality::simple, 0.0);
 }
 
 std::vector<std::uint32_t> ids_of(const std::vector<SeenSurface>& seen) {
@@ -83,10 +83,10 @@ std::vector<std::uint32_t> ids_of(const std::vector<SeenSurface>& seen) {
 }
 
 TEST(PlacedScene, WhatStandsStillStaysPlacedUntilItsSetIsAnother) {
-    const SnapshotRef first = world().snapshot();
+    const world::SnapshotRef first = world().snapshot();
     PlacedScene scene = placed(first);
     const PlacedSurface* const wall = scene.statics().all().data();
-    auto later = std::make_shared<Snapshot>(*first);
+    auto later = std::make_shared<world::Snapshot>(*first);
     later->movers[0].position.y = 1.0;
     scene.place(later);
     EXPECT_EQ(scene.statics().all().data(), wall);
@@ -95,18 +95,18 @@ TEST(PlacedScene, WhatStandsStillStaysPlacedUntilItsSetIsAnother) {
 }
 
 TEST(PlacedScene, ALightThatFlickersIsAnotherSetOfTheSameObjects) {
-    const SnapshotRef first = world().snapshot();
+    const world::SnapshotRef first = world().snapshot();
     PlacedScene scene = placed(first);
-    auto statics = std::make_shared<StaticSet>(*first->statics);
+    auto statics = std::make_shared<world::StaticSet>(*first->statics);
     statics->lights[0].intensity *= 2.0f;
-    auto brighter = std::make_shared<Snapshot>(*first);
+    auto brighter = std::make_shared<world::Snapshot>(*first);
     brighter->statics = statics;
     scene.place(brighter);
     EXPECT_EQ(scene.statics_number(), 2u);
     EXPECT_EQ(scene.objects_number(), 1u);
-    statics = std::make_shared<StaticSet>(*statics);
+    statics = std::make_shared<world::StaticSet>(*statics);
     statics->objects[0].position.y = 1.0;
-    auto moved = std::make_shared<Snapshot>(*brighter);
+    auto moved = std::make_shared<world::Snapshot>(*brighter);
     moved->statics = statics;
     scene.place(moved);
     EXPECT_EQ(scene.objects_number(), 2u);
@@ -153,21 +153,21 @@ TEST(SceneView, BlendedSurfacesComeFromFarToNearAndEqualOnesAsInTheScene) {
     EXPECT_THAT(order, ElementsAre(3, 1, 2, 0));
 }
 
-Damage since(std::int64_t layer, int first, int end) {
-    Damage made = Damage::since(layer);
+frame::Damage since(std::int64_t layer, int first, int end) {
+    frame::Damage made = frame::Damage::since(layer);
     made.add(first, end);
     return made;
 }
 
 TEST(ShownPicture, DiffersFromTheLastOneOfItsLayerWhereEitherHasSomethingElse) {
     ShownPicture picture;
-    EXPECT_EQ(picture.next(10, since(4, 0, 16)), Damage{}) << "nothing was before";
-    Damage both = since(10, 0, 16);
+    EXPECT_EQ(picture.next(10, since(4, 0, 16)), frame::Damage{}) << "nothing was before";
+    frame::Damage both = since(10, 0, 16);
     both.add(32, 48);
     EXPECT_EQ(picture.next(11, since(4, 32, 48)), both);
-    EXPECT_EQ(picture.next(12, since(5, 0, 0)), Damage{}) << "another layer";
-    EXPECT_EQ(picture.next(13, {}), Damage{}) << "no layer";
-    EXPECT_EQ(picture.next(14, {}), Damage{}) << "nothing is known of two pictures without a layer";
+    EXPECT_EQ(picture.next(12, since(5, 0, 0)), frame::Damage{}) << "another layer";
+    EXPECT_EQ(picture.next(13, {}), frame::Damage{}) << "no layer";
+    EXPECT_EQ(picture.next(14, {}), frame::Damage{}) << "nothing is known of two pictures without a layer";
 }
 
 TEST(ShownPicture, ThatIsDrawnAnewUnderItsNumberIsNoBase) {
@@ -175,13 +175,13 @@ TEST(ShownPicture, ThatIsDrawnAnewUnderItsNumberIsNoBase) {
     picture.next(10, since(4, 0, 16));
     picture.next(11, since(4, 0, 16));
     // A command turned the camera: a reader may have either picture 11.
-    EXPECT_EQ(picture.next(11, {}), Damage{});
+    EXPECT_EQ(picture.next(11, {}), frame::Damage{});
     picture.next(11, since(5, 0, 16));
-    EXPECT_EQ(picture.next(12, since(5, 0, 16)), Damage{});
+    EXPECT_EQ(picture.next(12, since(5, 0, 16)), frame::Damage{});
     EXPECT_EQ(picture.next(13, since(5, 0, 16)).base(), 12);
     EXPECT_EQ(picture.next(13, since(5, 0, 16)).base(), 13) << "the same picture, in another form";
     EXPECT_EQ(picture.next(14, since(5, 0, 16)).base(), 13);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::scene

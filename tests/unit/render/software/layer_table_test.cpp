@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 using Table = LayerTable<int>;
@@ -47,7 +47,7 @@ TEST(LayerTable, EveryPartOfTheKeyCounts) {
     const StaticLayerKey key = key_of(1);
     StaticLayerKey moved = key, other_quality = key, other_statics = key;
     moved.pose.position.x = 1e-12;
-    other_quality.quality = Quality::fast;
+    other_quality.quality = world::Quality::fast;
     other_statics.statics = 1;
     for (const StaticLayerKey& changed : {key_of(2), moved, other_quality, other_statics}) {
         Table table(1000);
@@ -92,4 +92,4 @@ TEST(LayerTable, WhatIsForgottenGivesItsMemoryBack) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::software

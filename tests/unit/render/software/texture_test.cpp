@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 double linear_of(int code) {
@@ -13,7 +13,7 @@ double linear_of(int code) {
 }
 
 TEST(SoftwareImage, ColourIsLinearLightAlphaAndDataAreNot) {
-    Image ramp{.size = {256, 1}, .rgba = {}};
+    world::Image ramp{.size = {256, 1}, .rgba = {}};
     for (int i = 0; i < 256; ++i) ramp.rgba.insert(ramp.rgba.end(), 4, static_cast<std::uint8_t>(i));
     const SoftwareImage color = make_software_image(ramp, true), data = make_software_image(ramp, false);
     for (std::size_t i = 0; i < 256; ++i) {
@@ -28,7 +28,7 @@ TEST(SoftwareImage, ColourIsLinearLightAlphaAndDataAreNot) {
 }
 
 TEST(SoftwareImage, LevelsAreHalvesDownToOneTexel) {
-    const Image image{.size = {37, 5}, .rgba = std::vector<std::uint8_t>(37 * 5 * 4, 90)};
+    const world::Image image{.size = {37, 5}, .rgba = std::vector<std::uint8_t>(37 * 5 * 4, 90)};
     const SoftwareImage made = make_software_image(image, true);
     std::vector<std::pair<int, int>> sizes;
     std::size_t texels = 0;
@@ -44,11 +44,12 @@ TEST(SoftwareImage, LevelsAreHalvesDownToOneTexel) {
 }
 
 TEST(SoftwareImage, ATexelOfALevelIsTheMeanLightOfTheFourBelow) {
-    const Image image{.size = {2, 2}, .rgba = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 0}};
+    const world::Image image{.size = {2, 2},
+                             .rgba = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 0}};
     const Texel mean = make_software_image(image, true).texels_of(1)[0];
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(mean[k], 65535 / 2.0, 1.0);
     EXPECT_NEAR(mean[3], 65535 * 0.75, 1.0);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::software

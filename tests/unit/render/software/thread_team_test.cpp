@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::render::software {
 namespace {
 
 /// How often each index was done, and by which workers.
@@ -65,4 +65,4 @@ TEST(ThreadTeam, StopsWithoutHavingWorked) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::render::software

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 bool post_allowed(std::optional<std::string_view> origin, std::optional<std::string_view> site = {},
@@ -51,4 +51,4 @@ TEST(Access, ForeignPagesMayNotPost) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

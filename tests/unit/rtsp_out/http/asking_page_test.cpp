@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 constexpr std::string_view our_host = "127.0.0.1:8080";
@@ -51,4 +51,4 @@ TEST(AskingPage, AnOriginHasASchemeAndAHostAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

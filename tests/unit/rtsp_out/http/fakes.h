@@ -13,7 +13,7 @@
 #include "core/base/clock.h"
 #include "core/stream/frame_bus.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// Waits for a condition; false after ten seconds.
 inline bool eventually(const std::function<bool()>& condition) {
@@ -25,8 +25,8 @@ inline bool eventually(const std::function<bool()>& condition) {
     return true;
 }
 
-inline MediaUnit jpeg_unit(const std::string& camera, std::int64_t sequence, std::size_t size = 100) {
-    MediaUnit unit;
+inline stream::MediaUnit jpeg_unit(const std::string& camera, std::int64_t sequence, std::size_t size = 100) {
+    stream::MediaUnit unit;
     unit.info.camera = std::make_shared<const std::string>(camera);
     unit.info.camera_id = CameraId{1};
     unit.info.sequence = sequence;
@@ -41,23 +41,24 @@ inline MediaUnit jpeg_unit(const std::string& camera, std::int64_t sequence, std
 }
 
 /// A frame bus whose publisher is the test.
-class FakeBus final : public FrameBus {
+class FakeBus final : public stream::FrameBus {
 public:
     struct Reader {
         std::string camera;
-        MediaFormat format;
-        SubscribeOptions options;
-        std::shared_ptr<Sink> sink;
+        stream::MediaFormat format;
+        stream::SubscribeOptions options;
+        std::shared_ptr<stream::Sink> sink;
         std::function<void(Error)> on_end;
-        std::shared_ptr<ReaderStats> stats = std::make_shared<ReaderStats>();
+        std::shared_ptr<stream::ReaderStats> stats = std::make_shared<stream::ReaderStats>();
         bool open = false;
     };
 
-    std::vector<CameraStream> known{{CameraId{1}, "lobby", {64, 48}, {}},
-                                    {CameraId{2}, "hall", {128, 96}, *Rate::create(30000, 1001)}};
+    std::vector<stream::CameraStream> known{{CameraId{1}, "lobby", {64, 48}, {}},
+                                            {CameraId{2}, "hall", {128, 96}, *Rate::create(30000, 1001)}};
 
-    Result<Subscription> subscribe(std::string_view camera, const MediaFormat& format, SubscribeOptions options,
-                                   std::shared_ptr<Sink> sink, std::function<void(Error)> on_end) override {
+    Result<stream::Subscription> subscribe(std::string_view camera, const stream::MediaFormat& format,
+                                           stream::SubscribeOptions options, std::shared_ptr<stream::Sink> sink,
+                                           std::function<void(Error)> on_end) override {
         if (auto found = find(camera); !found) return std::unexpected(found.error());
         auto reader = std::make_shared<Reader>();
         reader->camera = camera;
@@ -69,23 +70,23 @@ public:
         readers_.push_back(reader);
         last_stats = reader->stats;
         last_sink = reader->sink;
-        return Subscription([this, reader] {
+        return stream::Subscription([this, reader] {
             std::lock_guard inner(mutex_);
             if (std::erase(readers_, reader) > 0) reader->sink->close();
         });
     }
-    std::vector<CameraStream> cameras() const override {
+    std::vector<stream::CameraStream> cameras() const override {
         std::lock_guard lock(mutex_);
         return known;
     }
-    Result<CameraStream> find(std::string_view camera) const override {
+    Result<stream::CameraStream> find(std::string_view camera) const override {
         std::lock_guard lock(mutex_);
         for (const auto& one : known)
             if (one.name == camera) return one;
         return error(ErrorKind::not_found, "no camera '" + std::string(camera) + "'");
     }
-    void add_observer(CameraObserver* observer) override { observer_ = observer; }
-    void remove_observer(CameraObserver*) override { observer_ = nullptr; }
+    void add_observer(stream::CameraObserver* observer) override { observer_ = observer; }
+    void remove_observer(stream::CameraObserver*) override { observer_ = nullptr; }
     /// The first camera has other outputs from now on.
     void change(std::vector<OutputSpec> outputs) {
         {
@@ -103,13 +104,13 @@ public:
         std::lock_guard lock(mutex_);
         return readers_.at(index);
     }
-    void publish(const MediaUnit& unit) {
+    void publish(const stream::MediaUnit& unit) {
         std::lock_guard lock(mutex_);
         for (const auto& reader : readers_) {
             if (reader->camera != *unit.info.camera) continue;
             ++reader->stats->offered;
             if (!std::exchange(reader->open, true)) {
-                StreamInfo info;
+                stream::StreamInfo info;
                 info.camera = reader->camera;
                 info.stats = reader->stats;
                 EXPECT_TRUE(reader->sink->open(info));
@@ -131,22 +132,22 @@ public:
         }
     }
 
-    std::shared_ptr<ReaderStats> last_stats;
-    std::weak_ptr<Sink> last_sink;
+    std::shared_ptr<stream::ReaderStats> last_stats;
+    std::weak_ptr<stream::Sink> last_sink;
 
 private:
-    CameraObserver* observer_ = nullptr;
+    stream::CameraObserver* observer_ = nullptr;
     mutable std::mutex mutex_;
     std::vector<std::shared_ptr<Reader>> readers_;
 };
 
 /// Answers from `make` at once when it is set; otherwise keeps requests for the test.
-class FakeFetcher final : public FrameFetcher {
+class FakeFetcher final : public stream::FrameFetcher {
 public:
-    using Done = std::function<void(Result<MediaUnit>)>;
-    std::function<Result<MediaUnit>(const FetchRequest&)> make;
+    using Done = std::function<void(Result<stream::MediaUnit>)>;
+    std::function<Result<stream::MediaUnit>(const stream::FetchRequest&)> make;
 
-    void fetch(FetchRequest request, Done done) override {
+    void fetch(stream::FetchRequest request, Done done) override {
         {
             std::lock_guard lock(mutex_);
             requests.push_back(request);
@@ -160,7 +161,7 @@ public:
         return requests.size();
     }
     /// Answers the oldest request that waits.
-    void answer(Result<MediaUnit> unit) {
+    void answer(Result<stream::MediaUnit> unit) {
         Done done;
         {
             std::lock_guard lock(mutex_);
@@ -170,11 +171,11 @@ public:
         done(std::move(unit));
     }
 
-    std::vector<FetchRequest> requests;
+    std::vector<stream::FetchRequest> requests;
 
 private:
     mutable std::mutex mutex_;
     std::list<Done> waiting_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

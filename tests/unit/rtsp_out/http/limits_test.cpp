@@ -2,7 +2,7 @@
 
 #include "server_fixture.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 using Limits = ServerTest;
@@ -141,7 +141,7 @@ TEST_F(Limits, ConnectionsOfOnePeerAreBounded) {
 TEST_F(Limits, PicturesUnderWayAreBoundedBeforeTheyAreDrawn) {
     options.limits.picture_bytes = 64 * 48 * 4;
     int drawn = 0;
-    fetcher.make = [&drawn](const FetchRequest& request) -> Result<MediaUnit> {
+    fetcher.make = [&drawn](const stream::FetchRequest& request) -> Result<stream::MediaUnit> {
         const ImageSize size = request.camera == "hall" ? ImageSize{64, 49} : ImageSize{64, 48};
         if (auto admitted = request.admit(size); !admitted) return std::unexpected(admitted.error());
         ++drawn;
@@ -198,4 +198,4 @@ TEST_F(Limits, AHookThatThrowsIsA500AndTheServerLivesOn) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

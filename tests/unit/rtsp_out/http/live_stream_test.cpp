@@ -5,13 +5,13 @@
 
 #include "server_fixture.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 class LiveStreamTest : public ServerTest {
 protected:
     LiveStreamTest() {
-        fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 0); };
+        fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 0); };
     }
     TestClient::Reply open(TestClient& client, std::string_view query = "cameras=lobby,hall") {
         client.get("/live?" + std::string(query));
@@ -111,4 +111,4 @@ TEST_F(LiveStreamTest, WidthsCountAgainstTheEncodingsOfACamera) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

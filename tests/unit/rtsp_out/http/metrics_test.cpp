@@ -6,18 +6,18 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
-RigReport report() {
-    RigReport rig;
+stream::RigReport report() {
+    stream::RigReport rig;
     rig.world_ns = 1'500'000'000;
     rig.instants = 3;
     for (const char* name : {"lobby", "hall"}) {
-        CameraReport camera;
+        stream::CameraReport camera;
         camera.name = name;
         camera.due = 7;
-        OutputReport output;
+        stream::OutputReport output;
         output.format = "jpeg \"q90\"\\\n";
         output.readers.push_back({"mjpeg", "127.0.0.1:5", 9, 8, 1, 1000, 2.5});
         camera.outputs.push_back(output);
@@ -77,4 +77,4 @@ TEST(Metrics, FollowsTheTextFormat) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

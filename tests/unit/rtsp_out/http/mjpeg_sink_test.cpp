@@ -3,18 +3,18 @@
 #include <boost/asio/io_context.hpp>
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 class MjpegSinkTest : public testing::Test {
 protected:
     MjpegSinkTest() {
-        StreamInfo info;
+        stream::StreamInfo info;
         info.stats = stats;
         EXPECT_TRUE(sink.open(info));
     }
-    MediaUnit unit(std::int64_t sequence) {
-        MediaUnit made;
+    stream::MediaUnit unit(std::int64_t sequence) {
+        stream::MediaUnit made;
         made.info.sequence = sequence;
         made.bytes = std::make_shared<const std::vector<std::byte>>(10);
         made.latch = latch;
@@ -23,8 +23,8 @@ protected:
 
     boost::asio::io_context io;
     AsyncEventRef event = std::make_shared<AsyncEvent>(io.get_executor());
-    std::shared_ptr<ReaderStats> stats = std::make_shared<ReaderStats>();
-    std::shared_ptr<DeliveryLatch> latch = DeliveryLatch::create();
+    std::shared_ptr<stream::ReaderStats> stats = std::make_shared<stream::ReaderStats>();
+    std::shared_ptr<stream::DeliveryLatch> latch = stream::DeliveryLatch::create();
     MjpegSink sink{event, "lobby", "127.0.0.1:5123"};
 };
 
@@ -83,4 +83,4 @@ TEST_F(MjpegSinkTest, BellsMayRingAfterTheirServerIsGone) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

@@ -4,13 +4,13 @@
 
 #include "server_fixture.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 class MjpegStreamTest : public ServerTest {
 protected:
     MjpegStreamTest() {
-        fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 0); };
+        fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 0); };
     }
     /// Opens a stream and reads its head.
     TestClient::Reply open(TestClient& client, std::string_view query = {}) {
@@ -37,7 +37,7 @@ TEST_F(MjpegStreamTest, TheBytesAreExactlyWhatStockReadersTake) {
     EXPECT_FALSE(head.fields.contains("Transfer-Encoding"));
     EXPECT_FALSE(head.fields.contains("Content-Length"));
 
-    const MediaUnit first = *fetcher.make({.camera = "lobby", .kind = {}, .min_ns = 0, .format = {}});
+    const stream::MediaUnit first = *fetcher.make({.camera = "lobby", .kind = {}, .min_ns = 0, .format = {}});
     EXPECT_EQ(client.read_line(), "--frame");
     EXPECT_EQ(client.read_line(), "Content-Type: image/jpeg");
     EXPECT_EQ(client.read_line(), "Content-Length: 100");
@@ -66,7 +66,7 @@ TEST_F(MjpegStreamTest, PartsFollowThePublishedFrames) {
     EXPECT_EQ(*reader->options.rate, *Rate::create(30000, 1001));
     EXPECT_EQ(reader->options.kind, "mjpeg");
     EXPECT_TRUE(reader->options.peer.starts_with("127.0.0.1:"));
-    EXPECT_EQ(reader->format.codec, Codec::jpeg);
+    EXPECT_EQ(reader->format.codec, codec::Codec::jpeg);
     EXPECT_EQ(reader->format.quality, 55);
     EXPECT_TRUE(eventually([&] { return reader->stats->delivered == 19 && books_balance(); }));
     EXPECT_EQ(reader->stats->bytes, 19'000U);
@@ -116,8 +116,8 @@ TEST_F(MjpegStreamTest, TheFetchedPictureIsNotSentAgainWhenTheBusBringsItToo) {
     ASSERT_TRUE(eventually([&] { return fetcher.request_count() == 1; }));
     fetcher.answer(jpeg_unit("lobby", 7));
     EXPECT_EQ(sequence_of(client.read_part()), "7");
-    const auto latch = DeliveryLatch::create();
-    MediaUnit same = jpeg_unit("lobby", 7);
+    const auto latch = stream::DeliveryLatch::create();
+    stream::MediaUnit same = jpeg_unit("lobby", 7);
     same.latch = latch;
     bus.publish(same);
     ASSERT_TRUE(eventually([&] { return latch->holders().empty(); }));
@@ -193,8 +193,8 @@ TEST_F(MjpegStreamTest, InLockstepTheLatchOpensOnlyWhenTheBytesAreWithTheKernel)
     TestClient client(server->port(), 4096);
     open(client);
     client.read_part();
-    const auto latch = DeliveryLatch::create();
-    MediaUnit unit = jpeg_unit("lobby", 1, 32 << 20);  // more than any socket buffer takes
+    const auto latch = stream::DeliveryLatch::create();
+    stream::MediaUnit unit = jpeg_unit("lobby", 1, 32 << 20);  // more than any socket buffer takes
     unit.latch = latch;
     bus.publish(unit);
     const auto holders = latch->holders();
@@ -211,10 +211,10 @@ TEST_F(MjpegStreamTest, AClientThatVanishesFreesEverything) {
     open(*client);
     client->read_part();
     ASSERT_EQ(bus.reader_count(), 1U);
-    const auto latch = DeliveryLatch::create();
+    const auto latch = stream::DeliveryLatch::create();
     std::weak_ptr<const std::vector<std::byte>> bytes;
     for (int sequence = 1; sequence < 4; ++sequence) {
-        MediaUnit unit = jpeg_unit("lobby", sequence, 32 << 20);
+        stream::MediaUnit unit = jpeg_unit("lobby", sequence, 32 << 20);
         unit.latch = latch;
         bytes = unit.bytes;
         bus.publish(unit);
@@ -294,4 +294,4 @@ TEST_F(MjpegStreamTest, StoppingTheServerEndsStreamsAndFetches) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

@@ -7,7 +7,7 @@
 
 #include "rtsp_out/http/npy.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 TEST(Reply, ErrorsAreJsonWithTheKindOfTheControlProtocol) {
@@ -30,7 +30,7 @@ TEST(Reply, HeadNamesLengthAndWhetherTheConnectionStays) {
 }
 
 TEST(Reply, EntityTagsTellLivesOfACameraApart) {
-    FrameInfo info;
+    frame::FrameInfo info;
     info.camera = std::make_shared<const std::string>("lobby");
     info.camera_id = CameraId{3};
     info.sequence = 17;
@@ -54,4 +54,4 @@ TEST(Npy, HeadIsVersionOneAndAlignedTo64) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

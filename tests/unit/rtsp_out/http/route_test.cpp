@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 Result<StreamParams> stream_of(const std::string& query) {
@@ -39,11 +39,11 @@ TEST(Route, EveryPathOfTheContractIsKnown) {
     EXPECT_EQ(route_of("/metrics")->kind, RouteKind::metrics);
     EXPECT_EQ(route_of("/cameras/lobby/stream.mjpg")->kind, RouteKind::stream);
     EXPECT_EQ(route_of("/cameras/lobby/stream.mjpg")->camera, "lobby");
-    EXPECT_EQ(route_of("/cameras/lobby/snapshot.jpg")->codec, Codec::jpeg);
-    EXPECT_EQ(route_of("/cameras/lobby/snapshot.png")->codec, Codec::png);
-    EXPECT_EQ(route_of("/cameras/lobby/depth.png")->frame, FrameKind::depth);
+    EXPECT_EQ(route_of("/cameras/lobby/snapshot.jpg")->codec, codec::Codec::jpeg);
+    EXPECT_EQ(route_of("/cameras/lobby/snapshot.png")->codec, codec::Codec::png);
+    EXPECT_EQ(route_of("/cameras/lobby/depth.png")->frame, frame::FrameKind::depth);
     EXPECT_EQ(route_of("/cameras/lobby/depth.npy")->kind, RouteKind::depth_npy);
-    EXPECT_EQ(route_of("/cameras/lobby/instance.png")->frame, FrameKind::instance);
+    EXPECT_EQ(route_of("/cameras/lobby/instance.png")->frame, frame::FrameKind::instance);
     EXPECT_EQ(route_of("/cameras/lobby/truth")->kind, RouteKind::truth);
 }
 
@@ -84,14 +84,14 @@ TEST(Route, PicturesAskTheFetcherForTheRightThing) {
     ASSERT_TRUE(jpeg);
     EXPECT_EQ(jpeg->camera, "a");
     EXPECT_EQ(jpeg->min_ns, 4'000'000'000);
-    EXPECT_EQ(jpeg->format.codec, Codec::jpeg);
+    EXPECT_EQ(jpeg->format.codec, codec::Codec::jpeg);
     EXPECT_EQ(jpeg->format.quality, 40);
     const auto depth = fetch_request(*route_of("/cameras/a/depth.npy"), *parse_target("/x"));
-    EXPECT_EQ(depth->kind, FrameKind::depth);
-    EXPECT_EQ(depth->format.codec, Codec::raw);
-    EXPECT_EQ(depth->format.pixels, PixelFormat::depth32f);
+    EXPECT_EQ(depth->kind, frame::FrameKind::depth);
+    EXPECT_EQ(depth->format.codec, codec::Codec::raw);
+    EXPECT_EQ(depth->format.pixels, frame::PixelFormat::depth32f);
     const auto png = fetch_request(*route_of("/cameras/a/instance.png"), *parse_target("/x"));
-    EXPECT_EQ(png->kind, FrameKind::instance);
+    EXPECT_EQ(png->kind, frame::FrameKind::instance);
     EXPECT_EQ(png->format.quality, 0);
     EXPECT_FALSE(fetch_request(*route_of("/cameras/a/snapshot.png"), *parse_target("/x?quality=40")));
     EXPECT_FALSE(fetch_request(*route_of("/cameras/a/snapshot.png"), *parse_target("/x?min_ns=-1")));
@@ -99,4 +99,4 @@ TEST(Route, PicturesAskTheFetcherForTheRightThing) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

@@ -5,7 +5,7 @@
 
 #include "server_fixture.h"
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 using Routes = ServerTest;
@@ -29,7 +29,7 @@ TEST_F(Routes, CamerasAreListedWithTheirUrls) {
 }
 
 TEST_F(Routes, ASnapshotIsTheFetchersPictureWithItsFrameNumbers) {
-    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 12); };
+    fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 12); };
     start();
     const auto reply = get("/cameras/lobby/snapshot.jpg?quality=30&min_ns=7");
     EXPECT_EQ(reply.status, 200);
@@ -46,16 +46,16 @@ TEST_F(Routes, ASnapshotIsTheFetchersPictureWithItsFrameNumbers) {
 }
 
 TEST_F(Routes, DepthComesAsNpyOfItsFloats) {
-    fetcher.make = [](const FetchRequest& request) -> Result<MediaUnit> {
-        EXPECT_EQ(request.kind, FrameKind::depth);
-        MediaUnit unit = jpeg_unit(request.camera, 1);
+    fetcher.make = [](const stream::FetchRequest& request) -> Result<stream::MediaUnit> {
+        EXPECT_EQ(request.kind, frame::FrameKind::depth);
+        stream::MediaUnit unit = jpeg_unit(request.camera, 1);
         unit.bytes.reset();
         unit.info.size = {16, 17};
-        unit.info.format = PixelFormat::depth32f;
+        unit.info.format = frame::PixelFormat::depth32f;
         const std::vector<float> metres(16 * 17, 2.5F);
         std::vector<std::byte> bytes(metres.size() * 4);
         std::memcpy(bytes.data(), metres.data(), bytes.size());
-        unit.frame = std::make_shared<const Frame>(unit.info, bytes);
+        unit.frame = std::make_shared<const frame::Frame>(unit.info, bytes);
         return unit;
     };
     start();
@@ -69,7 +69,7 @@ TEST_F(Routes, DepthComesAsNpyOfItsFloats) {
 }
 
 TEST_F(Routes, ErrorsOfTheRigBecomeStatusAndJson) {
-    fetcher.make = [](const FetchRequest&) { return error(ErrorKind::not_found, "no camera 'x'"); };
+    fetcher.make = [](const stream::FetchRequest&) { return error(ErrorKind::not_found, "no camera 'x'"); };
     start();
     EXPECT_EQ(get("/cameras/x/snapshot.jpg").status, 404);
     EXPECT_EQ(kind_of(get("/cameras/x/snapshot.png")), "not_found");
@@ -190,7 +190,7 @@ TEST_F(Routes, AMethodIsTakenByItsWholeName) {
 
 // <img src="http://127.0.0.1:8080/cameras/lobby/depth.png?t=N"> in a page of anybody.
 TEST_F(Routes, NothingIsDrawnForPagesOfOtherOrigins) {
-    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 1); };
     options.hooks.truth = [](const std::string&, TimeNs, const auto& reply) { reply("{}"); };
     options.embedders = {"http://dash.example:3000"};
     start();
@@ -219,7 +219,7 @@ TEST_F(Routes, NothingIsDrawnForPagesOfOtherOrigins) {
 
 TEST_F(Routes, TheTokenIsAskedForEverywhere) {
     options.token = "correct-token";
-    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 1); };
     options.hooks.files = [](std::string_view) {
         return StaticFile{"text/html", std::make_shared<const std::string>()};
     };
@@ -243,7 +243,7 @@ TEST_F(Routes, TheTokenIsAskedForEverywhere) {
 
 TEST_F(Routes, HealthzIsOkAndMetricsAnswerFromTheirHook) {
     options.hooks.stats = [](const auto& reply) {
-        RigReport report;
+        stream::RigReport report;
         report.instants = 42;
         reply(report);
     };
@@ -270,7 +270,7 @@ TEST_F(Routes, ThePageAndItsPartsComeFromTheHook) {
 }
 
 TEST_F(Routes, HeadIsGetWithoutTheBodyAndOptionsNamesTheMethods) {
-    fetcher.make = [](const FetchRequest& request) { return jpeg_unit(request.camera, 1); };
+    fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 1); };
     start();
     TestClient client(server->port());
     client.send("HEAD /cameras/lobby/snapshot.jpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
@@ -310,4 +310,4 @@ TEST_F(Routes, AConnectionServesManyRequestsAlsoPipelined) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

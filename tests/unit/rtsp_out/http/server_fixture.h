@@ -9,7 +9,7 @@
 #include "rtsp_out/http/http_server.h"
 #include "test_client.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// A server on a free port with a bus and a fetcher that the test drives. Change `options` before start().
 class ServerTest : public testing::Test {
@@ -43,4 +43,4 @@ protected:
     std::unique_ptr<HttpServer> server;  // goes first
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

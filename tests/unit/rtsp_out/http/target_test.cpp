@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace camrig {
+namespace camrig::http {
 namespace {
 
 TEST(Target, PathAndQueryAreDecoded) {
@@ -78,4 +78,4 @@ TEST(Target, SegmentsKeepEmptyOnesSoThatTwoSlashesAreNotOne) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::http

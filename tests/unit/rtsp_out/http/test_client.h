@@ -14,7 +14,7 @@
 
 #include "core/base/unique_fd.h"
 
-namespace camrig {
+namespace camrig::http {
 
 /// A plain blocking HTTP client that sees every byte. Reads give up after ten seconds.
 class TestClient {
@@ -134,4 +134,4 @@ private:
     bool closed_ = false;
 };
 
-}  // namespace camrig
+}  // namespace camrig::http

@@ -4,7 +4,7 @@
 #include "rtsp_out/rtsp/frame_times_sei.h"
 
 // Reads what with_frame_times() writes, as a client does.
-namespace camrig {
+namespace camrig::rtsp {
 
 inline std::int64_t number_at(std::span<const std::byte> data, std::size_t at) {
     std::uint64_t value = 0;
@@ -68,4 +68,4 @@ inline std::optional<FrameTimes> find_frame_times(std::span<const std::byte> acc
     return std::nullopt;
 }
 
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -5,7 +5,7 @@
 
 #include "tests/unit/rtsp_out/rtsp/find_frame_times.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 std::vector<std::byte> bytes(std::initializer_list<int> values) {
@@ -72,4 +72,4 @@ TEST(FrameTimesSei, AnyBytesCanBeRead) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -6,7 +6,7 @@
 #include "core/base/log_pace.h"
 #include "rtsp_out/rtsp/failed_logins.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 using testing::HasSubstr;
@@ -127,4 +127,4 @@ TEST(LogPace, OneLineASecondAndTheNextTellsHowManyWereLeftOut) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 /// What a client computes: absolute time of a stamp by a sender report (docs/examples/rtsp_times.py).
@@ -65,4 +65,4 @@ TEST(WallOffset, IsTheRealTimeClockMinusTheMonotonicOne) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -6,7 +6,7 @@
 #include "rtsp_out/rtsp/client_table.h"
 #include "rtsp_out/rtsp/rtsp_access.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 using testing::HasSubstr;
@@ -17,7 +17,7 @@ protected:
     static void SetUpTestSuite() { gst_init(nullptr, nullptr); }
 
     Result<RtspMount::Plan> plan(RtspCodec codec, ImageSize size = {640, 480}, std::vector<OutputSpec> outputs = {}) {
-        CameraStream camera{CameraId{1}, "lobby", size, *Rate::create(25, 1), std::move(outputs)};
+        stream::CameraStream camera{CameraId{1}, "lobby", size, *Rate::create(25, 1), std::move(outputs)};
         return RtspMount::plan(codec, camera, options_);
     }
     RtspOptions options_;
@@ -58,8 +58,8 @@ TEST_F(RtspMountPlan, WithoutAnyEncoderTheErrorSaysWhatToInstall) {
 TEST_F(RtspMountPlan, MjpegTakesTheQualityThatHttpHas) {
     const auto made = plan(RtspCodec::mjpeg);
     ASSERT_TRUE(made);
-    EXPECT_EQ(made->format.codec, Codec::jpeg);
-    EXPECT_EQ(made->format.quality, default_jpeg_quality);
+    EXPECT_EQ(made->format.codec, codec::Codec::jpeg);
+    EXPECT_EQ(made->format.quality, codec::default_jpeg_quality);
     const OutputSpec output = rtsp_output({{"codec", "mjpeg"}, {"quality", 30}});
     EXPECT_EQ(plan(RtspCodec::mjpeg, {640, 480}, {output})->format.quality, 30);
 }
@@ -107,4 +107,4 @@ TEST(RtspAccess, ACertificateThatIsNoneIsAnErrorThatNamesTheFile) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -4,7 +4,7 @@
 
 #include "rtsp_out/rtsp/gst_handle.h"
 
-namespace camrig {
+namespace camrig::rtsp {
 namespace {
 
 /// What a TCP reader is sent, and how many messages count as written.
@@ -67,4 +67,4 @@ TEST_F(TcpReader, ASinglePacketGoesTheWayOfLists) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::rtsp

@@ -5,7 +5,7 @@
 #include "core/base/clock.h"
 #include "tests/unit/v4l2_sink/loopback/fake_module.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 using testing::ElementsAre;
@@ -198,16 +198,16 @@ TEST_P(LoopbackDeviceOf, FailedPictureNamesTheCallAndTheDevice) {
 }
 
 TEST(LoopbackFormat, EachNameHasItsPictures) {
-    CameraStream camera;
+    stream::CameraStream camera;
     camera.size = {64, 48};
     const auto format_of = [&](const char* name) { return loopback_format_of(camera, {.number = 1, .format = name}); };
-    EXPECT_EQ(media_format_of(format_of("YUYV"))->pixels, PixelFormat::yuyv);
-    EXPECT_EQ(media_format_of(format_of("YU12"))->pixels, PixelFormat::i420);
-    EXPECT_EQ(media_format_of(format_of("BGR3"))->pixels, PixelFormat::bgr24);
-    EXPECT_EQ(media_format_of(format_of("MJPG"))->codec, Codec::jpeg);
+    EXPECT_EQ(media_format_of(format_of("YUYV"))->pixels, frame::PixelFormat::yuyv);
+    EXPECT_EQ(media_format_of(format_of("YU12"))->pixels, frame::PixelFormat::i420);
+    EXPECT_EQ(media_format_of(format_of("BGR3"))->pixels, frame::PixelFormat::bgr24);
+    EXPECT_EQ(media_format_of(format_of("MJPG"))->codec, codec::Codec::jpeg);
     EXPECT_EQ(pix_format_of(format_of("MJPG")).colorspace, V4L2_COLORSPACE_JPEG);
     EXPECT_EQ(pix_format_of(format_of("MJPG")).quantization, V4L2_QUANTIZATION_FULL_RANGE);
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

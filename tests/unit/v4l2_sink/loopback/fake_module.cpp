@@ -7,7 +7,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 
-namespace camrig {
+namespace camrig::device {
 
 namespace {
 
@@ -279,4 +279,4 @@ std::int64_t FakeModule::write(int fd, std::span<const std::byte> bytes) {
     return std::ssize(bytes);
 }
 
-}  // namespace camrig
+}  // namespace camrig::device

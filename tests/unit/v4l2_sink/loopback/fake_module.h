@@ -14,7 +14,7 @@
 #include "v4l2_sink/loopback/kernel.h"
 #include "v4l2_sink/loopback/module_abi.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// The device that most tests here are about.
 inline constexpr int video_number = 10;
@@ -105,4 +105,4 @@ private:
     std::set<std::byte*> mapped_;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device

@@ -7,7 +7,7 @@
 #include "tests/unit/v4l2_sink/loopback/fake_module.h"
 #include "v4l2_sink/loopback/loopback_host.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 using testing::HasSubstr;
@@ -170,8 +170,8 @@ TEST_P(LoopbackHostOf, AfterAKillTheSameDeviceServesTheWaitingReader) {
     tick();
     tick();
     ASSERT_EQ(bus.subscribers().size(), 2u);  // the dead one's too
-    StreamInfo info;
-    info.stats = std::make_shared<ReaderStats>();
+    stream::StreamInfo info;
+    info.stats = std::make_shared<stream::ReaderStats>();
     ASSERT_TRUE(bus.subscribers()[1]->sink->open(info));
     ASSERT_TRUE(
         bus.subscribers()[1]->sink->write(FakeBus::unit(bus.subscribers()[1]->format, 1, now_ns, std::byte{3})));
@@ -240,12 +240,12 @@ TEST_P(LoopbackHostOf, MjpgHasTheSubsamplingThatIsWished) {
     kernel.reader_comes(video_number);
     tick();
     ASSERT_EQ(bus.subscribers().size(), 1u);
-    EXPECT_EQ(bus.subscribers()[0]->format.sampling, ChromaSampling::yuv422);
-    mjpg.format.mjpg_sampling = ChromaSampling::yuv420;
+    EXPECT_EQ(bus.subscribers()[0]->format.sampling, codec::ChromaSampling::yuv422);
+    mjpg.format.mjpg_sampling = codec::ChromaSampling::yuv420;
     host->set(mjpg, now_ns);
     tick();
     ASSERT_EQ(bus.subscribers().size(), 1u);
-    EXPECT_EQ(bus.subscribers()[0]->format.sampling, ChromaSampling::yuv420);
+    EXPECT_EQ(bus.subscribers()[0]->format.sampling, codec::ChromaSampling::yuv420);
 }
 
 TEST_P(LoopbackHostOf, AReadersRateIsNoticedAndPutBack) {
@@ -339,4 +339,4 @@ TEST(LoopbackHost, InLockstepTheCameraIsAlwaysDrawn) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

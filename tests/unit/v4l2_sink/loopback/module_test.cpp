@@ -5,7 +5,7 @@
 #include "tests/unit/v4l2_sink/loopback/fake_module.h"
 #include "v4l2_sink/loopback/loopback_server.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 using testing::HasSubstr;
@@ -136,4 +136,4 @@ TEST(LoopbackModule, ADeviceThatIsReadCannotBeRemoved) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

@@ -5,7 +5,7 @@
 #include "tests/unit/v4l2_sink/loopback/fake_module.h"
 #include "v4l2_sink/loopback/loopback_sink.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 const LoopbackFormat lobby_format{V4L2_PIX_FMT_YUYV, {64, 48}, *Rate::create(25, 1)};
@@ -14,7 +14,7 @@ class LoopbackSinkTest : public testing::Test {
 protected:
     LoopbackSinkTest() {
         kernel_.plug(video_number);
-        StreamInfo info;
+        stream::StreamInfo info;
         info.stats = stats_;
         EXPECT_TRUE(sink_.open(info));
     }
@@ -22,13 +22,13 @@ protected:
         kernel.plug(video_number);
         return std::move(*LoopbackDevice::open(kernel, *LoopbackModule(kernel).features(), video_number, lobby_format));
     }
-    MediaUnit unit(std::int64_t sequence, TimeNs monotonic_ns, std::byte value = std::byte{1}) {
+    stream::MediaUnit unit(std::int64_t sequence, TimeNs monotonic_ns, std::byte value = std::byte{1}) {
         return FakeBus::unit(*media_format_of(lobby_format), sequence, monotonic_ns, value);
     }
     const std::vector<ReadPicture>& pictures() { return kernel_.devices.at(video_number).pictures; }
 
     FakeModule kernel_{15};
-    std::shared_ptr<ReaderStats> stats_ = std::make_shared<ReaderStats>();
+    std::shared_ptr<stream::ReaderStats> stats_ = std::make_shared<stream::ReaderStats>();
     LoopbackSink sink_{open_device(kernel_)};
     const TimeNs now_ = monotonic_now_ns();
 };
@@ -36,8 +36,8 @@ protected:
 TEST_F(LoopbackSinkTest, StampsAreTheInstantForEveryCameraOfIt) {
     FakeModule other_kernel(15);
     LoopbackSink other(open_device(other_kernel));
-    StreamInfo info;
-    info.stats = std::make_shared<ReaderStats>();
+    stream::StreamInfo info;
+    info.stats = std::make_shared<stream::ReaderStats>();
     ASSERT_TRUE(other.open(info));
     for (int i = 0; i < 3; ++i) {
         const TimeNs instant_ns = now_ - ns_per_s + i * 40 * ns_per_ms + 123;
@@ -83,8 +83,8 @@ TEST_F(LoopbackSinkTest, APictureThatWasDrawnWhileOneWasRepeatedKeepsItsInstant)
 }
 
 TEST_F(LoopbackSinkTest, InLockstepAReaderGetsNothingThatWasNotAskedFor) {
-    auto latch = DeliveryLatch::create();
-    MediaUnit stepped = unit(0, now_);
+    auto latch = stream::DeliveryLatch::create();
+    stream::MediaUnit stepped = unit(0, now_);
     stepped.latch = latch;
     ASSERT_TRUE(sink_.write(stepped));
     EXPECT_TRUE(latch->is_open());
@@ -126,4 +126,4 @@ TEST_F(LoopbackSinkTest, AGivenUpDeviceIsClosedAndCountsWhatComesAsDropped) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

@@ -75,16 +75,16 @@ void check_modes(int fd, unsigned fourcc, unsigned width, unsigned height) {
     if (interval.index == 0) die("no intervals listed");
 }
 
-camrig::PixelFormat layout_of(unsigned fourcc) {
+camrig::frame::PixelFormat layout_of(unsigned fourcc) {
     switch (fourcc) {
         case V4L2_PIX_FMT_YUYV:
-            return camrig::PixelFormat::yuyv;
+            return camrig::frame::PixelFormat::yuyv;
         case V4L2_PIX_FMT_BGR24:
-            return camrig::PixelFormat::bgr24;
+            return camrig::frame::PixelFormat::bgr24;
         case V4L2_PIX_FMT_NV12:
-            return camrig::PixelFormat::nv12;
+            return camrig::frame::PixelFormat::nv12;
         default:
-            return camrig::PixelFormat::i420;
+            return camrig::frame::PixelFormat::i420;
     }
 }
 
@@ -93,7 +93,7 @@ bool uniform(const std::uint8_t* bytes, unsigned fourcc, unsigned width, unsigne
     const unsigned step = fourcc == V4L2_PIX_FMT_YUYV ? 2 : 1;
     const unsigned per_pixel = fourcc == V4L2_PIX_FMT_YUYV ? 2 : fourcc == V4L2_PIX_FMT_BGR24 ? 3 : 1;
     const unsigned strip =
-        4 * static_cast<unsigned>(camrig::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}));
+        4 * static_cast<unsigned>(camrig::frame::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}));
     const std::size_t begin = std::size_t{strip} * width * per_pixel, end = std::size_t{height} * width * per_pixel;
     for (std::size_t i = begin; i < end; i += step)
         if (bytes[i] != bytes[begin]) return false;
@@ -219,14 +219,14 @@ int main(int argc, char** argv) {
         } else {
             if (buffer.bytesused != format.fmt.pix.sizeimage) die("bytesused %u", buffer.bytesused);
             const auto strip =
-                camrig::read_code_strip(std::as_bytes(std::span(bytes, buffer.bytesused)),
-                                        {static_cast<int>(width), static_cast<int>(height)}, layout_of(fourcc));
+                camrig::frame::read_code_strip(std::as_bytes(std::span(bytes, buffer.bytesused)),
+                                               {static_cast<int>(width), static_cast<int>(height)}, layout_of(fourcc));
             if (!uniform(bytes, fourcc, width, height)) die("picture %ld is torn", n);
             if (strip) {
                 if (strip->sequence <= last_strip)
                     die("strip %u after %ld", strip->sequence, static_cast<long>(last_strip));
                 last_strip = strip->sequence;
-            } else if (camrig::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}) > 0) {
+            } else if (camrig::frame::code_strip_cell({static_cast<int>(width), static_cast<int>(height)}) > 0) {
                 die("picture %ld has no readable strip", n);
             }
             if (hold) {

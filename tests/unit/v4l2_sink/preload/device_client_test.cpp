@@ -12,7 +12,7 @@
 #include "v4l2_sink/preload/client/device.h"
 #include "v4l2_sink/preload/client/paths.h"
 
-namespace camrig::device_client_test {
+namespace camrig::device::device_client_test {
 namespace {
 
 constexpr int patience_ms = 10'000;
@@ -166,7 +166,7 @@ TEST_F(DeviceClientTest, ASleeperGetsTheNewestPicturesAndSeesTheGap) {
     ASSERT_EQ(program.dequeue(third), 0);
     EXPECT_EQ(third.sequence, static_cast<unsigned>(shown));
     while (rig.programs().at(0).delivered < 3) std::this_thread::yield();
-    const ReaderReport report = rig.programs().at(0);
+    const stream::ReaderReport report = rig.programs().at(0);
     EXPECT_EQ(report.offered, report.delivered + report.dropped);
 }
 
@@ -216,13 +216,13 @@ TEST_F(DeviceClientTest, InLockstepAPictureWaitsForABuffer) {
     Opened program(O_RDWR | O_NONBLOCK);
     ASSERT_EQ(program.start(2), 0);
     const auto step = [&] {
-        auto latch = DeliveryLatch::create();
+        auto latch = stream::DeliveryLatch::create();
         auto own = latch->hold("the test");
         rig.show(latch);
         own.release();
         return latch;
     };
-    const auto wait_open = [](const DeliveryLatch& latch) {
+    const auto wait_open = [](const stream::DeliveryLatch& latch) {
         const TimeNs end = monotonic_now_ns() + patience_ms * ns_per_ms;
         while (!latch.is_open() && monotonic_now_ns() < end) std::this_thread::yield();
         return latch.is_open();
@@ -248,7 +248,7 @@ TEST_F(DeviceClientTest, AReaderThatLeavesDoesNotHoldTheStep) {
     Opened program;
     ASSERT_EQ(program.request(2), 0);
     ASSERT_EQ(program.stream(true), 0);  // no buffer queued
-    auto latch = DeliveryLatch::create();
+    auto latch = stream::DeliveryLatch::create();
     rig.show(latch);
     while (rig.programs().at(0).offered < 1) std::this_thread::yield();
     EXPECT_FALSE(latch->is_open());
@@ -294,8 +294,8 @@ TEST_F(DeviceClientTest, TheRingLetsGoOfAReaderBeforeItsSocketIsClosed) {
     ASSERT_EQ(program.request(2), 0);
     ASSERT_EQ(program.stream(true), 0);  // no buffer queued: the picture waits
     std::atomic<bool> is_armed = false, was_closed = false;
-    auto latch =
-        DeliveryLatch::create([&] { was_closed = was_closed || (is_armed && (program.poll_now() & POLLHUP) != 0); });
+    auto latch = stream::DeliveryLatch::create(
+        [&] { was_closed = was_closed || (is_armed && (program.poll_now() & POLLHUP) != 0); });
     rig.show(latch);
     while (rig.programs().at(0).offered < 1) std::this_thread::yield();
     ASSERT_FALSE(latch->is_open());
@@ -310,14 +310,14 @@ TEST_F(DeviceClientTest, TheRingLetsGoOfAReaderBeforeItsSocketIsClosed) {
 TEST_F(DeviceClientTest, AStreamGoesOnWhenItsCameraChangesSize) {
     Opened program;
     ASSERT_EQ(program.start(), 0);
-    CameraStream bigger = rig.maker.camera();
+    stream::CameraStream bigger = rig.maker.camera();
     bigger.size = {640, 480};
     rig.bus.change_camera(bigger);
     PictureMaker maker(bigger);
     const TimeNs end = monotonic_now_ns() + patience_ms * ns_per_ms;
     bool came = false;
     for (int n = 0; !came && monotonic_now_ns() < end; ++n) {
-        FrameSet set;
+        frame::FrameSet set;
         set.world_ns = bigger.rate.time_of_frame(n);
         set.monotonic_ns = monotonic_now_ns();
         set.frames.push_back(maker.make(n, set.world_ns, set.monotonic_ns));
@@ -441,4 +441,4 @@ TEST_F(DeviceClientTest, OpeningAndClosingLeaksNoDescriptors) {
 }
 
 }  // namespace
-}  // namespace camrig::device_client_test
+}  // namespace camrig::device::device_client_test

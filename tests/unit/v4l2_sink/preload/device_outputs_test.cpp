@@ -6,14 +6,14 @@
 
 #include "tests/unit/v4l2_sink/preload/test_rig.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 namespace fs = std::filesystem;
 
 /// Answers no command.
-struct DeafRig final : CommandPort {
-    void post(Command) override {}
+struct DeafRig final : engine::CommandPort {
+    void post(engine::Command) override {}
 };
 
 TEST(DeviceOutputs, ADeviceThatCouldNotBeOpenedIsTriedAgainWithTheNextChangeOfACamera) {
@@ -21,10 +21,10 @@ TEST(DeviceOutputs, ADeviceThatCouldNotBeOpenedIsTriedAgainWithTheNextChangeOfAC
     const std::string socket = temporary / "devices.sock";
     const fs::path folder = socket + ".tree/dev", aside = temporary / "aside";
     DeafRig rig;
-    LocalFrameBus bus{{1, std::make_shared<FramePool>()}};
-    const auto outputs = DeviceOutputs::create(bus, rig, socket).value();
+    stream::LocalFrameBus bus{{1, std::make_shared<frame::FramePool>()}};
+    const auto outputs = cli::DeviceOutputs::create(bus, rig, socket).value();
     const auto camera = [](int id, const std::string& name, std::vector<OutputSpec> devices) {
-        return CameraStream{CameraId{static_cast<std::uint32_t>(id)}, name, {64, 48}, {}, std::move(devices)};
+        return stream::CameraStream{CameraId{static_cast<std::uint32_t>(id)}, name, {64, 48}, {}, std::move(devices)};
     };
     const OutputSpec ten{.kind = "device", .options = {{"number", 10}}};
 
@@ -50,4 +50,4 @@ TEST(DeviceOutputs, ADeviceThatCouldNotBeOpenedIsTriedAgainWithTheNextChangeOfAC
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

@@ -12,7 +12,7 @@
 
 extern char** environ;
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 struct Outcome {
@@ -192,4 +192,4 @@ except OSError: pass
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

@@ -23,7 +23,7 @@
 #include "v4l2_sink/preload/device_tree.h"
 #include "v4l2_sink/task_queue.h"
 
-namespace camrig::device_server_test {
+namespace camrig::device::device_server_test {
 namespace {
 
 constexpr int patience_ms = 10'000;
@@ -68,7 +68,7 @@ TEST(DeviceServer, OneSocketHasOneRig) {
 
 TEST(DeviceServer, ASocketLeftByAKilledRigIsTakenOver) {
     const TemporaryFolder folder;
-    LocalFrameBus bus({1, std::make_shared<FramePool>()});
+    stream::LocalFrameBus bus({1, std::make_shared<frame::FramePool>()});
     const std::string path = folder / "s";
     {
         const UniqueFd dead(::socket(AF_UNIX, SOCK_SEQPACKET, 0));
@@ -82,7 +82,7 @@ TEST(DeviceServer, ASocketLeftByAKilledRigIsTakenOver) {
 
 TEST(DeviceServer, AFileInTheWayIsNotRemoved) {
     const TemporaryFolder folder;
-    LocalFrameBus bus({1, std::make_shared<FramePool>()});
+    stream::LocalFrameBus bus({1, std::make_shared<frame::FramePool>()});
     const std::string path = folder / "notes.txt";
     std::ofstream(path) << "mine";
     EXPECT_FALSE(DeviceServer::create(bus, path, std::make_shared<StoredControls>()));
@@ -91,7 +91,7 @@ TEST(DeviceServer, AFileInTheWayIsNotRemoved) {
 
 TEST(DeviceServer, ASocketWithAFullBacklogIsSomebodys) {
     const TemporaryFolder folder;
-    LocalFrameBus bus({1, std::make_shared<FramePool>()});
+    stream::LocalFrameBus bus({1, std::make_shared<frame::FramePool>()});
     const std::string path = folder / "s";
     const UniqueFd busy(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
     sockaddr_un address{};
@@ -185,7 +185,7 @@ TEST(DeviceServer, ASubscriberThatDoesNotReadKeepsItsDeviceAndGetsTheNewestValue
     for (int n = 0; n < 5000; ++n) set(V4L2_CID_BRIGHTNESS, n % 60);
     set(V4L2_CID_BRIGHTNESS, 64);
     // Who opens a device that came later shows that all of it has been told.
-    CHECK(rig.server->add_device(11, "lobby", ChromaSampling::yuv422).has_value());
+    CHECK(rig.server->add_device(11, "lobby", codec::ChromaSampling::yuv422).has_value());
     while (ask(connect_to(rig.server->socket_path()).get(), hello(11)).status != 0) std::this_thread::yield();
 
     // A request is still answered, behind what was told before.
@@ -244,11 +244,11 @@ TEST(TaskQueue, WhatOneNameIsPostedForAnyNumberOfTimesWaitsOnce) {
 
 TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits) {
     const TemporaryFolder folder;
-    LocalFrameBus bus{{1, std::make_shared<FramePool>()}};
+    stream::LocalFrameBus bus{{1, std::make_shared<frame::FramePool>()}};
     bus.add_camera({CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)});
     const auto controls = std::make_shared<HeldControls>();
     auto server = DeviceServer::create(bus, folder / "devices.sock", controls).value();
-    ASSERT_TRUE(server->add_device(10, "lobby", ChromaSampling::yuv422));
+    ASSERT_TRUE(server->add_device(10, "lobby", codec::ChromaSampling::yuv422));
     const UniqueFd program = connect_to(server->socket_path());
     const camrig_request greeting = hello(10);
     ASSERT_EQ(::send(program.get(), &greeting, sizeof greeting, MSG_NOSIGNAL), static_cast<ssize_t>(sizeof greeting));
@@ -259,7 +259,7 @@ TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits
     }
     for (const char* camera : {"gate", "lobby"}) {
         server->remove_device(10);
-        ASSERT_TRUE(server->add_device(10, camera, ChromaSampling::yuv422));
+        ASSERT_TRUE(server->add_device(10, camera, codec::ChromaSampling::yuv422));
     }
     controls->go_on.set_value();
     camrig_reply reply{};
@@ -271,12 +271,15 @@ TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits
 
 TEST(DeviceServer, NumbersAreGivenOnceAndWithinRange) {
     TestRig rig;
-    EXPECT_EQ(rig.server->add_device(10, "lobby", ChromaSampling::yuv422).error().kind, ErrorKind::already_exists);
-    EXPECT_EQ(rig.server->add_device(256, "lobby", ChromaSampling::yuv422).error().kind, ErrorKind::invalid_argument);
-    EXPECT_EQ(rig.server->add_device(-1, "lobby", ChromaSampling::yuv422).error().kind, ErrorKind::invalid_argument);
-    EXPECT_TRUE(rig.server->add_device(255, "lobby", ChromaSampling::yuv422));
+    EXPECT_EQ(rig.server->add_device(10, "lobby", codec::ChromaSampling::yuv422).error().kind,
+              ErrorKind::already_exists);
+    EXPECT_EQ(rig.server->add_device(256, "lobby", codec::ChromaSampling::yuv422).error().kind,
+              ErrorKind::invalid_argument);
+    EXPECT_EQ(rig.server->add_device(-1, "lobby", codec::ChromaSampling::yuv422).error().kind,
+              ErrorKind::invalid_argument);
+    EXPECT_TRUE(rig.server->add_device(255, "lobby", codec::ChromaSampling::yuv422));
     rig.server->remove_device(10);
-    EXPECT_TRUE(rig.server->add_device(10, "gate", ChromaSampling::yuv422));
+    EXPECT_TRUE(rig.server->add_device(10, "gate", codec::ChromaSampling::yuv422));
 }
 
 TEST(DeviceServer, TheTreeShowsWhatDevAndSysWouldShow) {
@@ -398,7 +401,7 @@ struct ByHand {
     DeviceRing& ring;
     UniqueFd mine, theirs;
     camrig_reader_page page{};
-    std::shared_ptr<ReaderStats> stats = std::make_shared<ReaderStats>();
+    std::shared_ptr<stream::ReaderStats> stats = std::make_shared<stream::ReaderStats>();
     std::shared_ptr<RingReader> reader;
     camrig_ring_place place{};
 };
@@ -407,7 +410,7 @@ class DeviceRingTest : public testing::Test {
 protected:
     static constexpr ImageSize size{320, 240};
     void show(TimeNs world_ns, std::int64_t sequence) {
-        MediaUnit unit;
+        stream::MediaUnit unit;
         unit.frame = maker.make(sequence, world_ns, monotonic_now_ns());
         unit.info = unit.frame->info();
         EXPECT_TRUE(ring->write(unit));
@@ -501,4 +504,4 @@ TEST(DeviceModes, TheSmallestCameraHasOneSize) {
 }
 
 }  // namespace
-}  // namespace camrig::device_server_test
+}  // namespace camrig::device::device_server_test

@@ -9,7 +9,7 @@
 
 #include "tests/unit/v4l2_sink/preload/test_rig.h"
 
-namespace camrig {
+namespace camrig::device {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -18,7 +18,7 @@ using std::chrono_literals::operator""ms;
 void run_in_lockstep(TestRig& rig, const std::atomic<bool>& stop) {
     while (!stop) {
         auto opened = std::make_shared<std::counting_semaphore<>>(0);
-        const auto latch = DeliveryLatch::create([opened] { opened->release(); });
+        const auto latch = stream::DeliveryLatch::create([opened] { opened->release(); });
         auto hold = latch->hold("the test");
         rig.show(latch);
         hold.release();
@@ -45,4 +45,4 @@ TEST(DeviceSoak, AHundredThousandPicturesAreWholeAndInOrder) {
 }
 
 }  // namespace
-}  // namespace camrig
+}  // namespace camrig::device

@@ -17,7 +17,7 @@
 #include "core/stream/local_frame_bus.h"
 #include "v4l2_sink/preload/device_server.h"
 
-namespace camrig {
+namespace camrig::device {
 
 /// Controls that are kept and nothing else.
 class StoredControls final : public ControlPort {
@@ -74,15 +74,15 @@ private:
 /// strip.
 class PictureMaker {
 public:
-    explicit PictureMaker(CameraStream camera)
+    explicit PictureMaker(stream::CameraStream camera)
         : camera_(std::move(camera)), name_(std::make_shared<const std::string>(camera_.name)) {}
 
-    const CameraStream& camera() const { return camera_; }
+    const stream::CameraStream& camera() const { return camera_; }
     /// Limited to 40..215, so that conversions do not clip.
     static int grey_of(std::int64_t sequence) { return 40 + static_cast<int>(sequence * 37 % 176); }
 
-    FrameRef make(std::int64_t sequence, TimeNs world_ns, TimeNs monotonic_ns) {
-        FrameInfo info;
+    frame::FrameRef make(std::int64_t sequence, TimeNs world_ns, TimeNs monotonic_ns) {
+        frame::FrameInfo info;
         info.camera_id = camera_.id;
         info.camera = name_;
         info.sequence = sequence;
@@ -92,15 +92,15 @@ public:
         auto frame = pool_.acquire(info);
         auto bytes = frame->mutable_bytes();
         std::ranges::fill(bytes, static_cast<std::byte>(grey_of(sequence)));
-        draw_code_strip(bytes, camera_.size,
-                        {static_cast<std::uint8_t>(camera_.id), static_cast<std::uint32_t>(sequence), world_ns});
+        frame::draw_code_strip(bytes, camera_.size,
+                               {static_cast<std::uint8_t>(camera_.id), static_cast<std::uint32_t>(sequence), world_ns});
         return frame;
     }
 
 private:
-    const CameraStream camera_;
+    const stream::CameraStream camera_;
     const std::shared_ptr<const std::string> name_;
-    FramePool pool_;
+    frame::FramePool pool_;
 };
 
 /// A folder that goes with its owner.
@@ -132,11 +132,11 @@ public:
         auto created = DeviceServer::create(bus, folder / "devices.sock", controls);
         CHECK(created.has_value());
         server = std::move(*created);
-        CHECK(server->add_device(10, "lobby", ChromaSampling::yuv422).has_value());
+        CHECK(server->add_device(10, "lobby", codec::ChromaSampling::yuv422).has_value());
     }
     /// Shows the next picture of the camera; in lockstep under a latch.
-    void show(const std::shared_ptr<DeliveryLatch>& latch = nullptr) {
-        FrameSet set;
+    void show(const std::shared_ptr<stream::DeliveryLatch>& latch = nullptr) {
+        frame::FrameSet set;
         const std::int64_t n = next++;
         set.world_ns = maker.camera().rate.time_of_frame(n);
         set.monotonic_ns = monotonic_now_ns();
@@ -146,23 +146,24 @@ public:
     }
 
     /// The programs that stream.
-    std::vector<ReaderReport> programs() const {
-        RigReport report;
+    std::vector<stream::ReaderReport> programs() const {
+        stream::RigReport report;
         report.cameras.emplace_back().name = "lobby";
         bus.fill_report(report);
-        std::vector<ReaderReport> programs;
-        for (const OutputReport& output : report.cameras[0].outputs)
-            std::ranges::copy_if(output.readers, std::back_inserter(programs),
-                                 [](const ReaderReport& reader) { return reader.peer.starts_with("/dev/video"); });
+        std::vector<stream::ReaderReport> programs;
+        for (const stream::OutputReport& output : report.cameras[0].outputs)
+            std::ranges::copy_if(output.readers, std::back_inserter(programs), [](const stream::ReaderReport& reader) {
+                return reader.peer.starts_with("/dev/video");
+            });
         return programs;
     }
 
     TemporaryFolder folder;
-    LocalFrameBus bus{{2, std::make_shared<FramePool>()}};
+    stream::LocalFrameBus bus{{2, std::make_shared<frame::FramePool>()}};
     std::shared_ptr<StoredControls> controls = std::make_shared<StoredControls>();
     std::unique_ptr<DeviceServer> server;
     PictureMaker maker;
     std::int64_t next = 0;
 };
 
-}  // namespace camrig
+}  // namespace camrig::device
