@@ -163,7 +163,7 @@ Result<Calibration> parse_matrices(const json& root, const CalibrationQuery& que
     const bool named = root.contains("distortion_model") && root["distortion_model"].is_string();
     Result<Lens> lens = error(ErrorKind::internal, "");
     if (named) {
-        const auto model = parse_lens_model(root["distortion_model"].get<std::string>());
+        const auto model = parse_name<LensModel>(root["distortion_model"].get<std::string>());
         if (!model) return at("distortion_model", model.error());
         lens = lens_of_model(*model, std::move(coefficients),
                              distortion_key.empty() ? "distortion_coefficients" : distortion_key);

@@ -1,38 +1,28 @@
 #include "core/camera/lens.h"
 
-#include <iterator>
-#include <string>
-
 namespace camrig::camera {
-namespace {
 
-constexpr struct {
-    LensModel model;
-    std::string_view name;
-    int coefficients;
-} models[] = {{LensModel::pinhole, "pinhole", 0},
-              {LensModel::plumb_bob, "plumb_bob", 5},
-              {LensModel::rational_polynomial, "rational_polynomial", 8},
-              {LensModel::equidistant, "equidistant", 4}};
-
-}  // namespace
-
-std::string_view to_string(LensModel model) {
-    CHECK(static_cast<std::size_t>(model) < std::size(models));
-    return models[static_cast<std::size_t>(model)].name;
+std::span<const Named<LensModel>> names_of(std::type_identity<LensModel>) {
+    static constexpr Named<LensModel> names[] = {{LensModel::pinhole, "pinhole"},
+                                                 {LensModel::plumb_bob, "plumb_bob"},
+                                                 {LensModel::rational_polynomial, "rational_polynomial"},
+                                                 {LensModel::equidistant, "equidistant"}};
+    return names;
 }
 
 int coefficient_count(LensModel model) {
-    CHECK(static_cast<std::size_t>(model) < std::size(models));
-    return models[static_cast<std::size_t>(model)].coefficients;
-}
-
-Result<LensModel> parse_lens_model(std::string_view name) {
-    for (const auto& entry : models)
-        if (entry.name == name) return entry.model;
-    return error(ErrorKind::invalid_argument, "'" + std::string(name.substr(0, 40)) +
-                                                  "' is no lens model; there are pinhole, plumb_bob, "
-                                                  "rational_polynomial and equidistant");
+    switch (model) {
+        case LensModel::pinhole:
+            return 0;
+        case LensModel::plumb_bob:
+            return 5;
+        case LensModel::rational_polynomial:
+            return 8;
+        case LensModel::equidistant:
+            return 4;
+    }
+    CHECK(false);
+    return 0;
 }
 
 }  // namespace camrig::camera

@@ -2,19 +2,17 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 #include <glm/glm.hpp>
 
-#include "core/base/result.h"
+#include "core/base/named.h"
 
 namespace camrig::camera {
 
 /// The lens models of OpenCV and ROS, by their ROS names (sensor_msgs/distortion_models).
 enum class LensModel : std::uint8_t { pinhole, plumb_bob, rational_polynomial, equidistant };
 
-std::string_view to_string(LensModel model);
-Result<LensModel> parse_lens_model(std::string_view name);
+std::span<const Named<LensModel>> names_of(std::type_identity<LensModel>);
 /// How many coefficients a model takes: 0, 5, 8, 4.
 int coefficient_count(LensModel model);
 

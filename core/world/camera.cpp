@@ -12,32 +12,35 @@ namespace camrig::world {
 static_assert(camera::Timeline<camera::Pose>::kept_ns >= StepHistory::span_ns);
 
 Camera::Camera(CameraSpec spec)
-    : spec_(std::make_shared<const CameraSpec>(std::move(spec))), pose_(spec_->pose), intrinsics_(spec_->intrinsics) {
+    : spec_(std::make_shared<const CameraSpec>(std::move(spec))),
+      place_({spec_->mount, spec_->pose}),
+      intrinsics_(spec_->intrinsics) {
     if (spec_->ptz) head_.emplace(*spec_->ptz);
 }
 
 TimeNs Camera::arrives_ns() const {
-    const TimeNs alone_ns = std::max(pose_.arrives_ns(), intrinsics_.arrives_ns());
+    const TimeNs alone_ns = std::max(place_.arrives_ns(), intrinsics_.arrives_ns());
     return head_ ? std::max(alone_ns, head_->arrives_ns()) : alone_ns;
 }
 
 Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const {
     const bool turns = patch.pan_rad || patch.tilt_rad;
     CameraSpec base = *spec_;
-    if (turns) base.pose = pose_.at(begin_ns);
+    if (turns) base.pose = place_.at(begin_ns).pose;
     auto spec = patch_camera_spec(base, patch);
     if (!spec) return std::unexpected(spec.error());
 
     Camera next = *this;
     next.spec_ = std::make_shared<const CameraSpec>(std::move(*spec));
     const CameraSpec &before = *spec_, &after = *next.spec_;
-    if (after.mount != before.mount) {
-        next.pose_ = camera::Timeline(after.pose);
-        next.left_ = camera::Timeline(camera::Pose{});
-    } else if (patch.pose || turns) {
-        next.pose_.go_to(after.pose, begin_ns, duration_ns);
+    const bool is_mounted_anew = after.mount != before.mount;
+    if (is_mounted_anew || patch.pose || turns)
+        next.place_.go_to({after.mount, after.pose}, begin_ns, is_mounted_anew ? 0 : duration_ns);
+    if (after.ptz != before.ptz) {
+        next.head_before_ = head_;
+        next.head_since_ns_ = begin_ns;
+        next.head_ = after.ptz ? std::optional<camera::PtzHead>(*after.ptz) : std::nullopt;
     }
-    if (after.ptz != before.ptz) next.head_ = after.ptz ? std::optional<camera::PtzHead>(*after.ptz) : std::nullopt;
     const camera::Intrinsics &from = before.intrinsics, &to = after.intrinsics;
     if ((patch.optics || patch.zoom) && after.size == before.size)
         next.intrinsics_.go_to(to, begin_ns, from.cx == to.cx && from.cy == to.cy ? duration_ns : 0);
@@ -83,7 +86,7 @@ Result<camera::PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) con
 Camera Camera::in_another_world(const Snapshot& last) const {
     Camera camera(*spec_);
     if (head_) camera.head_ = head_->standing(last.world_ns);
-    if (spec_->mount) camera.left_ = camera::Timeline(frame_in(last));
+    if (spec_->mount) camera.left_ = camera::Timeline(frame_in(last, *spec_->mount));
     return camera;
 }
 
@@ -91,28 +94,34 @@ void Camera::leave(const Instance& carrier, TimeNs world_ns) {
     left_.go_to(mount_frame(carrier, spec_->mount->node), world_ns, 0);
 }
 
-camera::Pose Camera::frame_in(const Snapshot& world) const {
-    const Mount& mount = *spec_->mount;
+Camera::Place between(const Camera::Place& a, const Camera::Place& b, double share) {
+    return {b.mount, between(a.pose, b.pose, share)};
+}
+
+camera::Pose Camera::frame_in(const Snapshot& world, const Mount& mount) const {
     const auto carrier =
         std::ranges::find_if(world.movers, [&](const Instance& mover) { return mover.info->name == mount.actor; });
     return carrier == world.movers.end() ? left_.at(world.world_ns) : mount_frame(*carrier, mount.node);
 }
 
 camera::CameraState Camera::at(const Snapshot& world) const {
-    camera::CameraState state{world.world_ns, pose_.at(world.world_ns), intrinsics_.at(world.world_ns)};
-    if (head_) {
-        const camera::PtzPosition turned = head_->at(world.world_ns);
+    const Place place = place_.at(world.world_ns);
+    camera::CameraState state{world.world_ns, place.pose, intrinsics_.at(world.world_ns)};
+    if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
+        const camera::PtzPosition turned = head->at(world.world_ns);
         state.pose = turned_by(state.pose, turned);
         state.intrinsics.fx *= turned.zoom;
         state.intrinsics.fy *= turned.zoom;
     }
-    if (spec_->mount) state.pose = in_world(frame_in(world), state.pose);
+    if (place.mount) state.pose = in_world(frame_in(world, *place.mount), state.pose);
     return state;
 }
 
 CameraSpec Camera::spec_at(TimeNs world_ns) const {
     CameraSpec spec = *spec_;
-    spec.pose = pose_.at(world_ns);
+    const Place place = place_.at(world_ns);
+    spec.mount = place.mount;
+    spec.pose = place.pose;
     spec.intrinsics = intrinsics_.at(world_ns);
     return spec;
 }

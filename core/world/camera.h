@@ -27,8 +27,8 @@ public:
     TimeNs arrives_ns() const;
 
     /// As patch_camera_spec() changes it at begin_ns. Pose and focal length come there over duration_ns, all else
-    /// changes at once; so do intrinsics of another size or principal point. A motion of what the patch does not
-    /// name goes on.
+    /// changes at once; so do the pose on another mount, and intrinsics of another size or principal point. A motion of
+    /// what the patch does not name goes on.
     Result<Camera> changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs duration_ns) const;
     /// With its head told something. unsupported: it has none.
     Result<Camera> with_head(const std::function<Result<void>(camera::PtzHead&)>& tell) const;
@@ -49,13 +49,20 @@ public:
     CameraSpec spec_at(TimeNs world_ns) const;
 
 private:
-    /// world_from_mount; of a camera that is mounted.
-    camera::Pose frame_in(const Snapshot& world) const;
+    /// On what it is, and where in the frame of that, without its head.
+    struct Place {
+        std::optional<Mount> mount;
+        camera::Pose pose;
+    };
+    friend Place between(const Place& a, const Place& b, double share);
+    /// world_from_mount.
+    camera::Pose frame_in(const Snapshot& world, const Mount& mount) const;
 
     std::shared_ptr<const CameraSpec> spec_;
-    camera::Timeline<camera::Pose> pose_;              ///< in the frame of its mount, without its head
+    camera::Timeline<Place> place_;
     camera::Timeline<camera::Intrinsics> intrinsics_;  ///< without its head
-    std::optional<camera::PtzHead> head_;
+    std::optional<camera::PtzHead> head_, head_before_;
+    TimeNs head_since_ns_ = 0;  ///< until then head_before_ was there
     camera::Timeline<camera::Pose> left_{
         camera::Pose{}};  ///< world_from_mount while what it is mounted on is not there
 };

@@ -106,6 +106,12 @@ json lens_of(const CameraSpec& spec) {
     return lens;
 }
 
+std::vector<std::string> model_names() {
+    std::vector<std::string> names;
+    for (const auto& model : names_of(std::type_identity<camera::LensModel>{})) names.emplace_back(model.name);
+    return names;
+}
+
 std::vector<Field> lens_parts() {
     std::vector<Field> parts{
         {.name = "model",
@@ -113,7 +119,7 @@ std::vector<Field> lens_parts() {
          .doc = "with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of "
                 "equidistant",
          .required = true,
-         .choices = {"pinhole", "plumb_bob", "rational_polynomial", "equidistant"}},
+         .choices = model_names()},
         {.name = "coefficients", .type = "array of numbers", .doc = "as many as the model has; pinhole has none"}};
     for (Field& field : descriptions_of<LensSampling>()) parts.push_back(std::move(field));
     return parts;

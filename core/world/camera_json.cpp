@@ -97,7 +97,7 @@ void read_lens(JsonReader& reader, CameraPatch& patch) {
     nested.required("model", name);
     camera::Lens lens;
     if (nested.ok())
-        if (const auto model = take(nested, "model", camera::parse_lens_model(name))) lens.model = *model;
+        if (const auto model = take(nested, "model", parse_name<camera::LensModel>(name))) lens.model = *model;
     const auto wanted = static_cast<std::size_t>(coefficient_count(lens.model));
     if (nested.ok() && (wanted > 0 || nested.has("coefficients")))
         nested.required("coefficients", std::span<double>(lens.coefficients.data(), wanted));

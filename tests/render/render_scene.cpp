@@ -51,7 +51,7 @@ struct Arguments {
 
 camera::Lens parse_lens(const std::string& text) {
     const auto colon = text.find(':');
-    const auto model = camera::parse_lens_model(text.substr(0, colon));
+    const auto model = parse_name<camera::LensModel>(text.substr(0, colon));
     if (!model) fail(model.error().message);
     std::vector<double> numbers;
     std::istringstream list(colon == std::string::npos ? "" : text.substr(colon + 1));

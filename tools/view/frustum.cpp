@@ -10,7 +10,7 @@ namespace {
 constexpr int pieces_per_side = 8;
 
 Result<camera::CameraModel> model_of(const client::CameraState& camera) {
-    auto model = camera::parse_lens_model(camera.lens.model);
+    auto model = parse_name<camera::LensModel>(camera.lens.model);
     if (!model) return std::unexpected(model.error());
     camera::Lens lens{.model = *model};
     std::ranges::copy_n(

@@ -49,7 +49,7 @@ TEST(CameraModel, ProjectsWhereOpenCvDoes) {
             words >> word >> k.fx >> k.fy >> k.cx >> k.cy;
             std::vector<double> coefficients;
             for (double c; words >> c;) coefficients.push_back(c);
-            const auto lens = make_lens(*parse_lens_model(word), coefficients);
+            const auto lens = make_lens(*parse_name<LensModel>(word), coefficients);
             ASSERT_TRUE(lens) << line;
             camera = model_of(full_hd, k, *lens);
             ++lenses;

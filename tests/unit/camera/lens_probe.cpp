@@ -18,7 +18,7 @@ int main() {
         std::istringstream words(line);
         std::string name;
         words >> name;
-        const auto model = camera::parse_lens_model(name);
+        const auto model = parse_name<camera::LensModel>(name);
         if (!model) {
             std::fprintf(stderr, "lens_probe: %s\n", model.error().message.c_str());
             return 1;

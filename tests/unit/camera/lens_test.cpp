@@ -17,7 +17,7 @@ TEST(LensModels, HaveTheNamesAndCoefficientCountsOfRos) {
     for (const auto& [model, name, count] : expected) {
         EXPECT_EQ(to_string(model), name);
         EXPECT_EQ(coefficient_count(model), count);
-        const auto parsed = parse_lens_model(name);
+        const auto parsed = parse_name<LensModel>(name);
         ASSERT_TRUE(parsed);
         EXPECT_EQ(*parsed, model);
     }
@@ -25,12 +25,12 @@ TEST(LensModels, HaveTheNamesAndCoefficientCountsOfRos) {
 
 TEST(LensModels, AnUnknownNameIsRefusedWithTheKnownOnes) {
     for (const std::string_view name : {"", "Pinhole", "plumb_bob ", "fisheye", "radtan"}) {
-        const auto parsed = parse_lens_model(name);
+        const auto parsed = parse_name<LensModel>(name);
         ASSERT_FALSE(parsed) << name;
         EXPECT_EQ(parsed.error().kind, ErrorKind::invalid_argument);
         EXPECT_NE(parsed.error().message.find("plumb_bob"), std::string::npos);
     }
-    const auto long_name = parse_lens_model(std::string(1 << 20, 'x'));
+    const auto long_name = parse_name<LensModel>(std::string(1 << 20, 'x'));
     ASSERT_FALSE(long_name);
     EXPECT_LT(long_name.error().message.size(), 200u);
 }

@@ -114,6 +114,33 @@ TEST(Camera, OnAnActorThatGoesIsTheSameInWhateverOrderItIsAsked) {
     EXPECT_EQ(x_at(1100 * ns_per_ms), 1.0);
 }
 
+TEST(Camera, OnAnotherMountOrHeadItsPastStaysWhatItWas) {
+    const auto world = World::create(empty_scene(10 * ns_per_ms), 3).value();
+    ASSERT_TRUE(world->spawn_actor(actor(R"({"name": "c", "model": "man", "position": [3, 4, 0]})")));
+    ASSERT_TRUE(world->spawn_actor(actor(R"({"name": "d", "model": "man", "position": [7, 8, 0]})")));
+    Camera camera = camera_at({{0, 0, 2}}, Mount{"c", ""});
+    const auto x_at = [&](TimeNs world_ns) { return camera.at(*world->snapshot(world_ns)).pose.position.x; };
+    CameraPatch other;
+    other.mount = Mount{"d", ""};
+    other.pose = camera::Pose{{0, 0, 1}};
+    other.change([](CameraSpec& spec) { spec.ptz = camera::ptz_preset(camera::PtzPreset::ideal); });
+    world->advance_to(200 * ns_per_ms);
+    camera = camera.changed(other, 150 * ns_per_ms, ns_per_s).value();
+    EXPECT_EQ(x_at(150 * ns_per_ms - 1), 3.0);
+    EXPECT_EQ(x_at(150 * ns_per_ms), 7.0);
+    camera = camera.with_head([](camera::PtzHead& head) { return head.move({.zoom = 2.0}, 160 * ns_per_ms); }).value();
+    world->advance_to(200 * ns_per_ms);
+    const auto fx_at = [&](TimeNs world_ns) { return camera.at(*world->snapshot(world_ns)).intrinsics.fx; };
+    ASSERT_GT(fx_at(200 * ns_per_ms), camera.spec()->intrinsics.fx);
+    CameraPatch none;
+    none.change([](CameraSpec& spec) { spec.ptz = {}; });
+    const double zoomed = fx_at(190 * ns_per_ms);
+    camera = camera.changed(none, 195 * ns_per_ms, 0).value();
+    EXPECT_EQ(fx_at(190 * ns_per_ms), zoomed);
+    EXPECT_EQ(fx_at(195 * ns_per_ms), camera.spec()->intrinsics.fx);
+    EXPECT_EQ(x_at(10 * ns_per_ms), 3.0);
+}
+
 TEST(Camera, InAnotherWorldItHasArrivedAndStaysWhereItsActorWas) {
     const auto world = World::create(empty_scene(), 3).value();
     ASSERT_TRUE(world->spawn_actor(actor(R"({"name": "c", "model": "man", "position": [3, 4, 0]})")));

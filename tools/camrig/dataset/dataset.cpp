@@ -52,7 +52,7 @@ Result<std::string> ros_calibration(const json& truth) {
     const json& k = truth.at("intrinsics");
     calibration.intrinsics = {k.at("fx").get<double>(), k.at("fy").get<double>(), k.at("cx").get<double>(),
                               k.at("cy").get<double>()};
-    auto model = camera::parse_lens_model(truth.at("lens").at("model").get<std::string>());
+    auto model = parse_name<camera::LensModel>(truth.at("lens").at("model").get<std::string>());
     if (!model) return std::unexpected(model.error());
     calibration.lens.model = *model;
     const json& coefficients = truth.at("lens").at("coefficients");
