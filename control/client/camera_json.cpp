@@ -67,7 +67,7 @@ json json_of(const T& value) {
 /// Members of an answer must be there, but for those of objects that have defaults.
 template <typename T>
 void read(const json& value, T& into) {
-    if constexpr (std::is_same_v<T, CameraState>) {
+    if constexpr (std::is_same_v<T, CameraState> || std::is_same_v<T, WorldStatus>) {
         T::each_member(into, [&](const char* name, auto& member) { read(value.at(name), member); });
     } else if constexpr (has_members<T>) {
         T::each_member(into, [&](const char* name, auto& member) {
@@ -91,31 +91,12 @@ void read(const json& value, T& into) {
     }
 }
 
-WorldStatus read_world(const json& value) {
-    WorldStatus world;
-    world.scene = value.at("scene").get<std::string>();
-    world.scene_file = value.at("scene_file").get<std::string>();
-    world.mode = value.at("mode").get<std::string>();
-    world.overload = value.at("overload").get<std::string>();
-    world.quality = value.at("quality").get<std::string>();
-    world.paused = value.at("paused").get<bool>();
-    world.world_ns = value.at("world_ns").get<std::int64_t>();
-    world.step_ns = value.at("step_ns").get<std::int64_t>();
-    world.seed = value.at("seed").get<std::uint64_t>();
-    world.state_ns = value.at("state_ns").get<std::int64_t>();
-    world.state_hash = value.at("state_hash").get<std::string>();
-    world.objects = value.at("objects").get<int>();
-    world.actors = value.at("actors").get<int>();
-    world.cameras = value.at("cameras").get<int>();
-    world.places = value.at("places").get<std::vector<std::string>>();
-    world.applied_ns = value.at("applied_ns").get<std::int64_t>();
-    return world;
-}
-
-template <typename Read>
-auto read_answer(const char* what, const json& answer, Read function) {
+template <typename T>
+T read_answer(const char* what, const json& answer) {
     try {
-        return function(answer);
+        T value;
+        read(answer, value);
+        return value;
     } catch (const json::exception& problem) {
         throw Error("internal", std::string(what) + ": the rig's answer is not as expected: " + problem.what());
     }
@@ -138,15 +119,11 @@ json params_of(const CameraOptions& options) {
 }
 
 CameraState camera_state_of(const json& answer) {
-    return read_answer("camera", answer, [](const json& value) {
-        CameraState state;
-        read(value, state);
-        return state;
-    });
+    return read_answer<CameraState>("camera", answer);
 }
 
 WorldStatus world_status_of(const json& answer) {
-    return read_answer("world", answer, read_world);
+    return read_answer<WorldStatus>("world", answer);
 }
 
 }  // namespace camrig::client

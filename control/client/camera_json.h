@@ -1,6 +1,6 @@
 #pragma once
 
-#include <camrig/types.h>
+#include <camrig/parameters.h>
 #include <nlohmann/json.hpp>
 
 namespace camrig::client {

@@ -35,7 +35,7 @@ public:
     bool is_usable() const { return !is_broken_ && socket_.is_quiet(); }
 
     static constexpr std::chrono::milliseconds default_timeout{30'000};
-    /// The largest picture of frame.get in base64, and some.
+    /// Bound of one reply: the largest frame.get in base64, plus headroom.
     static constexpr std::size_t max_reply_bytes = std::size_t{80} << 20;
 
 private:

@@ -2,7 +2,7 @@
 
 #include "control/rpc/generated_files.h"
 
-// control/client/camrig/parameters.h: the parameters of a camera as structs of C++17.
+// control/client/camrig/parameters.h: the parameters of a camera and the state of the world as structs of C++17.
 namespace camrig::control {
 namespace {
 
@@ -20,13 +20,15 @@ constexpr std::string_view client_head = R"h(#pragma once
 // Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
 // clang-format off
 
-/// What a camera is made of. The rig checks all values, not this library. each_member calls visit("name", member).
+/// What a camera is made of, and what the world is doing. Units are SI; degrees where a name ends in _deg. The world is
+/// right-handed, z up, in metres; a camera's body frame has x forward, y left, z up. The rig checks all values, not this
+/// library. each_member calls visit("name", member).
 namespace camrig::client {
 )h";
 
 /// Of a JSON type; a string for null is empty.
 std::string plain_type(const Field& field) {
-    constexpr std::array<std::pair<std::string_view, std::string_view>, 9> types{
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 10> types{
         {{"boolean", "bool"},
          {"integer", "std::int64_t"},
          {"number", "double"},
@@ -35,9 +37,11 @@ std::string plain_type(const Field& field) {
          {"[x, y, z]", "Vector3"},
          {"[x, y, z, w]", "Quaternion"},
          {"number or \"num/den\"", "Rate"},
-         {"array of numbers", "std::vector<double>"}}};
+         {"array of numbers", "std::vector<double>"},
+         {"array of strings", "std::vector<std::string>"}}};
     const std::string wanted = field.plain_type();
     if (wanted == "integer" && field.range.has_high() && field.range.high < 1e9) return "int";
+    if (wanted == "integer" && field.range.has_low() && !field.range.has_high()) return "std::uint64_t";
     if (wanted == "number" && !field.word.empty()) return "NumberOrAuto";
     if (wanted == "object") return field.shape;
     if (wanted == "array of objects") return "std::vector<" + field.shape + ">";
@@ -115,6 +119,8 @@ std::string client_parameters() {
     put_struct(out, "CameraState", "Everything about a camera at one time.", state, Role::told, false,
                "\n    /// Makes the same camera again, without its outputs: a device number can be had once.\n"
                "    CameraOptions options() const;\n");
+    put_struct(out, "WorldStatus", "What the world is doing. Times are since the scene was loaded.",
+               world_descriptions(), Role::told, false);
     out +=
         "\n/// Texts that are null in the protocol where they are empty here.\ninline constexpr const char* "
         "null_when_empty[] = {";

@@ -25,8 +25,9 @@ Result<std::string> scene_format_tables(const std::string& present);
 std::string python_parameters();
 std::string client_parameters();
 
-/// What the generators know of a camera.
+/// What the generators know of a camera, and of what world.* methods answer.
 std::vector<Field> camera_descriptions();
+std::vector<Field> world_descriptions();
 using ObjectDescription = std::pair<std::string, std::vector<Field>>;
 /// What else methods take with a table of fields, by its name in scenes/schema.json.
 std::vector<ObjectDescription> objects_of_methods();

@@ -1,3 +1,4 @@
+#include "control/rpc/generated_files.h"
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
 
@@ -23,7 +24,7 @@ const std::vector<FieldOf<engine::WorldState>>& world_fields() {
         told_at<&State::paused>({.name = "paused", .doc = "world time stands still (realtime)"}),
         told_at<&State::world_ns>({.name = "world_ns", .doc = "world time", .unit = "ns"}),
         told_at<&State::step_ns>({.name = "step_ns", .doc = "the world's own step", .unit = "ns"}),
-        told_at<&State::seed>({.name = "seed", .doc = "seed of all chance in the world"}),
+        told_at<&State::seed>({.name = "seed", .doc = "seed of all chance in the world", .range = {.low = 0}}),
         {.field = {.name = "state_ns", .type = "integer", .doc = "world time of the last step", .unit = "ns"},
          .write = [](const State& state) { return json(state.state.world_ns); }},
         {.field = {.name = "state_hash",
@@ -39,6 +40,14 @@ const std::vector<FieldOf<engine::WorldState>>& world_fields() {
             {.name = "applied_ns", .doc = "world time from which this state holds", .unit = "ns"})};
     return table;
 }
+
+}  // namespace
+
+std::vector<Field> world_descriptions() {
+    return descriptions_of(world_fields());
+}
+
+namespace {
 
 json world_json(const engine::WorldState& state) {
     return write_fields(world_fields(), state);
@@ -124,7 +133,7 @@ std::vector<Method> world_methods(RpcContext& context) {
              "to the old scene. Errors name the file and the JSON path; nothing changes then.",
          .params = {{"scene", "string", scene_doc, true},
                     {"ground", "boolean", "a bare .gltf/.glb stands on a ground under a sky", false, "", "true"}},
-         .result = descriptions_of(world_fields()),
+         .result = world_descriptions(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted, unavailable},
          .handler = [&context](const json& params, RpcReply done) { load(context, params, std::move(done)); },
          .example = R"({"scene": "scenes/minimal.json"})",
@@ -144,20 +153,20 @@ std::vector<Method> world_methods(RpcContext& context) {
         {.name = "world.status",
          .summary = "What the world is doing.",
          .params = {},
-         .result = descriptions_of(world_fields()),
+         .result = world_descriptions(),
          .errors = {},
          .handler = handler_of<engine::GetWorld>(context, world_json),
          .only_looks = true},
         {.name = "world.pause",
          .summary = "Holds world time (realtime only).",
          .params = {},
-         .result = descriptions_of(world_fields()),
+         .result = world_descriptions(),
          .errors = {unsupported},
          .handler = handler_of<engine::PauseWorld>(context, world_json)},
         {.name = "world.resume",
          .summary = "Lets world time run again (realtime only).",
          .params = {},
-         .result = descriptions_of(world_fields()),
+         .result = world_descriptions(),
          .errors = {unsupported, unavailable},
          .handler = handler_of<engine::ResumeWorld>(context, world_json)},
         {.name = "world.step",
@@ -166,7 +175,7 @@ std::vector<Method> world_methods(RpcContext& context) {
              "due frame. A reader that holds it up longer than timeout_s is named in the error. Give either "
              "seconds or nanoseconds.",
          .params = descriptions_of(step_fields()),
-         .result = descriptions_of(world_fields()),
+         .result = world_descriptions(),
          .errors = {invalid_argument, unavailable, resource_exhausted},
          .handler = handler_of(context, read_step, world_json),
          .example = R"({"seconds": 0.2, "timeout_s": 5})"},

@@ -35,12 +35,12 @@ private:
     Result<CameraEntry*> add_camera(world::CameraSpec spec);
     /// A camera that is in the table takes part from now on.
     void start_camera(CameraEntry& entry);
-    /// What a camera is to be mounted on is there.
+    /// Fails unless the mount's actor and node exist.
     Result<void> check_mount(const world::CameraPatch& patch);
-    /// What a rig has once (a device's number) is no other camera's.
+    /// Fails if another camera has an output that a rig can have only once (a device number).
     Result<void> check_free(const world::CameraSpec& spec);
-    /// Those that `present` has not: can this machine open them? Of a scene's cameras this is not asked: they are made
-    /// all the same.
+    /// Fails if this machine cannot open an output that `present` lacks. Not asked for a scene's cameras: they exist
+    /// without it.
     Result<void> check_new_outputs(const world::CameraSpec& spec, const std::vector<OutputSpec>& present);
     /// The camera's newest picture shows the world of now with its present spec.
     void renew_latest(CameraEntry& entry, std::int64_t sequence);

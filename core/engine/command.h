@@ -62,7 +62,7 @@ struct WorldState {
 struct Applied {
     TimeNs applied_ns = 0;  ///< world time from which it shows
 };
-/// That, of something that was made or changed, as it is then.
+/// The new state of something that was created or changed, and from when on it shows.
 template <typename Report>
 struct AppliedReport {
     Report report;

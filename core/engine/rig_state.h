@@ -27,7 +27,7 @@ struct RigState {
     CameraTable cameras;
     Schedule schedule;
     WorldClock clock;
-    /// The instant that a step draws, or has drawn, while the one before is on its way: the world is there already.
+    /// Lockstep: the instant drawn ahead while the previous one is delivered; the world has already advanced to it.
     std::optional<TimeNs> step_instant_ns;
     std::unique_ptr<DrawDesk> drawing;
 

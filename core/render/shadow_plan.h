@@ -18,7 +18,7 @@ inline constexpr int max_shadowed_lights = 4;
 inline constexpr int shadow_map_side = 2048;
 /// The most that the map of a directional light covers; beyond, surfaces are lit.
 inline constexpr double max_shadow_extent_m = 200.0;
-/// What is nearer to a spot light casts none.
+/// Near plane of a spot light's shadow map.
 inline constexpr double nearest_spot_caster_m = 0.05;
 /// Texels that a filtered look-up may read from the one it falls into.
 inline constexpr int shadow_filter_texels = 3;

@@ -81,7 +81,7 @@ struct CameraReport {
     std::vector<OutputReport> outputs;
 };
 struct StageReport {
-    std::string name;  ///< "world", "submit", "collect", "convert", "encode", "wakeup", ...
+    std::string name;  ///< "world", "draw", "publish", "convert", "encode", "wakeup", "truth"
     StageTimer::Summary summary;
 };
 /// One number that the renderer keeps: "static_layer_bytes". `total`: it only ever rises.

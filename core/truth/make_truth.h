@@ -38,8 +38,7 @@ using DrawAlone = std::function<Result<frame::FrameRef>(std::span<const ObjectId
 /// From pictures: one for each group of objects whose boxes are apart from each other.
 FindSilhouettes silhouettes_from(DrawAlone draw_alone);
 
-/// What was found of the objects that stand still, for the next truth of the same camera: as long as it stands too,
-/// they need not be measured again. Of one camera.
+/// Per-camera cache of the measurements of static objects. Valid while the camera stands still.
 class StandingObjects {
 public:
     StandingObjects();

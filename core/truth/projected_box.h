@@ -88,7 +88,7 @@ private:
 
     // Of the primitive that is being added.
     std::vector<std::optional<Seen>> seen_;  ///< per vertex
-    double reach_ = 0.0;                     ///< pixels per unit of distance between two places, at most
+    double reach_ = 0.0;                     ///< Lipschitz bound of the projection, pixels per unit
     std::vector<Candidate> candidates_;      ///< a heap, the worst on top
 };
 

@@ -1,14 +1,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <span>
 
 #include "tools/view/described_fields.h"
 #include "tools/view/panels.h"
+#include "tools/view/typed_value.h"
 
 namespace camrig::view {
 namespace {
+
+using nlohmann::json;
 
 struct LensPreset {
     const char* name;
@@ -105,71 +109,67 @@ void edit_picture(Session& session, const client::CameraState& camera) {
         session.link.set_camera(camera.name, "lens", options_of(presets[static_cast<std::size_t>(lens)], camera.size));
 }
 
-/// The parameters that have no control of their own above.
-void edit_described(Session& session, const client::CameraState& camera) {
-    if (!session.model.settings) return;
-    const auto& list = session.model.settings->at("cameras");
-    const auto found =
-        std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.at("name") == camera.name; });
-    if (found == list.end()) return;
-    draw_described(session.link.camera_fields(), *found, [&](const nlohmann::json& wish) {
-        nlohmann::json params = wish;
-        params["name"] = camera.name;
-        session.link.edit(camera.name + "/" + wish.begin().key(),
-                          [params](const client::Rig& rig) { rig.call("camera.set", params); });
-    });
+/// The camera as camera.list tells it; null before that.
+const json* settings_of(const Session& session, const std::string& camera) {
+    if (!session.model.settings) return nullptr;
+    const json& list = session.model.settings->at("cameras");
+    const auto found = std::ranges::find_if(list, [&](const json& one) { return one.at("name") == camera; });
+    return found == list.end() ? nullptr : &*found;
 }
 
-std::string words_of(const client::Output& output) {
-    std::string words = output.kind;
-    if (output.number) words += " /dev/video" + std::to_string(*output.number);
-    for (const auto& part : {output.format, output.codec})
-        if (part) words += " " + *part;
+void set(Session& session, const std::string& camera, const std::string& key, json params) {
+    params["name"] = camera;
+    session.link.edit(camera + "/" + key,
+                      [params = std::move(params)](const client::Rig& rig) { rig.call("camera.set", params); });
+}
+
+/// The parameters that have no control of their own above.
+void edit_described(Session& session, const json& fields, const json& camera) {
+    draw_described(fields, camera,
+                   [&](const json& wish) { set(session, camera.at("name"), wish.begin().key(), wish); });
+}
+
+std::string words_of(const json& output) {
+    std::string words = output.at("kind");
+    for (const auto& [key, value] : output.items())
+        if (key != "kind") words += " " + key + " " + text_of(value);
     return words;
 }
 
-void edit_outputs(Session& session, const client::CameraState& camera) {
+void edit_outputs(Session& session, const json& kinds, const json& camera) {
     ImGui::TextUnformatted("outputs beside HTTP");
-    std::optional<std::vector<client::Output>> changed;
-    for (std::size_t i = 0; i < camera.outputs.size(); ++i) {
+    json outputs = camera.at("outputs");
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
         if (ImGui::SmallButton("x")) {
-            changed = camera.outputs;
-            changed->erase(changed->begin() + static_cast<long>(i));
+            outputs.erase(i);
+            set(session, camera.at("name"), "outputs", {{"outputs", outputs}});
+            ImGui::PopID();
+            return;
         }
         ImGui::SameLine();
-        ImGui::TextUnformatted(words_of(camera.outputs[i]).c_str());
+        ImGui::TextUnformatted(words_of(outputs[i]).c_str());
         ImGui::PopID();
     }
-    const auto add = [&](client::Output output) {
-        changed = camera.outputs;
-        changed->push_back(std::move(output));
-    };
-    static int number = 7;
-    ImGui::SetNextItemWidth(90);
-    ImGui::InputInt("##number", &number);
-    ImGui::SameLine();
-    client::Output output;
-    output.number = number;
-    if (ImGui::SmallButton("+device")) {
-        output.kind = "device";
-        add(output);
+    for (const json& kind : kinds) {
+        const std::string name = kind.at("name");
+        if (!ImGui::TreeNode(("new " + name).c_str())) continue;
+        static std::map<std::string, json> drafts;
+        json& draft = drafts.try_emplace(name, json{{"kind", name}}).first->second;
+        json shown = draft;
+        for (const json& field : kind.at("fields")) {
+            const std::string key = field.at("name");
+            if (!shown.contains(key)) shown[key] = empty_value(field);
+            // What nobody has touched stays out, for the rig has its defaults; but not what it must be told.
+            if (field.contains("required")) draft[key] = shown[key];
+        }
+        draw_described(kind.at("fields"), shown, [&](const json& wish) { draft.update(wish); });
+        if (ImGui::SmallButton("add")) {
+            outputs.push_back(draft);
+            set(session, camera.at("name"), "outputs", {{"outputs", outputs}});
+        }
+        ImGui::TreePop();
     }
-    ImGui::SameLine();
-    if (ImGui::SmallButton("+v4l2")) {
-        output.kind = "v4l2";
-        add(output);
-    }
-    ImGui::SameLine();
-    if (ImGui::SmallButton("+rtsp")) {
-        output = {};
-        output.kind = "rtsp";
-        add(output);
-    }
-    if (!changed) return;
-    client::CameraOptions options;
-    options.outputs = std::move(changed);
-    session.link.set_camera(camera.name, "outputs", options);
 }
 
 }  // namespace
@@ -185,11 +185,14 @@ void draw_camera(Session& session, const Area& area) {
         edit_pose(session, *camera);
         edit_picture(session, *camera);
         ImGui::PopItemWidth();
-        edit_outputs(session, *camera);
-        ImGui::Separator();
-        ImGui::PushItemWidth(150);
-        edit_described(session, *camera);
-        ImGui::PopItemWidth();
+        const json description = session.link.description();
+        if (const json* settings = settings_of(session, camera->name); settings && !description.is_null()) {
+            ImGui::PushItemWidth(150);
+            edit_outputs(session, description.at("outputs"), *settings);
+            ImGui::Separator();
+            edit_described(session, description.at("camera"), *settings);
+            ImGui::PopItemWidth();
+        }
     } else {
         ImGui::TextWrapped(
             "Click a camera to choose it. Drag its dot over the ground, with Shift up and down; drag the ring to turn "

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 
 #include <imgui.h>
+
+#include "tools/view/typed_value.h"
 
 namespace camrig::view {
 namespace {
@@ -47,11 +50,12 @@ json changed_choice(const json& field, const char* label, const json& value) {
     return changed;
 }
 
-json changed_text(const char* label, const json& value) {
+/// What a person has typed, when it is done.
+std::optional<std::string> changed_text(const char* label, const std::string& value, const char* hint = "") {
     std::array<char, max_text> text{};
-    if (value.is_string()) value.get_ref<const std::string&>().copy(text.data(), text.size() - 1);
-    if (!ImGui::InputText(label, text.data(), text.size(), ImGuiInputTextFlags_EnterReturnsTrue))
-        return json(json::value_t::discarded);
+    value.copy(text.data(), text.size() - 1);
+    if (!ImGui::InputTextWithHint(label, hint, text.data(), text.size(), ImGuiInputTextFlags_EnterReturnsTrue))
+        return std::nullopt;
     return text.data();
 }
 
@@ -67,18 +71,25 @@ void draw_described(const json& fields, const json& values, const std::function<
         const auto found = values.find(name);
         if (found == values.end()) continue;
         const std::string type = field.at("type").get<std::string>();
+        const bool can_be_null = field.contains("null");
         json changed(json::value_t::discarded);
         if (field.contains("choices")) {
             changed = changed_choice(field, label.c_str(), *found);
-        } else if (found->is_boolean()) {
-            changed = changed_flag(label.c_str(), found->get<bool>());
-        } else if (type == "number" || type == "integer") {
+        } else if (type.starts_with("boolean")) {
+            changed = changed_flag(label.c_str(), found->is_boolean() && found->get<bool>());
+        } else if ((type == "number" || type == "integer") && found->is_number()) {
             changed = changed_number(field, label.c_str(), found->get<double>());
-        } else if (type.starts_with("string")) {
-            changed = changed_text(label.c_str(), *found);
-        } else if (found->is_object() && field.contains("fields") && !field.value("whole", false)) {
+        } else if (type.starts_with("string") || type.starts_with("number") || type.starts_with("integer") ||
+                   type.starts_with("array of numbers")) {
+            const std::string hint = can_be_null ? field.at("null").get<std::string>() : field.value("word", "");
+            if (const auto text = changed_text(label.c_str(), text_of(*found), hint.c_str()))
+                changed = typed_value(field, *text);
+        } else if (type.starts_with("object") && field.contains("fields") && !field.value("whole", false)) {
             if (!ImGui::TreeNode(label.c_str())) continue;
-            draw_described(field.at("fields"), *found, [&](const json& inner) { wish({{name, inner}}); });
+            if (can_be_null) changed = changed_flag("on", !found->is_null());
+            if (!changed.is_discarded()) changed = changed.get<bool>() ? json::object() : json(nullptr);
+            if (found->is_object())
+                draw_described(field.at("fields"), *found, [&](const json& inner) { wish({{name, inner}}); });
             ImGui::TreePop();
         }
         if (!changed.is_discarded()) wish({{name, changed}});

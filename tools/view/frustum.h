@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include <camrig/types.h>
+#include <camrig/parameters.h>
 #include <glm/glm.hpp>
 
 #include "core/camera/pose.h"

@@ -35,7 +35,7 @@ std::vector<EventRow> events_of(const json& list) {
     return rows;
 }
 
-json described_fields(const client::Rig& rig) {
+json described(const client::Rig& rig) {
     const json all = rig.call("server.describe");
     json fields = json::array();
     for (const json& field : all.at("objects").at("camera")) {
@@ -43,7 +43,7 @@ json described_fields(const client::Rig& rig) {
         const bool has_own = name == "name" || name == "vfov_deg" || name == "hfov_deg" || field.contains("by");
         if (!has_own) fields.push_back(field);
     }
-    return fields;
+    return {{"camera", std::move(fields)}, {"outputs", all.at("kinds").at("output")}};
 }
 
 }  // namespace
@@ -85,9 +85,9 @@ void RigLink::set_camera(const std::string& name, const std::string& key, client
          [name, options = std::move(options)](const client::Rig& rig) { rig.camera(name).set(options); });
 }
 
-json RigLink::camera_fields() const {
+json RigLink::description() const {
     const std::lock_guard lock(mutex_);
-    return camera_fields_;
+    return description_;
 }
 
 bool RigLink::is_pending(const std::string& key) const {
@@ -125,11 +125,11 @@ void RigLink::refresh() {
     fresh.cameras = rig_.camera_states();
     std::erase_if(fresh.cameras, [&](const client::CameraState& camera) { return camera.name == own_camera_; });
     fresh.settings = std::make_shared<const json>(rig_.call("camera.list"));
-    json fields = camera_fields().empty() ? described_fields(rig_) : json();
+    json description = this->description().is_null() ? described(rig_) : json();
     fresh.actors = actors_of(rig_.actors());
     fresh.events = events_of(rig_.events());
     const std::lock_guard lock(mutex_);
-    if (!fields.is_null()) camera_fields_ = std::move(fields);
+    if (!description.is_null()) description_ = std::move(description);
     fresh.problem.clear();
     fresh.refused = model_.refused;
     fresh.firings = std::move(model_.firings);

@@ -30,9 +30,9 @@ public:
     using Edit = std::function<void(const client::Rig&)>;
     void edit(std::string key, Edit edit);
     void set_camera(const std::string& name, const std::string& key, client::CameraOptions options);
-    /// The parameters of cameras as the rig describes them, without those that have controls of their own; empty until
-    /// it has answered.
-    nlohmann::json camera_fields() const;
+    /// As the rig describes them: parameters of cameras, without those that have controls of their own (`camera`), and
+    /// kinds of outputs (`outputs`). Null until it has answered.
+    nlohmann::json description() const;
     /// Whether an edit with this key waits or is not yet in the model.
     bool is_pending(const std::string& key) const;
 
@@ -49,11 +49,11 @@ private:
     const std::string own_camera_;
     const std::function<void()> changed_;
     mutable std::mutex mutex_;
-    RigModel model_;                                          ///< guarded by mutex_
-    nlohmann::json camera_fields_ = nlohmann::json::array();  ///< guarded by mutex_
-    std::deque<std::pair<std::string, Edit>> edits_;          ///< guarded by mutex_
-    std::set<std::string> in_work_;                           ///< guarded by mutex_
-    std::int64_t last_firing_ = 0;                            ///< of the thread that follows events
+    RigModel model_;                                  ///< guarded by mutex_
+    nlohmann::json description_;                      ///< guarded by mutex_
+    std::deque<std::pair<std::string, Edit>> edits_;  ///< guarded by mutex_
+    std::set<std::string> in_work_;                   ///< guarded by mutex_
+    std::int64_t last_firing_ = 0;                    ///< of the thread that follows events
     std::optional<Worker> worker_;
     std::optional<Worker> events_;
 };

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <camrig/types.h>
+#include <camrig/parameters.h>
 #include <nlohmann/json.hpp>
 
 namespace camrig::view {

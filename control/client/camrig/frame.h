@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <camrig/types.h>
+#include <camrig/parameters.h>
 
 namespace camrig::client {
 

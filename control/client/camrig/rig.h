@@ -9,7 +9,7 @@
 
 #include <camrig/camera.h>
 #include <camrig/error.h>
-#include <camrig/types.h>
+#include <camrig/parameters.h>
 #include <nlohmann/json.hpp>
 
 namespace camrig::client {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-/// Values with a form of their own.
+/// Value types of the API.
 namespace camrig::client {
 
 using Vector3 = std::array<double, 3>;
@@ -34,7 +34,7 @@ struct Rate {
     friend bool operator!=(Rate a, Rate b) { return !(a == b); }
 };
 
-/// A number, or nothing, where the rig finds one by itself.
+/// A number, or automatic (nullopt): the rig chooses.
 struct NumberOrAuto {
     std::optional<double> number = {};
 

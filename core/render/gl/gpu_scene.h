@@ -48,7 +48,7 @@ public:
 private:
     struct Group {
         std::vector<GpuSurface> surfaces;   ///< as of PlacedSurfaces::all
-        std::vector<GpuVertices> deformed;  ///< as of the deformations there; of no buffer until they are uploaded
+        std::vector<GpuVertices> deformed;  ///< one per deformation there; buffer 0 until uploaded
     };
     Group& group(bool is_static) { return is_static ? statics_ : movers_; }
     void take(const scene::PlacedSurfaces& placed, Group& group);

@@ -17,7 +17,7 @@ DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local);
 /// Which of the view's shadow maps the light has; below 0: none.
 float shadow_slot(const PassView& view, std::size_t light);
 
-/// Of the lights of a draw in the layout of shaders/blocks.glsl; 0: it has none.
+/// Bytes of the lights of a draw in the layout of shaders/blocks.glsl; 0: unlit.
 std::size_t light_bytes(const PassView& view, const scene::LightSet& set);
 void write_lights(const PassView& view, const scene::LightSet& set, std::byte* to);
 

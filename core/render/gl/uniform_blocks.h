@@ -8,7 +8,7 @@
 #include "core/render/shadow_plan.h"
 
 /// The uniform blocks of shaders/blocks.glsl as C++ (std140: only vec4 and arrays of it, so both layouts agree).
-/// Kept small and apart by how often they change: llvmpipe copies each changed block into its scene, whole.
+/// Grouped by how often they change, and small: llvmpipe copies each changed block whole.
 namespace camrig::render::gl {
 
 inline constexpr unsigned view_binding = 0;
@@ -32,7 +32,7 @@ struct DrawBlock {
     glm::uvec4 ids;
 };
 
-/// The most that are drawn at once: their blocks fit into the 16 KiB that every device has for a uniform block.
+/// Maximum draws per batch: their blocks fit into the 16 KiB that every device has for a uniform block.
 inline constexpr std::size_t max_batch = 128;
 static_assert(max_batch * sizeof(DrawBlock) <= 16384);
 

@@ -32,7 +32,7 @@ struct ViewPlan {
     bool is_bicubic = false;
     bool wants_color = false;
     bool wants_truth = false;             ///< the scene is drawn again, for ids, normals and depth
-    bool takes_depth_from_color = false;  ///< instead
+    bool takes_depth_from_color = false;  ///< no second pass: depth is read from the colour pass
     bool is_resampled() const { return lens != nullptr || supersampling * multisampling > 1; }
 };
 
