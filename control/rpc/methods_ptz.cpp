@@ -1,16 +1,14 @@
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
+#include "core/world/camera_json.h"
 
 namespace camrig::control {
 
-std::span<const Named<camera::PtzMode>> names_of(std::type_identity<camera::PtzMode>) {
-    static constexpr Named<camera::PtzMode> names[] = {{camera::PtzMode::absolute, "absolute"},
-                                                       {camera::PtzMode::relative, "relative"},
-                                                       {camera::PtzMode::continuous, "continuous"}};
-    return names;
-}
+namespace {
 
-FieldTable<camera::PtzMove> fields_of(std::type_identity<camera::PtzMove>) {
+using nlohmann::json;
+
+const std::vector<FieldOf<camera::PtzMove>>& move_table() {
     static const std::vector<FieldOf<camera::PtzMove>> table{
         field_at<&camera::PtzMove::mode>(
             {.name = "mode",
@@ -38,28 +36,17 @@ FieldTable<camera::PtzMove> fields_of(std::type_identity<camera::PtzMove>) {
     return table;
 }
 
-namespace {
-
-using nlohmann::json;
-
 template <typename C>
 FieldOf<C> camera_field() {
     return camera_name_at<&C::camera>("camera");
 }
 
-json position_json(const camera::PtzPosition& position) {
-    return {{"pan_deg", position.pan_deg}, {"tilt_deg", position.tilt_deg}, {"zoom", position.zoom}};
-}
-
 json status_json(const engine::PtzReply& reply) {
-    json value = position_json(reply.status.position);
-    value["turning"] = reply.status.is_turning;
-    value["zooming"] = reply.status.is_zooming;
-    value["true"] = position_json(reply.true_position);
+    json value = world::ptz_to_json(reply.status);
     value["world_ns"] = reply.world_ns;
     value["arrives_ns"] = reply.arrives_ns;
     value["presets"] = json::object();
-    for (const auto& [name, position] : reply.presets) value["presets"][name] = position_json(position);
+    for (const auto& [name, position] : reply.presets) value["presets"][name] = world::ptz_to_json(position);
     return value;
 }
 
@@ -82,7 +69,7 @@ const FieldOf<engine::MovePtz>& moved_camera() {
 }
 
 std::vector<Field> move_fields() {
-    std::vector<Field> fields = descriptions_of<camera::PtzMove>();
+    std::vector<Field> fields = descriptions_of(move_table());
     fields.insert(fields.begin(), moved_camera().field);
     return fields;
 }
@@ -91,7 +78,7 @@ Result<engine::MovePtz> read_move(JsonReader& reader) {
     Changes<engine::MovePtz> named;
     moved_camera().read(reader, named);
     Changes<camera::PtzMove> changes;
-    read_fields(fields_of(std::type_identity<camera::PtzMove>{}), reader, changes);
+    read_fields(move_table(), reader, changes);
     engine::MovePtz command;
     named.apply_to(command);
     changes.apply_to(command.move);

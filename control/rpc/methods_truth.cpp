@@ -8,28 +8,32 @@ std::vector<Method> truth_methods(RpcContext& context) {
     using enum ErrorKind;
     const std::vector<FieldOf<engine::GetTruth>> params{camera_name_at<&engine::GetTruth::camera>("camera"),
                                                         min_ns_at<&engine::GetTruth::min_ns>()};
-    return {{.name = "truth.get",
-             .summary = "The truth of the camera's latest due frame: every object that it sees or would see if nothing "
-                        "stood in front, through its lens, at the frame's instant. docs/truth.md explains the members "
-                        "of `objects`.",
-             .params = descriptions_of(params),
-             .result = {{"camera", "string", "its name"},
-                        {"sequence", "integer", "number of the frame, as in frame.get"},
-                        {"time_ns", "integer", "world time it shows", false, "ns"},
-                        {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
-                        {"size", "[width, height]", "size of the picture", false, "px"},
-                        {"intrinsics", "object", "see intrinsics"},
-                        {"lens", "object", "see lens"},
-                        {"pose", "object", "position and orientation of the camera's body frame at that instant"},
-                        {"classes", "object", "number of each class, as in semantic pictures, by its name"},
-                        {"objects", "array of objects",
-                         "id, name, class, class_number, box, box_full, clipped, truncated, pixels, pixels_alone, "
-                         "visible_fraction, occluded_by, position, orientation, center, dimensions, velocity; people "
-                         "also keypoints and keypoints_world"}},
-             .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
-             .handler = handler_of(context, params, [](const truth::TruthRef& truth) { return truth_to_json(*truth); }),
-             .example = R"({"camera": "lobby"})",
-             .only_looks = true}};
+    return {
+        {.name = "truth.get",
+         .summary = "The truth of the camera's latest due frame: every object that it sees or would see if nothing "
+                    "stood in front, through its lens, at the frame's instant. docs/truth.md explains the members "
+                    "of `objects`.",
+         .params = descriptions_of(params),
+         .result = {{"camera", "string", "its name"},
+                    {"sequence", "integer", "number of the frame, as in frame.get"},
+                    {"time_ns", "integer", "world time it shows", false, "ns"},
+                    {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
+                    {"size", "[width, height]", "size of the picture", false, "px"},
+                    {"intrinsics", "object", "see intrinsics"},
+                    {"lens", "object", "see lens"},
+                    {"pose", "object", "position and orientation of the camera's body frame at that instant"},
+                    {"ptz", "object or null",
+                     "of a camera on a head: pan_deg, tilt_deg and zoom as it believes, turning, zooming, and under "
+                     "`true` where it is"},
+                    {"classes", "object", "number of each class, as in semantic pictures, by its name"},
+                    {"objects", "array of objects",
+                     "id, name, class, class_number, box, box_full, clipped, truncated, pixels, pixels_alone, "
+                     "visible_fraction, occluded_by, position, orientation, center, dimensions, velocity; people "
+                     "also keypoints and keypoints_world"}},
+         .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
+         .handler = handler_of(context, params, [](const truth::TruthRef& truth) { return truth_to_json(*truth); }),
+         .example = R"({"camera": "lobby"})",
+         .only_looks = true}};
 }
 
 }  // namespace camrig::control

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <optional>
+
 #include "core/base/time.h"
 #include "core/camera/intrinsics.h"
 #include "core/camera/pose.h"
+#include "core/camera/ptz_status.h"
 
 namespace camrig::camera {
 
@@ -11,6 +14,7 @@ struct CameraState {
     TimeNs world_ns = 0;  ///< the time; frames that show it are stamped with it
     Pose pose;            ///< world_from_link
     Intrinsics intrinsics;
+    std::optional<PtzStatus> head;  ///< of a camera that is on one; pose and intrinsics are what it makes of them
     friend bool operator==(const CameraState&, const CameraState&) = default;
 };
 

@@ -53,6 +53,12 @@ double rounded(double angle, double quantum) {
 
 }  // namespace
 
+std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>) {
+    static constexpr Named<PtzMode> names[] = {
+        {PtzMode::absolute, "absolute"}, {PtzMode::relative, "relative"}, {PtzMode::continuous, "continuous"}};
+    return names;
+}
+
 AxisState PtzHead::Segment::motor(TimeNs world_ns) const {
     return motion.at(std::max(0.0, seconds_between(begin_ns, world_ns)));
 }
@@ -291,6 +297,7 @@ PtzPosition PtzHead::at(TimeNs world_ns) const {
 PtzStatus PtzHead::status(TimeNs world_ns) const {
     return {
         {pan_.believed(world_ns, spec_.quantum_deg), tilt_.believed(world_ns, spec_.quantum_deg), zoom_of(world_ns)},
+        at(world_ns),
         pan_.is_moving(world_ns) || tilt_.is_moving(world_ns),
         zoom_.is_moving(world_ns)};
 }

@@ -10,27 +10,13 @@
 #include "core/camera/axis_motion.h"
 #include "core/camera/pose.h"
 #include "core/camera/ptz_spec.h"
+#include "core/camera/ptz_status.h"
 
 namespace camrig::camera {
 
-/// Angles in degrees, pan positive to the left and in (-180, 180], tilt upwards; zoom as the factor of the focal
-/// length.
-struct PtzPosition {
-    double pan_deg = 0.0;
-    double tilt_deg = 0.0;
-    double zoom = 1.0;
-    friend bool operator==(const PtzPosition&, const PtzPosition&) = default;
-};
-
-/// What a head says of itself, as its encoders have it.
-struct PtzStatus {
-    PtzPosition position;
-    bool is_turning = false;  ///< from the command on, its latency included, until it stands
-    bool is_zooming = false;
-};
-
 /// How an axis is to move; what is empty stays as it is.
 enum class PtzMode : std::uint8_t { absolute, relative, continuous };
+std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>);
 
 struct PtzMove {
     PtzMode mode = PtzMode::absolute;

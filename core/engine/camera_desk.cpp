@@ -179,7 +179,7 @@ Result<PtzReply> CameraDesk::tell_head(
 Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) const {
     const auto head = entry.camera.head();
     if (!head) return std::unexpected(head.error());
-    return PtzReply{(*head)->status(now_ns), (*head)->at(now_ns), now_ns, (*head)->arrives_ns(), (*head)->presets()};
+    return PtzReply{(*head)->status(now_ns), now_ns, (*head)->arrives_ns(), (*head)->presets()};
 }
 
 Result<PtzReply> CameraDesk::run(MovePtz& command) {

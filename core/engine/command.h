@@ -93,8 +93,7 @@ struct GetCamera {
 };
 struct PtzReply {
     camera::PtzStatus status;
-    camera::PtzPosition true_position;
-    TimeNs world_ns = 0;    ///< time of both
+    TimeNs world_ns = 0;    ///< its time
     TimeNs arrives_ns = 0;  ///< world time from which it stands; of what never ends, the largest there is
     std::map<std::string, camera::PtzPosition> presets;
 };

@@ -60,6 +60,7 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
     auto truth = make_truth({.name = view.name,
                              .spec = view.spec,
                              .pose = view.pose,
+                             .head = view.head,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
                             *due.snapshot, pictures, find_silhouettes, &standing);

@@ -30,6 +30,7 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.spec = latest.spec;
     view.spec_revision = latest.spec_revision;
     view.pose = latest.state.pose;
+    view.head = latest.state.head;
     view.quality = latest.spec->quality.value_or(options.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;

@@ -301,6 +301,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
     truth.intrinsics = spec.intrinsics;
     truth.lens = spec.lens;
     truth.pose = view.pose;
+    truth.head = view.head;
 
     TruthMaker maker(view, *camera, pictures);
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {

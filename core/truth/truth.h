@@ -14,6 +14,7 @@
 #include "core/base/ids.h"
 #include "core/base/time.h"
 #include "core/camera/pose.h"
+#include "core/camera/ptz_status.h"
 #include "core/truth/keypoints.h"
 #include "core/world/camera_spec.h"
 
@@ -67,6 +68,7 @@ struct TruthOfFrame {
     camera::Intrinsics intrinsics;
     camera::Lens lens;
     camera::Pose pose;                             ///< world_from_link at that instant
+    std::optional<camera::PtzStatus> head;         ///< of a camera on a pan/tilt/zoom head
     std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
     std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
 };

@@ -65,6 +65,7 @@ json truth_to_json(const TruthOfFrame& truth) {
             {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
             {"lens", world::lens_to_json(truth.lens)},
             {"pose", {{"position", array_of(truth.pose.position)}, {"orientation", array_of(truth.pose.orientation)}}},
+            {"ptz", truth.head ? world::ptz_to_json(*truth.head) : json(nullptr)},
             {"classes", std::move(classes)},
             {"objects", std::move(objects)}};
 }

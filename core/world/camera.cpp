@@ -106,9 +106,10 @@ camera::Pose Camera::frame_in(const Snapshot& world, const Mount& mount) const {
 
 camera::CameraState Camera::at(const Snapshot& world) const {
     const Place place = place_.at(world.world_ns);
-    camera::CameraState state{world.world_ns, place.pose, intrinsics_.at(world.world_ns)};
+    camera::CameraState state{world.world_ns, place.pose, intrinsics_.at(world.world_ns), {}};
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
-        const camera::PtzPosition turned = head->at(world.world_ns);
+        state.head = head->status(world.world_ns);
+        const camera::PtzPosition& turned = state.head->true_position;
         state.pose = turned_by(state.pose, turned);
         state.intrinsics.fx *= turned.zoom;
         state.intrinsics.fy *= turned.zoom;

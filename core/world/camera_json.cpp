@@ -167,6 +167,18 @@ json pose_to_json(const camera::Pose& pose) {
             {"roll_deg", glm::degrees(angles.roll)}};
 }
 
+json ptz_to_json(const camera::PtzPosition& position) {
+    return {{"pan_deg", position.pan_deg}, {"tilt_deg", position.tilt_deg}, {"zoom", position.zoom}};
+}
+
+json ptz_to_json(const camera::PtzStatus& status) {
+    json value = ptz_to_json(status.position);
+    value["turning"] = status.is_turning;
+    value["zooming"] = status.is_zooming;
+    value["true"] = ptz_to_json(status.true_position);
+    return value;
+}
+
 json lens_to_json(const camera::Lens& lens) {
     const auto count = static_cast<std::ptrdiff_t>(coefficient_count(lens.model));
     return {{"model", to_string(lens.model)},

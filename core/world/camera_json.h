@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json_reader.h"
+#include "core/camera/ptz_status.h"
 #include "core/world/camera_spec.h"
 
 namespace camrig::world {
@@ -31,5 +32,8 @@ Result<camera::Pose> read_pose(const nlohmann::json& value, std::string path);
 nlohmann::json pose_to_json(const camera::Pose& pose);
 /// {"model": .., "coefficients": [..]}, as many as the model has.
 nlohmann::json lens_to_json(const camera::Lens& lens);
+nlohmann::json ptz_to_json(const camera::PtzPosition& position);
+/// Where the head believes to be, and under `true` where it is.
+nlohmann::json ptz_to_json(const camera::PtzStatus& status);
 
 }  // namespace camrig::world

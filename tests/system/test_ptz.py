@@ -33,6 +33,7 @@ def test_a_head_moves_as_its_figures_say_and_pictures_and_truth_show_it(rig):
     assert cam.ptz.status()["true"]["pan_deg"] == pytest.approx(way, abs=1e-6)
     truth = cam.truth()
     assert truth["time_ns"] == 400_000_000
+    assert truth["ptz"] == {key: value for key, value in cam.ptz.status().items() if key in truth["ptz"]} and truth["ptz"]["turning"]
     rolled = camrig.Projection.of(truth)
     assert rolled.K[0, 0] > rest.K[0, 0]
     rig.step(seconds=0.6)
