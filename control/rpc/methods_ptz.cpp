@@ -3,14 +3,11 @@
 
 namespace camrig::control {
 
-std::span<const Named<camera::PtzMode>> names_of(std::type_identity<camera::PtzMode>) {
-    static constexpr Named<camera::PtzMode> names[] = {{camera::PtzMode::absolute, "absolute"},
-                                                       {camera::PtzMode::relative, "relative"},
-                                                       {camera::PtzMode::continuous, "continuous"}};
-    return names;
-}
+namespace {
 
-FieldTable<camera::PtzMove> fields_of(std::type_identity<camera::PtzMove>) {
+using nlohmann::json;
+
+const std::vector<FieldOf<camera::PtzMove>>& move_table() {
     static const std::vector<FieldOf<camera::PtzMove>> table{
         field_at<&camera::PtzMove::mode>(
             {.name = "mode",
@@ -37,10 +34,6 @@ FieldTable<camera::PtzMove> fields_of(std::type_identity<camera::PtzMove>) {
                                                       .range = {0, 86'400}})};
     return table;
 }
-
-namespace {
-
-using nlohmann::json;
 
 template <typename C>
 FieldOf<C> camera_field() {
@@ -82,7 +75,7 @@ const FieldOf<engine::MovePtz>& moved_camera() {
 }
 
 std::vector<Field> move_fields() {
-    std::vector<Field> fields = descriptions_of<camera::PtzMove>();
+    std::vector<Field> fields = descriptions_of(move_table());
     fields.insert(fields.begin(), moved_camera().field);
     return fields;
 }
@@ -91,7 +84,7 @@ Result<engine::MovePtz> read_move(JsonReader& reader) {
     Changes<engine::MovePtz> named;
     moved_camera().read(reader, named);
     Changes<camera::PtzMove> changes;
-    read_fields(fields_of(std::type_identity<camera::PtzMove>{}), reader, changes);
+    read_fields(move_table(), reader, changes);
     engine::MovePtz command;
     named.apply_to(command);
     changes.apply_to(command.move);

@@ -53,6 +53,12 @@ double rounded(double angle, double quantum) {
 
 }  // namespace
 
+std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>) {
+    static constexpr Named<PtzMode> names[] = {
+        {PtzMode::absolute, "absolute"}, {PtzMode::relative, "relative"}, {PtzMode::continuous, "continuous"}};
+    return names;
+}
+
 AxisState PtzHead::Segment::motor(TimeNs world_ns) const {
     return motion.at(std::max(0.0, seconds_between(begin_ns, world_ns)));
 }

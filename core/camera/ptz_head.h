@@ -31,6 +31,7 @@ struct PtzStatus {
 
 /// How an axis is to move; what is empty stays as it is.
 enum class PtzMode : std::uint8_t { absolute, relative, continuous };
+std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>);
 
 struct PtzMove {
     PtzMode mode = PtzMode::absolute;

@@ -19,8 +19,8 @@ json arrangement_of(const json& camera_list, const std::string& without) {
     json cameras = json::array();
     for (json camera : camera_list.value("cameras", json::array())) {
         if (camera.value("name", "") == without) continue;
-        for (const char* key :
-             {"id", "sequence", "readers", "applied_ns", "arrives_ns", "world_pose", "shown_intrinsics", "vfov_deg", "hfov_deg"})
+        for (const char* key : {"id", "sequence", "readers", "applied_ns", "arrives_ns", "world_pose",
+                                "shown_intrinsics", "vfov_deg", "hfov_deg"})
             camera.erase(key);
         // The angles say it to people, and exactly.
         if (auto pose = camera.find("pose"); pose != camera.end()) pose->erase("orientation");
