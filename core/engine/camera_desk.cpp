@@ -173,6 +173,7 @@ Result<PtzReply> CameraDesk::tell_head(
     auto told = entry.camera.with_head([&](camera::PtzHead& head) { return tell(head, entry.camera, now_ns); });
     if (!told) return std::unexpected(told.error());
     entry.camera = std::move(*told);  // its spec is as it was, and so is what is kept of its pictures
+    rig_.bus.adjust_camera(stream_of(entry));
     return head_of(entry, now_ns);
 }
 

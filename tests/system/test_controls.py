@@ -57,6 +57,29 @@ def test_all_controls_are_listed_with_their_values(rig, camera):
     assert get(rig, "zoom_absolute") == 100
 
 
+def test_of_a_camera_on_a_head_they_are_the_heads(rig):
+    head = {"preset": "ideal", "tilt_limits_deg": [-60, 30]}
+    dome = rig.create_camera("dome", size=(320, 240), fps=20, position=(-4, 0, 2), pan_deg=10, ptz=head,
+                             outputs=[{"kind": "device", "number": 7}])
+    listed = v4l2_ctl(rig, "-L")
+    assert re.search(r"pan_absolute 0x\S+ \(int\)\s+: min=-648000 max=648000 .* value=0", listed), listed
+    assert re.search(r"tilt_absolute 0x\S+ \(int\)\s+: min=-216000 max=108000 ", listed), listed
+    assert re.search(r"zoom_absolute 0x\S+ \(int\)\s+: min=100 max=3000 ", listed), listed
+    assert re.search(r"pan_speed 0x\S+ \(int\)\s+: min=-360 max=360 ", listed), listed
+    base = dome.get()["pose"]
+    v4l2_ctl(rig, "-c", "pan_absolute=72000,tilt_absolute=18000,zoom_absolute=250")
+    assert (get(rig, "pan_absolute"), get(rig, "tilt_absolute"), get(rig, "zoom_absolute")) == (72000, 18000, 250)
+    wait_until(lambda: not dome.ptz.status()["turning"], what="the head to stand")
+    true = dome.ptz.status()["true"]
+    assert (true["pan_deg"], true["tilt_deg"]) == pytest.approx((-20, 5)) and dome.get()["pose"] == base  # V4L2 counts to the right
+    dome.ptz.move(pan_deg=30)
+    wait_until(lambda: get(rig, "pan_absolute") == -30 * 3600, what="what another client said")
+    v4l2_ctl(rig, "-c", "pan_speed=20")
+    wait_until(lambda: dome.ptz.status()["pan_deg"] < 25, what="the drive to the right")
+    v4l2_ctl(rig, "-c", "pan_speed=0")
+    wait_until(lambda: not dome.ptz.status()["turning"], what="the stand")
+
+
 def test_pan_tilt_and_zoom_move_the_camera(rig, camera):
     before = camera.get()
     v4l2_ctl(rig, "-c", "pan_absolute=72000,tilt_absolute=18000,zoom_absolute=200")

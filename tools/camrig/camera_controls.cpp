@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <tuple>
 #include <type_traits>
 
 #include <linux/videodev2.h>
@@ -11,7 +13,7 @@
 namespace camrig::cli {
 namespace {
 
-constexpr double arcsec_per_rad = 180.0 * 3600.0 / std::numbers::pi;
+constexpr double arcsec_per_deg = 3600.0, arcsec_per_rad = arcsec_per_deg * 180.0 / std::numbers::pi;
 constexpr int manual_exposure = V4L2_EXPOSURE_MANUAL, scene_exposure = V4L2_EXPOSURE_APERTURE_PRIORITY;
 /// exposure_absolute (in 0.1 ms) that stands for the scene's own exposure.
 constexpr double usual_exposure = 100;
@@ -20,26 +22,57 @@ std::int32_t whole(double value) {
     return static_cast<std::int32_t>(std::lround(value));
 }
 
+/// What values of controls come to: a change of the camera, and moves of its head, if it has one.
+struct Change {
+    world::CameraPatch patch;
+    std::optional<camera::PtzMove> turn;   ///< absolute
+    std::optional<camera::PtzMove> drive;  ///< continuous
+
+    camera::PtzMove& to() { return turn ? *turn : turn.emplace(); }
+    camera::PtzMove& at_speed() {
+        return drive ? *drive : drive.emplace(camera::PtzMove{.mode = camera::PtzMode::continuous});
+    }
+};
+
 /// One control: how it is listed, and how it is read from and written to a camera.
 struct CameraControl {
     device::DeviceControl control;
-    std::int32_t (*read)(const world::CameraSpec& spec);
-    void (*write)(std::int32_t value, world::CameraPatch& patch);
+    std::int32_t (*read)(const world::Camera& camera);
+    void (*write)(std::int32_t value, const world::Camera& camera, Change& change);
+    /// Of cameras on heads alone: the ends of its range.
+    std::pair<std::int32_t, std::int32_t> (*range_on)(const camera::PtzSpec& head) = nullptr;
+    bool is_of_heads = false;  ///< other cameras do not have it
 };
+
+const camera::PtzHead* head_of(const world::Camera& camera) {
+    const auto head = camera.head();
+    return head ? *head : nullptr;
+}
+
+/// Where its last command brings it.
+camera::PtzPosition target_of(const camera::PtzHead& head) {
+    return head.status(head.arrives_ns()).position;
+}
 
 /// One that stands for a member of the camera's image controls, in steps of 1 / steps_per_unit.
 template <auto member, int steps_per_unit = 1>
 CameraControl image_control(device::DeviceControl control) {
     return {std::move(control),
-            [](const world::CameraSpec& spec) {
-                return whole(static_cast<double>(spec.controls.*member) * steps_per_unit);
+            [](const world::Camera& camera) {
+                return whole(static_cast<double>(camera.spec()->controls.*member) * steps_per_unit);
             },
-            [](std::int32_t value, world::CameraPatch& patch) {
-                patch.change([value](world::CameraSpec& spec) {
+            [](std::int32_t value, const world::Camera&, Change& change) {
+                change.patch.change([value](world::CameraSpec& spec) {
                     using Member = std::remove_reference_t<decltype(spec.controls.*member)>;
                     spec.controls.*member = static_cast<Member>(value / double{steps_per_unit});
                 });
             }};
+}
+
+/// Whole degrees a second.
+std::pair<std::int32_t, std::int32_t> speeds_of(const camera::PtzSpec& head) {
+    const auto most = static_cast<std::int32_t>(std::ceil(head.speed_deg_s));
+    return {-most, most};
 }
 
 // The names are those of the kernel's uvcvideo of old, which usb_cam and many scripts go by.
@@ -65,31 +98,76 @@ const std::vector<CameraControl>& camera_controls() {
           scene_exposure,
           0,
           {"Manual Mode", "", "Aperture Priority Mode"}},
-         [](const world::CameraSpec& spec) { return spec.controls.auto_exposure ? scene_exposure : manual_exposure; },
-         [](std::int32_t value, world::CameraPatch& patch) {
-             patch.change([value](world::CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
+         [](const world::Camera& camera) {
+             return camera.spec()->controls.auto_exposure ? scene_exposure : manual_exposure;
+         },
+         [](std::int32_t value, const world::Camera&, Change& change) {
+             change.patch.change(
+                 [value](world::CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
          }},
         {{V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
-         [](const world::CameraSpec& spec) {
-             return std::clamp(whole(usual_exposure * std::exp2(spec.controls.exposure_ev)), 2, 6400);
+         [](const world::Camera& camera) {
+             return std::clamp(whole(usual_exposure * std::exp2(camera.spec()->controls.exposure_ev)), 2, 6400);
          },
-         [](std::int32_t value, world::CameraPatch& patch) {
-             patch.change(
+         [](std::int32_t value, const world::Camera&, Change& change) {
+             change.patch.change(
                  [value](world::CameraSpec& spec) { spec.controls.exposure_ev = std::log2(value / usual_exposure); });
          }},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
-         [](const world::CameraSpec& spec) {
-             return whole(-camera::angles_of(spec.pose.orientation).pan * arcsec_per_rad);
+         [](const world::Camera& camera) {
+             if (const auto* head = head_of(camera)) return whole(-target_of(*head).pan_deg * arcsec_per_deg);
+             return whole(-camera::angles_of(camera.spec()->pose.orientation).pan * arcsec_per_rad);
          },
-         [](std::int32_t value, world::CameraPatch& patch) { patch.pan_rad = -value / arcsec_per_rad; }},
+         [](std::int32_t value, const world::Camera& camera, Change& change) {
+             if (head_of(camera))
+                 change.to().pan_deg = -value / arcsec_per_deg;
+             else
+                 change.patch.pan_rad = -value / arcsec_per_rad;
+         },
+         [](const camera::PtzSpec& head) {
+             const auto limits = head.pan_limits_deg.value_or(camera::PtzLimits{-180, 180});
+             return std::pair(whole(-limits.high * arcsec_per_deg), whole(-limits.low * arcsec_per_deg));
+         }},
         {{V4L2_CID_TILT_ABSOLUTE, integer, "Tilt (Absolute)", -324000, 324000, 1, 0, 0, {}},
-         [](const world::CameraSpec& spec) {
-             return whole(camera::angles_of(spec.pose.orientation).tilt * arcsec_per_rad);
+         [](const world::Camera& camera) {
+             if (const auto* head = head_of(camera)) return whole(target_of(*head).tilt_deg * arcsec_per_deg);
+             return whole(camera::angles_of(camera.spec()->pose.orientation).tilt * arcsec_per_rad);
          },
-         [](std::int32_t value, world::CameraPatch& patch) { patch.tilt_rad = value / arcsec_per_rad; }},
+         [](std::int32_t value, const world::Camera& camera, Change& change) {
+             if (head_of(camera))
+                 change.to().tilt_deg = value / arcsec_per_deg;
+             else
+                 change.patch.tilt_rad = value / arcsec_per_rad;
+         },
+         [](const camera::PtzSpec& head) {
+             const auto& limits = head.tilt_limits_deg;
+             return std::pair(whole(limits.low * arcsec_per_deg), whole(limits.high * arcsec_per_deg));
+         }},
         {{V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
-         [](const world::CameraSpec& spec) { return whole(spec.zoom * 100); },
-         [](std::int32_t value, world::CameraPatch& patch) { patch.zoom = value / 100.0; }},
+         [](const world::Camera& camera) {
+             const auto* head = head_of(camera);
+             return whole((head ? target_of(*head).zoom : camera.spec()->zoom) * 100);
+         },
+         [](std::int32_t value, const world::Camera& camera, Change& change) {
+             if (head_of(camera))
+                 change.to().zoom = value / 100.0;
+             else
+                 change.patch.zoom = value / 100.0;
+         },
+         [](const camera::PtzSpec& head) {
+             return std::pair(100, static_cast<std::int32_t>(std::floor(head.zoom_max * 100)));
+         }},
+        // Speeds are set and not read back: a head does not say how fast it goes.
+        {{V4L2_CID_PAN_SPEED, integer, "Pan, Speed", 0, 0, 1, 0, 0, {}},
+         [](const world::Camera&) { return 0; },
+         [](std::int32_t value, const world::Camera&, Change& change) { change.at_speed().pan_deg = -value; },
+         speeds_of,
+         true},
+        {{V4L2_CID_TILT_SPEED, integer, "Tilt, Speed", 0, 0, 1, 0, 0, {}},
+         [](const world::Camera&) { return 0; },
+         [](std::int32_t value, const world::Camera&, Change& change) { change.at_speed().tilt_deg = value; },
+         speeds_of,
+         true},
     };
     return all;
 }
@@ -107,34 +185,66 @@ void CameraControls::on_change(Changed changed) {
     changed_ = std::move(changed);
 }
 
-std::vector<device::DeviceControl> CameraControls::list(std::string_view) {
+std::vector<device::DeviceControl> CameraControls::list(std::string_view camera) {
     std::vector<device::DeviceControl> controls;
-    for (const CameraControl& one : camera_controls()) controls.push_back(one.control);
+    std::lock_guard lock(mutex_);
+    const auto found = known_.find(camera);
+    const auto* head = found == known_.end() ? nullptr : head_of(found->second);
+    for (const CameraControl& one : camera_controls()) {
+        if (one.is_of_heads && !head) continue;
+        device::DeviceControl& listed = controls.emplace_back(one.control);
+        if (head && one.range_on) std::tie(listed.minimum, listed.maximum) = one.range_on(head->spec());
+    }
     return controls;
 }
+
+std::optional<world::Camera> CameraControls::known(std::string_view camera) const {
+    std::lock_guard lock(mutex_);
+    const auto found = known_.find(camera);
+    return found == known_.end() ? std::nullopt : std::optional(found->second);
+}
+
+namespace {
+
+Error not_told() {
+    return {ErrorKind::unavailable, "the camera's state has not been told yet"};
+}
+
+}  // namespace
 
 Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t id) {
     const CameraControl* const control = find_control(id);
     if (!control) return error(ErrorKind::not_found, "no such control");
-    std::lock_guard lock(mutex_);
-    const auto found = known_.find(camera);
-    if (found == known_.end()) return error(ErrorKind::unavailable, "the camera's state has not been told yet");
-    return control->read(found->second);
+    const auto found = known(camera);
+    if (!found) return std::unexpected(not_told());
+    return control->read(*found);
 }
 
 void CameraControls::set(std::string_view camera, std::span<const device::DeviceControlValue> values,
                          std::function<void(Result<void>)> done) {
-    engine::SetCamera command{.name = std::string(camera), .patch = {}};
+    const auto before = known(camera);
+    if (!before) return done(std::unexpected(not_told()));
+    Change change;
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
         if (!control) return done(error(ErrorKind::not_found, "no such control"));
-        control->write(value, command.patch);
+        control->write(value, *before, change);
+    }
+    // In the engine's queue one after the other; the camera's state is that after all of them.
+    const std::string name(camera);
+    auto first_error = std::make_shared<std::optional<Error>>();
+    for (auto* move : {&change.turn, &change.drive}) {
+        if (!*move) continue;
+        commands_.post(engine::Request<engine::MovePtz>{{name, **move}, [first_error](const auto& report) {
+                                                            if (!report && !*first_error) *first_error = report.error();
+                                                        }});
     }
     commands_.post(engine::Request<engine::SetCamera>{
-        std::move(command),
-        [self = weak_from_this(), done = std::move(done)](const Result<engine::CameraReply>& report) {
+        {.name = name, .patch = std::move(change.patch)},
+        [self = weak_from_this(), first_error, done = std::move(done)](const Result<engine::CameraReply>& report) {
             if (!report) return done(std::unexpected(report.error()));
-            if (const auto alive = self.lock()) alive->told(*report->camera.spec(), true);
+            if (const auto alive = self.lock()) alive->told(report->camera, true);
+            if (*first_error) return done(std::unexpected(**first_error));
             done({});
         }});
 }
@@ -143,7 +253,7 @@ void CameraControls::refresh(const std::string& camera) {
     commands_.post(engine::Request<engine::GetCamera>{
         {camera}, [self = weak_from_this()](const Result<engine::CameraReply>& report) {
             const auto alive = self.lock();
-            if (alive && report) alive->told(*report->camera.spec(), false);
+            if (alive && report) alive->told(report->camera, false);
         }});
 }
 
@@ -152,15 +262,16 @@ void CameraControls::forget(const std::string& camera) {
     known_.erase(camera);
 }
 
-void CameraControls::told(const world::CameraSpec& spec, bool by_us) {
+void CameraControls::told(const world::Camera& camera, bool by_us) {
     std::lock_guard lock(mutex_);
-    const auto before = known_.find(spec.name);
+    const std::string& name = camera.spec()->name;
+    const auto before = known_.find(name);
     std::vector<std::uint32_t> ids;
     if (before != known_.end() && !by_us)
         for (const CameraControl& one : camera_controls())
-            if (one.read(before->second) != one.read(spec)) ids.push_back(one.control.id);
-    known_.insert_or_assign(spec.name, spec);
-    if (!ids.empty() && changed_) changed_(spec.name, ids);
+            if (one.read(before->second) != one.read(camera)) ids.push_back(one.control.id);
+    known_.insert_or_assign(name, camera);
+    if (!ids.empty() && changed_) changed_(name, ids);
 }
 
 }  // namespace camrig::cli

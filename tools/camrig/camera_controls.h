@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,9 @@ namespace camrig::cli {
 
 /// The V4L2 controls of the rig's cameras. A change is a camera.set like any other, in the engine's queue; the values
 /// are those of the latest state that was told. Pan and tilt are the camera's in the world (0: along +x, level), pan to
-/// the right and tilt up, in arc seconds; zoom is in percent of the camera's optics; see docs/devices.md for the
-/// others.
+/// the right and tilt up, in arc seconds; zoom is in percent of the camera's optics. Of a camera on a head they are the
+/// head's, and speeds of pan and tilt come with it; what is read is where the last command brings it, as drivers
+/// answer. See docs/devices.md for the others.
 ///
 /// list, get, set: the device server's thread. refresh, forget: the engine's thread (bus observers). Answers come on
 /// the engine's thread.
@@ -40,12 +42,13 @@ public:
     void forget(const std::string& camera);
 
 private:
-    void told(const world::CameraSpec& spec, bool by_us);
+    void told(const world::Camera& camera, bool by_us);
+    std::optional<world::Camera> known(std::string_view camera) const;
 
     engine::CommandPort& commands_;
-    std::mutex mutex_;  ///< guards what follows
+    mutable std::mutex mutex_;  ///< guards what follows
     Changed changed_;
-    std::map<std::string, world::CameraSpec, std::less<>> known_;
+    std::map<std::string, world::Camera, std::less<>> known_;
 };
 
 }  // namespace camrig::cli
