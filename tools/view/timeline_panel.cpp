@@ -33,7 +33,7 @@ void draw_transport(Session& session) {
     }
     ImGui::EndDisabled();
     ImGui::Text("%.2f s   %s   %s%s   %d actors", static_cast<double>(world.world_ns) / 1e9, world.scene.c_str(),
-                world.mode.c_str(), world.paused ? ", paused" : "", world.actors);
+                world.mode.c_str(), world.paused ? ", paused" : "", static_cast<int>(world.actors));
 }
 
 /// Where a world time is; the present is at the right.

@@ -11,7 +11,9 @@
 // Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
 // clang-format off
 
-/// What a camera is made of. The rig checks all values, not this library. each_member calls visit("name", member).
+/// What a camera is made of, and what the world is doing. Units are SI; degrees where a name ends in _deg. The world is
+/// right-handed, z up, in metres; a camera's body frame has x forward, y left, z up. The rig checks all values, not this
+/// library. each_member calls visit("name", member).
 namespace camrig::client {
 
 /// Of a camera: intrinsics.
@@ -286,6 +288,46 @@ struct CameraState {
         visit("readers", self.readers);
         visit("applied_ns", self.applied_ns);
         visit("arrives_ns", self.arrives_ns);
+    }
+};
+
+/// What the world is doing. Times are since the scene was loaded.
+struct WorldStatus {
+    std::string scene = {};  ///< name of the scene
+    std::string scene_file = {};  ///< the file it came from
+    std::string mode = {};
+    std::string overload = {};
+    std::string quality = {};  ///< the rig's own
+    bool paused = {};  ///< world time stands still (realtime)
+    std::int64_t world_ns = 0;  ///< ns; world time
+    std::int64_t step_ns = 0;  ///< ns; the world's own step
+    std::uint64_t seed = {};  ///< seed of all chance in the world
+    std::int64_t state_ns = 0;  ///< ns; world time of the last step
+    std::string state_hash = {};  ///< of the actors and lights at state_ns: equal states have equal hashes
+    std::int64_t objects = 0;  ///< objects of the scene
+    std::int64_t actors = 0;  ///< actors that are there now
+    std::int64_t cameras = 0;  ///< cameras of the rig
+    std::vector<std::string> places = {};  ///< named camera places of the scene
+    std::int64_t applied_ns = 0;  ///< ns; world time from which this state holds
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("scene", self.scene);
+        visit("scene_file", self.scene_file);
+        visit("mode", self.mode);
+        visit("overload", self.overload);
+        visit("quality", self.quality);
+        visit("paused", self.paused);
+        visit("world_ns", self.world_ns);
+        visit("step_ns", self.step_ns);
+        visit("seed", self.seed);
+        visit("state_ns", self.state_ns);
+        visit("state_hash", self.state_hash);
+        visit("objects", self.objects);
+        visit("actors", self.actors);
+        visit("cameras", self.cameras);
+        visit("places", self.places);
+        visit("applied_ns", self.applied_ns);
     }
 };
 
