@@ -17,6 +17,7 @@
 #include "control/rpc/json_rpc.h"
 #include "control/server/connection.h"
 #include "core/base/clock.h"
+#include "core/base/descriptors.h"
 #include "core/base/log_pace.h"
 #include "core/base/tcp_listener.h"
 #include "core/base/unix_listener.h"
@@ -56,7 +57,7 @@ struct ControlServer::Impl {
     /// Sees to it that `newcomer` (null: one that is not there yet) has a place among those of its transport that have,
     /// or have not, shown the token; closes the one that has been idle longest if it must. False: all are in use.
     bool make_room(Transport transport, bool is_authorized, const Connection* newcomer);
-    void refuse(Connection::Socket socket);
+    void refuse(Connection::Socket socket, const Error& why);
     void closed(Connection* connection);
     void count_wrong_token(const std::string& peer);
     void begin_stop();
@@ -79,7 +80,7 @@ struct ControlServer::Impl {
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
     std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0}, wrong_tokens{0};
-    LogPace token_log;
+    LogPace token_log, refusal_log;
     std::thread thread;
     std::mutex stop_mutex;
 };
@@ -135,7 +136,12 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Conne
 
 void ControlServer::Impl::take(Connection::Socket socket, Connection::Access access) {
     if (is_stopping) return;
-    if (!make_room(access.transport, !access.must_show_token, nullptr)) return refuse(std::move(socket));
+    if (access.transport == Transport::tcp && descriptors_are_short())
+        return refuse(std::move(socket), {ErrorKind::resource_exhausted, too_many_files});
+    if (!make_room(access.transport, !access.must_show_token, nullptr))
+        return refuse(std::move(socket), {ErrorKind::resource_exhausted,
+                                          "there are " + std::to_string(options.limits.connections) +
+                                              " connections in use already; close one"});
     auto connection = std::make_shared<Connection>(shared, std::move(socket), access);
     connections.emplace(connection.get(), connection);
     open = connections.size();
@@ -159,14 +165,11 @@ bool ControlServer::Impl::make_room(Transport transport, bool is_authorized, con
     return true;
 }
 
-void ControlServer::Impl::refuse(Connection::Socket socket) {
+void ControlServer::Impl::refuse(Connection::Socket socket, const Error& why) {
     ++refused;
-    const std::string line =
-        rpc_error({rpc_code::application,
-                   {ErrorKind::resource_exhausted, "there are " + std::to_string(options.limits.connections) +
-                                                       " connections in use already; close one"},
-                   nullptr}) +
-        "\n";
+    if (refusal_log.due(monotonic_now_ns()))
+        spdlog::warn("control: connections are refused, {} since the start: {}", refused.load(), why.message);
+    const std::string line = rpc_error({rpc_code::application, why, nullptr}) + "\n";
     boost::system::error_code ignored;
     socket.non_blocking(true, ignored);
     socket.write_some(asio::buffer(line), ignored);  // a fresh socket has room for it

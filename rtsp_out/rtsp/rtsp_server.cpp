@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/base/descriptors.h"
 #include "rtsp_out/rtsp/client_table.h"
 #include "rtsp_out/rtsp/listener.h"
 #include "rtsp_out/rtsp/rtsp_access.h"
@@ -24,7 +25,7 @@ constexpr guint farewell_ms = 200;
 /// Where UDP ports are looked for, each mount in a range of its own.
 constexpr int first_udp_port = 20'000;
 constexpr int udp_ports = 1'000;
-/// A stream takes some twenty descriptors, and GLib ends the process where it finds none.
+/// Free for a new stream, which takes some twenty.
 constexpr int descriptors_of_a_stream = 40;
 constexpr std::array codecs = {RtspCodec::h264, RtspCodec::mjpeg};
 
@@ -218,7 +219,7 @@ void RtspServer::Impl::unmount(const std::string& path) {
 Result<void> RtspServer::Impl::refusal(const std::string& path) const {
     if (mounted.contains(path)) {
         if (!descriptors_are_short(descriptors_of_a_stream)) return {};
-        return error(ErrorKind::unavailable, "Too many open files; close some, or raise the limit (ulimit -n)");
+        return error(ErrorKind::unavailable, too_many_files);
     }
     if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
     std::string paths;
