@@ -30,6 +30,13 @@ bool is_tcp(GstRTSPStreamTransport* transport) {
     return transport && gst_rtsp_stream_transport_get_transport(transport)->lower_transport == GST_RTSP_LOWER_TRANS_TCP;
 }
 
+std::size_t sessions_of(GstRTSPClient* client) {
+    GList* sessions = gst_rtsp_client_session_filter(client, nullptr, nullptr);
+    const std::size_t count = g_list_length(sessions);
+    g_list_free_full(sessions, g_object_unref);
+    return count;
+}
+
 /// A status line holds printable ASCII.
 std::string one_line(std::string text) {
     for (char& c : text)
@@ -159,7 +166,13 @@ GstRTSPStatusCode ClientTable::on_ask(GstRTSPClient* client, const GstRTSPContex
     const auto found = clients_.find(client);
     if (found == clients_.end() || !context->uri || !context->uri->abspath) return GST_RTSP_STS_OK;
     const std::string path = mount_path_of(context->uri->abspath);
-    if (const auto good = refusal_(path); !good) {
+    auto good = refusal_(path);
+    // A session lives on for RtspLimits::session_timeout_s; nothing else bounds them.
+    if (good && context->method == GST_RTSP_SETUP && !context->session &&
+        sessions_of(client) >= limits_.sessions_per_connection)
+        good = error(ErrorKind::resource_exhausted,
+                     "this connection has " + std::to_string(limits_.sessions_per_connection) + " sessions; end one");
+    if (!good) {
         found->second.reason = one_line(good.error().message);
         return status_of(good.error().kind);
     }

@@ -113,6 +113,7 @@ Result<void> RtspServer::Impl::listen() {
     server.reset(gst_rtsp_server_new());
     mounts.reset(gst_rtsp_server_get_mount_points(server.get()));
     sessions.reset(gst_rtsp_server_get_session_pool(server.get()));
+    gst_rtsp_session_pool_set_max_sessions(sessions.get(), options.limits.sessions);
     if (const auto auth = create_rtsp_auth(options)) gst_rtsp_server_set_auth(server.get(), auth.get());
     // All connections on our thread: what closes, counts and changes them needs no lock.
     const GObjectHandle<GstRTSPThreadPool> threads(gst_rtsp_thread_pool_new());
