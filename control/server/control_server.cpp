@@ -139,9 +139,9 @@ void ControlServer::Impl::take(Connection::Socket socket, Connection::Access acc
     if (access.transport == Transport::tcp && descriptors_are_short())
         return refuse(std::move(socket), {ErrorKind::resource_exhausted, too_many_files});
     if (!make_room(access.transport, !access.must_show_token, nullptr))
-        return refuse(std::move(socket), {ErrorKind::resource_exhausted,
-                                          "there are " + std::to_string(options.limits.connections) +
-                                              " connections in use already; close one"});
+        return refuse(std::move(socket),
+                      {ErrorKind::resource_exhausted, "there are " + std::to_string(options.limits.connections) +
+                                                          " connections in use already; close one"});
     auto connection = std::make_shared<Connection>(shared, std::move(socket), access);
     connections.emplace(connection.get(), connection);
     open = connections.size();

@@ -30,7 +30,8 @@ bool descriptors_are_short(int reserve) {
         const int count = std::min(end, static_cast<int>(numbers.size()));
         if (count == 0) return true;
         end -= count;
-        for (int i = 0; i < count; ++i) numbers[static_cast<std::size_t>(i)] = {.fd = end + i, .events = 0, .revents = 0};
+        for (int i = 0; i < count; ++i)
+            numbers[static_cast<std::size_t>(i)] = {.fd = end + i, .events = 0, .revents = 0};
         if (::poll(numbers.data(), static_cast<nfds_t>(count), 0) < 0) return false;
         free += std::count_if(numbers.begin(), numbers.begin() + count,
                               [](const pollfd& number) { return (number.revents & POLLNVAL) != 0; });

@@ -123,8 +123,7 @@ void HttpServer::Impl::admit(tcp::socket socket) {
     Failure failed;
     const auto peer = socket.remote_endpoint(failed);
     if (failed) return;  // gone already
-    if (descriptors_are_short())
-        return refuse(std::move(socket), {ErrorKind::unavailable, too_many_files});
+    if (descriptors_are_short()) return refuse(std::move(socket), {ErrorKind::unavailable, too_many_files});
     if (!make_room(peer.address()))
         return refuse(std::move(socket),
                       {ErrorKind::resource_exhausted, "too many connections; close some and try again"});

@@ -69,8 +69,7 @@ void RtspListener::stop() {
 }
 
 void RtspListener::pause(const std::string& why) {
-    if (const auto left_out = pause_log_.due(monotonic_now_ns()))
-        spdlog::warn("rtsp: new connections wait: {}", why);
+    if (const auto left_out = pause_log_.due(monotonic_now_ns())) spdlog::warn("rtsp: new connections wait: {}", why);
     hooks_.shed();
     g_source_destroy(source_);
     g_source_unref(std::exchange(source_, nullptr));

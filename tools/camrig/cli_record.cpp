@@ -175,9 +175,11 @@ Result<std::vector<std::byte>> Recorder::picture(const json& params, const json&
 
 Result<DatasetWriter::FrameFile> Recorder::depth(const RecordedCamera& camera, const json& truth) {
     const bool is_npy = options_.depth == "npy";
-    auto bytes = picture(
-        {{"camera", camera.name}, {"min_ns", truth.at("time_ns")}, {"kind", "depth"}, {"format", is_npy ? "raw" : "png"}},
-        truth);
+    auto bytes = picture({{"camera", camera.name},
+                          {"min_ns", truth.at("time_ns")},
+                          {"kind", "depth"},
+                          {"format", is_npy ? "raw" : "png"}},
+                         truth);
     if (!bytes) return std::unexpected(bytes.error());
     if (is_npy) {
         const std::string head = http::npy_float32_head(size_in(truth));
@@ -238,8 +240,8 @@ Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
 }
 
 Result<void> Recorder::begin_dataset() {
-    const json description{{"scene", world_.at("scene")}, {"seed", world_.at("seed")},  {"cameras", names_},
-                           {"depth", options_.depth},     {"masks", options_.masks},    {"yolo", options_.yolo}};
+    const json description{{"scene", world_.at("scene")}, {"seed", world_.at("seed")}, {"cameras", names_},
+                           {"depth", options_.depth},     {"masks", options_.masks},   {"yolo", options_.yolo}};
     auto writer = DatasetWriter::create(options_.folder, description, options_.format == "png" ? ".png" : ".jpg");
     if (!writer) return std::unexpected(writer.error());
     writer_ = std::move(*writer);
