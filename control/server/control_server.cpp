@@ -1,6 +1,5 @@
 #include "control/server/control_server.h"
 
-#include <atomic>
 #include <chrono>
 #include <map>
 #include <thread>
@@ -79,7 +78,7 @@ struct ControlServer::Impl {
                             [this](Connection* connection) { return make_room(Transport::tcp, true, connection); }};
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
-    std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0}, wrong_tokens{0};
+    LiveConnectionCounts counts;
     LogPace token_log, refusal_log;
     std::thread thread;
     std::mutex stop_mutex;
@@ -144,8 +143,8 @@ void ControlServer::Impl::take(Connection::Socket socket, Connection::Access acc
                                                           " connections in use already; close one"});
     auto connection = std::make_shared<Connection>(shared, std::move(socket), access);
     connections.emplace(connection.get(), connection);
-    open = connections.size();
-    ++total;
+    counts.open = connections.size();
+    ++counts.total;
     connection->start();
 }
 
@@ -160,15 +159,15 @@ bool ControlServer::Impl::make_room(Transport transport, bool is_authorized, con
     }
     if (others < limit) return true;
     if (!idlest) return false;
-    ++displaced;
+    ++counts.displaced;
     idlest->close();
     return true;
 }
 
 void ControlServer::Impl::refuse(Connection::Socket socket, const Error& why) {
-    ++refused;
+    ++counts.refused;
     if (refusal_log.due(monotonic_now_ns()))
-        spdlog::warn("control: connections are refused, {} since the start: {}", refused.load(), why.message);
+        spdlog::warn("control: connections are refused, {} since the start: {}", counts.refused.load(), why.message);
     const std::string line = rpc_error({rpc_code::application, why, nullptr}) + "\n";
     boost::system::error_code ignored;
     socket.non_blocking(true, ignored);
@@ -178,14 +177,14 @@ void ControlServer::Impl::refuse(Connection::Socket socket, const Error& why) {
 
 void ControlServer::Impl::closed(Connection* connection) {
     connections.erase(connection);
-    open = connections.size();
+    counts.open = connections.size();
     if (is_stopping && connections.empty()) linger.cancel();
 }
 
 void ControlServer::Impl::count_wrong_token(const std::string& peer) {
-    ++wrong_tokens;
+    ++counts.wrong_tokens;
     if (token_log.due(monotonic_now_ns()))
-        spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, wrong_tokens.load());
+        spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, counts.wrong_tokens.load());
 }
 
 void ControlServer::Impl::begin_stop() {
@@ -241,9 +240,8 @@ std::string ControlServer::tcp_address() const {
     return impl_->tcp_address;
 }
 
-ControlCounts ControlServer::counts() const {
-    return {impl_->open.load(), impl_->total.load(), impl_->refused.load(), impl_->displaced.load(),
-            impl_->wrong_tokens.load()};
+ConnectionCounts ControlServer::counts() const {
+    return impl_->counts.read();
 }
 
 void ControlServer::stop() {

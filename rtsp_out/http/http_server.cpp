@@ -149,15 +149,15 @@ bool HttpServer::Impl::make_room(const asio::ip::address& peer) {
     if (of_peer >= (peer.is_loopback() ? limits.connections_per_local_peer : limits.connections_per_peer)) return false;
     if (state.connections.size() < limits.connections && state.waiting.size() < limits.waiting_connections) return true;
     if (state.waiting.empty()) return false;
-    ++state.counts.connections_displaced;
+    ++state.counts.connections.displaced;
     state.waiting.front()->close();
     return true;
 }
 
 void HttpServer::Impl::refuse(tcp::socket socket, const Error& why) {
-    ++state.counts.connections_refused;
+    ++state.counts.connections.refused;
     if (state.accept_log.due(monotonic_now_ns()))
-        spdlog::warn("http: connections are refused, {} since the start: {}", state.counts.connections_refused.load(),
+        spdlog::warn("http: connections are refused, {} since the start: {}", state.counts.connections.refused.load(),
                      why.message);
     Failure ignored;
     socket.non_blocking(true, ignored);

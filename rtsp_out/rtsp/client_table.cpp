@@ -86,7 +86,11 @@ bool ClientTable::make_room(const std::string& address) {
         goes = oldest;
     else
         return true;
-    if (!goes) return false;
+    if (!goes) {
+        ++counts_.refused;
+        return false;
+    }
+    ++counts_.displaced;
     close(goes->first, goes->second);
     return true;
 }
@@ -97,7 +101,9 @@ void ClientTable::shed() {
         const bool may_go = entry.second.is_stranger && !entry.second.leaves;
         if (may_go && (!oldest || entry.second.number < oldest->second.number)) oldest = &entry;
     }
-    if (oldest) close(oldest->first, oldest->second);
+    if (!oldest) return;
+    ++counts_.displaced;
+    close(oldest->first, oldest->second);
 }
 
 bool ClientTable::must_wait(const std::string& address) const {
@@ -139,6 +145,8 @@ void ClientTable::add(GstRTSPClient* client) {
     record.quiet_since_ns = monotonic_now_ns();
     record.number = ++last_number_;
     clients_.emplace(client, std::move(record));
+    counts_.open = clients_.size();
+    ++counts_.total;
     g_signal_connect(client, "closed", G_CALLBACK(on_closed), this);
     const auto ask = +[](GstRTSPClient* asking, GstRTSPContext* context, void* table) {
         return static_cast<ClientTable*>(table)->on_ask(asking, context);
@@ -204,6 +212,7 @@ void ClientTable::read_answer(GstRTSPClient* client, Client& record, const GstRT
     if (status != GST_RTSP_STS_UNAUTHORIZED || !context.request ||
         gst_rtsp_message_get_header(context.request, GST_RTSP_HDR_AUTHORIZATION, &given, 0) != GST_RTSP_OK)
         return;
+    ++counts_.wrong_tokens;
     failed_logins_.add(record.address, now_ns);
     log(record.address, "wrong user or token");
     if (++record.wrong_tokens >= limits_.wrong_tokens && !record.leaves) close(client, record);
@@ -245,6 +254,7 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
         self->departed_.push_back(
             {GObjectHandle<GstRTSPClient>(GST_RTSP_CLIENT(g_object_ref(client))), monotonic_now_ns()});
     self->clients_.erase(found);
+    self->counts_.open = self->clients_.size();
 }
 
 void ClientTable::let_go(TimeNs monotonic_ns) {

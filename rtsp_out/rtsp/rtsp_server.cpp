@@ -284,6 +284,9 @@ std::uint16_t RtspServer::port() const {
 const char* RtspServer::scheme() const {
     return impl_->options.certificate.empty() ? "rtsp" : "rtsps";
 }
+ConnectionCounts RtspServer::counts() const {
+    return impl_->clients.counts();
+}
 void RtspServer::stop() {
     impl_->stop();
 }

@@ -45,6 +45,8 @@ def test_streams_leave_descriptors_for_the_owner(scenes, tmp_path):
         owners = [camrig.connect(info["control"]) for _ in range(20)]
         assert all(owner.call("world.status") for owner in owners)
         assert len(take(rtsp, 3)) == 3
+        counts = rig.call("server.info")["connections"]
+        assert counts["http"]["refused"] == 1 and counts["control"]["refused"] == 1 and counts["rtsp"]["open"] == 1, counts
         assert "http: connections are refused" in rig.log and "control: connections are refused" in rig.log
 
 

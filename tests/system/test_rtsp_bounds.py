@@ -146,6 +146,7 @@ def test_a_wrong_token_closes_the_connection_after_three_and_then_waits(guarded)
             assert is_closed(raw, 5)
     assert "127.0.0.1: wrong user or token" in rig.log
     assert rig.log.count("wrong user or token") <= 2 + 6  # a line a second; six tries take less
+    assert rig.call("server.info")["connections"]["rtsp"]["wrong_tokens"] == 6
     with connect(port) as raw:  # from an address that guessed too often
         raw.sendall(b"OPTIONS * RTSP/1.0\r\nCSeq: 1\r\n\r\n")
         raw.settimeout(0.2)

@@ -2,6 +2,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <new>
 #include <string_view>
@@ -87,9 +89,22 @@ public:
         std::lock_guard lock(mutex_);
         facts_[std::move(key)] = std::move(value);
     }
+    /// Asked each time; `counts` must work for as long as anybody may ask.
+    void add_connections(std::string server, std::function<ConnectionCounts()> counts) {
+        std::lock_guard lock(mutex_);
+        connections_[std::move(server)] = std::move(counts);
+    }
     nlohmann::json get() const {
         std::lock_guard lock(mutex_);
         nlohmann::json facts = facts_;
+        for (const auto& [server, counts_of] : connections_) {
+            const ConnectionCounts counts = counts_of();
+            facts["connections"][server] = {{"open", counts.open},
+                                            {"total", counts.total},
+                                            {"refused", counts.refused},
+                                            {"displaced", counts.displaced},
+                                            {"wrong_tokens", counts.wrong_tokens}};
+        }
         facts["uptime_s"] = static_cast<double>(monotonic_now_ns() - started_ns_) / 1e9;
         return facts;
     }
@@ -98,6 +113,7 @@ private:
     const TimeNs started_ns_ = monotonic_now_ns();
     mutable std::mutex mutex_;
     nlohmann::json facts_ = nlohmann::json::object();
+    std::map<std::string, std::function<ConnectionCounts()>> connections_;
 };
 
 void tell_ready(int fd, const nlohmann::json& facts) {
@@ -279,6 +295,9 @@ int run_serve(const ServeOptions& options) {
     auto control = control::ControlServer::create(std::move(control_options));
     if (!control) return fail(control.error());
     facts.add("tcp", (*control)->tcp_port());
+    facts.add_connections("control", [server = control->get()] { return server->counts(); });
+    facts.add_connections("http", [server = http->get()] { return server->counts().connections; });
+    facts.add_connections("rtsp", [server = rtsp->get()] { return server->counts(); });
     auto keys = write_key_files(access->key, **http, **control, facts);
 
     std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());

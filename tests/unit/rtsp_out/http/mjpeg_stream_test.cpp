@@ -240,7 +240,7 @@ TEST_F(MjpegStreamTest, AClientThatVanishesFreesEverything) {
     EXPECT_TRUE(eventually([&] { return bus.last_sink.expired() && bytes.expired(); }));
     EXPECT_TRUE(latch->holders().empty());
     EXPECT_TRUE(books_balance());
-    EXPECT_TRUE(eventually([&] { return server->counts().connections_open == 0; }));
+    EXPECT_TRUE(eventually([&] { return server->counts().connections.open == 0; }));
     EXPECT_EQ(server->counts().streams_open, 0U);
 }
 
