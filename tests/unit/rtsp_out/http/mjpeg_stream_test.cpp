@@ -111,7 +111,7 @@ TEST_F(MjpegStreamTest, AnOpenStreamFollowsTheCamerasOutputUnlessItsReaderAskedF
 // A world that stands still brings no picture: the stream asks for one when it is time to repeat the last.
 TEST_F(MjpegStreamTest, AnIdleStreamShowsAnotherQualityAfterARepeat) {
     options.limits.repeat_after = std::chrono::milliseconds(20);
-    fetcher.make = [](const FetchRequest& request) {
+    fetcher.make = [](const stream::FetchRequest& request) {
         return jpeg_unit(request.camera, 7, static_cast<std::size_t>(request.format.quality));
     };
     start();
