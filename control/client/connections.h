@@ -12,7 +12,8 @@
 
 namespace camrig::client {
 
-/// Calls from any thread: each takes an idle connection, or makes one, and puts it back if it is still in order.
+/// Connection pool. Calls from any thread: each takes an idle connection, or makes one, and puts it back if it is still
+/// in order.
 class Connections {
 public:
     explicit Connections(ConnectOptions options) : options_(std::move(options)) {}

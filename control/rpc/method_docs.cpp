@@ -4,6 +4,7 @@
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/methods.h"
+#include "core/base/descriptors.h"
 
 // docs/control-protocol.md is made here, from the method table; a unit test compares the two.
 namespace camrig::control {
@@ -100,7 +101,10 @@ std::string limits_section() {
            " | the one that has been idle longest is closed; if none is, the new one gets an error "
            "|\n| connections over TCP that have not shown the token | " +
            number(limits.unauthorized_connections) +
-           " | the oldest is closed |\n| messages of one connection in work | " + number(limits.in_flight) +
+           " | the oldest is closed |\n| connections over TCP while fewer file descriptors are free than | " +
+           std::to_string(reserved_descriptors) +
+           " | the new one gets an error; the Unix socket takes all |\n| messages of one connection in work | " +
+           number(limits.in_flight) +
            " | the connection is not read until one is answered |\n| answers of one connection being made or not sent "
            "yet | " +
            mib(limits.unsent_reply_bytes) + " | the connection is not read until they are |\n| the same | " +

@@ -43,6 +43,9 @@ std::vector<Field> info_fields() {
             {"rtsp", "integer", "port; 0: off"},
             {"tcp", "integer", "port of control over TCP; 0: off"},
             {"key_file", "string", "file with the key that commands over HTTP and TCP need; absent: none is needed"},
+            {"connections", "object",
+             "per server (control, http, rtsp) its connections since the start: open now, taken in total, refused (no "
+             "place, or descriptors are short), displaced (closed, while idle, for a new one), and wrong_tokens shown"},
             {"methods", "array of strings", "all methods"},
             {"calls", "object", "how often each was called"},
             {"limits", "object", "the bounds, see limits"}};

@@ -87,7 +87,7 @@ private:
     /// True: go on. False: this was the last line that is taken.
     bool take(std::string_view line);
     bool take_first(std::string_view line);
-    /// Answers with an error, after a while if so wished, and makes it the last answer of this connection.
+    /// Answers with an error, after this delay, and makes it the last answer of this connection.
     void refuse(int code, ErrorKind kind, std::string message, ControlLimits::Duration after = {});
     void answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply);
     void close_after(ControlLimits::Duration time);

@@ -1,6 +1,5 @@
 #include "control/server/control_server.h"
 
-#include <atomic>
 #include <chrono>
 #include <map>
 #include <thread>
@@ -17,6 +16,7 @@
 #include "control/rpc/json_rpc.h"
 #include "control/server/connection.h"
 #include "core/base/clock.h"
+#include "core/base/descriptors.h"
 #include "core/base/log_pace.h"
 #include "core/base/tcp_listener.h"
 #include "core/base/unix_listener.h"
@@ -56,7 +56,7 @@ struct ControlServer::Impl {
     /// Sees to it that `newcomer` (null: one that is not there yet) has a place among those of its transport that have,
     /// or have not, shown the token; closes the one that has been idle longest if it must. False: all are in use.
     bool make_room(Transport transport, bool is_authorized, const Connection* newcomer);
-    void refuse(Connection::Socket socket);
+    void refuse(Connection::Socket socket, const Error& why);
     void closed(Connection* connection);
     void count_wrong_token(const std::string& peer);
     void begin_stop();
@@ -78,8 +78,8 @@ struct ControlServer::Impl {
                             [this](Connection* connection) { return make_room(Transport::tcp, true, connection); }};
     std::map<Connection*, std::shared_ptr<Connection>> connections;
     bool is_stopping = false;
-    std::atomic<std::uint64_t> open{0}, total{0}, refused{0}, displaced{0}, wrong_tokens{0};
-    LogPace token_log;
+    LiveConnectionCounts counts;
+    LogPace token_log, refusal_log;
     std::thread thread;
     std::mutex stop_mutex;
 };
@@ -135,11 +135,16 @@ asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Conne
 
 void ControlServer::Impl::take(Connection::Socket socket, Connection::Access access) {
     if (is_stopping) return;
-    if (!make_room(access.transport, !access.must_show_token, nullptr)) return refuse(std::move(socket));
+    if (access.transport == Transport::tcp && descriptors_are_short())
+        return refuse(std::move(socket), {ErrorKind::resource_exhausted, too_many_files});
+    if (!make_room(access.transport, !access.must_show_token, nullptr))
+        return refuse(std::move(socket),
+                      {ErrorKind::resource_exhausted, "there are " + std::to_string(options.limits.connections) +
+                                                          " connections in use already; close one"});
     auto connection = std::make_shared<Connection>(shared, std::move(socket), access);
     connections.emplace(connection.get(), connection);
-    open = connections.size();
-    ++total;
+    counts.open = connections.size();
+    ++counts.total;
     connection->start();
 }
 
@@ -154,19 +159,16 @@ bool ControlServer::Impl::make_room(Transport transport, bool is_authorized, con
     }
     if (others < limit) return true;
     if (!idlest) return false;
-    ++displaced;
+    ++counts.displaced;
     idlest->close();
     return true;
 }
 
-void ControlServer::Impl::refuse(Connection::Socket socket) {
-    ++refused;
-    const std::string line =
-        rpc_error({rpc_code::application,
-                   {ErrorKind::resource_exhausted, "there are " + std::to_string(options.limits.connections) +
-                                                       " connections in use already; close one"},
-                   nullptr}) +
-        "\n";
+void ControlServer::Impl::refuse(Connection::Socket socket, const Error& why) {
+    ++counts.refused;
+    if (refusal_log.due(monotonic_now_ns()))
+        spdlog::warn("control: connections are refused, {} since the start: {}", counts.refused.load(), why.message);
+    const std::string line = rpc_error({rpc_code::application, why, nullptr}) + "\n";
     boost::system::error_code ignored;
     socket.non_blocking(true, ignored);
     socket.write_some(asio::buffer(line), ignored);  // a fresh socket has room for it
@@ -175,14 +177,14 @@ void ControlServer::Impl::refuse(Connection::Socket socket) {
 
 void ControlServer::Impl::closed(Connection* connection) {
     connections.erase(connection);
-    open = connections.size();
+    counts.open = connections.size();
     if (is_stopping && connections.empty()) linger.cancel();
 }
 
 void ControlServer::Impl::count_wrong_token(const std::string& peer) {
-    ++wrong_tokens;
+    ++counts.wrong_tokens;
     if (token_log.due(monotonic_now_ns()))
-        spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, wrong_tokens.load());
+        spdlog::warn("control: {} has sent a wrong token; {} since the start", peer, counts.wrong_tokens.load());
 }
 
 void ControlServer::Impl::begin_stop() {
@@ -238,9 +240,8 @@ std::string ControlServer::tcp_address() const {
     return impl_->tcp_address;
 }
 
-ControlCounts ControlServer::counts() const {
-    return {impl_->open.load(), impl_->total.load(), impl_->refused.load(), impl_->displaced.load(),
-            impl_->wrong_tokens.load()};
+ConnectionCounts ControlServer::counts() const {
+    return impl_->counts.read();
 }
 
 void ControlServer::stop() {

@@ -7,6 +7,7 @@
 
 #include "control/rpc/limits.h"
 #include "control/rpc/rpc_server.h"
+#include "core/base/connection_counts.h"
 #include "core/base/result.h"
 
 namespace camrig::control {
@@ -21,15 +22,6 @@ struct ControlServerOptions {
     Authority tcp_authority = Authority::command;  ///< of a TCP client that has shown the token, or where none is asked
     RpcServer* rpc = nullptr;                      ///< outlives the server
     ControlLimits limits = {};
-};
-
-/// Counts since the start.
-struct ControlCounts {
-    std::uint64_t open = 0;       ///< connections now
-    std::uint64_t total = 0;      ///< connections ever taken
-    std::uint64_t refused = 0;    ///< over the limit
-    std::uint64_t displaced = 0;  ///< closed, while idle, for a new one over the limit
-    std::uint64_t wrong_tokens = 0;
 };
 
 /// JSON-RPC over lines: one JSON message a line, answers in the order of the requests of a connection.
@@ -49,7 +41,7 @@ public:
     std::uint16_t tcp_port() const;
     /// The address of TCP in numbers: "127.0.0.1", "::1"; empty when there is none.
     std::string tcp_address() const;
-    ControlCounts counts() const;
+    ConnectionCounts counts() const;
     /// Takes no more requests, gives answers in work a moment (limits.linger), closes every connection, removes the
     /// socket file and joins the thread. Twice is fine.
     void stop();

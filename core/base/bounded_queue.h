@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -25,16 +26,9 @@ public:
         : limit_(limit), wake_reader_(std::move(wake)) {}
 
     /// False when the queue is full or closed; the value is untouched then.
-    bool put(T&& value) {
-        {
-            std::lock_guard lock(mutex_);
-            if (is_closed_ || queue_.size() >= limit_) return false;
-            queue_.push_back(std::move(value));
-            if (wake_reader_) wake_reader_();
-        }
-        changed_.notify_one();
-        return true;
-    }
+    bool put(T&& value) { return put_below(limit_, std::move(value)); }
+    /// The same for values whose number the sender bounds: only a closed queue refuses them.
+    bool put_beyond_limit(T&& value) { return put_below(std::numeric_limits<std::size_t>::max(), std::move(value)); }
     /// Ends the one reader's wait_until() without a value.
     void wake() {
         {
@@ -96,6 +90,16 @@ public:
     }
 
 private:
+    bool put_below(std::size_t limit, T&& value) {
+        {
+            std::lock_guard lock(mutex_);
+            if (is_closed_ || queue_.size() >= limit) return false;
+            queue_.push_back(std::move(value));
+            if (wake_reader_) wake_reader_();
+        }
+        changed_.notify_one();
+        return true;
+    }
     std::optional<T> take_first() {
         if (queue_.empty()) return std::nullopt;
         std::optional<T> value(std::move(queue_.front()));

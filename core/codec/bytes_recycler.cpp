@@ -31,10 +31,4 @@ std::shared_ptr<std::vector<std::byte>> BytesRecycler::acquire() {
             }};
 }
 
-BytesRef BytesRecycler::copy_of(std::span<const std::byte> bytes) {
-    auto copy = acquire();
-    copy->assign(bytes.begin(), bytes.end());
-    return copy;
-}
-
 }  // namespace camrig::codec

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 
 #include "core/codec/encoder.h"
 
@@ -15,7 +14,6 @@ public:
 
     /// An empty vector, with the capacity of an earlier one where there is one.
     std::shared_ptr<std::vector<std::byte>> acquire();
-    BytesRef copy_of(std::span<const std::byte> bytes);
 
     /// Readers hold a few units at a time: one on its way to each and one in a mailbox.
     static constexpr std::size_t max_idle = 4;

@@ -35,8 +35,7 @@ struct RendererOptions {
     bool batch_draws = true;
     /// Pixels come to host memory as from a GPU on a CPU rasteriser too: the same bytes, slower; for tests.
     bool buffered_readback = false;
-    /// Threads that rasterise on the CPU; 0 = as many as cores. Another number goes to llvmpipe by the environment:
-    /// only before the process has other threads.
+    /// Threads of our rasteriser; 0 = as many as cores. llvmpipe reads LP_NUM_THREADS.
     int raster_threads = 0;
 };
 

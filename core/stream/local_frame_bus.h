@@ -18,7 +18,7 @@ public:
     struct Options {
         int workers = 2;  ///< threads that convert and encode
         std::shared_ptr<frame::FramePool> pool;
-        /// Jobs that wait for a worker. An output has one at most, a picture on request one.
+        /// Beyond so many jobs that wait for a worker no picture on request is taken. Outputs have one each, always.
         std::size_t max_jobs = 1'000'000;
     };
     static constexpr std::size_t max_outputs_per_camera = 16;

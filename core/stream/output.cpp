@@ -41,7 +41,7 @@ bool Output::detach(const std::shared_ptr<Reader>& reader) {
 }
 
 void Output::end(Error why) {
-    pool_.post([self = shared_from_this(), why = std::move(why)] {
+    pool_.post_beyond_limit([self = shared_from_this(), why = std::move(why)] {
         std::vector<std::shared_ptr<Reader>> all;
         {
             std::lock_guard lock(self->mutex_);
@@ -94,7 +94,8 @@ void Output::offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryL
 }
 
 void Output::post_run() {
-    pool_.post([self = shared_from_this()] { self->run(); });
+    // One waits at most. Were it refused, the slot would never be emptied, nor its latch let go.
+    pool_.post_beyond_limit([self = shared_from_this()] { self->run(); });
 }
 
 void Output::run() {

@@ -22,6 +22,8 @@ public:
 
     /// False, and the job is left untouched, when `max_waiting` jobs wait or the pool ends.
     bool post(Job&& job) { return jobs_.put(std::move(job)); }
+    /// The same for a caller that itself bounds how many wait; only a pool that ends refuses.
+    bool post_beyond_limit(Job&& job) { return jobs_.put_beyond_limit(std::move(job)); }
     /// Ends after the jobs in progress; waiting ones are destroyed without being run. Twice is fine.
     void stop();
 

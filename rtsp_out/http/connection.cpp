@@ -74,8 +74,8 @@ HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket,
       buffer_(2 * state.options.limits.header_bytes),
       event_(std::make_shared<AsyncEvent>(stream_.get_executor())) {
     state_.connections.insert(this);
-    ++state_.counts.connections_open;
-    ++state_.counts.connections_total;
+    ++state_.counts.connections.open;
+    ++state_.counts.connections.total;
 }
 
 HttpConnection::~HttpConnection() {
@@ -88,7 +88,7 @@ void HttpConnection::close() {
     event_->disconnect();
     stream_.close();
     state_.connections.erase(this);
-    --state_.counts.connections_open;
+    --state_.counts.connections.open;
 }
 
 void HttpConnection::begin_waiting() {
@@ -295,9 +295,10 @@ asio::awaitable<void> HttpConnection::hold_back(const Message& message, const Ta
                  field(message, http::field::cookie).value_or(""))
             .empty())
         co_return;
-    ++state_.counts.wrong_tokens;
+    ++state_.counts.connections.wrong_tokens;
     if (state_.token_log.due(monotonic_now_ns()))
-        spdlog::warn("http: {} has sent a wrong token; {} since the start", peer_, state_.counts.wrong_tokens.load());
+        spdlog::warn("http: {} has sent a wrong token; {} since the start", peer_,
+                     state_.counts.connections.wrong_tokens.load());
     asio::steady_timer pause(stream_.get_executor(), state_.options.limits.wrong_token);
     co_await pause.async_wait(quiet);
 }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/connection_counts.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/stream/frame_bus.h"
@@ -82,11 +83,7 @@ struct HttpOptions {
 
 /// Counts since the start.
 struct HttpCounts {
-    std::uint64_t connections_open = 0;
-    std::uint64_t connections_total = 0;
-    std::uint64_t connections_refused = 0;    ///< over the limit
-    std::uint64_t connections_displaced = 0;  ///< closed, while waiting, for a new one over the limit
-    std::uint64_t wrong_tokens = 0;
+    ConnectionCounts connections;
     std::uint64_t requests = 0;
     std::uint64_t errors = 0;  ///< replies with status 400 and above
     std::uint64_t streams_open = 0;

@@ -19,6 +19,7 @@
 #include <sys/socket.h>
 
 #include "core/base/clock.h"
+#include "core/base/descriptors.h"
 #include "core/base/tcp_listener.h"
 #include "core/base/token.h"
 #include "rtsp_out/http/access.h"
@@ -71,7 +72,7 @@ struct HttpServer::Impl final : stream::CameraObserver {
     void admit(tcp::socket socket);
     /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must.
     bool make_room(const asio::ip::address& peer);
-    void refuse(tcp::socket socket);
+    void refuse(tcp::socket socket, const Error& why);
     void shut_down();
 
     ServerState state;
@@ -122,7 +123,10 @@ void HttpServer::Impl::admit(tcp::socket socket) {
     Failure failed;
     const auto peer = socket.remote_endpoint(failed);
     if (failed) return;  // gone already
-    if (!make_room(peer.address())) return refuse(std::move(socket));
+    if (descriptors_are_short()) return refuse(std::move(socket), {ErrorKind::unavailable, too_many_files});
+    if (!make_room(peer.address()))
+        return refuse(std::move(socket),
+                      {ErrorKind::resource_exhausted, "too many connections; close some and try again"});
     tune(socket, state.options.limits);
     auto connection = std::make_shared<HttpConnection>(state, std::move(socket), peer);
     asio::co_spawn(io, connection->run(), [connection](std::exception_ptr thrown) {
@@ -145,16 +149,19 @@ bool HttpServer::Impl::make_room(const asio::ip::address& peer) {
     if (of_peer >= (peer.is_loopback() ? limits.connections_per_local_peer : limits.connections_per_peer)) return false;
     if (state.connections.size() < limits.connections && state.waiting.size() < limits.waiting_connections) return true;
     if (state.waiting.empty()) return false;
-    ++state.counts.connections_displaced;
+    ++state.counts.connections.displaced;
     state.waiting.front()->close();
     return true;
 }
 
-void HttpServer::Impl::refuse(tcp::socket socket) {
-    ++state.counts.connections_refused;
+void HttpServer::Impl::refuse(tcp::socket socket, const Error& why) {
+    ++state.counts.connections.refused;
+    if (state.accept_log.due(monotonic_now_ns()))
+        spdlog::warn("http: connections are refused, {} since the start: {}", state.counts.connections.refused.load(),
+                     why.message);
     Failure ignored;
     socket.non_blocking(true, ignored);
-    const Reply reply = error_reply({ErrorKind::resource_exhausted, "too many connections; close some and try again"});
+    const Reply reply = error_reply(why);
     const std::string text = head_of(reply, 11, false) + reply.text;
     socket.write_some(asio::buffer(text), ignored);
     socket.shutdown(tcp::socket::shutdown_send, ignored);

@@ -145,13 +145,14 @@ void write_http(Writer& out, const HttpCounts& http) {
         out.metric(name, type, help);
         out.sample({}, value);
     };
-    one("camrig_http_connections", "gauge", "HTTP connections open.", http.connections_open);
-    one("camrig_http_connections_total", "counter", "HTTP connections accepted.", http.connections_total);
+    one("camrig_http_connections", "gauge", "HTTP connections open.", http.connections.open);
+    one("camrig_http_connections_total", "counter", "HTTP connections accepted.", http.connections.total);
     one("camrig_http_connections_refused_total", "counter", "HTTP connections over the limit.",
-        http.connections_refused);
+        http.connections.refused);
     one("camrig_http_connections_displaced_total", "counter", "HTTP connections closed while idle for new ones.",
-        http.connections_displaced);
-    one("camrig_http_wrong_tokens_total", "counter", "HTTP requests with a wrong token.", http.wrong_tokens);
+        http.connections.displaced);
+    one("camrig_http_wrong_tokens_total", "counter", "HTTP requests with a wrong token.",
+        http.connections.wrong_tokens);
     one("camrig_http_requests_total", "counter", "HTTP requests answered.", http.requests);
     one("camrig_http_errors_total", "counter", "HTTP answers with status 400 and above.", http.errors);
     one("camrig_http_streams", "gauge", "MJPEG streams open.", http.streams_open);

@@ -20,13 +20,11 @@ class HttpConnection;
 
 /// HttpCounts while the server runs; any thread.
 struct LiveCounts {
-    std::atomic<std::uint64_t> connections_total{0}, connections_open{0}, connections_refused{0},
-        connections_displaced{0}, wrong_tokens{0}, requests{0}, errors{0}, streams_open{0}, first_parts{0},
-        repeated_parts{0}, stalled{0};
+    LiveConnectionCounts connections;
+    std::atomic<std::uint64_t> requests{0}, errors{0}, streams_open{0}, first_parts{0}, repeated_parts{0}, stalled{0};
 
     HttpCounts read() const {
-        return {connections_open, connections_total, connections_refused, connections_displaced, wrong_tokens, requests,
-                errors,           streams_open,      first_parts,         repeated_parts,        stalled};
+        return {connections.read(), requests, errors, streams_open, first_parts, repeated_parts, stalled};
     }
 };
 

@@ -30,6 +30,13 @@ bool is_tcp(GstRTSPStreamTransport* transport) {
     return transport && gst_rtsp_stream_transport_get_transport(transport)->lower_transport == GST_RTSP_LOWER_TRANS_TCP;
 }
 
+std::size_t sessions_of(GstRTSPClient* client) {
+    GList* sessions = gst_rtsp_client_session_filter(client, nullptr, nullptr);
+    const std::size_t count = g_list_length(sessions);
+    g_list_free_full(sessions, g_object_unref);
+    return count;
+}
+
 /// A status line holds printable ASCII.
 std::string one_line(std::string text) {
     for (char& c : text)
@@ -79,7 +86,11 @@ bool ClientTable::make_room(const std::string& address) {
         goes = oldest;
     else
         return true;
-    if (!goes) return false;
+    if (!goes) {
+        ++counts_.refused;
+        return false;
+    }
+    ++counts_.displaced;
     close(goes->first, goes->second);
     return true;
 }
@@ -90,7 +101,9 @@ void ClientTable::shed() {
         const bool may_go = entry.second.is_stranger && !entry.second.leaves;
         if (may_go && (!oldest || entry.second.number < oldest->second.number)) oldest = &entry;
     }
-    if (oldest) close(oldest->first, oldest->second);
+    if (!oldest) return;
+    ++counts_.displaced;
+    close(oldest->first, oldest->second);
 }
 
 bool ClientTable::must_wait(const std::string& address) const {
@@ -132,6 +145,8 @@ void ClientTable::add(GstRTSPClient* client) {
     record.quiet_since_ns = monotonic_now_ns();
     record.number = ++last_number_;
     clients_.emplace(client, std::move(record));
+    counts_.open = clients_.size();
+    ++counts_.total;
     g_signal_connect(client, "closed", G_CALLBACK(on_closed), this);
     const auto ask = +[](GstRTSPClient* asking, GstRTSPContext* context, void* table) {
         return static_cast<ClientTable*>(table)->on_ask(asking, context);
@@ -159,7 +174,13 @@ GstRTSPStatusCode ClientTable::on_ask(GstRTSPClient* client, const GstRTSPContex
     const auto found = clients_.find(client);
     if (found == clients_.end() || !context->uri || !context->uri->abspath) return GST_RTSP_STS_OK;
     const std::string path = mount_path_of(context->uri->abspath);
-    if (const auto good = refusal_(path); !good) {
+    auto good = refusal_(path);
+    // A session lives on for RtspLimits::session_timeout_s; nothing else bounds them.
+    if (good && context->method == GST_RTSP_SETUP && !context->session &&
+        sessions_of(client) >= limits_.sessions_per_connection)
+        good = error(ErrorKind::resource_exhausted,
+                     "this connection has " + std::to_string(limits_.sessions_per_connection) + " sessions; end one");
+    if (!good) {
         found->second.reason = one_line(good.error().message);
         return status_of(good.error().kind);
     }
@@ -191,6 +212,7 @@ void ClientTable::read_answer(GstRTSPClient* client, Client& record, const GstRT
     if (status != GST_RTSP_STS_UNAUTHORIZED || !context.request ||
         gst_rtsp_message_get_header(context.request, GST_RTSP_HDR_AUTHORIZATION, &given, 0) != GST_RTSP_OK)
         return;
+    ++counts_.wrong_tokens;
     failed_logins_.add(record.address, now_ns);
     log(record.address, "wrong user or token");
     if (++record.wrong_tokens >= limits_.wrong_tokens && !record.leaves) close(client, record);
@@ -232,6 +254,7 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
         self->departed_.push_back(
             {GObjectHandle<GstRTSPClient>(GST_RTSP_CLIENT(g_object_ref(client))), monotonic_now_ns()});
     self->clients_.erase(found);
+    self->counts_.open = self->clients_.size();
 }
 
 void ClientTable::let_go(TimeNs monotonic_ns) {

@@ -9,6 +9,7 @@
 
 #include <gst/rtsp-server/rtsp-server.h>
 
+#include "core/base/connection_counts.h"
 #include "core/base/log_pace.h"
 #include "rtsp_out/rtsp/bounded_connection.h"
 #include "rtsp_out/rtsp/failed_logins.h"
@@ -21,7 +22,7 @@ namespace camrig::rtsp {
 /// The RTSP connections: who may come in, what each has asked for, how they are tuned, and how they end.
 ///
 /// A client that cannot be served gets its status with a reason of our own ("415 RTP carries JPEG of ..."), which is
-/// what programs show to their users. Server thread for every call.
+/// what programs show to their users. Server thread for every call but counts().
 class ClientTable {
 public:
     /// Why a path cannot be had; no error when it can.
@@ -51,6 +52,8 @@ public:
     /// Those who have asked for this path or what lies under it.
     std::vector<GObjectHandle<GstRTSPClient>> clients_of(const std::string& path) const;
     std::vector<GObjectHandle<GstRTSPClient>> all() const;
+    /// Any thread.
+    ConnectionCounts counts() const { return counts_.read(); }
 
 private:
     struct Client {
@@ -88,6 +91,7 @@ private:
     Clients clients_;
     FailedLogins failed_logins_;
     LogPace log_pace_;
+    LiveConnectionCounts counts_;
     std::deque<Departed> departed_;
     std::uint64_t last_number_ = 0;
 };

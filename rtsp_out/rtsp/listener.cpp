@@ -1,11 +1,9 @@
 #include "rtsp_out/rtsp/listener.h"
 
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include "core/base/clock.h"
-#include "core/base/unique_fd.h"
+#include "core/base/descriptors.h"
 
 namespace camrig::rtsp {
 namespace {
@@ -32,14 +30,6 @@ Endpoint peer_of(GSocket* socket) {
 }
 
 }  // namespace
-
-bool descriptors_are_short(int reserve) {
-    rlimit limit{};
-    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return false;
-    // The kernel gives the lowest that is free.
-    const UniqueFd lowest(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-    return !lowest || static_cast<rlim_t>(lowest.get()) + static_cast<rlim_t>(reserve) > limit.rlim_cur;
-}
 
 Result<std::unique_ptr<RtspListener>> RtspListener::create(GstRTSPServer* server, TcpListener listener, Hooks hooks) {
     GError* failed = nullptr;
@@ -79,15 +69,14 @@ void RtspListener::stop() {
 }
 
 void RtspListener::pause(const std::string& why) {
-    if (const auto left_out = pause_log_.due(monotonic_now_ns()))
-        spdlog::warn("rtsp: new connections wait: {}; close some, or raise the limit (ulimit -n)", why);
+    if (const auto left_out = pause_log_.due(monotonic_now_ns())) spdlog::warn("rtsp: new connections wait: {}", why);
     hooks_.shed();
     g_source_destroy(source_);
     g_source_unref(std::exchange(source_, nullptr));
 }
 
 void RtspListener::accept_one() {
-    if (descriptors_are_short(reserved_descriptors)) return pause("too many open files");
+    if (descriptors_are_short()) return pause(too_many_files);
     GError* failed = nullptr;
     GObjectHandle<GSocket> socket(g_socket_accept(socket_.get(), nullptr, &failed));
     if (!socket) {

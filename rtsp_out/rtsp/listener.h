@@ -15,19 +15,17 @@ namespace camrig::rtsp {
 
 /// Takes connections in for an RTSP server, at a pace that the process can stand.
 ///
-/// gst-rtsp-server's own way in spins when no descriptor is left. Here accepting pauses as long as fewer than
-/// `reserved_descriptors` are free: GLib ends the process where it finds none for its own needs (g_wakeup_new). What
-/// waits meanwhile waits in the kernel. Server thread, but for create().
+/// gst-rtsp-server's accept loop busy-waits without descriptors. Here accepting pauses as long as they are short
+/// (core/base/descriptors.h); what waits meanwhile waits in the kernel. Server thread, but for create().
 class RtspListener {
 public:
-    static constexpr int reserved_descriptors = 48;
-    static constexpr TimeNs wait_ns = ns_per_s;     ///< how long a connection of a slowed address is left unread
+    static constexpr TimeNs wait_ns = ns_per_s;     ///< how long a throttled connection is left unread
     static constexpr std::size_t max_waiting = 64;  ///< of those; the oldest is closed for one more
 
     struct Hooks {
         std::function<bool(const std::string& address)> admit;      ///< no: it is closed
         std::function<void()> shed;                                 ///< descriptors are short: let somebody go
-        std::function<bool(const std::string& address)> must_wait;  ///< its address is slowed
+        std::function<bool(const std::string& address)> must_wait;  ///< its address is throttled after failed logins
         std::function<void(GSocket* socket)> prepare;               ///< before the server has it
     };
 
@@ -71,8 +69,5 @@ private:
     std::deque<Waiting> waiting_;
     LogPace pause_log_;
 };
-
-/// Are fewer descriptors than `reserve` free? Any thread.
-bool descriptors_are_short(int reserve);
 
 }  // namespace camrig::rtsp

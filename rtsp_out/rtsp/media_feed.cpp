@@ -13,16 +13,6 @@
 namespace camrig::rtsp {
 namespace {
 
-/// Two pictures never share a tick of the RTP clock.
-constexpr TimeNs min_step_ns = ns_per_s / RtpTimeline::ticks_per_s + 1;
-/// When the last picture is sent again: nothing new came for so long.
-constexpr TimeNs repeat_after_ns = ns_per_s;
-/// While a client has just come to a picture that stands still, that picture is sent again more often: programs on
-/// ffmpeg's libraries open a stream only when they have seen some 20 pictures.
-constexpr TimeNs opening_ns = 5 * ns_per_s;
-constexpr TimeNs opening_repeat_ns = 90 * ns_per_ms;
-/// A repeat is stamped so far in the past, so that a picture that is late comes after it with its true stamp.
-constexpr TimeNs repeat_lag_ns = ns_per_s / 2;
 /// Pictures between appsrc and payloader; an encoder without reordering holds one or two.
 constexpr std::size_t max_on_way = 16;
 
@@ -146,8 +136,7 @@ void MediaFeed::first_picture(Result<stream::MediaUnit> unit) {
     }
     std::lock_guard lock(mutex_);
     if (stopped_ || last_ || unit->info.size != options_.camera.size) return;
-    last_new_ns_ = monotonic_now_ns();
-    push(*unit, std::max(unit->info.monotonic_ns, monotonic_now_ns() - repeat_lag_ns), nullptr);
+    push(*unit, stamps_.of_first(unit->info.monotonic_ns, monotonic_now_ns()), nullptr);
 }
 
 Result<void> MediaFeed::open(const stream::StreamInfo& info) {
@@ -166,13 +155,18 @@ Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
         (sent ? stats_->delivered : stats_->dropped).fetch_add(1, std::memory_order_relaxed);
         return {};
     }
+    lockstep_ = unit.latch != nullptr;
+    const auto stamp_ns = stamps_.of_new(unit.info.monotonic_ns, monotonic_now_ns(), lockstep_);
+    if (!stamp_ns) {
+        stats_->dropped.fetch_add(1, std::memory_order_relaxed);
+        keep(unit);  // what is sent again should be the newest
+        return {};
+    }
     auto pending = std::make_shared<PendingPicture>();
     pending->info = unit.info;
     pending->stats = stats_;
-    lockstep_ = unit.latch != nullptr;
-    last_new_ns_ = monotonic_now_ns();
     if (playing_) pending->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
-    push(unit, unit.info.monotonic_ns, std::move(pending));
+    push(unit, *stamp_ns, std::move(pending));
     return {};
 }
 
@@ -180,7 +174,6 @@ void MediaFeed::close() noexcept {}
 
 /// With the mutex held.
 void MediaFeed::push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending) {
-    stamp_ns = std::max({stamp_ns, options_.timeline.base_ns(), last_stamp_ns_ + min_step_ns});
     const TimeNs pts = options_.timeline.pts_of(stamp_ns);
     const frame::FrameInfo& info = unit.info;
     on_way_.push_back(
@@ -192,12 +185,15 @@ void MediaFeed::push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared
     GstBuffer* buffer = buffer_of(unit);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pts);
     GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(options_.camera.rate.period_ns());
-    last_ = unit;
-    last_->latch.reset();
-    last_stamp_ns_ = stamp_ns;
-    last_push_ns_ = monotonic_now_ns();
+    keep(unit);
     // Never blocks: the oldest waiting picture gives way. Fails only when the pipeline is going.
     gst_app_src_push_buffer(GST_APP_SRC(source_.get()), buffer);
+}
+
+/// With the mutex held.
+void MediaFeed::keep(const stream::MediaUnit& unit) {
+    last_ = unit;
+    last_->latch.reset();
 }
 
 GstBuffer* MediaFeed::buffer_of(const stream::MediaUnit& unit) const {
@@ -279,9 +275,7 @@ void MediaFeed::client_joins() {
     request_key_frame();
     const TimeNs now_ns = monotonic_now_ns();
     std::lock_guard lock(mutex_);
-    opened_ns_ = now_ns;
-    if (last_ && now_ns - last_push_ns_ >= repeat_lag_ns)
-        push(stream::MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
+    if (const auto stamp_ns = stamps_.of_join(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
 }
 
 void MediaFeed::client_plays() {
@@ -317,10 +311,8 @@ bool MediaFeed::is_lockstep() {
 
 void MediaFeed::repeat_if_idle(TimeNs now_ns) {
     std::lock_guard lock(mutex_);
-    if (stopped_ || !last_ || now_ns - last_new_ns_ < repeat_after_ns) return;
-    const bool is_opening = now_ns - opened_ns_ < opening_ns;
-    if (now_ns - last_push_ns_ < (is_opening ? opening_repeat_ns : repeat_after_ns)) return;
-    push(stream::MediaUnit(*last_), now_ns - repeat_lag_ns, nullptr);
+    if (stopped_) return;
+    if (const auto stamp_ns = stamps_.of_repeat(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
 }
 
 void MediaFeed::end() {

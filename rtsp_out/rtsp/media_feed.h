@@ -13,6 +13,7 @@
 #include "core/stream/frame_bus.h"
 #include "rtsp_out/rtsp/frame_times_sei.h"
 #include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/picture_stamps.h"
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
 namespace camrig::rtsp {
@@ -20,9 +21,8 @@ namespace camrig::rtsp {
 /// Brings a camera's pictures into the pipeline of one RTSP stream, from the moment the pipeline runs until it ends.
 ///
 /// The pipeline begins with an appsrc named "src" that keeps the newest two pictures and ends with a payloader named
-/// "pay0"; between them "enc" encodes, or nothing when the pictures are JPEG already. A picture's stamp is its instant
-/// (RtpTimeline); stamps always rise. When nothing new comes for a second the last picture is sent again, for a new
-/// client ten times a second, so that clients open at once and stay while the world stands still.
+/// "pay0"; between them "enc" encodes, or nothing when the pictures are JPEG already. PictureStamps says what each is
+/// stamped with, and when the last one is sent again.
 ///
 /// A picture on its way holds its latch until the last byte of it has been written to the last client: the hold lives
 /// as long as the memory of the encoded picture, which every RTP packet refers to.
@@ -82,6 +82,7 @@ private:
     MediaFeed(Options options, GstElement* bin);
     void start();
     void first_picture(Result<stream::MediaUnit> unit);
+    void keep(const stream::MediaUnit& unit);
     void push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
     GstBuffer* buffer_of(const stream::MediaUnit& unit) const;
     GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
@@ -103,11 +104,8 @@ private:
     bool playing_ = false;
     bool lockstep_ = false;
     std::shared_ptr<stream::ReaderStats> stats_;
-    std::optional<stream::MediaUnit> last_;  ///< without its latch
-    TimeNs last_stamp_ns_ = 0;
-    TimeNs last_push_ns_ = 0;
-    TimeNs last_new_ns_ = 0;    ///< when a picture came that was not sent before
-    TimeNs opened_ns_ = 0;      ///< when the last client came
+    std::optional<stream::MediaUnit> last_;  ///< without its latch; there once a stamp was given
+    PictureStamps stamps_{options_.timeline.base_ns()};
     std::deque<Entry> on_way_;  ///< in the order of their stamps
 
     std::mutex tcp_mutex_;

@@ -10,7 +10,7 @@ namespace camrig::rtsp {
 
 /// What the pipeline asks on its streaming threads before RTP packets go to the TCP readers.
 struct PipelineQuestions {
-    std::function<bool()> tcp_readers_take;  ///< no: packets are left out
+    std::function<bool()> tcp_readers_take;  ///< false: RTP packets to TCP clients are dropped
     std::function<bool()> is_lockstep;       ///< yes: nothing may keep a picture once it is sent
 };
 

@@ -43,10 +43,6 @@ std::int64_t RtpTimeline::ticks_at(TimeNs monotonic_ns) const {
     return pts_of(monotonic_ns) * 9 / 100'000;
 }
 
-std::uint32_t RtpTimeline::rtp_of(TimeNs monotonic_ns) const {
-    return rtp_offset_ + static_cast<std::uint32_t>(ticks_at(monotonic_ns));
-}
-
 RtpTimeline::SenderTime RtpTimeline::sender_time(TimeNs now_ns) const {
     const std::int64_t ticks = ticks_at(now_ns);
     const TimeNs tick_ns = base_ns_ + (ticks * 100'000 + 4) / 9;

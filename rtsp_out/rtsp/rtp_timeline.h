@@ -40,7 +40,6 @@ public:
     TimeNs base_ns() const { return base_ns_; }
     TimeNs pts_of(TimeNs monotonic_ns) const { return monotonic_ns - base_ns_; }
     TimeNs realtime_of(TimeNs monotonic_ns) const { return monotonic_ns + wall_offset_ns_; }
-    std::uint32_t rtp_of(TimeNs monotonic_ns) const;
 
     struct SenderTime {
         std::uint64_t ntp = 0;  ///< seconds since 1900, 32.32 fixed point

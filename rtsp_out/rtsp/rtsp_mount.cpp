@@ -30,9 +30,9 @@ std::string RtspMount::path_of(RtspCodec codec, const std::string& camera) {
 Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const stream::CameraStream& camera,
                                         const RtspOptions& options) {
     Plan plan{path_of(codec, camera.name), "", camera, {}};
-    const RtspOutput wish = options_for(camera, codec);
+    const RtspOutput output = options_for(camera, codec);
     if (codec == RtspCodec::h264) {
-        const auto encoder = choose_h264_encoder(options.h264_elements, wish, camera.size, camera.rate);
+        const auto encoder = choose_h264_encoder(options.h264_elements, output, camera.size, camera.rate);
         if (!encoder) return std::unexpected(encoder.error());
         plan.format.pixels = encoder->pixels;
         plan.launch = "( appsrc name=src ! " + encoder->launch +
@@ -47,7 +47,7 @@ Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const stream::CameraStr
                                                  " or MJPEG over HTTP at /cameras/" + camera.name + "/stream.mjpg");
     }
     plan.format.codec = codec::Codec::jpeg;
-    plan.format.quality = wish.quality;
+    plan.format.quality = output.quality;
     plan.launch = "( appsrc name=src ! rtpjpegpay name=pay0 pt=26 )";
     return plan;
 }

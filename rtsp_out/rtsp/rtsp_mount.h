@@ -20,8 +20,8 @@ namespace camrig::rtsp {
 /// media's own thread calls is guarded.
 class RtspMount {
 public:
-    /// How the mount of this codec is to be, from the camera's wishes. unsupported: the camera's pictures do not fit
-    /// the format, or nothing is there to encode them; the message names what works.
+    /// How the mount of this codec is to be, from the camera's output options. unsupported: the camera's pictures do
+    /// not fit the format, or nothing is there to encode them; the message names what works.
     struct Plan {
         std::string path;
         std::string launch;

@@ -23,9 +23,11 @@ struct RtspLimits {
     int request_ms = 10'000;         ///< a request that takes longer to come ends its connection
     int wrong_tokens = 3;            ///< so many on one connection close it
     RequestLimits requests;
-    int send_buffer_bytes = 256 * 1024;  ///< the kernel's, per connection
-    int stalled_after_ms = 6'000;        ///< a TCP client that takes no byte for so long is closed
-    int session_timeout_s = 60;          ///< a UDP client that says nothing (RTSP or RTCP) for so long is gone
+    int send_buffer_bytes = 256 * 1024;       ///< the kernel's, per connection
+    int stalled_after_ms = 6'000;             ///< a TCP client that takes no byte for so long is closed
+    std::size_t sessions_per_connection = 8;  ///< made by SETUP without one; most clients make one
+    unsigned sessions = 1024;                 ///< of all connections
+    int session_timeout_s = 60;               ///< a UDP client that says nothing (RTSP or RTCP) for so long is gone
 };
 
 struct RtspOptions {

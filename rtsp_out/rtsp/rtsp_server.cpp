@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/base/descriptors.h"
 #include "rtsp_out/rtsp/client_table.h"
 #include "rtsp_out/rtsp/listener.h"
 #include "rtsp_out/rtsp/rtsp_access.h"
@@ -24,7 +25,7 @@ constexpr guint farewell_ms = 200;
 /// Where UDP ports are looked for, each mount in a range of its own.
 constexpr int first_udp_port = 20'000;
 constexpr int udp_ports = 1'000;
-/// A stream takes some twenty descriptors, and GLib ends the process where it finds none.
+/// Free for a new stream, which takes some twenty.
 constexpr int descriptors_of_a_stream = 40;
 constexpr std::array codecs = {RtspCodec::h264, RtspCodec::mjpeg};
 
@@ -112,6 +113,7 @@ Result<void> RtspServer::Impl::listen() {
     server.reset(gst_rtsp_server_new());
     mounts.reset(gst_rtsp_server_get_mount_points(server.get()));
     sessions.reset(gst_rtsp_server_get_session_pool(server.get()));
+    gst_rtsp_session_pool_set_max_sessions(sessions.get(), options.limits.sessions);
     if (const auto auth = create_rtsp_auth(options)) gst_rtsp_server_set_auth(server.get(), auth.get());
     // All connections on our thread: what closes, counts and changes them needs no lock.
     const GObjectHandle<GstRTSPThreadPool> threads(gst_rtsp_thread_pool_new());
@@ -218,7 +220,7 @@ void RtspServer::Impl::unmount(const std::string& path) {
 Result<void> RtspServer::Impl::refusal(const std::string& path) const {
     if (mounted.contains(path)) {
         if (!descriptors_are_short(descriptors_of_a_stream)) return {};
-        return error(ErrorKind::unavailable, "Too many open files; close some, or raise the limit (ulimit -n)");
+        return error(ErrorKind::unavailable, too_many_files);
     }
     if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
     std::string paths;
@@ -281,6 +283,9 @@ std::uint16_t RtspServer::port() const {
 }
 const char* RtspServer::scheme() const {
     return impl_->options.certificate.empty() ? "rtsp" : "rtsps";
+}
+ConnectionCounts RtspServer::counts() const {
+    return impl_->clients.counts();
 }
 void RtspServer::stop() {
     impl_->stop();

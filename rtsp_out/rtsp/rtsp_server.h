@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/base/connection_counts.h"
 #include "core/base/result.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 
@@ -21,6 +22,7 @@ public:
     std::uint16_t port() const;
     /// "rtsp" or "rtsps".
     const char* scheme() const;
+    ConnectionCounts counts() const;
     /// Ends all streams, closes all connections and joins. May be called twice.
     void stop();
 

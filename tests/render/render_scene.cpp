@@ -237,5 +237,8 @@ int run(const Arguments& a) {
 }  // namespace camrig::render
 
 int main(int argc, char** argv) {
-    return camrig::render::run(camrig::render::parse(argc, argv));
+    const auto arguments = camrig::render::parse(argc, argv);
+    // For llvmpipe, while there is no other thread.
+    if (arguments.threads > 0) ::setenv("LP_NUM_THREADS", std::to_string(arguments.threads).c_str(), 1);
+    return camrig::render::run(arguments);
 }

@@ -238,6 +238,42 @@ def test_a_rig_of_another_version_is_said_to_be_one(tmp_path):
             assert done.returncode == 1 and "another version" in done.stderr and "json.exception" not in done.stderr, done.stderr
 
 
+@pytest.mark.parametrize("what_lacks", ["cameras", "size"])
+def test_a_recording_of_a_rig_of_another_version_lets_its_world_go(tmp_path, what_lacks):
+    """An exception in the middle left the world paused."""
+    import threading
+
+    camera = {"name": "a", "size": [64, 48], "fps": 25}
+    status = {"mode": "realtime", "paused": False, "world_ns": 0, "scene": "s", "seed": 1}
+    results = {
+        "camera.list": {} if what_lacks == "cameras" else {"cameras": [camera]},
+        "world.status": status,
+        "truth.get": {"time_ns": 40_000_000, "sequence": 1},
+        "frame.get": {"time_ns": 40_000_000, "sequence": 1, "data": ""}}
+    asked = []
+    path = str(tmp_path / "old.sock")
+    with socket.socket(socket.AF_UNIX) as old:
+        old.bind(path)
+        old.listen()
+
+        def answer():
+            with old.accept()[0] as client, client.makefile("rw") as lines:
+                for line in lines:
+                    request = json.loads(line)
+                    asked.append(request["method"])
+                    lines.write(json.dumps({"jsonrpc": "2.0", "id": request["id"], "result": results.get(request["method"], {})}) + "\n")
+                    lines.flush()
+
+        thread = threading.Thread(target=answer, daemon=True)
+        thread.start()
+        done = subprocess.run([os.environ["CAMRIG_BIN"], "record", str(tmp_path / "set"), "--masks", "--depth", "npy", "--frames", "1", "--control", path],
+                              capture_output=True, text=True, timeout=30)
+        thread.join(20)
+    assert done.returncode == 1 and "another version" in done.stderr and "json.exception" not in done.stderr, done.stderr
+    assert what_lacks == "cameras" or asked[-1] == "world.resume", asked
+    assert ("world.pause" in asked) == ("world.resume" in asked)
+
+
 def test_a_field_of_view_that_is_none_is_told_in_few_digits(rig):
     with pytest.raises(camrig.CamrigError, match=r"vfov_deg: 200 deg is no field of view"):
         rig.create_camera("wide", size=(64, 48), vfov_deg=200)

@@ -146,6 +146,7 @@ def test_a_wrong_token_closes_the_connection_after_three_and_then_waits(guarded)
             assert is_closed(raw, 5)
     assert "127.0.0.1: wrong user or token" in rig.log
     assert rig.log.count("wrong user or token") <= 2 + 6  # a line a second; six tries take less
+    assert rig.call("server.info")["connections"]["rtsp"]["wrong_tokens"] == 6
     with connect(port) as raw:  # from an address that guessed too often
         raw.sendall(b"OPTIONS * RTSP/1.0\r\nCSeq: 1\r\n\r\n")
         raw.settimeout(0.2)
@@ -228,6 +229,27 @@ def test_udp_ports_are_open_on_the_rigs_host_only(rig, process):
     finally:
         reader.kill()
         reader.wait()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_connection_has_few_sessions_and_plays_on(rig):
+    """Each SETUP without one made a session that lived for a minute."""
+    port = rig.call("server.info")["rtsp"]
+    with connect(port) as raw:
+        def ask(method, number, head):
+            raw.sendall(f"{method} rtsp://127.0.0.1:{port}/main/stream=0 RTSP/1.0\r\nCSeq: {number}\r\n{head}\r\n".encode())
+            return answer_of(raw)
+
+        answers = [ask("SETUP", n, f"Transport: RTP/AVP/TCP;unicast;interleaved={2 * n}-{2 * n + 1}\r\n") for n in range(1, 51)]
+        assert [int(answer.split()[1]) for answer in answers] == 8 * [200] + 42 * [503]
+        assert "has 8 sessions" in answers[-1]
+        session = re.search(r"Session: *([^;\r]+)", answers[0])[1]
+        raw.sendall(f"PLAY rtsp://127.0.0.1:{port}/main RTSP/1.0\r\nCSeq: 51\r\nSession: {session}\r\n\r\n".encode())
+        raw.settimeout(20)
+        assert raw.recv(12) == b"RTSP/1.0 200"
+        packets = iter(lambda: raw.recv(1 << 16), b"")
+        assert any(re.search(rb"\$\x02..[\x80-\xbf]", some, re.DOTALL) for some in packets), "no picture on its channel"
+    assert len(take(RtspReader(rig.rtsp_url + "/main"), 3)) == 3
 
 
 @pytest.mark.slow

@@ -96,12 +96,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
             return context.usage(unexpected_word(app) + " (camrig --help, camrig COMMAND --help)");
         return context.usage(std::string(problem.what()) + " (camrig --help, camrig COMMAND --help)");
     } catch (const nlohmann::json::exception& problem) {
-        // "[json.exception.out_of_range.403] key 'x' not found" -> what a person needs.
-        const std::string_view what = problem.what();
-        const auto end = what.find("] ");
-        return context.fail({ErrorKind::unsupported,
-                             "the rig's answer is not what this camrig expects; is the rig of another version? (" +
-                                 std::string(end == std::string_view::npos ? what : what.substr(end + 2)) + ")"});
+        return context.fail(unexpected_answer(problem));
     } catch (const std::exception& problem) {
         return context.fail({ErrorKind::internal, problem.what()});
     }

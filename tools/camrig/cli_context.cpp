@@ -74,6 +74,15 @@ int CliContext::print(const nlohmann::json& value, const std::string& words) con
     return fail({ErrorKind::unavailable, "the output cannot be written"});
 }
 
+Error unexpected_answer(const nlohmann::json::exception& problem) {
+    // "[json.exception.out_of_range.403] key 'x' not found" -> what a person needs.
+    const std::string_view what = problem.what();
+    const auto end = what.find("] ");
+    return {ErrorKind::unsupported,
+            "the rig's answer is not what this camrig expects; is the rig of another version? (" +
+                std::string(end == std::string_view::npos ? what : what.substr(end + 2)) + ")"};
+}
+
 Result<json> parse_numbers(std::string_view option, std::string_view text, std::size_t count) {
     json numbers = json::array();
     for (std::string_view rest = text; numbers.size() < count;) {

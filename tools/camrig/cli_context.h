@@ -42,6 +42,9 @@ struct CliContext {
     int print(const nlohmann::json& value, const std::string& words) const;
 };
 
+/// What a missing or strange field of an answer means.
+Error unexpected_answer(const nlohmann::json::exception& problem);
+
 /// "X,Y,Z" -> [X, Y, Z]: exactly `count` finite numbers.
 Result<nlohmann::json> parse_numbers(std::string_view option, std::string_view text, std::size_t count);
 /// "640x480" -> [640, 480].

@@ -68,6 +68,10 @@ struct RecordedCamera {
     Rate rate;
 };
 
+ImageSize size_in(const json& truth) {
+    return {truth.at("size").at(0).get<int>(), truth.at("size").at(1).get<int>()};
+}
+
 /// What was done so far, on one line of the terminal; silent elsewhere.
 class Progress {
 public:
@@ -101,6 +105,7 @@ private:
     Result<void> choose_cameras();
     Result<void> hold_world();
     Result<void> let_world_go();
+    Result<void> begin_dataset();
     Result<std::int64_t> record(Progress& progress);
     Result<void> take(const RecordedCamera& camera, TimeNs instant_ns);
     Result<std::vector<std::byte>> picture(const json& params, const json& truth);
@@ -112,6 +117,7 @@ private:
     const RecordOptions& options_;
     std::vector<RecordedCamera> cameras_;
     std::optional<DatasetWriter> writer_;
+    json names_ = json::array();
     json world_;
     bool resumes_ = false;
 };
@@ -119,13 +125,14 @@ private:
 Result<void> Recorder::choose_cameras() {
     const auto list = client_.call("camera.list");
     if (!list) return std::unexpected(list.error());
-    for (const json& camera : (*list)["cameras"]) {
-        const std::string name = camera["name"];
+    for (const json& camera : list->at("cameras")) {
+        const std::string name = camera.at("name");
         if (!options_.cameras.empty() && std::ranges::find(options_.cameras, name) == options_.cameras.end()) continue;
-        const json& fps = camera["fps"];
+        const json& fps = camera.at("fps");
         const auto rate = fps.is_string() ? Rate::parse(fps.get<std::string>()) : Rate::from_number(fps.get<double>());
         if (!rate) return std::unexpected(rate.error());
         cameras_.push_back({name, *rate});
+        names_.push_back(name);
     }
     for (const std::string& name : options_.cameras)
         if (std::ranges::find(cameras_, name, &RecordedCamera::name) == cameras_.end())
@@ -138,7 +145,7 @@ Result<void> Recorder::choose_cameras() {
 Result<void> Recorder::hold_world() {
     auto status = client_.call("world.status");
     if (!status) return std::unexpected(status.error());
-    if ((*status)["mode"] == "realtime" && !(*status)["paused"].get<bool>()) {
+    if (status->at("mode") == "realtime" && !status->at("paused").get<bool>()) {
         if (auto paused = client_.call("world.pause"); !paused) return std::unexpected(paused.error());
         resumes_ = true;
         status = client_.call("world.status");
@@ -159,21 +166,23 @@ Result<void> Recorder::let_world_go() {
 Result<std::vector<std::byte>> Recorder::picture(const json& params, const json& truth) {
     const auto frame = client_.call("frame.get", params);
     if (!frame) return std::unexpected(frame.error());
-    if ((*frame)["time_ns"] != truth["time_ns"] || (*frame)["sequence"] != truth["sequence"])
-        return error(ErrorKind::unavailable, "camera " + params["camera"].get<std::string>() +
+    if (frame->at("time_ns") != truth.at("time_ns") || frame->at("sequence") != truth.at("sequence"))
+        return error(ErrorKind::unavailable, "camera " + params.at("camera").get<std::string>() +
                                                  ": somebody else moves the world or changes the camera; a recording "
                                                  "needs both for itself");
-    return base64_decode(frame->value("data", ""));
+    return base64_decode(frame->at("data").get<std::string>());
 }
 
 Result<DatasetWriter::FrameFile> Recorder::depth(const RecordedCamera& camera, const json& truth) {
     const bool is_npy = options_.depth == "npy";
-    auto bytes = picture(
-        {{"camera", camera.name}, {"min_ns", truth["time_ns"]}, {"kind", "depth"}, {"format", is_npy ? "raw" : "png"}},
-        truth);
+    auto bytes = picture({{"camera", camera.name},
+                          {"min_ns", truth.at("time_ns")},
+                          {"kind", "depth"},
+                          {"format", is_npy ? "raw" : "png"}},
+                         truth);
     if (!bytes) return std::unexpected(bytes.error());
     if (is_npy) {
-        const std::string head = http::npy_float32_head({truth["size"][0].get<int>(), truth["size"][1].get<int>()});
+        const std::string head = http::npy_float32_head(size_in(truth));
         const auto of_head = std::as_bytes(std::span(head));
         bytes->insert(bytes->begin(), of_head.begin(), of_head.end());
     }
@@ -183,16 +192,16 @@ Result<DatasetWriter::FrameFile> Recorder::depth(const RecordedCamera& camera, c
 /// The instance picture; the masks of its objects go into the truth.
 Result<DatasetWriter::FrameFile> Recorder::masks(const RecordedCamera& camera, json& truth) {
     auto bytes = picture(
-        {{"camera", camera.name}, {"min_ns", truth["time_ns"]}, {"kind", "instance"}, {"format", "raw"}}, truth);
+        {{"camera", camera.name}, {"min_ns", truth.at("time_ns")}, {"kind", "instance"}, {"format", "raw"}}, truth);
     if (!bytes) return std::unexpected(bytes.error());
-    const ImageSize size{truth["size"][0].get<int>(), truth["size"][1].get<int>()};
-    std::vector<std::uint32_t> ids(static_cast<std::size_t>(size.pixels()));
-    if (bytes->size() != ids.size() * sizeof ids[0])
+    const ImageSize size = size_in(truth);
+    if (static_cast<std::int64_t>(bytes->size()) != size.pixels() * 4)
         return error(ErrorKind::internal, "camera " + camera.name + ": an instance picture of another size");
+    std::vector<std::uint32_t> ids(bytes->size() / 4);
     std::memcpy(ids.data(), bytes->data(), bytes->size());
     auto masks = coco_masks(ids, size);
-    for (json& object : truth["objects"]) {
-        const auto mask = masks.find(object["id"].get<std::uint32_t>());
+    for (json& object : truth.at("objects")) {
+        const auto mask = masks.find(object.at("id").get<std::uint32_t>());
         if (mask != masks.end())
             object["segmentation"] = {{"size", {size.height, size.width}}, {"counts", std::move(mask->second)}};
     }
@@ -211,7 +220,7 @@ Result<DatasetWriter::FrameFile> Recorder::masks(const RecordedCamera& camera, j
 Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
     auto truth = client_.call("truth.get", {{"camera", camera.name}, {"min_ns", instant_ns}});
     if (!truth) return std::unexpected(truth.error());
-    if ((*truth)["time_ns"] != instant_ns)
+    if (truth->at("time_ns") != instant_ns)
         return error(ErrorKind::unavailable,
                      "camera " + camera.name + ": somebody else moves the world; a recording needs it for itself");
     const auto color = picture({{"camera", camera.name}, {"min_ns", instant_ns}, {"format", options_.format}}, *truth);
@@ -230,8 +239,18 @@ Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
     return writer_->add(*truth, *color, further, camera.rate.to_string());
 }
 
+Result<void> Recorder::begin_dataset() {
+    const json description{{"scene", world_.at("scene")}, {"seed", world_.at("seed")}, {"cameras", names_},
+                           {"depth", options_.depth},     {"masks", options_.masks},   {"yolo", options_.yolo}};
+    auto writer = DatasetWriter::create(options_.folder, description, options_.format == "png" ? ".png" : ".jpg");
+    if (!writer) return std::unexpected(writer.error());
+    writer_ = std::move(*writer);
+    return {};
+}
+
 Result<std::int64_t> Recorder::record(Progress& progress) {
-    const TimeNs start_ns = world_["world_ns"].get<TimeNs>();
+    if (auto begun = begin_dataset(); !begun) return std::unexpected(begun.error());
+    const TimeNs start_ns = world_.at("world_ns").get<TimeNs>();
     const double seconds = options_.seconds.value_or(options_.frames ? 1e9 : default_seconds);
     const TimeNs end_ns = start_ns + static_cast<TimeNs>(seconds * 1e9);
     std::int64_t frames = 0, instants = 0;
@@ -258,17 +277,13 @@ Result<std::int64_t> Recorder::record(Progress& progress) {
 Result<json> Recorder::run(Progress& progress) {
     if (auto chosen = choose_cameras(); !chosen) return std::unexpected(chosen.error());
     if (auto held = hold_world(); !held) return std::unexpected(held.error());
-    json names = json::array();
-    for (const RecordedCamera& camera : cameras_) names.push_back(camera.name);
-    const json description{{"scene", world_["scene"]}, {"seed", world_["seed"]},  {"cameras", names},
-                           {"depth", options_.depth},  {"masks", options_.masks}, {"yolo", options_.yolo}};
-    auto writer = DatasetWriter::create(options_.folder, description, options_.format == "png" ? ".png" : ".jpg");
     Result<std::int64_t> frames = 0;
-    if (writer) {
-        writer_ = std::move(*writer);
+    try {
         frames = record(progress);
-    } else {
-        frames = std::unexpected(writer.error());
+    } catch (const json::exception& problem) {
+        frames = std::unexpected(unexpected_answer(problem));
+    } catch (const std::exception& problem) {
+        frames = error(ErrorKind::internal, problem.what());
     }
     if (resumes_) {
         if (auto resumed = let_world_go(); !resumed && frames) frames = std::unexpected(resumed.error());
@@ -277,7 +292,7 @@ Result<json> Recorder::run(Progress& progress) {
     if (writer_)
         if (auto finished = finish_dataset(options_.folder); !finished && frames) frames = finished;
     if (!frames) return std::unexpected(frames.error());
-    return json{{"folder", options_.folder.string()}, {"cameras", names}, {"frames", *frames}};
+    return json{{"folder", options_.folder.string()}, {"cameras", names_}, {"frames", *frames}};
 }
 
 int record_or_repair(const CliContext& context, const RecordOptions& options) {

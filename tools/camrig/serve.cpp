@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <cstdio>
-#include <mutex>
 #include <new>
 #include <string_view>
 #include <thread>
@@ -16,16 +15,16 @@
 #include "control/rpc/rpc_server.h"
 #include "control/server/control_server.h"
 #include "control/web/page_files.h"
-#include "core/base/clock.h"
 #include "core/base/command_key.h"
+#include "core/base/descriptors.h"
 #include "core/base/token.h"
 #include "core/stream/local_frame_bus.h"
 #include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
-#include "tools/camrig/descriptors.h"
 #include "tools/camrig/outputs.h"
 #include "tools/camrig/rig_folder.h"
+#include "tools/camrig/server_facts.h"
 #include "tools/camrig/version.h"
 
 // The composition root: makes every part, plugs them together, and takes them down in the opposite order.
@@ -55,11 +54,6 @@ public:
     void is_over() const { std::set_new_handler(nullptr); }
 };
 
-/// As it stands in a URL: an address of IPv6 goes into brackets.
-std::string host_of_url(const std::string& host) {
-    return host.find(':') == std::string::npos ? host : "[" + host + "]";
-}
-
 /// The signals that end the rig are blocked in every thread and waited for in one.
 class StopSignal {
 public:
@@ -78,26 +72,6 @@ public:
 
 private:
     sigset_t signals_{};
-};
-
-/// What server.info tells; filled while clients may be asking already.
-class Facts {
-public:
-    void add(std::string key, nlohmann::json value) {
-        std::lock_guard lock(mutex_);
-        facts_[std::move(key)] = std::move(value);
-    }
-    nlohmann::json get() const {
-        std::lock_guard lock(mutex_);
-        nlohmann::json facts = facts_;
-        facts["uptime_s"] = static_cast<double>(monotonic_now_ns() - started_ns_) / 1e9;
-        return facts;
-    }
-
-private:
-    const TimeNs started_ns_ = monotonic_now_ns();
-    mutable std::mutex mutex_;
-    nlohmann::json facts_ = nlohmann::json::object();
 };
 
 void tell_ready(int fd, const nlohmann::json& facts) {
@@ -148,7 +122,7 @@ Result<NetworkAccess> network_access(const ServeOptions& options, const std::str
 /// Where clients of this user find the key by themselves. Without them the rig goes on: the printed link carries the
 /// key, so that nobody stops a rig by taking a name in /tmp.
 std::vector<CommandKeyFile> write_key_files(const std::string& key, const http::HttpServer& http,
-                                            const control::ControlServer& control, Facts& facts) {
+                                            const control::ControlServer& control, ServerFacts& facts) {
     std::vector<CommandKeyFile> files;
     if (key.empty()) return files;
     const auto write = [&](const std::string& address, std::uint16_t port) {
@@ -161,6 +135,88 @@ std::vector<CommandKeyFile> write_key_files(const std::string& key, const http::
     write(http.address(), http.port());
     if (control.tcp_port() != 0) write(control.tcp_address(), control.tcp_port());
     return files;
+}
+
+/// What the HTTP server asks of the rig. The engine's thread has no time for text, and the server's must not wait for
+/// it.
+http::HttpHooks http_hooks(control::RpcServer& rpc, control::Authority granted, engine::Engine& engine,
+                           stream::WorkerPool& truth_text) {
+    http::HttpHooks hooks;
+    hooks.rpc = [&rpc, granted](std::string body, bool may_command, std::function<void(http::RpcText)> reply) {
+        const auto done = [reply = std::move(reply)](control::RpcAnswer answer) {
+            auto claims = std::make_shared<std::vector<ByteBudget::Claim>>(std::move(answer.claims));
+            reply({std::move(answer.pieces), std::move(claims)});
+        };
+        rpc.handle(body, done, may_command ? granted : control::Authority::look);
+    };
+    hooks.stats = [&engine](std::function<void(stream::RigReport)> reply) {
+        engine.post(engine::Request<engine::GetStats>{{}, [reply = std::move(reply)](Result<stream::RigReport> report) {
+                                                          reply(report ? std::move(*report) : stream::RigReport{});
+                                                      }});
+    };
+    hooks.truth = [&engine, &truth_text](std::string camera, TimeNs min_ns,
+                                         std::function<void(Result<std::string>)> reply) {
+        engine.post(engine::Request<engine::GetTruth>{
+            {std::move(camera), min_ns}, [&truth_text, reply = std::move(reply)](Result<truth::TruthRef> truth) {
+                if (!truth) return reply(std::unexpected(truth.error()));
+                std::function<void()> job = [reply, truth = std::move(*truth)] {
+                    reply(truth_to_json(*truth).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+                };
+                if (!truth_text.post(std::move(job))) job();
+            }});
+    };
+    hooks.files = [](std::string_view path) -> std::optional<http::StaticFile> {
+        const auto file = control::page_file(path);
+        if (!file) return std::nullopt;
+        return http::StaticFile{std::string(file->content_type), std::make_shared<const std::string>(file->text)};
+    };
+    return hooks;
+}
+
+http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
+                               stream::FrameBus& bus, stream::FrameFetcher& fetcher, http::HttpHooks hooks) {
+    return {.host = options.host,
+            .port = options.http_port,
+            .token = token,
+            .command_key = command_key,
+            .bus = &bus,
+            .fetcher = &fetcher,
+            .embedders = options.embed_origins,
+            .hooks = std::move(hooks),
+            .limits = {}};
+}
+
+rtsp::RtspOptions rtsp_options(const ServeOptions& options, const std::string& token, stream::FrameBus& bus,
+                               stream::FrameFetcher& fetcher) {
+    return {.host = options.host,
+            .port = options.rtsp_port,
+            .token = token,
+            .certificate = options.rtsp_cert,
+            .key = options.rtsp_key,
+            .bus = &bus,
+            .fetcher = &fetcher,
+            .h264_elements = options.rtsp_encoder.empty() ? rtsp::h264_elements : std::vector{options.rtsp_encoder},
+            .limits = {}};
+}
+
+/// What a person wants to know who has started the rig by hand.
+void print_addresses(const ServeOptions& options, const std::string& renderer, const std::string& command_key,
+                     const http::HttpServer& http, const rtsp::RtspServer& rtsp, const control::ControlServer& control,
+                     const std::vector<stream::CameraStream>& cameras) {
+    std::printf("camrig %s  %s\n  control  %s\n", version, renderer.c_str(), options.control.c_str());
+    // As it stands in a URL: an address of IPv6 goes into brackets.
+    const std::string address = options.host.contains(':') ? "[" + options.host + "]" : options.host;
+    const char* const host = address.c_str();
+    if (options.tcp_port) std::printf("  control  %s:%u\n", host, control.tcp_port());
+    // As a fragment the key stays in the browser: it is neither sent nor logged when the page is asked for.
+    const std::string key = command_key.empty() ? "" : "#key=" + command_key;
+    std::printf("  http     http://%s:%u/%s\n", host, http.port(), key.c_str());
+    for (const auto& camera : cameras) {
+        const char* const name = camera.name.c_str();
+        std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, http.port(), name);
+        std::printf("  camera   %s://%s:%u/%s\n", rtsp.scheme(), host, rtsp.port(), name);
+    }
+    std::fflush(stdout);
 }
 
 }  // namespace
@@ -184,7 +240,6 @@ int run_serve(const ServeOptions& options) {
     if (!scene) return fail(scene.error());
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
 
-    // The engine's thread has no time for text, and the HTTP server's must not wait for it.
     stream::WorkerPool truth_text(1, max_truths_waiting);
     auto pool = std::make_shared<frame::FramePool>();
     stream::LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
@@ -200,7 +255,7 @@ int run_serve(const ServeOptions& options) {
                                  .is_lockstep = options.engine.mode == engine::RunMode::lockstep});
     if (!outputs) return fail(outputs.error());
 
-    Facts facts;
+    ServerFacts facts;
     facts.add("version", version);
     facts.add("pid", ::getpid());
     facts.add("renderer", (*engine)->renderer_description());
@@ -215,86 +270,29 @@ int run_serve(const ServeOptions& options) {
                             .how_to_command = access->how_to_command,
                             .scenes = scenes});
 
-    http::HttpOptions http_options;
-    http_options.host = options.host;
-    http_options.port = options.http_port;
-    http_options.token = *token;
-    http_options.command_key = access->key;
-    http_options.bus = &bus;
-    http_options.fetcher = engine->get();
-    http_options.embedders = options.embed_origins;
-    http_options.hooks.rpc = [&rpc, granted = access->authority](std::string body, bool may_command,
-                                                                 std::function<void(http::RpcText)> reply) {
-        const auto done = [reply = std::move(reply)](control::RpcAnswer answer) {
-            auto claims = std::make_shared<std::vector<ByteBudget::Claim>>(std::move(answer.claims));
-            reply({std::move(answer.pieces), std::move(claims)});
-        };
-        rpc.handle(body, done, may_command ? granted : control::Authority::look);
-    };
-    http_options.hooks.stats = [&engine = **engine](std::function<void(stream::RigReport)> reply) {
-        engine.post(engine::Request<engine::GetStats>{{}, [reply = std::move(reply)](Result<stream::RigReport> report) {
-                                                          reply(report ? std::move(*report) : stream::RigReport{});
-                                                      }});
-    };
-    http_options.hooks.truth = [&engine = **engine, &truth_text](std::string camera, TimeNs min_ns,
-                                                                 std::function<void(Result<std::string>)> reply) {
-        engine.post(engine::Request<engine::GetTruth>{
-            {std::move(camera), min_ns}, [&truth_text, reply = std::move(reply)](Result<truth::TruthRef> truth) {
-                if (!truth) return reply(std::unexpected(truth.error()));
-                std::function<void()> job = [reply, truth = std::move(*truth)] {
-                    reply(truth_to_json(*truth).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-                };
-                if (!truth_text.post(std::move(job))) job();
-            }});
-    };
-    http_options.hooks.files = [](std::string_view path) -> std::optional<http::StaticFile> {
-        const auto file = control::page_file(path);
-        if (!file) return std::nullopt;
-        return http::StaticFile{std::string(file->content_type), std::make_shared<const std::string>(file->text)};
-    };
-    auto http = http::HttpServer::create(std::move(http_options));
+    auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine,
+                                                      http_hooks(rpc, access->authority, **engine, truth_text)));
     if (!http) return fail(http.error());
     facts.add("http", (*http)->port());
 
-    rtsp::RtspOptions rtsp_options;
-    rtsp_options.host = options.host;
-    rtsp_options.port = options.rtsp_port;
-    rtsp_options.token = *token;
-    rtsp_options.certificate = options.rtsp_cert;
-    rtsp_options.key = options.rtsp_key;
-    if (!options.rtsp_encoder.empty()) rtsp_options.h264_elements = {options.rtsp_encoder};
-    rtsp_options.bus = &bus;
-    rtsp_options.fetcher = engine->get();
-    auto rtsp = rtsp::RtspServer::create(std::move(rtsp_options));
+    auto rtsp = rtsp::RtspServer::create(rtsp_options(options, *token, bus, **engine));
     if (!rtsp) return fail(rtsp.error());
     facts.add("rtsp", (*rtsp)->port());
 
-    control::ControlServerOptions control_options;
-    control_options.unix_path = options.control;
-    control_options.host = options.host;
-    control_options.tcp_port = options.tcp_port;
-    control_options.token = access->secret;
-    control_options.tcp_authority = access->authority;
-    control_options.rpc = &rpc;
-    auto control = control::ControlServer::create(std::move(control_options));
+    auto control = control::ControlServer::create({.unix_path = options.control,
+                                                   .host = options.host,
+                                                   .tcp_port = options.tcp_port,
+                                                   .token = access->secret,
+                                                   .tcp_authority = access->authority,
+                                                   .rpc = &rpc});
     if (!control) return fail(control.error());
     facts.add("tcp", (*control)->tcp_port());
+    facts.add_connections("control", [server = control->get()] { return server->counts(); });
+    facts.add_connections("http", [server = http->get()] { return server->counts().connections; });
+    facts.add_connections("rtsp", [server = rtsp->get()] { return server->counts(); });
     auto keys = write_key_files(access->key, **http, **control, facts);
 
-    std::printf("camrig %s  %s\n", version, (*engine)->renderer_description().c_str());
-    std::printf("  control  %s\n", options.control.c_str());
-    const std::string host_in_urls = host_of_url(options.host);
-    const char* const host = host_in_urls.c_str();
-    if (options.tcp_port) std::printf("  control  %s:%u\n", host, (*control)->tcp_port());
-    // As a fragment the key stays in the browser: it is neither sent nor logged when the page is asked for.
-    const std::string key = access->key.empty() ? "" : "#key=" + access->key;
-    std::printf("  http     http://%s:%u/%s\n", host, (*http)->port(), key.c_str());
-    for (const auto& camera : bus.cameras()) {
-        const char* const name = camera.name.c_str();
-        std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, (*http)->port(), name);
-        std::printf("  camera   %s://%s:%u/%s\n", (*rtsp)->scheme(), host, (*rtsp)->port(), name);
-    }
-    std::fflush(stdout);
+    print_addresses(options, (*engine)->renderer_description(), access->key, **http, **rtsp, **control, bus.cameras());
     at_start.is_over();
     tell_ready(options.ready_fd, facts.get());
 

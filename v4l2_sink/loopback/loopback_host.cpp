@@ -35,22 +35,22 @@ LoopbackHost::~LoopbackHost() {
     }
 }
 
-void LoopbackHost::set(LoopbackWish wish, TimeNs monotonic_ns) {
-    const auto [found, is_new] = devices_.try_emplace(wish.number);
+void LoopbackHost::set(LoopbackSettings settings, TimeNs monotonic_ns) {
+    const auto [found, is_new] = devices_.try_emplace(settings.number);
     Device& device = found->second;
-    if (is_new || std::holds_alternative<Leaving>(device.state) || device.wish.camera != wish.camera) {
+    if (is_new || std::holds_alternative<Leaving>(device.state) || device.settings.camera != settings.camera) {
         close(device);
         // Made anew, under its own label; if a program has it open, it goes on under the old one.
-        if (device.is_own && module_.remove(wish.number)) device.is_own = false;
+        if (device.is_own && module_.remove(settings.number)) device.is_own = false;
     } else if (auto* const open = std::get_if<Open>(&device.state)) {
-        if (std::exchange(open->shown.rate, wish.format.rate) != wish.format.rate)
-            open->sink->with_device([&](LoopbackDevice& node) { node.change_rate(wish.format.rate); });
-        if (std::exchange(open->shown.mjpg_sampling, wish.format.mjpg_sampling) != wish.format.mjpg_sampling)
+        if (std::exchange(open->shown.rate, settings.format.rate) != settings.format.rate)
+            open->sink->with_device([&](LoopbackDevice& node) { node.change_rate(settings.format.rate); });
+        if (std::exchange(open->shown.mjpg_sampling, settings.format.mjpg_sampling) != settings.format.mjpg_sampling)
             open->subscription.reset();  // and subscribes anew
     }
-    device.wish = std::move(wish);
+    device.settings = std::move(settings);
     device.retry_ns = device.reopen_ns = monotonic_ns;
-    device.complaint.clear();
+    device.last_error.clear();
 }
 
 void LoopbackHost::unset(int number, TimeNs monotonic_ns) {
@@ -72,7 +72,7 @@ void LoopbackHost::tick(TimeNs monotonic_ns) {
             continue;
         }
         if (std::holds_alternative<Closed>(device.state) && monotonic_ns >= device.retry_ns) open(device, monotonic_ns);
-        if (std::holds_alternative<Open>(device.state)) attend(device, monotonic_ns);
+        if (std::holds_alternative<Open>(device.state)) update(device, monotonic_ns);
         ++it;
     }
 }
@@ -80,26 +80,26 @@ void LoopbackHost::tick(TimeNs monotonic_ns) {
 bool LoopbackHost::remove(Device& device, TimeNs monotonic_ns) {
     if (!device.is_own) return true;
     if (monotonic_ns < device.retry_ns) return false;
-    const auto removed = module_.remove(device.wish.number);
+    const auto removed = module_.remove(device.settings.number);
     if (removed || removed.error().kind == ErrorKind::not_found) return true;
-    complain(device, removed.error(), monotonic_ns);
+    report(device, removed.error(), monotonic_ns);
     return false;
 }
 
 Result<std::unique_ptr<LoopbackDevice>> LoopbackHost::try_open(Device& device, TimeNs monotonic_ns) {
-    const LoopbackWish& wish = device.wish;
-    const auto provided = module_.provide(wish.number, wish.camera);
+    const LoopbackSettings& settings = device.settings;
+    const auto provided = module_.provide(settings.number, settings.camera);
     if (!provided) return std::unexpected(provided.error());
     if (provided->is_new) {
         device.is_own = true;
         device.made_ns = monotonic_ns;
     }
-    auto node = LoopbackDevice::open(kernel_, provided->features, wish.number, wish.format);
+    auto node = LoopbackDevice::open(kernel_, provided->features, settings.number, settings.format);
     if (!node) return std::unexpected(node.error());
     if ((*node)->buffers() != static_cast<int>(LoopbackDevice::buffer_count))
         spdlog::warn(
             "camera {}: {} has {} buffers, programs as ROS usb_cam need 4: load v4l2loopback with max_buffers=4",
-            wish.camera, video_path(wish.number), (*node)->buffers());
+            settings.camera, video_path(settings.number), (*node)->buffers());
     return node;
 }
 
@@ -108,16 +108,17 @@ void LoopbackHost::open(Device& device, TimeNs monotonic_ns) {
     if (!node) {
         const bool may_come = node.error().kind == ErrorKind::unauthorized && device.made_ns != 0 &&
                               monotonic_ns - device.made_ns < permission_grace_ns;
-        if (!may_come) return complain(device, node.error(), monotonic_ns);
+        if (!may_come) return report(device, node.error(), monotonic_ns);
         device.retry_ns = monotonic_ns;
         return;
     }
     const LoopbackFormat shown = (*node)->format();
     device.state =
         Open{.sink = std::make_shared<LoopbackSink>(std::move(*node)), .shown = shown, .refresh_ns = monotonic_ns};
-    if (!shown.same_pictures(device.wish.format)) return;
-    device.complaint.clear();
-    spdlog::info("camera {}: {} shows {}", device.wish.camera, video_path(device.wish.number), shown.to_string());
+    if (!shown.same_pictures(device.settings.format)) return;
+    device.last_error.clear();
+    spdlog::info("camera {}: {} shows {}", device.settings.camera, video_path(device.settings.number),
+                 shown.to_string());
 }
 
 void LoopbackHost::close(Device& device) {
@@ -130,36 +131,37 @@ void LoopbackHost::close(Device& device) {
 
 // A format is for the life of a device: readers have mapped its buffers. So a change waits for the reader to go, and
 // until then the camera's pictures are scaled to what the reader has.
-LoopbackHost::Open* LoopbackHost::follow_wish(Device& device, bool may_reopen, TimeNs monotonic_ns) {
-    const LoopbackFormat& wished = device.wish.format;
-    if (may_reopen && !std::get<Open>(device.state).shown.same_pictures(wished)) {
+LoopbackHost::Open* LoopbackHost::apply_format(Device& device, bool may_reopen, TimeNs monotonic_ns) {
+    const LoopbackFormat& wanted = device.settings.format;
+    if (may_reopen && !std::get<Open>(device.state).shown.same_pictures(wanted)) {
         device.reopen_ns = monotonic_ns + look_again_ns;
         close(device);
         open(device, monotonic_ns);
     }
     auto* const open = std::get_if<Open>(&device.state);
-    if (!open || open->shown.same_pictures(wished)) return open;
-    complain(device,
-             {ErrorKind::unavailable, video_path(device.wish.number) + ": a program has it open at " +
-                                          open->shown.to_string() + " and keeps getting that, scaled; it becomes " +
-                                          wished.to_string() + " when that program closes it"},
-             monotonic_ns);
+    if (!open || open->shown.same_pictures(wanted)) return open;
+    report(device,
+           {ErrorKind::unavailable, video_path(device.settings.number) + ": a program has it open at " +
+                                        open->shown.to_string() + " and keeps getting that, scaled; it becomes " +
+                                        wanted.to_string() + " when that program closes it"},
+           monotonic_ns);
     device.retry_ns = monotonic_ns;  // what there is goes on
     return open;
 }
 
-void LoopbackHost::attend(Device& device, TimeNs monotonic_ns) {
+void LoopbackHost::update(Device& device, TimeNs monotonic_ns) {
     auto* open = &std::get<Open>(device.state);
     const auto readers = open->sink->with_device([](LoopbackDevice& node) { return node.has_readers(); });
     if (!readers) {
         close(device);
-        return complain(device, readers.error(), monotonic_ns);
+        return report(device, readers.error(), monotonic_ns);
     }
     const bool tells = readers->has_value();
     const bool was_read = std::exchange(open->is_read, readers->value_or(true));
     const bool is_certainly_read = tells && open->is_read;
     const bool has_just_left = was_read && !open->is_read;
-    open = follow_wish(device, !is_certainly_read && (has_just_left || monotonic_ns >= device.reopen_ns), monotonic_ns);
+    open =
+        apply_format(device, !is_certainly_read && (has_just_left || monotonic_ns >= device.reopen_ns), monotonic_ns);
     if (!open) return;
 
     const bool wanted = open->is_read || options_.always_subscribed;
@@ -171,11 +173,11 @@ void LoopbackHost::attend(Device& device, TimeNs monotonic_ns) {
         if (!open->is_fetching && (!open->sink->has_picture() || !wanted)) fetch(device, *open);
         if (open->sink->with_device([](LoopbackDevice& node) { return node.restore_rate(); }))
             spdlog::info("{}: a program asked for another rate; it stays {} per second, the camera's",
-                         video_path(device.wish.number), open->shown.rate.to_string());
+                         video_path(device.settings.number), open->shown.rate.to_string());
     }
     if (const auto repeated = open->sink->repeat_if_silent(monotonic_ns, tells && !open->is_read); !repeated) {
         close(device);
-        complain(device, repeated.error(), monotonic_ns);
+        report(device, repeated.error(), monotonic_ns);
     }
 }
 
@@ -189,33 +191,33 @@ LoopbackHost::Device* LoopbackHost::find(int number, const std::weak_ptr<Loopbac
 void LoopbackHost::subscribe(Device& device, Open& open, TimeNs monotonic_ns) {
     stream::SubscribeOptions options;
     options.kind = "v4l2";
-    options.peer = video_path(device.wish.number);
-    const auto on_end = [this, tasks = tasks_, number = device.wish.number,
+    options.peer = video_path(device.settings.number);
+    const auto on_end = [this, tasks = tasks_, number = device.settings.number,
                          sink = std::weak_ptr(open.sink)](Error why) {
         tasks->post([this, number, sink, why = std::move(why)] {
             Device* const ended = find(number, sink);
             if (!ended) return;
             std::get<Open>(ended->state).subscription.reset();
-            // not_found: the camera is gone, and so will be the wish. unavailable: its size changed.
+            // not_found: the camera is gone, and so will be its settings. unavailable: its size changed.
             if (why.kind == ErrorKind::not_found || why.kind == ErrorKind::unavailable) return;
             close(*ended);
-            complain(*ended, why, monotonic_now_ns());
+            report(*ended, why, monotonic_now_ns());
         });
     };
     auto subscription =
-        bus_.subscribe(device.wish.camera, *media_format_of(open.shown), std::move(options), open.sink, on_end);
+        bus_.subscribe(device.settings.camera, *media_format_of(open.shown), std::move(options), open.sink, on_end);
     if (subscription)
         open.subscription = std::move(*subscription);
     else
-        complain(device, subscription.error(), monotonic_ns);
+        report(device, subscription.error(), monotonic_ns);
 }
 
 void LoopbackHost::fetch(const Device& device, Open& open) {
     open.is_fetching = true;
     stream::FetchRequest request;
-    request.camera = device.wish.camera;
+    request.camera = device.settings.camera;
     request.format = *media_format_of(open.shown);
-    fetcher_.fetch(std::move(request), [this, tasks = tasks_, number = device.wish.number,
+    fetcher_.fetch(std::move(request), [this, tasks = tasks_, number = device.settings.number,
                                         sink = std::weak_ptr(open.sink)](Result<stream::MediaUnit> unit) {
         tasks->post([this, number, sink, unit = std::move(unit)] {
             Device* const waiting = find(number, sink);
@@ -226,17 +228,18 @@ void LoopbackHost::fetch(const Device& device, Open& open) {
             const TimeNs now_ns = monotonic_now_ns();
             if (const auto shown = shows.sink->refresh(*unit, now_ns); !shown) {
                 close(*waiting);
-                complain(*waiting, shown.error(), now_ns);
+                report(*waiting, shown.error(), now_ns);
             }
         });
     });
 }
 
-void LoopbackHost::complain(Device& device, const Error& why, TimeNs monotonic_ns) {
+void LoopbackHost::report(Device& device, const Error& why, TimeNs monotonic_ns) {
     device.retry_ns = monotonic_ns + retry_after_ns;
-    if (std::exchange(device.complaint, why.message) == why.message) return;
+    if (std::exchange(device.last_error, why.message) == why.message) return;
     const bool is_wanted = !std::holds_alternative<Leaving>(device.state);
-    spdlog::error("{}: {}", is_wanted ? "camera " + device.wish.camera : video_path(device.wish.number), why.message);
+    spdlog::error("{}: {}", is_wanted ? "camera " + device.settings.camera : video_path(device.settings.number),
+                  why.message);
 }
 
 std::vector<int> LoopbackHost::watch_fds() const {

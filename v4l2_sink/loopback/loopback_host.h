@@ -17,15 +17,15 @@
 namespace camrig::device {
 
 /// What one device shall show.
-struct LoopbackWish {
+struct LoopbackSettings {
     int number = 0;
     std::string camera;
     LoopbackFormat format;
 };
 
-/// Brings the loopback devices to what is wished, and keeps them there: makes and removes them, opens them, subscribes
-/// to the bus while somebody reads, keeps silent ones alive, tries again what did not work (each failure is logged
-/// once). No thread and no waiting of its own; everything runs on the loopback server's thread.
+/// Brings the loopback devices to their settings, and keeps them there: makes and removes them, opens them,
+/// subscribes to the bus while somebody reads, keeps silent ones alive, tries again what did not work (each failure is
+/// logged once). No thread and no waiting of its own; everything runs on the loopback server's thread.
 class LoopbackHost {
 public:
     struct Options {
@@ -40,7 +40,7 @@ public:
     ~LoopbackHost();
 
     /// A new device, or a change of one: the number decides.
-    void set(LoopbackWish wish, TimeNs monotonic_ns);
+    void set(LoopbackSettings settings, TimeNs monotonic_ns);
     void unset(int number, TimeNs monotonic_ns);
     /// Whatever is due. A few times a second, and when one of watch_fds() is ready.
     void tick(TimeNs monotonic_ns);
@@ -54,7 +54,7 @@ private:
     /// Open, and shows its camera's pictures.
     struct Open {
         std::shared_ptr<LoopbackSink> sink;
-        LoopbackFormat shown;  ///< differs from the wish while a program holds the device
+        LoopbackFormat shown;  ///< differs from the configured one while a program holds the device
         std::optional<stream::Subscription> subscription = {};
         bool is_read = false;
         bool is_fetching = false;
@@ -65,28 +65,29 @@ private:
 
     struct Device {
         std::variant<Closed, Open, Leaving> state;
-        LoopbackWish wish;    ///< the last one, when Leaving
-        bool is_own = false;  ///< this rig made it, and will remove it
+        LoopbackSettings settings;  ///< the last one, when Leaving
+        bool is_own = false;        ///< this rig made it, and will remove it
         TimeNs made_ns = 0;
         TimeNs retry_ns = 0;   ///< when to try again what failed
         TimeNs reopen_ns = 0;  ///< while another format is shown: when to look whether a program still holds it
-        std::string complaint;
+        std::string last_error;
     };
 
     void open(Device& device, TimeNs monotonic_ns);
     Result<std::unique_ptr<LoopbackDevice>> try_open(Device& device, TimeNs monotonic_ns);
     void close(Device& device);
     /// An open device's turn.
-    void attend(Device& device, TimeNs monotonic_ns);
+    void update(Device& device, TimeNs monotonic_ns);
     void subscribe(Device& device, Open& open, TimeNs monotonic_ns);
     void fetch(const Device& device, Open& open);
-    /// Opens the device anew if it shows another format than is wished and nobody holds it. Null: it could not.
-    Open* follow_wish(Device& device, bool may_reopen, TimeNs monotonic_ns);
+    /// Opens the device anew if it shows another format than the configured one and nobody holds it. Null: it could
+    /// not.
+    Open* apply_format(Device& device, bool may_reopen, TimeNs monotonic_ns);
     /// The device of this number if it is open with this sink, for what comes back from other threads; else null.
     Device* find(int number, const std::weak_ptr<LoopbackSink>& sink);
     /// True if nothing is left to do.
     bool remove(Device& device, TimeNs monotonic_ns);
-    void complain(Device& device, const Error& why, TimeNs monotonic_ns);
+    void report(Device& device, const Error& why, TimeNs monotonic_ns);
 
     stream::FrameBus& bus_;
     stream::FrameFetcher& fetcher_;

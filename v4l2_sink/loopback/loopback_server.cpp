@@ -47,9 +47,9 @@ void LoopbackServer::update(const stream::CameraStream& camera, bool is_there) {
     for (const auto& present : {change.added, change.changed, change.kept}) {
         for (const OutputSpec& output : present) {
             const auto options = options_of<LoopbackOutput>(output);
-            LoopbackWish wish{options.number, camera.name, loopback_format_of(camera, options)};
+            LoopbackSettings settings{options.number, camera.name, loopback_format_of(camera, options)};
             tasks_->post(std::to_string(options.number),
-                         [this, wish = std::move(wish)] { host_->set(wish, monotonic_now_ns()); });
+                         [this, settings = std::move(settings)] { host_->set(settings, monotonic_now_ns()); });
         }
     }
 }

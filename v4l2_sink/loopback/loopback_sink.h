@@ -26,9 +26,8 @@ public:
 
     explicit LoopbackSink(std::unique_ptr<LoopbackDevice> device) : device_(std::move(device)) {}
 
-    /// A failed write ends the subscription: the host opens the device anew.
-
     Result<void> open(const stream::StreamInfo& info) override;
+    /// A failed write ends the subscription; the host opens the device anew.
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override {}
 

@@ -50,15 +50,15 @@ Handled DeviceControls::get(DeviceSession& session, const std::string& camera, c
 }
 
 Handled DeviceControls::set(const SessionRef& session, const std::string& camera, const camrig_request& request) {
-    const camrig_controls_set& wish = request.u.controls;
-    if (wish.count == 0 || wish.count > camrig_max_controls) return EINVAL;
+    const camrig_controls_set& requested = request.u.controls;
+    if (requested.count == 0 || requested.count > camrig_max_controls) return EINVAL;
     std::vector<DeviceControlValue> values;
-    for (std::uint32_t i = 0; i < wish.count; ++i) {
+    for (std::uint32_t i = 0; i < requested.count; ++i) {
         const auto controls = controls_of(session->description);
-        const auto known = std::ranges::find(controls, wish.values[i].id, &camrig_control::id);
+        const auto known = std::ranges::find(controls, requested.values[i].id, &camrig_control::id);
         if (known == controls.end()) return EINVAL;
-        if (wish.values[i].value < known->minimum || wish.values[i].value > known->maximum) return ERANGE;
-        values.push_back({wish.values[i].id, wish.values[i].value});
+        if (requested.values[i].value < known->minimum || requested.values[i].value > known->maximum) return ERANGE;
+        values.push_back({requested.values[i].id, requested.values[i].value});
     }
     session->awaits_reply = true;
     port_->set(camera, values,
@@ -94,13 +94,13 @@ Handled DeviceControls::menu(DeviceSession& session, const std::string& camera, 
 }
 
 Handled DeviceControls::subscribe(DeviceSession& session, const camrig_request& request) {
-    const camrig_subscribe& wish = request.u.subscribe;
+    const camrig_subscribe& requested = request.u.subscribe;
     const auto controls = controls_of(session.description);
-    if (std::ranges::find(controls, wish.id, &camrig_control::id) == controls.end()) return EINVAL;
-    if (wish.on != 0)
-        session.subscriptions[wish.id] = wish.feedback != 0;
+    if (std::ranges::find(controls, requested.id, &camrig_control::id) == controls.end()) return EINVAL;
+    if (requested.on != 0)
+        session.subscriptions[requested.id] = requested.feedback != 0;
     else
-        session.subscriptions.erase(wish.id);
+        session.subscriptions.erase(requested.id);
     return 0;
 }
 

@@ -11,8 +11,8 @@
 
 namespace camrig::device {
 
-/// The controls of all devices: wishes of programs go to the rig's ControlPort, changes to all who subscribed to them.
-/// Device server's thread.
+/// The controls of all devices: requested control changes go to the rig's ControlPort, changes to all who subscribed to
+/// them. Device server's thread.
 class DeviceControls {
 public:
     using SessionRef = std::shared_ptr<DeviceSession>;

@@ -11,7 +11,7 @@
 #include "core/stream/frame_bus.h"
 #include "v4l2_sink/preload/device_controls.h"
 #include "v4l2_sink/preload/device_session.h"
-#include "v4l2_sink/preload/ring_shelf.h"
+#include "v4l2_sink/preload/ring_pool.h"
 #include "v4l2_sink/task_queue.h"
 
 namespace camrig::device {
@@ -67,7 +67,7 @@ private:
 
     stream::FrameBus& bus_;
     DeviceControls controls_;
-    RingShelf rings_;
+    RingPool rings_;
     std::map<int, DeviceState> devices_;
     std::set<SessionRef> sessions_;
     std::vector<SessionRef> ended_;

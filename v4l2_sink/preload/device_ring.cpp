@@ -99,7 +99,7 @@ void RingReader::offer(const std::shared_ptr<stream::DeliveryLatch>& latch, std:
         stats_->last_latency_ns = latency_ns;
     }
     if (latch && !pending_.empty()) {
-        // Ask to be told, then look once more: either we see the buffer or the library sees the wish.
+        // Ask to be told, then look once more: either we see the buffer or the library sees the request.
         __atomic_store_n(&page_->wants_credit, 1, __ATOMIC_SEQ_CST);
         advance();
     }

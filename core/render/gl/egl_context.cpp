@@ -1,7 +1,6 @@
 #include "core/render/gl/egl_context.h"
 
 #include <charconv>
-#include <cstdlib>
 #include <string_view>
 #include <vector>
 
@@ -131,12 +130,9 @@ EglContext::~EglContext() {
     close();
 }
 
-Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& options) {
-    // llvmpipe reads its thread count once per process, when its screen is made.
-    if (options.raster_threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.raster_threads).c_str(), 1);
-
+Result<std::unique_ptr<EglContext>> EglContext::create(const std::string& wanted) {
     // The driver for CPUs is large, and would be loaded to list the devices.
-    if (options.device.empty() && !has_gpu_node()) return error(ErrorKind::unavailable, "no hardware with OpenGL here");
+    if (wanted.empty() && !has_gpu_node()) return error(ErrorKind::unavailable, "no hardware with OpenGL here");
     const auto library = EglLibrary::open();
     if (!library) return std::unexpected(library.error());
     const EglLibrary& egl = **library;
@@ -146,25 +142,18 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
         if (auto opened = context->open(display, what); !opened) return std::unexpected(opened.error());
         return context;
     };
-    const auto open_software = [&]() -> Result<std::unique_ptr<EglContext>> {
+    if (wanted == "llvmpipe") {
+        std::string why = "device llvmpipe: there is none";
         for (const Device& device : devices) {
             if (!device.is_software) continue;
-            if (auto context = try_open(display_of(egl, device), "device llvmpipe")) return context;
+            auto context = try_open(display_of(egl, device), "device llvmpipe");
+            if (context) return context;
+            why = context.error().message;
         }
-        // A Mesa without a software device in its list: the surfaceless platform, told to use its CPU rasteriser.
-        setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
-        auto context =
-            try_open(egl.eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), "device llvmpipe");
-        if (context && !(*context)->is_software()) {
-            return error(ErrorKind::unavailable,
-                         "device llvmpipe: Mesa's software rasteriser is not installed (package "
-                         "libgl1-mesa-dri)");
-        }
-        return context;
-    };
-
-    if (options.device == "llvmpipe") return open_software();
-    if (options.device.empty()) {
+        return error(ErrorKind::unavailable,
+                     why + "; it is Mesa's software rasteriser (package libgl1-mesa-dri); " + describe(devices));
+    }
+    if (wanted.empty()) {
         for (const Device& device : devices) {
             if (device.is_software) continue;
             auto context = try_open(display_of(egl, device), device.label);
@@ -174,13 +163,12 @@ Result<std::unique_ptr<EglContext>> EglContext::create(const EglContextOptions& 
     }
 
     std::size_t index = 0;
-    const char* end = options.device.data() + options.device.size();
-    const auto [stop, failure] = std::from_chars(options.device.data(), end, index);
+    const char* end = wanted.data() + wanted.size();
+    const auto [stop, failure] = std::from_chars(wanted.data(), end, index);
     if (failure != std::errc{} || stop != end || index >= devices.size()) {
-        return error(ErrorKind::invalid_argument,
-                     "device '" + options.device + "' does not exist; " + describe(devices));
+        return error(ErrorKind::invalid_argument, "device '" + wanted + "' does not exist; " + describe(devices));
     }
-    auto context = try_open(display_of(egl, devices[index]), "device " + options.device);
+    auto context = try_open(display_of(egl, devices[index]), "device " + wanted);
     if (!context) return error(context.error().kind, context.error().message + "; " + describe(devices));
     return context;
 }

@@ -10,18 +10,13 @@ namespace camrig::render::gl {
 
 struct EglLibrary;
 
-struct EglContextOptions {
-    /// "llvmpipe": Mesa's software device, also beside a vendor's driver. "N": EGL device N. "": the first hardware
-    /// device that gives OpenGL 4.5 core; an error (unavailable) if there is none.
-    std::string device;
-    int raster_threads = 0;  ///< llvmpipe: threads of its rasteriser, 0 = one per core; the first context decides
-};
-
 /// An OpenGL 4.5 core context without any surface, current on the thread that created it until destroyed there.
 class EglContext {
 public:
-    /// Errors list the EGL devices there are.
-    static Result<std::unique_ptr<EglContext>> create(const EglContextOptions& options);
+    /// wanted "llvmpipe": Mesa's software device, also beside a vendor's driver. "N": EGL device N. "": the first
+    /// hardware device that gives OpenGL 4.5 core; unavailable if there is none. Errors list the EGL devices there are.
+    /// Other threads may run meanwhile, so nothing is told to Mesa by the environment.
+    static Result<std::unique_ptr<EglContext>> create(const std::string& wanted);
     ~EglContext();
     EglContext(const EglContext&) = delete;
     EglContext& operator=(const EglContext&) = delete;

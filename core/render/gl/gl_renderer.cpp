@@ -18,7 +18,7 @@ constexpr std::size_t least_stream_limit = std::size_t{4} << 20;
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> GlRenderer::create(const RendererOptions& options) {
-    auto context = EglContext::create({.device = options.device, .raster_threads = options.raster_threads});
+    auto context = EglContext::create(options.device);
     if (!context) return std::unexpected(context.error());
     std::optional<ColorConverter> converter;
     if (options.conversion == Conversion::device ||

@@ -18,12 +18,8 @@ TEST(BytesRecycler, MemoryComesBackEmptyWithItsCapacity) {
 }
 
 TEST(BytesRecycler, WhatItHandedOutMayOutliveIt) {
-    BytesRef bytes;
-    {
-        BytesRecycler recycler;
-        const std::byte content[] = {std::byte{1}, std::byte{2}};
-        bytes = recycler.copy_of(content);
-    }
+    auto bytes = BytesRecycler().acquire();
+    bytes->assign({std::byte{1}, std::byte{2}});
     EXPECT_EQ(bytes->size(), 2U);
     EXPECT_EQ((*bytes)[1], std::byte{2});
 }

@@ -210,6 +210,21 @@ TEST_F(FrameBusTest, APictureThatNoWorkerTakesIsAnError) {
     EXPECT_EQ(answer->error().kind, ErrorKind::resource_exhausted);
 }
 
+// An output whose turn was refused would hold its frame, and a step that waits for it, for ever.
+TEST_F(FrameBusTest, OutputsHaveTheirTurnHoweverManyPicturesWait) {
+    LocalFrameBus busy{{.workers = 1, .pool = pool, .max_jobs = 0}};
+    busy.add_camera({lobby, "lobby", {64, 48}, Rate::create(25, 1).value()});
+    auto sink = std::make_shared<FakeSink>();
+    std::promise<void> opened, ended;
+    auto subscription =
+        busy.subscribe("lobby", raw, {"test", "me", {}}, sink, [&](const Error&) { ended.set_value(); });
+    busy.publish(set_at(0, 1), DeliveryLatch::create([&] { opened.set_value(); }));
+    EXPECT_EQ(opened.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+    EXPECT_TRUE(sink->wait_for_units(1));
+    busy.remove_camera(lobby);
+    EXPECT_EQ(ended.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+}
+
 TEST_F(FrameBusTest, FormatsAndReadersAreBounded) {
     std::vector<Subscription> all;
     Result<Subscription> last = error(ErrorKind::internal, "");

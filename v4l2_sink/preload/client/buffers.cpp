@@ -113,9 +113,10 @@ void tell_credit(Device& device) {
 }
 
 /// The buffer a call names, if it may be handed over by the program; null otherwise.
-Buffer* handed_over(Device& device, const v4l2_buffer& wish) {
-    if (wish.type != capture || wish.memory != V4L2_MEMORY_MMAP || wish.index >= device.buffer_count) return nullptr;
-    return &device.buffers[wish.index];
+Buffer* handed_over(Device& device, const v4l2_buffer& requested) {
+    if (requested.type != capture || requested.memory != V4L2_MEMORY_MMAP || requested.index >= device.buffer_count)
+        return nullptr;
+    return &device.buffers[requested.index];
 }
 
 enum class Taken { picture, nothing, gone };
@@ -208,24 +209,24 @@ int query_buffer(Device& device, v4l2_buffer& buffer) {
     return 0;
 }
 
-int prepare_buffer(Device& device, v4l2_buffer& wish) {
+int prepare_buffer(Device& device, v4l2_buffer& requested) {
     Locked guard(device.lock);
-    Buffer* buffer = handed_over(device, wish);
+    Buffer* buffer = handed_over(device, requested);
     if (buffer == nullptr || buffer->state != BufferState::dequeued) return EINVAL;
     buffer->state = BufferState::prepared;
-    fill(device, wish.index, wish);
+    fill(device, requested.index, requested);
     return 0;
 }
 
-int queue_buffer(Device& device, v4l2_buffer& wish) {
+int queue_buffer(Device& device, v4l2_buffer& requested) {
     Locked guard(device.lock);
-    Buffer* buffer = handed_over(device, wish);
+    Buffer* buffer = handed_over(device, requested);
     if (buffer == nullptr || buffer->state == BufferState::queued) return EINVAL;
-    if ((wish.flags & V4L2_BUF_FLAG_REQUEST_FD) != 0) return EBADR;
+    if ((requested.flags & V4L2_BUF_FLAG_REQUEST_FD) != 0) return EBADR;
     buffer->state = BufferState::queued;
     buffer->flags = 0;
-    device.queue[(device.queue_first + device.queue_count++) % camrig_max_buffers] = wish.index;
-    fill(device, wish.index, wish);
+    device.queue[(device.queue_first + device.queue_count++) % camrig_max_buffers] = requested.index;
+    fill(device, requested.index, requested);
     tell_credit(device);
     if (device.queue_count == 1) wake(device);  // a DQBUF may wait without any buffer
     return 0;

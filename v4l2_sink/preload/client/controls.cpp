@@ -319,34 +319,34 @@ void push_control_event(Device& device, uint32_t id, int32_t value, uint32_t cha
     event.u.ctrl.default_value = control->default_value;
 }
 
-int subscribe_event(Device& device, const v4l2_event_subscription& wish) {
-    if (wish.type != V4L2_EVENT_CTRL) return EINVAL;  // a camera has no others
-    const camrig_control* control = find(device, wish.id);
-    if (control == nullptr && !has_class(device, wish.id)) return EINVAL;
+int subscribe_event(Device& device, const v4l2_event_subscription& requested) {
+    if (requested.type != V4L2_EVENT_CTRL) return EINVAL;  // a camera has no others
+    const camrig_control* control = find(device, requested.id);
+    if (control == nullptr && !has_class(device, requested.id)) return EINVAL;
     int32_t value = 0;
     if (control != nullptr) {
-        const bool feedback = (wish.flags & V4L2_EVENT_SUB_FL_ALLOW_FEEDBACK) != 0;
-        if (const int problem = tell_subscription(device, wish.id, true, feedback)) return problem;
-        if ((control->flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0) read_value(device, wish.id, value);
+        const bool feedback = (requested.flags & V4L2_EVENT_SUB_FL_ALLOW_FEEDBACK) != 0;
+        if (const int problem = tell_subscription(device, requested.id, true, feedback)) return problem;
+        if ((control->flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0) read_value(device, requested.id, value);
     }
     Locked guard(device.control_lock);
-    Subscription* entry = subscription_of(device, wish.type, wish.id);
+    Subscription* entry = subscription_of(device, requested.type, requested.id);
     if (entry != nullptr) return 0;
     entry = subscription_of(device, 0, 0);
     if (entry == nullptr) return ENOMEM;
-    *entry = {wish.type, wish.id, wish.flags};
-    if (control != nullptr && (wish.flags & V4L2_EVENT_SUB_FL_SEND_INITIAL) != 0) {
+    *entry = {requested.type, requested.id, requested.flags};
+    if (control != nullptr && (requested.flags & V4L2_EVENT_SUB_FL_SEND_INITIAL) != 0) {
         uint32_t changes = V4L2_EVENT_CTRL_CH_FLAGS;
         if ((control->flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0) changes |= V4L2_EVENT_CTRL_CH_VALUE;
-        push_control_event(device, wish.id, value, changes, 0);
+        push_control_event(device, requested.id, value, changes, 0);
     }
     return 0;
 }
 
-int unsubscribe_event(Device& device, const v4l2_event_subscription& wish) {
-    const bool all = wish.type == V4L2_EVENT_ALL;
+int unsubscribe_event(Device& device, const v4l2_event_subscription& requested) {
+    const bool all = requested.type == V4L2_EVENT_ALL;
     for (Subscription& entry : device.subscriptions) {
-        if (entry.type == 0 || (!all && (entry.type != wish.type || entry.id != wish.id))) continue;
+        if (entry.type == 0 || (!all && (entry.type != requested.type || entry.id != requested.id))) continue;
         if (find(device, entry.id) != nullptr) tell_subscription(device, entry.id, false, false);
         Locked guard(device.control_lock);
         for (uint32_t i = device.event_count; i > 0; --i)

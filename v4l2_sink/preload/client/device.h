@@ -192,8 +192,8 @@ int query_menu(Device& device, v4l2_querymenu& menu);
 int get_control(Device& device, v4l2_control& control);
 int set_control(Device& device, v4l2_control& control);
 int ext_controls(Device& device, unsigned request, v4l2_ext_controls& controls);
-int subscribe_event(Device& device, const v4l2_event_subscription& wish);
-int unsubscribe_event(Device& device, const v4l2_event_subscription& wish);
+int subscribe_event(Device& device, const v4l2_event_subscription& requested);
+int unsubscribe_event(Device& device, const v4l2_event_subscription& requested);
 int dequeue_event(Device& device, int fd, v4l2_event& event);
 /// True when VIDIOC_DQEVENT has something: what poll() calls POLLPRI.
 bool event_pending(Device& device);

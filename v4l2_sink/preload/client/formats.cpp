@@ -88,10 +88,10 @@ void fill_pixels(v4l2_format& format, const camrig_format& wanted) {
     pixels.xfer_func = V4L2_XFER_FUNC_SRGB;
 }
 
-/// What the device would make of a wish.
-camrig_format adjusted(const Device& device, const v4l2_format& wish) {
+/// What the device would make of a requested format.
+camrig_format adjusted(const Device& device, const v4l2_format& requested) {
     camrig_format result = device.format;
-    const v4l2_pix_format& pixels = wish.fmt.pix;
+    const v4l2_pix_format& pixels = requested.fmt.pix;
     if (has_format(device.description, pixels.pixelformat))
         result.fourcc = pixels.pixelformat;
     else
@@ -251,12 +251,12 @@ int set_parm(Device& device, v4l2_streamparm& parm) {
     if (const int problem = refresh_format(device)) return problem;
 
     // Nearest listed interval; an interval of 0 asks for the default.
-    const v4l2_fract wish = parm.parm.capture.timeperframe;
+    const v4l2_fract requested = parm.parm.capture.timeperframe;
     const camrig_description& d = device.description;
     uint32_t best = 0;
-    if (wish.numerator != 0 && wish.denominator != 0) {
+    if (requested.numerator != 0 && requested.denominator != 0) {
         double best_distance = 1e300;
-        const double seconds = static_cast<double>(wish.numerator) / wish.denominator;
+        const double seconds = static_cast<double>(requested.numerator) / requested.denominator;
         for (uint32_t i = 0; i < d.rate_count; ++i) {
             double distance = static_cast<double>(d.rate[i].den) / d.rate[i].num - seconds;
             if (distance < 0) distance = -distance;

@@ -88,11 +88,11 @@ TEST_F(Limits, ConnectionsOverTheLimitAreToldWhenAllAreInUseAndOthersLiveOn) {
     ASSERT_TRUE(eventually([&] { return bus.reader_count() == 2; }));
     TestClient three(server->port());
     EXPECT_EQ(three.read_reply().status, 503);
-    EXPECT_EQ(server->counts().connections_refused, 1U);
+    EXPECT_EQ(server->counts().connections.refused, 1U);
     bus.publish(jpeg_unit("lobby", 1));
     EXPECT_EQ(two.read_part().fields["X-Sequence"], "1");
     one.close();
-    ASSERT_TRUE(eventually([&] { return server->counts().connections_open == 1; }));
+    ASSERT_TRUE(eventually([&] { return server->counts().connections.open == 1; }));
     EXPECT_EQ(get("/healthz").status, 200);
 }
 
@@ -103,10 +103,10 @@ TEST_F(Limits, SlowAndSilentOnesMakeRoomForWhoAsks) {
     reader.get("/cameras/lobby/stream.mjpg");
     EXPECT_EQ(reader.read_head().status, 200);
     TestClient silent(server->port());
-    ASSERT_TRUE(eventually([&] { return server->counts().connections_open == 2; }));
+    ASSERT_TRUE(eventually([&] { return server->counts().connections.open == 2; }));
     TestClient slow(server->port());
     slow.send("GET /healthz HTTP/1.1\r\nHost: loc");
-    ASSERT_TRUE(eventually([&] { return server->counts().connections_open == 3; }));
+    ASSERT_TRUE(eventually([&] { return server->counts().connections.open == 3; }));
     TestClient asks(server->port());
     asks.get("/healthz");
     EXPECT_EQ(asks.read_reply().status, 200);
@@ -115,8 +115,8 @@ TEST_F(Limits, SlowAndSilentOnesMakeRoomForWhoAsks) {
     EXPECT_EQ(slow.read_reply().status, 200);
     bus.publish(jpeg_unit("lobby", 1));
     EXPECT_EQ(reader.read_part().fields["X-Sequence"], "1");
-    EXPECT_EQ(server->counts().connections_displaced, 1U);
-    EXPECT_EQ(server->counts().connections_refused, 0U);
+    EXPECT_EQ(server->counts().connections.displaced, 1U);
+    EXPECT_EQ(server->counts().connections.refused, 0U);
 }
 
 TEST_F(Limits, ThoseThatHaveNotAskedHaveFewPlaces) {
@@ -126,7 +126,7 @@ TEST_F(Limits, ThoseThatHaveNotAskedHaveFewPlaces) {
     EXPECT_TRUE(first.at_end());
     second.get("/healthz");
     EXPECT_EQ(second.read_reply().status, 200);
-    EXPECT_EQ(server->counts().connections_displaced, 1U);
+    EXPECT_EQ(server->counts().connections.displaced, 1U);
 }
 
 TEST_F(Limits, ConnectionsOfOnePeerAreBounded) {
@@ -160,7 +160,7 @@ TEST_F(Limits, AWrongTokenIsHeldBackAndCounted) {
     start();
     EXPECT_EQ(get("/healthz", "Authorization: Bearer wrong-token\r\n").status, 401);
     EXPECT_EQ(get("/healthz").status, 401);
-    EXPECT_EQ(server->counts().wrong_tokens, 1U);
+    EXPECT_EQ(server->counts().connections.wrong_tokens, 1U);
 }
 
 TEST_F(Limits, ARequestThatTricklesInIsClosed) {

@@ -108,6 +108,22 @@ TEST_F(MjpegStreamTest, AnOpenStreamFollowsTheCamerasOutputUnlessItsReaderAskedF
     for (TestClient* client : {&plain, &asking}) EXPECT_EQ(sequence_of(client->read_part()), "2");
 }
 
+// A world that stands still brings no picture: the stream asks for one when it is time to repeat the last.
+TEST_F(MjpegStreamTest, AnIdleStreamShowsAnotherQualityAfterARepeat) {
+    options.limits.repeat_after = std::chrono::milliseconds(20);
+    fetcher.make = [](const stream::FetchRequest& request) {
+        return jpeg_unit(request.camera, 7, static_cast<std::size_t>(request.format.quality));
+    };
+    start();
+    TestClient client(server->port());
+    open(client);
+    EXPECT_EQ(client.read_part().body.size(), 90U);
+    bus.change({{.kind = "mjpeg", .options = {{"quality", 30}}}});
+    std::size_t size = 90;
+    for (int i = 0; i < 100 && size == 90; ++i) size = client.read_part().body.size();
+    EXPECT_EQ(size, 30U);
+}
+
 TEST_F(MjpegStreamTest, TheFetchedPictureIsNotSentAgainWhenTheBusBringsItToo) {
     fetcher.make = nullptr;
     start();
@@ -224,7 +240,7 @@ TEST_F(MjpegStreamTest, AClientThatVanishesFreesEverything) {
     EXPECT_TRUE(eventually([&] { return bus.last_sink.expired() && bytes.expired(); }));
     EXPECT_TRUE(latch->holders().empty());
     EXPECT_TRUE(books_balance());
-    EXPECT_TRUE(eventually([&] { return server->counts().connections_open == 0; }));
+    EXPECT_TRUE(eventually([&] { return server->counts().connections.open == 0; }));
     EXPECT_EQ(server->counts().streams_open, 0U);
 }
 

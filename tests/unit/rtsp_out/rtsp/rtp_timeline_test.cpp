@@ -32,8 +32,8 @@ TEST(RtpTimeline, TwoStreamsGiveOneInstantTheSameTimeToTheNanosecond) {
         const auto reported = [&] {
             return instant_ns + static_cast<TimeNs>(random() % (10 * ns_per_s)) - 5 * ns_per_s;
         };
-        const TimeNs left_ns = capture_time_ns(left.rtp_of(instant_ns), left.sender_time(reported()));
-        const TimeNs right_ns = capture_time_ns(right.rtp_of(instant_ns), right.sender_time(reported()));
+        const TimeNs left_ns = capture_time_ns(left.sender_time(instant_ns).rtp, left.sender_time(reported()));
+        const TimeNs right_ns = capture_time_ns(right.sender_time(instant_ns).rtp, right.sender_time(reported()));
         ASSERT_NEAR(static_cast<double>(left_ns - right_ns), 0.0, 2.0) << instant_ns;
         // And it is the last tick before the instant.
         const TimeNs error_ns = instant_ns + wall_ns - left_ns;
@@ -45,10 +45,10 @@ TEST(RtpTimeline, TwoStreamsGiveOneInstantTheSameTimeToTheNanosecond) {
 TEST(RtpTimeline, StampsAreThoseOfAPayloaderThatRoundsDown) {
     const RtpTimeline timeline(100 * ns_per_s + 7, 0xfffffff0U, 0);
     EXPECT_EQ(timeline.base_ns(), 98 * ns_per_s);
-    EXPECT_EQ(timeline.rtp_of(98 * ns_per_s), 0xfffffff0U);
-    EXPECT_EQ(timeline.rtp_of(98 * ns_per_s + 11'111), 0xfffffff0U);
-    EXPECT_EQ(timeline.rtp_of(98 * ns_per_s + 11'112), 0xfffffff1U);
-    EXPECT_EQ(timeline.rtp_of(99 * ns_per_s), 0xfffffff0U + 90'000U);  // wraps around
+    EXPECT_EQ(timeline.sender_time(98 * ns_per_s).rtp, 0xfffffff0U);
+    EXPECT_EQ(timeline.sender_time(98 * ns_per_s + 11'111).rtp, 0xfffffff0U);
+    EXPECT_EQ(timeline.sender_time(98 * ns_per_s + 11'112).rtp, 0xfffffff1U);
+    EXPECT_EQ(timeline.sender_time(99 * ns_per_s).rtp, 0xfffffff0U + 90'000U);  // wraps around
 }
 
 TEST(RtpTimeline, NtpTimeCountsFrom1900) {

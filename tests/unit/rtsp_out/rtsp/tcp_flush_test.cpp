@@ -21,9 +21,9 @@ protected:
         payloader_.reset(GST_ELEMENT(gst_object_ref_sink(gst_element_factory_make("rtpjpegpay", nullptr))));
         const GObjectHandle<GstPad> pad(gst_element_get_static_pad(payloader_.get(), "src"));
         stream_.reset(gst_rtsp_stream_new(0, payloader_.get(), pad.get()));
-        GstRTSPTransport* wish = nullptr;
-        gst_rtsp_transport_new(&wish);
-        transport_.reset(gst_rtsp_stream_transport_new(stream_.get(), wish));
+        GstRTSPTransport* requested = nullptr;
+        gst_rtsp_transport_new(&requested);
+        transport_.reset(gst_rtsp_stream_transport_new(stream_.get(), requested));
         const auto count_rtp = +[](GstBufferList* packets, guint8, void* sent) -> gboolean {
             ++static_cast<Sent*>(sent)->rtp_lists;
             static_cast<Sent*>(sent)->bytes += gst_buffer_list_calculate_size(packets);

@@ -129,7 +129,7 @@ TEST_P(LoopbackDeviceOf, AnotherWriterIsToldOf) {
     ASSERT_FALSE(second);
     EXPECT_EQ(second.error().kind, ErrorKind::already_exists);
     EXPECT_THAT(second.error().message, HasSubstr("another program writes to it"));
-    EXPECT_TRUE(module_device().keep_format);  // the first one's wish stands
+    EXPECT_TRUE(module_device().keep_format);  // as the first one asked
 }
 
 TEST_P(LoopbackDeviceOf, AnotherDriversDeviceIsRefused) {

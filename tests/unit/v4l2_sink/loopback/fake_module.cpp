@@ -205,12 +205,13 @@ int FakeModule::ioctl(int fd, unsigned long request, void* argument) {
             static_cast<v4l2_streamparm*>(argument)->parm.output.timeperframe = device.interval;
             return 0;
         case VIDIOC_REQBUFS: {
-            auto& wish = *static_cast<v4l2_requestbuffers*>(argument);
-            calls.push_back("REQBUFS " + std::to_string(wish.count));
+            auto& requested = *static_cast<v4l2_requestbuffers*>(argument);
+            calls.push_back("REQBUFS " + std::to_string(requested.count));
             if (!opener.has_format) return -EINVAL;
-            wish.count = std::min(wish.count, static_cast<std::uint32_t>(device.max_buffers));
-            opener.buffers = wish.count;
-            device.memory.assign(wish.count, std::vector<std::byte>((device.pix.sizeimage + page - 1) / page * page));
+            requested.count = std::min(requested.count, static_cast<std::uint32_t>(device.max_buffers));
+            opener.buffers = requested.count;
+            device.memory.assign(requested.count,
+                                 std::vector<std::byte>((device.pix.sizeimage + page - 1) / page * page));
             return 0;
         }
         case VIDIOC_QUERYBUF: {

@@ -13,7 +13,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-LoopbackWish wish(int width = 64, int height = 48, const char* camera = "lobby", int rate = 25) {
+LoopbackSettings settings(int width = 64, int height = 48, const char* camera = "lobby", int rate = 25) {
     return {video_number, camera, {V4L2_PIX_FMT_YUYV, {width, height}, *Rate::create(rate, 1)}};
 }
 
@@ -35,7 +35,7 @@ public:
         host->tick(now_ns);
     }
     /// A device that has its first picture.
-    void set_up(const LoopbackWish& what = wish()) {
+    void set_up(const LoopbackSettings& what = settings()) {
         host->set(what, now_ns);
         tick();
         bus.answer_fetches(++sequence, now_ns, std::byte{1});
@@ -69,7 +69,7 @@ protected:
 INSTANTIATE_TEST_SUITE_P(Generations, LoopbackHostOf, testing::Values(12, 13, 14, 15));
 
 TEST_P(LoopbackHostOf, ADeviceIsACameraAsSoonAsItHasAPicture) {
-    host->set(wish(), now_ns);
+    host->set(settings(), now_ns);
     tick();
     ASSERT_TRUE(kernel.devices.contains(video_number));
     EXPECT_EQ(device().card, "lobby");
@@ -166,7 +166,7 @@ TEST_P(LoopbackHostOf, AfterAKillTheSameDeviceServesTheWaitingReader) {
     kernel.close_all();
     start();
     const std::size_t before = device().pictures.size();
-    host->set(wish(), now_ns);
+    host->set(settings(), now_ns);
     tick();
     tick();
     ASSERT_EQ(bus.subscribers().size(), 2u);  // the dead one's too
@@ -192,7 +192,7 @@ TEST_P(LoopbackHostOf, AnEndingRigTakesItsDevicesAlong) {
 TEST_P(LoopbackHostOf, AChangedSizeReachesADeviceThatNobodyReads) {
     set_up();
     bus.end_all({ErrorKind::unavailable, "the size changed"});
-    host->set(wish(32, 32), now_ns);
+    host->set(settings(32, 32), now_ns);
     tick();
     EXPECT_EQ(device().pix.width, 32u);
     bus.answer_fetches(++sequence, now_ns, std::byte{4});
@@ -206,7 +206,7 @@ TEST_P(LoopbackHostOf, AChangedSizeWaitsForTheReaderWhoseStreamGoesOn) {
     tick();
     take_log();
     bus.end_all({ErrorKind::unavailable, "the size changed"});
-    host->set(wish(32, 32), now_ns);
+    host->set(settings(32, 32), now_ns);
     tick();
     tick();
     EXPECT_EQ(device().pix.width, 64u);
@@ -227,14 +227,14 @@ TEST_P(LoopbackHostOf, AChangedRateIsToldWithoutDisturbingTheReader) {
     set_up();
     kernel.reader_comes(video_number);
     tick();
-    host->set(wish(64, 48, "lobby", 10), now_ns);
+    host->set(settings(64, 48, "lobby", 10), now_ns);
     tick();
     EXPECT_EQ(device().interval.denominator, 10u);
     EXPECT_EQ(bus.subscribers().size(), 1u);
 }
 
-TEST_P(LoopbackHostOf, MjpgHasTheSubsamplingThatIsWished) {
-    LoopbackWish mjpg = wish();
+TEST_P(LoopbackHostOf, MjpgHasTheSubsamplingThatIsSet) {
+    LoopbackSettings mjpg = settings();
     mjpg.format.fourcc = V4L2_PIX_FMT_MJPEG;
     set_up(mjpg);
     kernel.reader_comes(video_number);
@@ -292,7 +292,7 @@ TEST_P(LoopbackHostOf, AThousandCamerasComeAndGo) {
 TEST(LoopbackHost, AMissingModuleIsToldOnceAndUsedWhenItComes) {
     HostFixture fixture(15);
     fixture.kernel.loaded = false;
-    fixture.host->set(wish(), fixture.now_ns);
+    fixture.host->set(settings(), fixture.now_ns);
     for (int i = 0; i < 20; ++i) fixture.tick();
     const std::string log = fixture.take_log();
     EXPECT_THAT(log, HasSubstr("camera lobby"));
@@ -306,7 +306,7 @@ TEST(LoopbackHost, AMissingModuleIsToldOnceAndUsedWhenItComes) {
 TEST(LoopbackHost, ANewNodeMayGetItsGroupAMomentLater) {
     HostFixture fixture(15);
     fixture.kernel.open_problem = EACCES;
-    fixture.host->set(wish(), fixture.now_ns);
+    fixture.host->set(settings(), fixture.now_ns);
     fixture.tick();
     fixture.tick();
     EXPECT_EQ(fixture.take_log(), "");
@@ -318,7 +318,7 @@ TEST(LoopbackHost, ANewNodeMayGetItsGroupAMomentLater) {
 TEST(LoopbackHost, MissingPermissionIsToldInTheEnd) {
     HostFixture fixture(15);
     fixture.kernel.open_problem = EACCES;
-    fixture.host->set(wish(), fixture.now_ns);
+    fixture.host->set(settings(), fixture.now_ns);
     for (int i = 0; i < 20; ++i) fixture.tick();
     EXPECT_THAT(fixture.take_log(), HasSubstr("usermod -aG video"));
 }
@@ -326,7 +326,7 @@ TEST(LoopbackHost, MissingPermissionIsToldInTheEnd) {
 TEST(LoopbackHost, AnotherCameraOnTheNumberGetsADeviceOfItsName) {
     HostFixture fixture(15);
     fixture.set_up();
-    fixture.host->set(wish(64, 48, "gallery"), fixture.now_ns);
+    fixture.host->set(settings(64, 48, "gallery"), fixture.now_ns);
     fixture.tick();
     EXPECT_EQ(fixture.device().card, "gallery");
     EXPECT_EQ(fixture.kernel.removed, 1);

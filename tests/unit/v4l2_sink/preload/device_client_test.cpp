@@ -342,10 +342,10 @@ TEST_F(DeviceClientTest, TwoOpenersOfOneProgramShareOneQueue) {
 
 TEST_F(DeviceClientTest, ControlsReachTheRigAndOthersHearOfIt) {
     Opened setter, listener(O_RDWR | O_NONBLOCK);
-    v4l2_event_subscription wish{};
-    wish.type = V4L2_EVENT_CTRL;
-    wish.id = V4L2_CID_PAN_ABSOLUTE;
-    ASSERT_EQ(listener.call(VIDIOC_SUBSCRIBE_EVENT, wish), 0);
+    v4l2_event_subscription requested{};
+    requested.type = V4L2_EVENT_CTRL;
+    requested.id = V4L2_CID_PAN_ABSOLUTE;
+    ASSERT_EQ(listener.call(VIDIOC_SUBSCRIBE_EVENT, requested), 0);
     v4l2_control control{V4L2_CID_PAN_ABSOLUTE, 7300};
     ASSERT_EQ(setter.call(VIDIOC_S_CTRL, control), 0);
     EXPECT_EQ(control.value, 7200);  // steps of a degree

@@ -41,7 +41,7 @@ TEST(DeviceOutputs, ADeviceThatCouldNotBeOpenedIsTriedAgainWithTheNextChangeOfAC
     bus.adjust_camera(camera(1, "lobby", {ten}));
     EXPECT_TRUE(fs::exists(folder / "video10") && fs::exists(folder / "video11"));
 
-    // One that is wished no more is not tried again.
+    // One that is not configured any more is not tried again.
     fs::rename(folder, aside);
     bus.change_camera(camera(1, "lobby", {ten, {.kind = "device", .options = {{"number", 12}}}}));
     fs::rename(aside, folder);

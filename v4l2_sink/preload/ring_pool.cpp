@@ -1,4 +1,4 @@
-#include "v4l2_sink/preload/ring_shelf.h"
+#include "v4l2_sink/preload/ring_pool.h"
 
 #include <cstring>
 
@@ -13,8 +13,8 @@ bool same_rate(const camrig_rate& a, const camrig_rate& b) {
 
 }  // namespace
 
-Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, const camrig_format& format,
-                                                 codec::ChromaSampling mjpg_sampling) {
+Result<std::shared_ptr<FedRing>> RingPool::take(const std::string& camera, const camrig_format& format,
+                                                codec::ChromaSampling mjpg_sampling) {
     const auto stream = bus_.find(camera);
     if (!stream) return std::unexpected(stream.error());
     camrig_format key = format;
@@ -47,7 +47,7 @@ Result<std::shared_ptr<FedRing>> RingShelf::take(const std::string& camera, cons
     return ring;
 }
 
-Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
+Result<void> RingPool::feed(const std::shared_ptr<FedRing>& ring) {
     // Rings of one size differ by their rates.
     stream::SubscribeOptions options{
         .kind = "device",
@@ -64,13 +64,13 @@ Result<void> RingShelf::feed(const std::shared_ptr<FedRing>& ring) {
     return {};
 }
 
-void RingShelf::ended(const std::shared_ptr<FedRing>& ring) {
+void RingPool::ended(const std::shared_ptr<FedRing>& ring) {
     // A camera that changed its size goes on in the reader's size.
     ring->subscription.reset();
     if (!feed(ring)) lost_(ring);
 }
 
-void RingShelf::tick(TimeNs monotonic_ns) {
+void RingPool::tick(TimeNs monotonic_ns) {
     for (const auto& known : rings_)
         if (auto ring = known.lock()) ring->ring->repeat_if_idle(monotonic_ns, idle_repeat_ns);
 }

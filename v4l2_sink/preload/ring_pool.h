@@ -13,11 +13,11 @@ namespace camrig::device {
 
 /// The rings that somebody reads: one per camera, format, size and rate, fed by the bus for as long as it is held.
 /// Device server's thread.
-class RingShelf {
+class RingPool {
 public:
     /// `lost` hears of rings that nothing feeds any more: their camera was deleted.
-    RingShelf(stream::FrameBus& bus, std::shared_ptr<TaskQueue> tasks,
-              std::function<void(const std::shared_ptr<FedRing>&)> lost)
+    RingPool(stream::FrameBus& bus, std::shared_ptr<TaskQueue> tasks,
+             std::function<void(const std::shared_ptr<FedRing>&)> lost)
         : bus_(bus), tasks_(std::move(tasks)), lost_(std::move(lost)) {}
 
     /// The ring of this format, existing or new; not_found when the bus has no such camera.
