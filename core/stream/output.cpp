@@ -132,7 +132,7 @@ void Output::deliver(Item item) {
                      written.error().message);
         {
             std::lock_guard lock(mutex_);
-            std::erase(readers_, reader);
+            if (std::erase(readers_, reader) == 0) continue;  // whoever detached it hears of it no more
         }
         if (reader->on_end) reader->on_end(written.error());
     }

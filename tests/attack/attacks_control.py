@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import socket
 import subprocess
 import sys
 
 import camrig
 
+from described import Calls
 from target import Target, read_line, request, send_until_closed
 
 #: A user who is not the rig's.
 STRANGER_UID = 65534
-LISTED_TYPES = [None, True, -1, 0, 2**63, 1e308, "", "x" * 5000, "\u202e", [], [[]], {}, {"a": 1}]
+#: How a call that was stopped at the names of its parameters is answered.
+OF_NAMES = ("unknown key", "is missing")
 
 
 def a_stranger_commands_over_http(target: Target) -> str:
@@ -53,24 +54,63 @@ def silent_connections_hold_no_place(target: Target) -> str:
     return f"{len(held)} connections held, the owner waited {took * 1000:.0f} ms"
 
 
-def values_of_every_type(target: Target) -> str:
-    """Thousands of calls with values of every type in every place: an answer to each, none of them an internal error."""
-    methods = [one["name"] if isinstance(one, dict) else one for one in target.rig.call("server.info").get("methods", [])] or [
-        "camera.create", "camera.set", "camera.get", "camera.delete", "world.step", "world.status", "frame.get", "truth.get", "actor.spawn",
-        "actor.set", "actor.remove", "event.add", "event.remove", "world.load", "stats.get"]
-    methods = [name for name in methods if name not in ("server.shutdown", "world.load", "world.pause")]
-    names = ["name", "camera", "size", "fps", "pose", "lens", "vfov_deg", "seconds", "nanoseconds", "min_ns", "kind", "format", "outputs", "when", "do", "near"]
-    rng = random.Random(1)
-    count = 4000
-    with target.unix(60) as raw:
-        for number in range(count):
-            params = {rng.choice(names): rng.choice(LISTED_TYPES) for _ in range(rng.randrange(4))}
-            if params.get("name") == "watched" or params.get("camera") == "watched":
+def _answers(other: Target, calls: list[tuple[str, dict]]) -> tuple[int, int, set[str]]:
+    """How many of these calls got past the check of their parameters' names, how many were carried out, and the methods called."""
+    past_names, carried_out = 0, 0
+    with other.unix(60) as raw:
+        for number, (method, params) in enumerate(calls):
+            raw.sendall(json.dumps(request(method, number, **params)).encode() + b"\n")
+            line = read_line(raw)
+            assert line, f"the connection was closed by {method} {json.dumps(params)[:300]}"
+            answer = json.loads(line)
+            assert answer["id"] == number, answer
+            if "result" in answer:
+                carried_out += 1
+                past_names += 1
+                if method == "camera.create":  # they are bounded in number
+                    other.rig.camera(answer["result"]["name"]).delete()
+                if method == "camera.delete":
+                    _make_victim(other.rig)
                 continue
-            raw.sendall(json.dumps(request(rng.choice(methods), number, **params)).encode() + b"\n")
-            answer = json.loads(read_line(raw))
-            assert answer.get("error", {}).get("data", {}).get("kind") != "internal", answer
-    return f"{count} calls"
+            assert answer["error"]["data"]["kind"] != "internal", (method, json.dumps(params)[:300], answer)
+            past_names += not any(text in answer["error"]["message"] for text in OF_NAMES)
+    return past_names, carried_out, {method for method, _ in calls}
+
+
+def _make_victim(rig: camrig.Rig) -> None:
+    rig.create_camera("victim", size=(64, 48), position=(0, 0, 1))
+
+
+def _with_a_victim(rig: camrig.Rig, target: Target) -> Target:
+    """A rig of their own for calls that change everything there is."""
+    _make_victim(rig)
+    return Target(rig, target.folder)
+
+
+def values_of_every_type(target: Target) -> str:
+    """23 000 calls of all methods with values of every type under right names: an answer to each, none of them an internal error."""
+    with camrig.start("minimal", mode="lockstep") as rig:
+        other = _with_a_victim(rig, target)
+        calls = [some.one() for some in (Calls(rig, 1, 0.7), Calls(rig, 2, 0.95)) for _ in range(11_500)]
+        past_names, carried_out, methods = _answers(other, calls)
+        other.owner_is_answered()
+    assert past_names > len(calls) / 2, f"only {past_names} of {len(calls)} calls had right names"
+    assert len(methods) > 15, methods
+    return f"{len(calls)} calls of {len(methods)} methods, {past_names} with right names, {carried_out} carried out"
+
+
+def numbers_at_their_bounds(target: Target) -> str:
+    """4000 calls with numbers at and beyond the bounds of their parameters and of their types."""
+    with camrig.start("minimal", mode="lockstep") as rig:
+        other = _with_a_victim(rig, target)
+        some = Calls(rig, 3, 1.0)
+        calls: list[tuple[str, dict]] = []
+        while len(calls) < 4000:
+            calls += some.numbers()
+        past_names, carried_out, _ = _answers(other, calls)
+        other.owner_is_answered()
+    assert past_names > len(calls) / 2, f"only {past_names} of {len(calls)} calls had right names"
+    return f"{len(calls)} calls, {past_names} with right names, {carried_out} carried out"
 
 
 def endless_lines_and_deep_nesting(target: Target) -> str:
@@ -88,7 +128,7 @@ def endless_lines_and_deep_nesting(target: Target) -> str:
 
 
 def names_with_control_characters(target: Target) -> str:
-    """What a client calls itself comes back in messages without escape sequences or line breaks."""
+    """What a client asks for comes back in messages without escape sequences or line breaks."""
     with target.unix() as raw:
         raw.sendall(json.dumps(request("camera.get", name="\x1b[31mred\nline")).encode() + b"\n")
         answer = json.loads(read_line(raw))
@@ -98,14 +138,22 @@ def names_with_control_characters(target: Target) -> str:
 
 
 def cameras_come_and_go(target: Target) -> str:
-    """500 cameras are made and deleted: descriptors and threads stay."""
+    """2000 cameras are made and deleted: memory, descriptors and threads stay."""
     count = lambda what: len(os.listdir(f"/proc/{target.pid}/{what}"))
+
+    def live(first: int, last: int) -> None:
+        for number in range(first, last):
+            target.rig.create_camera(f"c{number}", size=(64, 48), place="lobby").delete()
+
     before = count("fd"), count("task")
-    for number in range(500):
-        target.rig.create_camera(f"c{number}", size=(64, 48), place="lobby").delete()
+    live(0, 1200)
+    full_kib = target.rss_kib()  # what an allocator keeps for the next one is there
+    live(1200, 2000)
     after = count("fd"), count("task")
+    grown_mib = (target.rss_kib() - full_kib) / 1024
     assert after[0] <= before[0] + 4 and after[1] <= before[1] + 2, (before, after)
-    return f"descriptors and threads {before} before, {after} after"
+    assert grown_mib < 16, f"the last 800 left {grown_mib:.0f} MiB"
+    return f"descriptors and threads {before} before, {after} after, {grown_mib:+.1f} MiB by the last 800"
 
 
 def start_with_little_memory(target: Target) -> str:
@@ -117,5 +165,5 @@ def start_with_little_memory(target: Target) -> str:
     return done.stderr.strip().splitlines()[-1][:150]
 
 
-ATTACKS = [a_stranger_commands_over_http, silent_connections_hold_no_place, values_of_every_type, endless_lines_and_deep_nesting,
-           names_with_control_characters, cameras_come_and_go, start_with_little_memory]
+ATTACKS = [a_stranger_commands_over_http, silent_connections_hold_no_place, values_of_every_type, numbers_at_their_bounds,
+           endless_lines_and_deep_nesting, names_with_control_characters, cameras_come_and_go, start_with_little_memory]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import random
+import shutil
 import socket
 import subprocess
 import threading
@@ -17,28 +17,39 @@ STRANGER_UID = 65534
 
 
 def a_link_in_the_place_of_a_device(target: Target) -> str:
-    """The tree of devices of a rig without $XDG_RUNTIME_DIR was made before, with a link to a file of the owner's."""
+    """The folder of a rig's devices was made before by somebody else, with a link to a file of the owner's in the place of a device."""
     precious = target.folder / "precious"
     precious.write_text("not to be lost")
     control = target.folder / "linked.sock"
-    tree = Path(f"{control}.devices.tree/dev")
-    tree.mkdir(parents=True)
-    (tree / "video10").symlink_to(precious)
-    os.chown(tree.parent, STRANGER_UID, STRANGER_UID)
-    binary = camrig.launch.find_binary()
-    rig = subprocess.Popen([binary, "serve", "minimal", "--http", "0", "--rtsp", "0", "--control", str(control)], stderr=subprocess.DEVNULL,
-                           stdout=subprocess.DEVNULL)
-    try:
-        for _ in range(200):
-            if control.exists() or rig.poll() is not None:
+    told = []
+    for prepared in (Path(f"{control}.d/devices.tree/dev"), Path(f"{control}.devices.tree/dev")):
+        prepared.mkdir(parents=True)
+        (prepared / "video10").symlink_to(precious)
+        for folder in (prepared, *prepared.parents):
+            if folder == target.folder:
                 break
-            threading.Event().wait(0.05)
-        subprocess.run([binary, "--control", str(control), "camera", "create", "x", "--position", "1,1,1", "--device", "10"], capture_output=True, timeout=20)
-    finally:
-        rig.terminate()
-        rig.wait(10)
-    assert precious.read_text() == "not to be lost", "the owner's file was written to"
-    return ""
+            os.chown(folder, STRANGER_UID, STRANGER_UID)
+        binary = camrig.launch.find_binary()
+        rig = subprocess.Popen([binary, "serve", "minimal", "--http", "0", "--rtsp", "0", "--control", str(control)], stderr=subprocess.PIPE,
+                               stdout=subprocess.DEVNULL, text=True)
+        try:
+            for _ in range(400):
+                if control.exists() or rig.poll() is not None:
+                    break
+                threading.Event().wait(0.05)
+            if rig.poll() is None:
+                created = subprocess.run([binary, "--control", str(control), "camera", "create", "x", "--position", "1,1,1", "--device", "10"],
+                                         capture_output=True, text=True, timeout=20)
+                assert created.returncode == 0, created.stderr  # that was not in its way
+                told.append("served")
+        finally:
+            rig.terminate()
+            told += rig.communicate(timeout=20)[1].splitlines()[:1] if rig.poll() is not None else []
+            rig.wait(20)
+        assert precious.read_text() == "not to be lost", f"the owner's file was written to through {prepared}"
+        shutil.rmtree(f"{control}.d", ignore_errors=True)
+    assert told and f"{control}.d: belongs to user {STRANGER_UID}" in told[0], told
+    return told[0][:150]
 
 
 def a_strangers_socket(target: Target) -> str:
@@ -83,41 +94,4 @@ def scenes_that_lead_elsewhere(target: Target) -> str:
     return message[:120]
 
 
-def damaged_scenes(target: Target) -> str:
-    """300 damaged models: a clear error or a scene, never more."""
-    repository = Path(__file__).resolve().parents[2]
-    original = next(iter(sorted((repository / "scenes" / "minimal").glob("*.glb")))).read_bytes()
-    rng = random.Random(3)
-    refused = 0
-    with camrig.start("minimal", mode="lockstep") as rig:
-        for number in range(300):
-            data = bytearray(original)
-            for _ in range(rng.choice([1, 10, 200])):
-                data[rng.randrange(len(data))] = rng.randrange(256)
-            path = target.folder / f"damaged{number % 4}.glb"
-            path.write_bytes(data[: rng.randrange(len(data)) if number % 3 == 0 else len(data)])
-            try:
-                rig.load(str(path))
-            except camrig.CamrigError as error:
-                assert error.kind in ("invalid_argument", "unsupported", "resource_exhausted"), error
-                refused += 1
-    return f"{refused} of 300 refused"
-
-
-def killed_device_readers(target: Target) -> str:
-    """20 programs with a device open are killed in the middle of it."""
-    cam = target.rig.create_camera("device", size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": 41}])
-    binary = camrig.launch.find_binary()
-    try:
-        for _ in range(20):
-            reader = subprocess.Popen([binary, "--control", target.control, "exec", "--", "v4l2-ctl", "-d", "/dev/video41", "--stream-mmap",
-                                       "--stream-count=1000"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-            reader.stdout.read(3)
-            reader.kill()
-            reader.wait()
-    finally:
-        cam.delete()
-    return ""
-
-
-ATTACKS = [a_link_in_the_place_of_a_device, a_strangers_socket, scenes_that_lead_elsewhere, damaged_scenes, killed_device_readers]
+ATTACKS = [a_link_in_the_place_of_a_device, a_strangers_socket, scenes_that_lead_elsewhere]

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import socket
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import camrig
 
+from bystanders import rtsp_times
 from target import Target, send_until_closed
+
+TOKEN = "a-token-that-nobody-guesses"
 
 
 def _options_is_answered(target: Target, within_s: float = 2.0) -> float:
@@ -50,10 +55,10 @@ def endless_headers(target: Target) -> str:
 
 
 def requests_at_random(target: Target) -> str:
-    """600 mangled requests."""
+    """3000 mangled requests."""
     rng = random.Random(2)
     good = b"DESCRIBE rtsp://127.0.0.1/watched RTSP/1.0\r\nCSeq: 2\r\nAccept: application/sdp\r\nContent-Length: 0\r\n\r\n"
-    for _ in range(600):
+    for _ in range(3000):
         data = bytearray(good)
         for _ in range(rng.choice([1, 3, 20])):
             data[rng.randrange(len(data))] = rng.randrange(256)
@@ -68,16 +73,18 @@ def requests_at_random(target: Target) -> str:
 
 
 def sessions_without_end(target: Target) -> str:
-    """500 SETUPs on one connection."""
+    """3000 SETUPs on one connection."""
     with target.tcp(target.rtsp, 10.0) as raw:
+        answered = 0
         try:
-            for number in range(500):
+            for number in range(3000):
                 raw.sendall(f"SETUP rtsp://127.0.0.1:{target.rtsp}/watched/stream=0 RTSP/1.0\r\nCSeq: {number}\r\n"
                             "Transport: RTP/AVP/TCP;unicast;interleaved=0-1\r\n\r\n".encode())
-                raw.recv(1 << 14)
+                answered += raw.recv(1 << 14).startswith(b"RTSP/1.0 ")
         except OSError:
             pass
-    return f"OPTIONS answered in {_options_is_answered(target) * 1000:.0f} ms"
+    assert answered > 0, "no SETUP was answered"
+    return f"{answered} answered; OPTIONS answered in {_options_is_answered(target) * 1000:.0f} ms"
 
 
 def sockets_beyond_the_host(target: Target) -> str:
@@ -101,12 +108,18 @@ def sockets_beyond_the_host(target: Target) -> str:
     return ""
 
 
+@contextlib.contextmanager
+def _guarded(target: Target, host: str) -> Iterator[int]:
+    """The RTSP port of a rig that asks for a password."""
+    token = target.folder / "token"
+    token.write_text(f"{TOKEN}\n")
+    with camrig.start("minimal", args=["--host", host, "--token-file", str(token)]) as rig:
+        yield rig.call("server.info")["rtsp"]
+
+
 def wrong_passwords(target: Target) -> str:
     """Wrong passwords are few, however fast they are tried."""
-    token = target.folder / "token"
-    token.write_text("a-token-that-nobody-guesses\n")
-    with camrig.start("minimal", args=["--host", "127.0.0.2", "--token-file", str(token)]) as rig:
-        port = rig.call("server.info")["rtsp"]
+    with _guarded(target, "127.0.0.2") as port:
         tried, begin = 0, time.monotonic()
         while time.monotonic() - begin < 3.0:
             try:
@@ -114,14 +127,58 @@ def wrong_passwords(target: Target) -> str:
                     for _ in range(200):
                         raw.sendall(b"DESCRIBE rtsp://127.0.0.2/c RTSP/1.0\r\nCSeq: 1\r\nAuthorization: Digest username=\"camrig\", realm=\"camrig\", "
                                     b"nonce=\"0\", uri=\"/\", response=\"00000000000000000000000000000000\"\r\n\r\n")
-                        if not raw.recv(4096):
+                        answer = raw.recv(4096)
+                        if not answer:
                             break
+                        assert answer.startswith(b"RTSP/1.0 401 "), answer
                         tried += 1
             except OSError:
                 pass
     rate = tried / 3.0
+    assert tried > 0, "nobody answered"
     assert rate < 500, f"{rate:.0f} tries a second"
-    return f"{rate:.0f} tries a second"
+    return f"{tried} tried, {rate:.0f} a second"
 
 
-ATTACKS = [endless_bodies, endless_headers, requests_at_random, sessions_without_end, sockets_beyond_the_host, wrong_passwords]
+def digests_again(target: Target) -> str:
+    """What a reader proved its password with, heard on the way and sent again: of no use on another connection, for another method or path."""
+    with _guarded(target, "127.0.0.3") as port:
+        reader = rtsp_times.RtspReader(f"rtsp://camrig:{TOKEN}@127.0.0.3:{port}/main")
+        heard = reader.digest("DESCRIBE", reader.url)
+        cases = [("DESCRIBE", "main"), ("SETUP", "main/stream=0"), ("PLAY", "main"), ("TEARDOWN", "main"), ("OPTIONS", "main")]
+        for method, path in cases:
+            with socket.create_connection(("127.0.0.3", port), 20.0) as raw:
+                raw.sendall(f"{method} rtsp://127.0.0.3:{port}/{path} RTSP/1.0\r\nCSeq: 1\r\nTransport: RTP/AVP/TCP;interleaved=0-1\r\n"
+                            f"Session: {reader.session}\r\nAuthorization: {heard}\r\n\r\n".encode())
+                answer = raw.recv(4096)
+            assert answer.startswith(b"RTSP/1.0 401 "), f"{method} {path}: {answer[:200]!r}"
+        reader.close()
+    return f"{len(cases)} refused"
+
+
+def packets_for_others(target: Target) -> str:
+    """`destination=` and `source=` in a SETUP send nobody's packets to where they were not asked from."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as victim:
+        victim.bind(("127.0.0.9", 0))
+        victim.setblocking(False)
+        port = victim.getsockname()[1]
+        for more in ("destination=127.0.0.9", "destination=127.0.0.9;source=127.0.0.9", "destination=\"127.0.0.9\"", "destination=127.0.0.9;destination=127.0.0.1"):
+            with target.tcp(target.rtsp) as raw:
+                url, answers = f"rtsp://127.0.0.1:{target.rtsp}/watched", b""
+                raw.sendall(f"SETUP {url}/stream=0 RTSP/1.0\r\nCSeq: 1\r\nTransport: RTP/AVP;unicast;{more};client_port={port}-{port + 1}\r\n\r\n".encode())
+                answer = raw.recv(1 << 14).decode()
+                assert "127.0.0.9" not in answer, answer
+                session = [line[9:].split(";")[0] for line in answer.splitlines() if line.startswith("Session: ")]
+                if session:
+                    raw.sendall(f"PLAY {url} RTSP/1.0\r\nCSeq: 2\r\nSession: {session[0]}\r\n\r\n".encode())
+                    answers = raw.recv(1 << 14)
+                    assert answers.startswith(b"RTSP/1.0 "), answers
+                time.sleep(0.5)  # five pictures of the stream
+            try:
+                raise AssertionError(f"{len(victim.recv(1 << 16))} bytes were sent to somebody who did not ask: {more}")
+            except BlockingIOError:
+                pass
+    return "4 ways, nothing was sent"
+
+
+ATTACKS = [endless_bodies, endless_headers, requests_at_random, sessions_without_end, sockets_beyond_the_host, wrong_passwords, digests_again, packets_for_others]

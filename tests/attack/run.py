@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Attacks a running rig as strangers on this machine could, and says of each attack whether the rig stood it.
 
-    tests/attack/run.py                all attacks, some minutes; one line each, exit 1 if one was not stood
+    tests/attack/run.py                all attacks, a quarter of an hour; one line each, exit 1 if one was not stood
     tests/attack/run.py -k rtsp        only attacks with this in their names
     tests/attack/run.py --list         names them
 
@@ -26,15 +26,18 @@ import camrig
 from bystanders import Bystanders
 from target import Target
 import attacks_control
+import attacks_devices
+import attacks_ends
 import attacks_files
 import attacks_http
+import attacks_models
 import attacks_rtsp
 import attacks_work
 
 MOST_LOST = 0.005
 MOST_GROWTH_MIB = 60
 WATCHED_FPS = 10
-SUITES = (attacks_work, attacks_control, attacks_http, attacks_rtsp, attacks_files)
+SUITES = (attacks_work, attacks_control, attacks_http, attacks_rtsp, attacks_devices, attacks_files, attacks_models, attacks_ends)
 
 
 def main() -> int:

@@ -6,9 +6,11 @@ import http.client
 import json
 import os
 import socket
+import subprocess
+import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import camrig
 
@@ -22,14 +24,27 @@ class Target:
         self.control: str = info["control"]
         self.http: int = info["http"]
         self.rtsp: int = info["rtsp"]
+        self.devices: str = info["devices"]
+        #: What lets a client of the network command.
+        self.owner_headers = {"Authorization": f"Bearer {Path(info['key_file']).read_text().strip()}"} if "key_file" in info else {}
 
     def is_alive(self) -> bool:
         return Path(f"/proc/{self.pid}/stat").exists() and Path(f"/proc/{self.pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
 
     def rss_kib(self) -> int:
         """Resident memory of the daemon."""
+        return self._memory_kib("VmRSS")
+
+    def peak_kib(self) -> int:
+        """The largest rss_kib() since forget_peak()."""
+        return self._memory_kib("VmHWM")
+
+    def forget_peak(self) -> None:
+        Path(f"/proc/{self.pid}/clear_refs").write_text("5")
+
+    def _memory_kib(self, field: str) -> int:
         status = Path(f"/proc/{self.pid}/status").read_text()
-        return int(next(line.split()[1] for line in status.splitlines() if line.startswith("VmRSS:")))
+        return int(next(line.split()[1] for line in status.splitlines() if line.startswith(f"{field}:")))
 
     def cpu_s(self) -> float:
         fields = Path(f"/proc/{self.pid}/stat").read_text().rsplit(")", 1)[1].split()
@@ -57,7 +72,7 @@ class Target:
         try:
             connection.request(method, path, body, headers or {})
             answer = connection.getresponse()
-            return answer.status, {key.lower(): value for key, value in answer.getheaders()}, answer.read(64 << 20)
+            return answer.status, {key.lower(): value for key, value in answer.getheaders()}, answer.read(400 << 20)
         finally:
             connection.close()
 
@@ -98,3 +113,22 @@ def send_until_closed(raw: socket.socket, chunk: bytes, most_bytes: int, timeout
     except OSError:
         pass
     return sent
+
+
+class Ended(NamedTuple):
+    status: int  # negative: by this signal
+    said: str
+    peak_mib: float
+    took_s: float
+
+
+def run_measured(command: list[str], timeout_s: float = 60.0) -> Ended:
+    """A program of the owner's, to its end."""
+    begin = time.monotonic()
+    with tempfile.TemporaryFile() as said:
+        program = subprocess.Popen(["timeout", "-s", "KILL", str(timeout_s), *command], stdin=subprocess.DEVNULL, stdout=said, stderr=said)
+        _, status, use = os.wait4(program.pid, 0)
+        program.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read().decode(errors="replace")
+    return Ended(program.returncode, text, use.ru_maxrss / 1024, time.monotonic() - begin)

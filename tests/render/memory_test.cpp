@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "core/render/gl/gpu_model.h"
 #include "core/render/gl/readback.h"
 #include "core/render/gl/stream_buffer.h"
 #include "tests/render/support/test_rig.h"
@@ -58,6 +59,41 @@ TEST(Memory, ADeviceWithoutMemoryIsAnExceptionAndNotTheEndOfTheProgram) {
     gl::ReadbackBuffer readback(gl);
     EXPECT_THROW(readback.reset(100), std::bad_alloc);
     EXPECT_THROW(readback.reset(100), std::bad_alloc);  // and no room is taken for granted afterwards
+}
+
+/// Errors that the device has noted, the first one last.
+std::vector<GLenum> noted;
+
+/// A device that takes what it is given, and whose memory is out at the first vertices.
+gl::GlFunctions device_of_little_memory() {
+    gl::GlFunctions gl = exhausted_device();
+    gl.GetError = []() -> GLenum {
+        if (noted.empty()) return GL_NO_ERROR;
+        const GLenum code = noted.back();
+        noted.pop_back();
+        return code;
+    };
+    gl.CreateVertexArrays = [](GLsizei, GLuint* name) { *name = 1; };
+    gl.DeleteVertexArrays = [](GLsizei, const GLuint*) {};
+    gl.VertexArrayElementBuffer = [](GLuint, GLuint) {
+        noted = {GL_OUT_OF_MEMORY, GL_INVALID_OPERATION};  // what follows from it is told too
+    };
+    gl.EnableVertexArrayAttrib = [](GLuint, GLuint) {};
+    gl.VertexArrayAttribFormat = [](GLuint, GLuint, GLint, GLenum, GLboolean, GLuint) {};
+    gl.VertexArrayAttribBinding = [](GLuint, GLuint, GLuint) {};
+    gl.VertexArrayVertexBuffer = [](GLuint, GLuint, GLuint, GLintptr, GLsizei) {};
+    return gl;
+}
+
+// The driver says so by an error that somebody must ask for.
+TEST(Memory, AModelThatTheDeviceHasNoMemoryForIsAnException) {
+    gl::GlFunctions gl = device_of_little_memory();
+    gl::SamplerCache samplers(gl);
+    const world::ModelRef model = model_of(box(glm::vec3(0.5f)), colored({1, 0, 0}));
+    EXPECT_THROW(upload_model(gl, samplers, *model, scene::prepare_model(model)), std::bad_alloc);
+    EXPECT_TRUE(noted.empty()) << "another model would be blamed";
+    gl.VertexArrayElementBuffer = [](GLuint, GLuint) {};
+    EXPECT_NO_THROW(upload_model(gl, samplers, *model, scene::prepare_model(model)));
 }
 
 }  // namespace

@@ -110,8 +110,12 @@ def test_stepping_too_far_or_backwards_is_refused(rig):
         with pytest.raises(camrig.CamrigError) as caught:
             rig.call("world.step", **bad)
         assert caught.value.kind == "invalid_argument"
+    with pytest.raises(camrig.CamrigError, match="^invalid_argument: seconds: "):  # in the unit that was given
+        rig.step(seconds=-1)
     rig.call("world.step", nanoseconds=1)
     assert rig.status()["world_ns"] == 1
+    rig.step(seconds=1 / 3)
+    assert rig.status()["world_ns"] == 333_333_334
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")

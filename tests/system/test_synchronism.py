@@ -3,6 +3,8 @@
 import collections
 import concurrent.futures
 import http.client
+import os
+import signal
 import threading
 import time
 import urllib.request
@@ -177,9 +179,10 @@ def test_snapshots_of_idle_cameras_do_not_stop_one_that_is_read(rig):
         for done in [askers.submit(ask, i) for i in range(20)]:
             done.result()
     after = count()
-    due, dropped = after["due"] - before["due"], after["dropped"] - before["dropped"]
-    # A machine that is busy with other things loses some. Drawn before anything else, the snapshots cost nearly all.
-    assert dropped <= 1 + due // 2, f"{dropped} of {due}"
+    due, dropped = (after[key] - before[key] for key in ("due", "dropped"))
+    for_requests = after["dropped_for"]["request"] - before["dropped_for"]["request"]
+    # A machine that is busy with other things loses some, for other reasons too. Drawn before anything else, the snapshots cost nearly all.
+    assert for_requests <= 1 + due // 10 and dropped <= 1 + due // 4, f"{dropped} of {due}, {for_requests} of them for requests"
     reader.response.close()
 
 
@@ -208,6 +211,37 @@ def test_overload_drops_whole_instants_for_all_cameras_evenly(rig):
         assert not reader.is_alive()
         numbers = [part[0] for part in reader.parts]
         assert numbers == sorted(set(numbers))
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_a_rig_that_was_stopped_goes_on_with_the_clock_and_its_books_tell_what_was_lost(rig):
+    """As a laptop that slept, or a debugger: SIGSTOP for three seconds."""
+    stopped_s = 3.0
+    cam = rig.create_camera("c", size=(256, 192), fps=25, place="lobby", code_strip=True)
+    reader = PartReader(cam.url(), until_sequence=10**9)
+    start_ns, _, before = books(rig)
+    reader.start()
+    wait_until(lambda: len(reader.parts) > 10, what="pictures")
+    pid, number = rig.call("server.info")["pid"], len(reader.parts)
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        begin_ns = time.monotonic_ns()
+        time.sleep(stopped_s)  # it is the clock that is tested
+        lasted_ns = time.monotonic_ns() - begin_ns
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    assert rig.status()["world_ns"] > start_ns  # it answers
+    wait_until(lambda: len(reader.parts) > number + 20, what="pictures afterwards")
+    reader.response.close()
+    end_ns, _, after = books(rig)
+    due, rendered, dropped = (after["c"][key] - before["c"][key] for key in ("due", "rendered", "dropped"))
+    assert end_ns - start_ns >= lasted_ns  # the world did not wait
+    assert due == due_between(25, 1, start_ns, end_ns) == rendered + dropped
+    assert dropped >= 0.9 * 25 * stopped_s  # and made up for nothing
+    numbers = [part[0] for part in reader.parts]
+    assert max(b - a for a, b in zip(numbers, numbers[1:])) > 0.9 * 25 * stopped_s and numbers == sorted(set(numbers))
+    for sequence, world_ns, _, code in reader.parts:
+        assert (code.sequence, code.time_ns) == (sequence, world_ns)
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime", args=["--overload", "slow"])

@@ -8,7 +8,7 @@
     tools/checks/mutate.py --write                  puts the table into docs/mutations.md
 
 Works on a copy of the last commit (a git worktree in build/mutate) with a build of its own, and builds what the next test needs only.
-A mutation that does not compile does not count; the next of its area is taken for it. Tests run from near to far: the
+Of Python the package is mutated too: its tests need nothing built. A mutation that does not compile does not count; the next of its area is taken for it. Tests run from near to far: the
 test programs of the area, then its system tests; the first that fails, crashes or hangs twice has caught it. Exit 1 if one survived.
 Mutations depend on seed and sources only: a new test does not change them.
 """
@@ -16,6 +16,7 @@ Mutations depend on seed and sources only: a new test does not change them.
 from __future__ import annotations
 
 import argparse
+import io
 import itertools
 import json
 import os
@@ -26,6 +27,7 @@ import signal
 import subprocess
 import sys
 import time
+import tokenize
 from pathlib import Path
 from typing import Iterable, Iterator, NamedTuple
 
@@ -45,6 +47,7 @@ class Area(NamedTuple):
 
     programs: tuple[str, ...]
     system: tuple[str, ...] = ()
+    python: tuple[str, ...] = ()  # tests that need nothing built
 
 
 AREAS = {
@@ -60,6 +63,7 @@ AREAS = {
     "core/truth": Area(("test_truth",), ("truth", "record")),
     "core/world": Area(("test_world", "test_engine"), ("actors", "mounted_cameras", "scenes")),
     "control/client": Area(("test_control",), ("cpp_client",)),
+    "control/python": Area((), ("grab", "actions", "record"), ("tests/unit/python",)),
     "control/rpc": Area(("test_control", "test_cli"), ("authority", "bad_input", "actions", "scene_schema")),
     "control/server": Area(("test_control",), ("authority", "bad_input")),
     "rtsp_out/http": Area(("test_http",), ("clients", "authority", "web")),
@@ -67,6 +71,7 @@ AREAS = {
     "v4l2_sink": Area(("test_device", "test_loopback"), ("devices",)),
     "v4l2_sink/loopback": Area(("test_loopback",)),
     "v4l2_sink/preload": Area(("test_device", "test_device_programs"), ("devices", "device_colours")),
+    "v4l2_sink/preload/client": Area(("test_device", "test_device_programs"), ("devices",)),
     "tools/camrig": Area(("test_cli",), ("actions", "record", "grab", "authority")),
     "tools/probe": Area(("test_probe",), ("probe",)),
     "tools/view": Area(("test_view",), ("view",)),
@@ -80,7 +85,15 @@ OPERATORS: list[tuple[str, str]] = [
     (r" \+= ", " -= "), (r" -= ", " += "), (r"\bif \((?!const|auto)", "if (!("), (r"(?<![\w.])0(?![\w.'])", "1"),
     (r"(?<![\w.])1(?![\w.'])", "2"), (r"\bcontinue;", "break;"),
 ]
+PYTHON_OPERATORS: list[tuple[str, str]] = [
+    *(pair for pair in OPERATORS[:6]), (r" and ", " or "), (r" or ", " and "), (r" \+ ", " - "), (r" - ", " + "), (r" \* ", " / "), (r" // ", " * "), (r" / ", " * "),
+    (r"\bTrue\b", "False"), (r"\bFalse\b", "True"), (r"\bmin\(", "max("), (r"\bmax\(", "min("), (r" \+= ", " -= "), (r" -= ", " += "), (r"\bif not ", "if "),
+    (r"\bif (?!not )", "if not "), (r" is not None", " is None"), (r" is None", " is not None"), (r" not in ", " in "), (r"(?<![\w.])0(?![\w.])", "1"),
+    (r"(?<![\w.])1(?![\w.])", "2"), (r"\bcontinue$", "break"), (r"\bbreak$", "continue"),
+]  # fmt: skip
 #: A statement on one line, which is left out: a call or an assignment.
+PYTHON_STATEMENT = re.compile(r"^(\s+)(?!return|yield|raise|assert|with|def|class|if|for|while|else|elif|try|import|from|lambda|@)[\w.\[\]]+(\(.*\)| [+-]?= .*[^,\[({])$")
+PYTHON_NOT_CODE = re.compile(r"""^\s*(#|import|from|def|class|@|assert|\w+: [\w\[\], .|]+$)|["']""")
 STATEMENT = re.compile(r"^\s+(?!return|break|continue|using|const|auto|static|std::|if|for|while|else|case|throw)[\w.>()\[\]-]+(\(.*\)| [+-]?= .*);$")
 NOT_CODE = re.compile(r'^\s*(//|#|\*|static_assert|LOG|CHECK|template|using|namespace)|spdlog::|"')
 
@@ -95,6 +108,33 @@ class Mutation(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.area}#{self.number}  {self.file}:{self.line + 1}: {self.before.strip()}  ->  {self.after.strip() or '(left out)'}"
+
+
+def python_variants(line: str) -> Iterator[str]:
+    if PYTHON_NOT_CODE.search(line):
+        return
+    code = line.split("  #")[0]
+    for pattern, replacement in PYTHON_OPERATORS:
+        for found in re.finditer(pattern, code):
+            yield code[:found.start()] + replacement + code[found.end():]
+    if found := PYTHON_STATEMENT.match(code):
+        yield found[1] + "pass"
+
+
+def lines_in_strings(text: str) -> set[int]:
+    """Lines of Python that a string goes over, from 0: of texts about the code."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    return {line - 1 for token in tokens if token.type == tokenize.STRING for line in range(token.start[0], token.end[0] + 1)}
+
+
+def places_of(file: str) -> Iterator[tuple[int, str, list[str]]]:
+    """Lines of a source (from 0) with what each can be replaced by."""
+    text = (REPOSITORY / file).read_text()
+    is_python = file.endswith(".py")
+    left_out = lines_in_strings(text) if is_python else set()
+    for number, line in enumerate(text.splitlines()):
+        if number not in left_out and (found := list(python_variants(line) if is_python else variants(line))):
+            yield number, line, found
 
 
 def variants(line: str) -> Iterator[str]:
@@ -126,12 +166,12 @@ def mutations(area: str, seed: int) -> Iterator[Mutation]:
     listed = subprocess.run(["git", "ls-files", area], cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout.split()
     places = []
     for file in listed:
-        if file.endswith((".cpp", ".h")) and area_of(file) == area:
-            places += [(file, number, line) for number, line in enumerate((REPOSITORY / file).read_text().splitlines()) if any(True for _ in variants(line))]
+        if file.endswith((".cpp", ".h", ".py")) and area_of(file) == area:
+            places += [(file, *place) for place in places_of(file)]
     rng = random.Random(f"{seed} {area}")
     rng.shuffle(places)
-    for number, (file, line, text) in enumerate(places, 1):
-        yield Mutation(area, number, file, line, text, rng.choice(list(variants(text))))
+    for number, (file, line, text, found) in enumerate(places, 1):
+        yield Mutation(area, number, file, line, text, rng.choice(found))
 
 
 def limited() -> None:
@@ -169,14 +209,17 @@ def build(targets: Iterable[str], flags: str | None = None) -> bool:
 
 
 def tests_of(area: str) -> Iterator[tuple[str, list[str], dict[str, str] | None]]:
-    """Near to far: what to build, how to run it, in what environment."""
+    """Near to far: what to build (nothing: ""), how to run it, in what environment."""
+    environment = {**os.environ, "CAMRIG_BIN": str(COPY / "build/ci/tools/camrig/camrig"), "PYTHONPATH": str(COPY / "control/python")}
+    pytest = [str(REPOSITORY / ".venv/bin/python"), "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider"]
+    for path in AREAS[area].python:
+        yield "", [*pytest, path], environment
     for name in AREAS[area].programs:
         program = next((COPY / "build/ci").rglob(f"CMakeFiles/{name}.dir")).parents[1] / name
         yield name, [str(program), "--gtest_brief=1", "--gtest_fail_fast"], None
-    environment = {**os.environ, "CAMRIG_BIN": str(COPY / "build/ci/tools/camrig/camrig"), "PYTHONPATH": str(COPY / "control/python")}
     for name in AREAS[area].system:
         slow = [] if name == "cpp_client" else ["-m", "not slow"]  # it has no others
-        yield "camrig", [str(REPOSITORY / ".venv/bin/python"), "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *slow, f"tests/system/test_{name}.py"], environment
+        yield "camrig", [*pytest, *slow, f"tests/system/test_{name}.py"], environment
 
 
 def caught_by(area: str) -> str | None:
@@ -184,7 +227,7 @@ def caught_by(area: str) -> str | None:
     # Pictures take too long without any optimisation.
     flags = "-g0 -O1" if area.startswith("core/") else "-g0 -O0"
     for target, command, environment in tests_of(area):
-        if not build([target], flags):
+        if target and not build([target], flags):
             raise ValueError(target)
         # Twice, so that a test that fails now and then by itself catches nothing.
         if failure(command, environment) and (failed := failure(command, environment)):
@@ -202,7 +245,8 @@ def prepare(areas: set[str], is_checked: bool) -> None:
     os.environ.update(CCACHE_BASEDIR=str(COPY), CCACHE_NOHASHDIR="1", CCACHE_SLOPPINESS="time_macros")
     subprocess.run(["cmake", "--preset", "ci"], cwd=COPY, check=True, stdout=subprocess.DEVNULL)
     tests = {tuple(command): (target, command, environment) for area in areas for target, command, environment in tests_of(area)}
-    if not build({target for target, _, _ in tests.values()}):
+    targets = {target for target, _, _ in tests.values() if target}
+    if targets and not build(targets):
         raise SystemExit(f"the copy in {COPY} does not build without a mutation")
     for _, command, environment in tests.values() if is_checked else ():
         if failed := failure(command, environment):
@@ -213,6 +257,13 @@ def head() -> str:
     return subprocess.run(["git", "rev-parse", "HEAD"], cwd=REPOSITORY, capture_output=True, text=True, check=True).stdout.strip()
 
 
+def check_syntax(path: Path) -> None:
+    try:
+        compile(path.read_text(), str(path), "exec")
+    except SyntaxError as problem:
+        raise ValueError(path.name) from problem
+
+
 def try_one(mutation: Mutation) -> str | None:
     path = COPY / mutation.file
     text = path.read_text()
@@ -220,6 +271,8 @@ def try_one(mutation: Mutation) -> str | None:
     lines[mutation.line] = mutation.after + "\n"
     path.write_text("".join(lines))
     try:
+        if path.suffix == ".py":
+            check_syntax(path)
         return caught_by(mutation.area)
     finally:
         path.write_text(text)

@@ -13,7 +13,7 @@ from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
 from .grab import Instant, grab
 from .recording import record, record_options
-from .spec import camera_params, nanoseconds_of, takes_camera_options
+from .spec import camera_params, step_params, takes_camera_options
 from .transport import http_connector, tcp_connector, unix_connector
 
 if TYPE_CHECKING:
@@ -92,8 +92,7 @@ class Rig:
 
     def step(self, *, seconds: float | None = None, nanoseconds: int | None = None, timeout: float = 120.0) -> dict[str, Any]:
         """Lockstep (or paused): moves the world on and returns when every due frame was sent to its readers."""
-        params = {"nanoseconds": nanoseconds_of(seconds, nanoseconds)}
-        return self.client.call("world.step", params, timeout_s=timeout)
+        return self.client.call("world.step", step_params(seconds, nanoseconds), timeout_s=timeout)
 
     def pause(self) -> dict[str, Any]:
         return self.call("world.pause")

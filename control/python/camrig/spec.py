@@ -40,13 +40,11 @@ def takes_camera_options(function: Function) -> Function:
     return function
 
 
-def nanoseconds_of(seconds: float | None, nanoseconds: int | None) -> int:
-    """Exactly one of the two, in ns. 0.2 s is 200000000 ns, whatever its binary digits say."""
+def step_params(seconds: float | None, nanoseconds: int | None) -> dict[str, Any]:
+    """Exactly one of the two, as it was given: the rig takes 0.2 s for 200000000 ns and says what is wrong in the same unit."""
     if (seconds is None) == (nanoseconds is None):
         raise CamrigError("invalid_argument", "step: give either seconds or nanoseconds")
-    if nanoseconds is not None:
-        return int(nanoseconds)
-    return round(Fraction(repr(float(seconds))) * 10**9)  # type: ignore[arg-type]
+    return {"seconds": float(seconds)} if seconds is not None else {"nanoseconds": int(nanoseconds)}  # type: ignore[arg-type]
 
 
 def _words(hint: Any) -> str:

@@ -83,7 +83,7 @@ class FakeRig:
         return {"cameras": list(self.cameras.values())}
 
     def do_world_step(self, params: dict[str, Any]) -> Any:
-        self.world_ns += params["nanoseconds"]
+        self.world_ns += params["nanoseconds"] if "nanoseconds" in params else round(params["seconds"] * 1e9)
         return {"world_ns": self.world_ns}
 
     def do_frame_get(self, params: dict[str, Any]) -> Any:

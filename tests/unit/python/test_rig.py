@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camrig
-from camrig.spec import camera_params, nanoseconds_of
+from camrig.spec import camera_params
 
 
 def test_camera_options_become_parameters(client_rig, fake):
@@ -65,11 +65,6 @@ def test_vectors_of_wrong_length_are_refused(bad):
     with pytest.raises(camrig.CamrigError) as caught:
         camera_params(**bad)
     assert caught.value.kind == "invalid_argument"
-
-
-@pytest.mark.parametrize(("seconds", "nanoseconds"), [(0.2, 200_000_000), (0.1, 100_000_000), (1 / 3, 333_333_333), (1e-9, 1), (2, 2 * 10**9)])
-def test_seconds_become_the_nearest_nanosecond(seconds, nanoseconds):
-    assert nanoseconds_of(seconds, None) == nanoseconds
 
 
 def test_step_takes_one_of_seconds_and_nanoseconds(client_rig, fake):

@@ -21,6 +21,8 @@ public:
     }
     Result<void> write(const MediaUnit& unit) override {
         std::unique_lock lock(mutex_);
+        ++begun_;
+        changed_.notify_all();
         changed_.wait(lock, [this] { return !stuck_; });
         if (write_error_) return std::unexpected(*write_error_);
         units_.push_back(unit);
@@ -61,6 +63,11 @@ public:
         std::unique_lock lock(mutex_);
         return changed_.wait_for(lock, limit, [&] { return units_.size() >= count; });
     }
+    /// Waits (bounded) until a write has begun; false if none did.
+    bool wait_for_write() {
+        std::unique_lock lock(mutex_);
+        return changed_.wait_for(lock, limit, [&] { return begun_ > 0; });
+    }
     bool wait_for_close() {
         std::unique_lock lock(mutex_);
         return changed_.wait_for(lock, limit, [&] { return closed_ > 0; });
@@ -93,6 +100,7 @@ private:
     bool stuck_ = false;
     bool keep_holds_ = false;
     int opened_ = 0;
+    int begun_ = 0;  ///< writes
     int closed_ = 0;
 };
 

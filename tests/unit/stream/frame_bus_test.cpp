@@ -1,4 +1,6 @@
+#include <atomic>
 #include <future>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -184,6 +186,25 @@ TEST_F(FrameBusTest, AnUnavailableSinkIsKeptAndAFailingOneEnds) {
     bus.publish(set_at(0, 1), nullptr);
     EXPECT_EQ(ended.get_future().get().message, "broken");
     EXPECT_EQ(bus.reader_count(lobby), 1u);
+}
+
+TEST_F(FrameBusTest, WhoDetachedBeforeItsWriteFailedHearsOfNoEnd) {
+    auto sink = std::make_shared<FakeSink>();
+    std::atomic<int> ends = 0;
+    {
+        LocalFrameBus own{{1, pool}};
+        own.add_camera({lobby, "lobby", {64, 48}, Rate::create(25, 1).value()});
+        auto subscription = own.subscribe("lobby", raw, {"test", "me", {}}, sink, [&](Error) { ++ends; }).value();
+        sink->set_stuck(true);
+        sink->fail_writes(Error{ErrorKind::internal, "broken"});
+        own.publish(set_at(0, 1), nullptr);
+        ASSERT_TRUE(sink->wait_for_write());
+        std::jthread leaving([&] { subscription.reset(); });
+        while (own.reader_count(lobby) != 0) std::this_thread::yield();
+        sink->set_stuck(false);
+    }
+    EXPECT_EQ(ends, 0);
+    EXPECT_EQ(sink->closed(), 1);
 }
 
 TEST_F(FrameBusTest, TheLatchOpensWhenTheLastReaderHasItsFrame) {

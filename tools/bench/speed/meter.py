@@ -32,6 +32,17 @@ def use_of(pid: int) -> Use:
     )
 
 
+def _books(stats: dict[str, Any]) -> dict[str, int]:
+    """Of all cameras: frames made, frames due that were not made, frames that readers were too slow for."""
+    readers = [reader for camera in stats["cameras"] for output in camera["outputs"] for reader in output["readers"]]
+    return {key: sum(camera[key] for camera in stats["cameras"]) for key in ("rendered", "dropped")} | {"dropped_by_readers": sum(reader["dropped"] for reader in readers)}
+
+
+def _sequences(stats: dict[str, Any]) -> dict[str, int]:
+    """The number of the last frame that was due, of each camera of the scene; of all its frames one is due or idle."""
+    return {camera["name"]: camera["due"] + camera["idle"] - 1 for camera in stats["cameras"]}
+
+
 class Meter:
     """Between two moments of a rig: CPU seconds, wall seconds, its books."""
 
@@ -44,15 +55,13 @@ class Meter:
         self._wall = time.monotonic()
         self._use = use_of(self.pid)
         self._stats = self._rig.call("stats.get")
+        self.sequences = _sequences(self._stats)
 
     def read(self) -> "Reading":
         stats = self._rig.call("stats.get")
         use = use_of(self.pid)
         wall = time.monotonic() - self._wall
-        before = {camera["name"]: camera for camera in self._stats["cameras"]}
-        counts = {
-            key: sum(c[key] - before.get(c["name"], {}).get(key, 0) for c in stats["cameras"]) for key in ("due", "rendered", "dropped")
-        }
+        now, before = _books(stats), _books(self._stats)
         return Reading(
             wall_s=wall,
             cpu_s=use.cpu_s - self._use.cpu_s,
@@ -61,7 +70,8 @@ class Meter:
             dropped_instants=stats["dropped_instants"] - self._stats["dropped_instants"],
             stages={stage["name"]: stage for stage in stats["stages"]},
             renderer=stats["renderer"],
-            **counts,
+            sequences=_sequences(stats),
+            **{key: now[key] - before[key] for key in now},
         )
 
 
@@ -70,14 +80,15 @@ class Reading:
     wall_s: float
     cpu_s: float
     use: Use
-    due: int
     rendered: int
     dropped: int
+    dropped_by_readers: int
     instants: int
     dropped_instants: int
     # Since the rig began, not since restart():
     stages: dict[str, Any]
     renderer: dict[str, int]
+    sequences: dict[str, int]  # of the last frames, by camera
 
     @property
     def cores(self) -> float:

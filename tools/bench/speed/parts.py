@@ -81,8 +81,8 @@ def overload(plan: Plan) -> str:
         with runs.rig_with(40, VGA, 25, overload=policy) as (rig, names):
             with runs.MjpegReaders(rig.call("server.info")["http"], names) as readers:
                 time.sleep(runs.WARM_UP_S)
-                meter = runs.Meter(rig)
                 readers.reset()
+                meter = runs.Meter(rig)
                 answers, begin_ns, begin = [], rig.call("world.status")["world_ns"], time.monotonic()
                 while time.monotonic() < begin + plan.seconds / 2:
                     asked = time.perf_counter()
@@ -90,11 +90,12 @@ def overload(plan: Plan) -> str:
                     answers.append(1e3 * (time.perf_counter() - asked))
                     time.sleep(0.05)
                 reading, world_s = meter.read(), (rig.call("world.status")["world_ns"] - begin_ns) / 1e9
+                readers.count_gaps(meter.sequences, reading.sequences)
                 streams = readers.close()
         counts = [s.pictures for s in streams]
         latencies = [ms for s in streams for ms in s.latencies_ms]
-        rows.append([policy, f"{sum(counts) / reading.wall_s:.0f}", f"{min(counts)} .. {max(counts)}", f"{100 * reading.dropped / max(1, reading.due):.0f} %",
-                     reading.due - reading.rendered - reading.dropped, f"{world_s / reading.wall_s:.2f}", f"{percentile(latencies, 0.99):.0f} ms",
+        rows.append([policy, f"{sum(counts) / reading.wall_s:.0f}", f"{min(counts)} .. {max(counts)}", f"{100 * reading.dropped / (len(names) * 25 * world_s):.0f} %",
+                     runs.unreported(streams, reading), f"{world_s / reading.wall_s:.2f}", f"{percentile(latencies, 0.99):.0f} ms",
                      f"{percentile(answers, 0.99):.0f} / {max(answers):.0f} ms"])
     return ("## Overload: 40 cameras 640x480 at 25\n\n"
             + table(["policy", "frames/s", "frames per camera, min .. max", "dropped", "unreported", "world seconds a second", "latency p99", "control answers p99 / max"], rows))
@@ -109,8 +110,7 @@ def soak(plan: Plan) -> str:
             begin = time.monotonic()
             while (elapsed := time.monotonic() - begin) < plan.soak_s:
                 samples.append((elapsed, use_of(pid)))
-                for stream in readers.streams:
-                    stream.latencies_ms.clear()
+                readers.reset()
                 time.sleep(plan.soak_s / 60)
             readers.close()
     # The first tenth fills pools and caches.

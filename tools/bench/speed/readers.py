@@ -9,6 +9,8 @@ import time
 from dataclasses import dataclass, field
 
 _MAX_HEADER_BYTES = 16384
+#: Longer than a picture takes to a reader, also where few are made.
+ON_ITS_WAY_S = 5.0
 
 
 @dataclass
@@ -18,9 +20,14 @@ class Stream:
     camera: str
     pictures: int = 0
     bytes: int = 0
-    gaps: int = 0  # sequence numbers that never came
+    gaps: int = 0  # frames of count_gaps() that never came
     latencies_ms: list[float] = field(default_factory=list)
+    sequences: list[int] = field(default_factory=list)
     last_sequence: int | None = None
+
+    def count_gaps(self, after: int, until: int) -> None:
+        """Of the frames with these numbers, the first excluded and the last included."""
+        self.gaps = until - after - sum(after < sequence <= until for sequence in self.sequences)
 
 
 class _Reader:
@@ -73,10 +80,10 @@ class _Reader:
         if stream.last_sequence is not None and sequence <= stream.last_sequence:
             return  # a repeat: keeps clients alive while nothing new comes
         if stream.last_sequence is not None:
-            stream.gaps += sequence - stream.last_sequence - 1
             # The first picture is as old as it is; those after it are on time or late.
             stream.latencies_ms.append((time.monotonic_ns() - monotonic_ns) / 1e6)
         stream.last_sequence = sequence
+        stream.sequences.append(sequence)
         stream.pictures += 1
 
 
@@ -111,6 +118,15 @@ class MjpegReaders:
         for stream in self.streams:
             stream.pictures = stream.bytes = stream.gaps = 0
             stream.latencies_ms = []
+            stream.sequences = []
+
+    def count_gaps(self, after: dict[str, int], until: dict[str, int]) -> None:
+        """Between two moments of the rig's books, by the numbers of the last frames then; waits for what is on its way."""
+        deadline = time.monotonic() + ON_ITS_WAY_S
+        while any((s.last_sequence or 0) < until[s.camera] for s in self.streams) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        for stream in self.streams:
+            stream.count_gaps(after[stream.camera], until[stream.camera])
 
     def close(self) -> list[Stream]:
         self._stop = True

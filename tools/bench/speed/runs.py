@@ -45,12 +45,18 @@ def rig_with(cameras: int, size: tuple[int, int], fps: float, *, mode: str = "re
             yield rig, names
 
 
+def unreported(streams: list[Stream], reading: Reading) -> int:
+    """Frames that a reader never got and nobody counted as dropped; less than 0: counted as dropped, though it got them."""
+    return sum(stream.gaps for stream in streams) - reading.dropped - reading.dropped_by_readers
+
+
 @dataclass
 class Realtime:
     """A rig in real time with one MJPEG reader per camera."""
 
     reading: Reading
     streams: list[Stream]
+    fps: float
     wakeup: dict = field(default_factory=dict)
 
     @property
@@ -63,12 +69,13 @@ class Realtime:
 
     @property
     def dropped_share(self) -> float:
-        return self.reading.dropped / self.reading.due if self.reading.due else float("nan")
+        """Of the frames that were due by the clock."""
+        due = len(self.streams) * self.fps * self.reading.wall_s
+        return self.reading.dropped / due if due else float("nan")
 
     @property
     def unreported(self) -> int:
-        """Frames that a reader never got and nobody counted as dropped; the books say 0, up to those on their way."""
-        return self.reading.due - self.reading.rendered - self.reading.dropped
+        return unreported(self.streams, self.reading)
 
     def latency_ms(self, share: float) -> float:
         return percentile([ms for s in self.streams for ms in s.latencies_ms], share)
@@ -79,11 +86,13 @@ def realtime(cameras: int, size: tuple[int, int], fps: float, seconds: float, *,
     with rig_with(cameras, size, fps, quality=quality, overload=overload, args=args) as (rig, names):
         with MjpegReaders(rig.call("server.info")["http"], names if readers else []) as streams:
             time.sleep(WARM_UP_S)
-            meter = Meter(rig)
             streams.reset()
+            meter = Meter(rig)
             time.sleep(seconds)
             reading = meter.read()
-            return Realtime(reading, streams.close(), reading.stages.get("wakeup", {}))
+            if readers:
+                streams.count_gaps(meter.sequences, reading.sequences)
+            return Realtime(reading, streams.close(), fps, reading.stages.get("wakeup", {}))
 
 
 @dataclass

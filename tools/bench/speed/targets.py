@@ -47,9 +47,9 @@ def targets(plan: Plan) -> str:
     rows = Rows()
     twelve = runs.realtime(12, VGA, 25, plan.seconds)
     rows.add("12 cameras 640x480 at 25, one MJPEG reader each", "300 frames/s, at most 0.5 % dropped, all of them reported",
-             f"{twelve.per_second:.0f} frames/s, {100 * twelve.dropped_share:.1f} % dropped, {max(0, twelve.unreported)} unreported; "
+             f"{twelve.per_second:.0f} frames/s, {100 * twelve.dropped_share:.1f} % dropped, {twelve.unreported} unreported; "
              f"{twelve.reading.cores:.2f} cores, {twelve.cpu_ms:.1f} ms CPU each",
-             twelve.per_second >= 299 and twelve.dropped_share <= 0.005, holder(twelve.reading))
+             twelve.per_second >= 299 and twelve.dropped_share <= 0.005 and twelve.unreported <= 0, holder(twelve.reading))
     rows.add("RSS of that rig", "400 MB", f"{twelve.reading.use.rss_mib:.0f} MiB", twelve.reading.use.rss_mib * 1.048576 <= 400)
     for size, wanted in ((VGA, 240), (FULL_HD, 75)):
         single = runs.lockstep(1, size, plan.steps)

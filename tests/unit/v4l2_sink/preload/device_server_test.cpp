@@ -5,6 +5,7 @@
 #include <fstream>
 #include <future>
 #include <random>
+#include <set>
 #include <thread>
 
 #include <fcntl.h>
@@ -164,6 +165,57 @@ TEST(DeviceServer, AProgramIsKnownByTheMarkItDraws) {
     EXPECT_EQ(ask(same.get(), acquire).status, EBUSY);
     EXPECT_EQ(ask(other.get(), acquire).status, 0);
     EXPECT_EQ(ask(another.get(), acquire).status, 0);
+}
+
+/// A program that has begun to stream, in the format that its device tells it first; `rate`: another of its rates.
+UniqueFd streaming(const TestRig& rig, camrig_request greeting, std::size_t rate = 0) {
+    UniqueFd fd = connect_to(rig.server->socket_path());
+    const camrig_reply told = ask(fd.get(), greeting);
+    EXPECT_EQ(told.status, 0);
+    camrig_request acquire{}, start{};
+    acquire.type = camrig_request_acquire;
+    EXPECT_EQ(ask(fd.get(), acquire).status, 0);
+    start.type = camrig_request_stream_on;
+    start.u.format = told.u.description.current;
+    EXPECT_LT(rate, told.u.description.rate_count);
+    start.u.format.rate = told.u.description.rate[rate];
+    EXPECT_EQ(ask(fd.get(), start).status, 0);
+    return fd;
+}
+
+// Names go into errors and books, which are read in terminals.
+TEST(DeviceServer, WhatAProgramCallsItselfMovesNoTerminalsCursor) {
+    TestRig rig;
+    camrig_request request = hello(10);
+    std::memcpy(request.u.hello.program, "\x1b[31m\n", 7);
+    const UniqueFd program = streaming(rig, request);
+    const std::vector<stream::ReaderReport> programs = rig.programs();
+    ASSERT_EQ(programs.size(), 1u);
+    EXPECT_NE(programs[0].peer.find(" read by ?[31m? "), std::string::npos) << programs[0].peer;
+}
+
+// Series of /metrics are told apart by camera, format, kind and peer.
+TEST(DeviceServer, ProgramsWithOneSizeAndTwoRatesAreReadersOfTwoNames) {
+    TestRig rig;
+    camrig_request one = hello(10), other = hello(10);
+    one.u.hello.process[0] = 1;
+    one.u.hello.program[0] = 'a';
+    other.u.hello.process[0] = 2;
+    other.u.hello.program[0] = 'b';
+    const UniqueFd full = streaming(rig, one, 0), slow = streaming(rig, other, 1);
+    stream::RigReport report;
+    report.cameras.emplace_back().name = "lobby";
+    rig.bus.fill_report(report);
+    std::set<std::string> names;
+    std::size_t readers = 0;
+    for (const stream::OutputReport& output : report.cameras[0].outputs) {
+        for (const stream::ReaderReport& reader : output.readers) {
+            names.insert(output.format + "|" + reader.kind + "|" + reader.peer);
+            ++readers;
+        }
+    }
+    EXPECT_EQ(readers, 4u);  // two rings, two programs
+    EXPECT_EQ(names.size(), readers);
 }
 
 // The kernel keeps the newest value of a control for a subscriber that does not look; so does the rig.
