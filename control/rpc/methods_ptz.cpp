@@ -27,8 +27,10 @@ const std::vector<FieldOf<camera::PtzMove>>& move_table() {
                                               .range = {-1e5, 1e5}}),
         field_at<&camera::PtzMove::zoom>(
             {.name = "zoom", .doc = "of the focal length", .fallback = "goes on as it does", .range = {-1, 1000}}),
-        field_at<&camera::PtzMove::speed>(
-            {.name = "speed", .doc = "share of the head's speed, of absolute and relative moves", .range = {0.001, 1}}),
+        field_at<&camera::PtzMove::speed>({.name = "speed",
+                                           .doc = "share of the head's speed that pan and tilt do not exceed, nor the "
+                                                  "zoom of absolute and relative moves",
+                                           .range = {0.001, 1}}),
         world::seconds_at<&camera::PtzMove::timeout>({.name = "timeout_s",
                                                       .doc = "of a continuous move: it stops by itself",
                                                       .fallback = "until told otherwise",
@@ -45,6 +47,7 @@ json status_json(const engine::PtzReply& reply) {
     json value = world::ptz_to_json(reply.status);
     value["world_ns"] = reply.world_ns;
     value["arrives_ns"] = reply.arrives_ns;
+    value["applied_ns"] = reply.applied_ns;
     value["presets"] = json::object();
     for (const auto& [name, position] : reply.presets) value["presets"][name] = world::ptz_to_json(position);
     return value;
@@ -59,6 +62,7 @@ std::vector<Field> status_fields() {
             {"true", "object", "pan_deg, tilt_deg and zoom where it truly is, which pictures show"},
             {"world_ns", "integer", "world time of all this", false, "ns"},
             {"arrives_ns", "integer", "world time from which it stands; 2^63 - 1: it never will", false, "ns"},
+            {"applied_ns", "integer", "world time from which pictures show the last command", false, "ns"},
             {"presets", "object", "pan_deg, tilt_deg and zoom by name"}};
 }
 
@@ -82,6 +86,11 @@ Result<engine::MovePtz> read_move(JsonReader& reader) {
     engine::MovePtz command;
     named.apply_to(command);
     changes.apply_to(command.move);
+    const auto& move = command.move;
+    if (reader.ok() && !move.pan_deg && !move.tilt_deg && !move.zoom)
+        reader.fail("pan_deg", "is missing; a move names pan_deg, tilt_deg or zoom, or more of them");
+    if (reader.ok() && move.timeout && move.mode != camera::PtzMode::continuous)
+        reader.fail("timeout_s", "is of continuous moves; this one ends where it goes to");
     if (reader.ok() && command.move.zoom) {
         const bool is_share = command.move.mode == camera::PtzMode::continuous;
         const double zoom = *command.move.zoom;
@@ -141,7 +150,7 @@ std::vector<Method> ptz_methods(RpcContext& context) {
                     "together. Relative and continuous moves end at the limits; an absolute one beyond is an error.",
          .params = move_fields(),
          .result = status_fields(),
-         .errors = {invalid_argument, not_found, unsupported},
+         .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
          .handler = handler_of(context, read_move, status_json),
          .example = R"({"camera": "lobby", "pan_deg": 30, "tilt_deg": -10, "zoom": 2})"},
         {.name = "ptz.aim",
@@ -149,14 +158,14 @@ std::vector<Method> ptz_methods(RpcContext& context) {
                     "Ends at the limits.",
          .params = descriptions_of(aim),
          .result = status_fields(),
-         .errors = {invalid_argument, not_found, unsupported},
+         .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
          .handler = handler_of(context, aim, status_json),
          .example = R"({"camera": "lobby", "x": 0.5, "y": -0.25})"},
         {.name = "ptz.stop",
          .summary = "Brakes.",
          .params = descriptions_of(stop),
          .result = status_fields(),
-         .errors = {invalid_argument, not_found, unsupported},
+         .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
          .handler = handler_of(context, stop, status_json),
          .example = R"({"camera": "lobby"})"},
         {.name = "ptz.status",

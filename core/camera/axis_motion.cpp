@@ -65,8 +65,9 @@ AxisMotion AxisMotion::to_in(const AxisState& from, double target, const AxisLim
     // takes  T = (|v - u| + v) / a + (d - what is done while it speeds up and brakes) / v;  solved for v.
     const double a = limits.acceleration, direction = direction_of(from, target, a);
     const double u = direction * from.speed, d = direction * (target - from.position);
-    const double sum = a * duration_s + u;
-    double v = 0.5 * (sum - std::sqrt(std::max(0.0, sum * sum - 4.0 * (a * d + 0.5 * u * u))));
+    // The smaller root, in the form whose terms do not cancel.
+    const double sum = a * duration_s + u, product = a * d + 0.5 * u * u;
+    double v = 2.0 * product / (sum + std::sqrt(std::max(0.0, sum * sum - 4.0 * product)));
     if (v < u) v = (d - u * u / (2.0 * a)) / (duration_s - u / a);
     return over(from, target, direction * std::clamp(v, 0.0, limits.speed), a);
 }

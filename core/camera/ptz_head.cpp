@@ -231,6 +231,10 @@ Result<void> PtzHead::remove_preset(const std::string& name) {
     return {};
 }
 
+TimeNs PtzHead::begin_at_speed(double speed, TimeNs now_ns) const {
+    return later_by(now_ns, std::abs(speed) < least_speed ? spec_.stop_latency_s : spec_.latency_s);
+}
+
 void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
     const TimeNs begin_ns = later_by(now_ns, spec_.latency_s);
     const AxisLimits limits = angle_limits(move, begin_ns);
@@ -245,7 +249,7 @@ void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
     if (move.tilt_deg) turns.push_back({tilt_, *move.tilt_deg});
     if (move.mode == PtzMode::continuous) {
         for (const Turn& one : turns) {
-            one.axis.go_at_speed(now_ns, begin_ns, one.asked, limits);
+            one.axis.go_at_speed(now_ns, begin_at_speed(one.asked, now_ns), one.asked, limits);
             if (move.timeout && one.axis.end_ns() > begin_ns + *move.timeout)
                 one.axis.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
         }
@@ -266,7 +270,8 @@ void PtzHead::run_zoom(const PtzMove& move, TimeNs now_ns) {
     const TimeNs begin_ns = later_by(now_ns, spec_.latency_s);
     if (move.mode == PtzMode::continuous) {
         const AxisLimits limits = zoom_limits(1.0);
-        zoom_.go_at_speed(now_ns, begin_ns, *move.zoom * limits.speed, limits);
+        const double speed = *move.zoom * limits.speed;
+        zoom_.go_at_speed(now_ns, begin_at_speed(speed, now_ns), speed, limits);
         if (move.timeout && zoom_.end_ns() > begin_ns + *move.timeout)
             zoom_.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
         return;
@@ -304,6 +309,10 @@ PtzStatus PtzHead::status(TimeNs world_ns) const {
 
 TimeNs PtzHead::arrives_ns() const {
     return std::max({pan_.end_ns(), tilt_.end_ns(), zoom_.end_ns()});
+}
+
+bool PtzHead::never_stands() const {
+    return arrives_ns() == never_ns;
 }
 
 PtzHead PtzHead::standing(TimeNs last_ns) const {

@@ -63,6 +63,7 @@ public:
     PtzStatus status(TimeNs world_ns) const;
     /// World time from which it stands; the largest there is when it never will.
     TimeNs arrives_ns() const;
+    bool never_stands() const;
     /// Of another world, whose time begins at 0: it stands where it comes to; what never ends, where it was at that
     /// time.
     PtzHead standing(TimeNs last_ns) const;
@@ -118,6 +119,8 @@ private:
     double zoom_of(TimeNs world_ns) const;
     Result<void> check_room(TimeNs now_ns) const;
     Result<void> go_to(const PtzPosition& position, TimeNs now_ns);
+    /// When a continuous move begins that is told now: one without speed is a stop.
+    TimeNs begin_at_speed(double speed, TimeNs now_ns) const;
     void turn(const PtzMove& move, TimeNs now_ns);
     void run_zoom(const PtzMove& move, TimeNs now_ns);
 

@@ -174,13 +174,14 @@ Result<PtzReply> CameraDesk::tell_head(
     if (!told) return std::unexpected(told.error());
     entry.camera = std::move(*told);  // its spec is as it was, and so is what is kept of its pictures
     rig_.bus.adjust_camera(stream_of(entry));
+    entry.applied_ns = rig_.clock.running() ? rig_.schedule.next_due_ns(entry.id) : entry.latest.state.world_ns;
     return head_of(entry, now_ns);
 }
 
 Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) const {
     const auto head = entry.camera.head();
     if (!head) return std::unexpected(head.error());
-    return PtzReply{(*head)->status(now_ns), now_ns, (*head)->arrives_ns(), (*head)->presets()};
+    return PtzReply{(*head)->status(now_ns), now_ns, (*head)->arrives_ns(), (*head)->presets(), entry.applied_ns};
 }
 
 Result<PtzReply> CameraDesk::run(MovePtz& command) {

@@ -96,6 +96,7 @@ struct PtzReply {
     TimeNs world_ns = 0;    ///< its time
     TimeNs arrives_ns = 0;  ///< world time from which it stands; of what never ends, the largest there is
     std::map<std::string, camera::PtzPosition> presets;
+    TimeNs applied_ns = 0;  ///< world time from which pictures show the command
 };
 struct MovePtz {
     using Reply = PtzReply;

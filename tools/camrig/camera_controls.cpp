@@ -14,6 +14,7 @@ namespace camrig::cli {
 namespace {
 
 constexpr double arcsec_per_deg = 3600.0, arcsec_per_rad = arcsec_per_deg * 180.0 / std::numbers::pi;
+constexpr const char* not_told = "the camera's state has not been told yet";
 constexpr int manual_exposure = V4L2_EXPOSURE_MANUAL, scene_exposure = V4L2_EXPOSURE_APERTURE_PRIORITY;
 /// exposure_absolute (in 0.1 ms) that stands for the scene's own exposure.
 constexpr double usual_exposure = 100;
@@ -22,12 +23,15 @@ std::int32_t whole(double value) {
     return static_cast<std::int32_t>(std::lround(value));
 }
 
+using Known = CameraControls::Known;
+
 /// What values of controls come to: a change of the camera, and moves of its head, if it has one.
 struct Change {
-    world::CameraPatch patch;
+    std::optional<world::CameraPatch> patch;
     std::optional<camera::PtzMove> turn;   ///< absolute
     std::optional<camera::PtzMove> drive;  ///< continuous
 
+    world::CameraPatch& camera() { return patch ? *patch : patch.emplace(); }
     camera::PtzMove& to() { return turn ? *turn : turn.emplace(); }
     camera::PtzMove& at_speed() {
         return drive ? *drive : drive.emplace(camera::PtzMove{.mode = camera::PtzMode::continuous});
@@ -37,32 +41,50 @@ struct Change {
 /// One control: how it is listed, and how it is read from and written to a camera.
 struct CameraControl {
     device::DeviceControl control;
-    std::int32_t (*read)(const world::Camera& camera);
-    void (*write)(std::int32_t value, const world::Camera& camera, Change& change);
+    std::int32_t (*read)(const Known& known);
+    void (*write)(std::int32_t value, const Known& known, Change& change);
     /// Of cameras on heads alone: the ends of its range.
     std::pair<std::int32_t, std::int32_t> (*range_on)(const camera::PtzSpec& head) = nullptr;
     bool is_of_heads = false;  ///< other cameras do not have it
 };
 
-const camera::PtzHead* head_of(const world::Camera& camera) {
-    const auto head = camera.head();
+const camera::PtzHead* head_of(const Known& known) {
+    const auto head = known.camera.head();
     return head ? *head : nullptr;
 }
 
-/// Where its last command brings it.
-camera::PtzPosition target_of(const camera::PtzHead& head) {
-    return head.status(head.arrives_ns()).position;
+/// Where its last command brings it; where that never ends, where it was when the camera was asked.
+std::optional<camera::PtzPosition> target_of(const Known& known) {
+    const auto* head = head_of(known);
+    if (head == nullptr) return std::nullopt;
+    if (head->never_stands()) return known.head ? known.head->position : camera::PtzPosition{};
+    return head->status(head->arrives_ns()).position;
+}
+
+/// The whole arc seconds within limits in degrees.
+std::pair<std::int32_t, std::int32_t> arcsec_range(double low_deg, double high_deg) {
+    return {static_cast<std::int32_t>(std::ceil(low_deg * arcsec_per_deg - 1e-6)),
+            static_cast<std::int32_t>(std::floor(high_deg * arcsec_per_deg + 1e-6))};
+}
+
+device::DeviceControl listed_for(const CameraControl& one, const camera::PtzHead* head) {
+    device::DeviceControl control = one.control;
+    if (head && one.range_on) {
+        std::tie(control.minimum, control.maximum) = one.range_on(head->spec());
+        control.default_value = std::clamp(control.default_value, control.minimum, control.maximum);
+    }
+    return control;
 }
 
 /// One that stands for a member of the camera's image controls, in steps of 1 / steps_per_unit.
 template <auto member, int steps_per_unit = 1>
 CameraControl image_control(device::DeviceControl control) {
     return {std::move(control),
-            [](const world::Camera& camera) {
-                return whole(static_cast<double>(camera.spec()->controls.*member) * steps_per_unit);
+            [](const Known& known) {
+                return whole(static_cast<double>(known.camera.spec()->controls.*member) * steps_per_unit);
             },
-            [](std::int32_t value, const world::Camera&, Change& change) {
-                change.patch.change([value](world::CameraSpec& spec) {
+            [](std::int32_t value, const Known&, Change& change) {
+                change.camera().change([value](world::CameraSpec& spec) {
                     using Member = std::remove_reference_t<decltype(spec.controls.*member)>;
                     spec.controls.*member = static_cast<Member>(value / double{steps_per_unit});
                 });
@@ -98,74 +120,71 @@ const std::vector<CameraControl>& camera_controls() {
           scene_exposure,
           0,
           {"Manual Mode", "", "Aperture Priority Mode"}},
-         [](const world::Camera& camera) {
-             return camera.spec()->controls.auto_exposure ? scene_exposure : manual_exposure;
+         [](const Known& known) {
+             return known.camera.spec()->controls.auto_exposure ? scene_exposure : manual_exposure;
          },
-         [](std::int32_t value, const world::Camera&, Change& change) {
-             change.patch.change(
+         [](std::int32_t value, const Known&, Change& change) {
+             change.camera().change(
                  [value](world::CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
          }},
         {{V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
-         [](const world::Camera& camera) {
-             return std::clamp(whole(usual_exposure * std::exp2(camera.spec()->controls.exposure_ev)), 2, 6400);
+         [](const Known& known) {
+             return std::clamp(whole(usual_exposure * std::exp2(known.camera.spec()->controls.exposure_ev)), 2, 6400);
          },
-         [](std::int32_t value, const world::Camera&, Change& change) {
-             change.patch.change(
+         [](std::int32_t value, const Known&, Change& change) {
+             change.camera().change(
                  [value](world::CameraSpec& spec) { spec.controls.exposure_ev = std::log2(value / usual_exposure); });
          }},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
-         [](const world::Camera& camera) {
-             if (const auto* head = head_of(camera)) return whole(-target_of(*head).pan_deg * arcsec_per_deg);
-             return whole(-camera::angles_of(camera.spec()->pose.orientation).pan * arcsec_per_rad);
+         [](const Known& known) {
+             if (const auto target = target_of(known)) return whole(-target->pan_deg * arcsec_per_deg);
+             return whole(-camera::angles_of(known.camera.spec()->pose.orientation).pan * arcsec_per_rad);
          },
-         [](std::int32_t value, const world::Camera& camera, Change& change) {
-             if (head_of(camera))
+         [](std::int32_t value, const Known& known, Change& change) {
+             if (head_of(known))
                  change.to().pan_deg = -value / arcsec_per_deg;
              else
-                 change.patch.pan_rad = -value / arcsec_per_rad;
+                 change.camera().pan_rad = -value / arcsec_per_rad;
          },
          [](const camera::PtzSpec& head) {
              const auto limits = head.pan_limits_deg.value_or(camera::PtzLimits{-180, 180});
-             return std::pair(whole(-limits.high * arcsec_per_deg), whole(-limits.low * arcsec_per_deg));
+             return arcsec_range(-limits.high, -limits.low);
          }},
         {{V4L2_CID_TILT_ABSOLUTE, integer, "Tilt (Absolute)", -324000, 324000, 1, 0, 0, {}},
-         [](const world::Camera& camera) {
-             if (const auto* head = head_of(camera)) return whole(target_of(*head).tilt_deg * arcsec_per_deg);
-             return whole(camera::angles_of(camera.spec()->pose.orientation).tilt * arcsec_per_rad);
+         [](const Known& known) {
+             if (const auto target = target_of(known)) return whole(target->tilt_deg * arcsec_per_deg);
+             return whole(camera::angles_of(known.camera.spec()->pose.orientation).tilt * arcsec_per_rad);
          },
-         [](std::int32_t value, const world::Camera& camera, Change& change) {
-             if (head_of(camera))
+         [](std::int32_t value, const Known& known, Change& change) {
+             if (head_of(known))
                  change.to().tilt_deg = value / arcsec_per_deg;
              else
-                 change.patch.tilt_rad = value / arcsec_per_rad;
+                 change.camera().tilt_rad = value / arcsec_per_rad;
          },
-         [](const camera::PtzSpec& head) {
-             const auto& limits = head.tilt_limits_deg;
-             return std::pair(whole(limits.low * arcsec_per_deg), whole(limits.high * arcsec_per_deg));
-         }},
+         [](const camera::PtzSpec& head) { return arcsec_range(head.tilt_limits_deg.low, head.tilt_limits_deg.high); }},
         {{V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
-         [](const world::Camera& camera) {
-             const auto* head = head_of(camera);
-             return whole((head ? target_of(*head).zoom : camera.spec()->zoom) * 100);
+         [](const Known& known) {
+             const auto target = target_of(known);
+             return whole((target ? target->zoom : known.camera.spec()->zoom) * 100);
          },
-         [](std::int32_t value, const world::Camera& camera, Change& change) {
-             if (head_of(camera))
+         [](std::int32_t value, const Known& known, Change& change) {
+             if (head_of(known))
                  change.to().zoom = value / 100.0;
              else
-                 change.patch.zoom = value / 100.0;
+                 change.camera().zoom = value / 100.0;
          },
          [](const camera::PtzSpec& head) {
              return std::pair(100, static_cast<std::int32_t>(std::floor(head.zoom_max * 100)));
          }},
         // Speeds are set and not read back: a head does not say how fast it goes.
         {{V4L2_CID_PAN_SPEED, integer, "Pan, Speed", 0, 0, 1, 0, 0, {}},
-         [](const world::Camera&) { return 0; },
-         [](std::int32_t value, const world::Camera&, Change& change) { change.at_speed().pan_deg = -value; },
+         [](const Known&) { return 0; },
+         [](std::int32_t value, const Known&, Change& change) { change.at_speed().pan_deg = -value; },
          speeds_of,
          true},
         {{V4L2_CID_TILT_SPEED, integer, "Tilt, Speed", 0, 0, 1, 0, 0, {}},
-         [](const world::Camera&) { return 0; },
-         [](std::int32_t value, const world::Camera&, Change& change) { change.at_speed().tilt_deg = value; },
+         [](const Known&) { return 0; },
+         [](std::int32_t value, const Known&, Change& change) { change.at_speed().tilt_deg = value; },
          speeds_of,
          true},
     };
@@ -186,52 +205,47 @@ void CameraControls::on_change(Changed changed) {
 }
 
 std::vector<device::DeviceControl> CameraControls::list(std::string_view camera) {
+    const auto found = known(camera);
+    const auto* head = found ? head_of(*found) : nullptr;
     std::vector<device::DeviceControl> controls;
-    std::lock_guard lock(mutex_);
-    const auto found = known_.find(camera);
-    const auto* head = found == known_.end() ? nullptr : head_of(found->second);
-    for (const CameraControl& one : camera_controls()) {
-        if (one.is_of_heads && !head) continue;
-        device::DeviceControl& listed = controls.emplace_back(one.control);
-        if (head && one.range_on) std::tie(listed.minimum, listed.maximum) = one.range_on(head->spec());
-    }
+    for (const CameraControl& one : camera_controls())
+        if (head || !one.is_of_heads) controls.push_back(listed_for(one, head));
     return controls;
 }
 
-std::optional<world::Camera> CameraControls::known(std::string_view camera) const {
+std::optional<CameraControls::Known> CameraControls::known(std::string_view camera) const {
     std::lock_guard lock(mutex_);
     const auto found = known_.find(camera);
     return found == known_.end() ? std::nullopt : std::optional(found->second);
 }
 
-namespace {
-
-Error not_told() {
-    return {ErrorKind::unavailable, "the camera's state has not been told yet"};
-}
-
-}  // namespace
-
 Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t id) {
     const CameraControl* const control = find_control(id);
     if (!control) return error(ErrorKind::not_found, "no such control");
     const auto found = known(camera);
-    if (!found) return std::unexpected(not_told());
-    return control->read(*found);
+    if (!found) return error(ErrorKind::unavailable, not_told);
+    const device::DeviceControl listed = listed_for(*control, head_of(*found));
+    return std::clamp(control->read(*found), listed.minimum, listed.maximum);
 }
 
 void CameraControls::set(std::string_view camera, std::span<const device::DeviceControlValue> values,
                          std::function<void(Result<void>)> done) {
     const auto before = known(camera);
-    if (!before) return done(std::unexpected(not_told()));
+    if (!before) return done(error(ErrorKind::unavailable, not_told));
     Change change;
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
         if (!control) return done(error(ErrorKind::not_found, "no such control"));
         control->write(value, *before, change);
     }
-    // In the engine's queue one after the other; the camera's state is that after all of them.
     const std::string name(camera);
+    std::vector<std::uint32_t> ids;
+    for (const auto& [id, value] : values) ids.push_back(id);
+    {
+        std::lock_guard lock(mutex_);
+        being_set_[name].insert(ids.begin(), ids.end());
+    }
+    // They go into the engine's queue one after the other; the last one's answer is the state after all of them.
     auto first_error = std::make_shared<std::optional<Error>>();
     for (auto* move : {&change.turn, &change.drive}) {
         if (!*move) continue;
@@ -239,21 +253,31 @@ void CameraControls::set(std::string_view camera, std::span<const device::Device
                                                             if (!report && !*first_error) *first_error = report.error();
                                                         }});
     }
-    commands_.post(engine::Request<engine::SetCamera>{
-        {.name = name, .patch = std::move(change.patch)},
-        [self = weak_from_this(), first_error, done = std::move(done)](const Result<engine::CameraReply>& report) {
-            if (!report) return done(std::unexpected(report.error()));
-            if (const auto alive = self.lock()) alive->told(report->camera, true);
-            if (*first_error) return done(std::unexpected(**first_error));
-            done({});
-        }});
+    const auto finish = [self = weak_from_this(), name, ids, first_error,
+                         done = std::move(done)](const Result<engine::CameraReply>& report) {
+        const auto alive = self.lock();
+        if (alive && report) alive->told(*report);
+        if (alive) {
+            std::lock_guard lock(alive->mutex_);
+            auto& set = alive->being_set_[name];
+            for (const std::uint32_t id : ids) set.erase(set.find(id));
+            if (set.empty()) alive->being_set_.erase(name);
+        }
+        if (*first_error) return done(std::unexpected(**first_error));
+        if (!report) return done(std::unexpected(report.error()));
+        done({});
+    };
+    if (change.patch)
+        commands_.post(engine::Request<engine::SetCamera>{{.name = name, .patch = std::move(*change.patch)}, finish});
+    else
+        commands_.post(engine::Request<engine::GetCamera>{{name}, finish});
 }
 
 void CameraControls::refresh(const std::string& camera) {
     commands_.post(engine::Request<engine::GetCamera>{
         {camera}, [self = weak_from_this()](const Result<engine::CameraReply>& report) {
             const auto alive = self.lock();
-            if (alive && report) alive->told(report->camera, false);
+            if (alive && report) alive->told(*report);
         }});
 }
 
@@ -262,15 +286,19 @@ void CameraControls::forget(const std::string& camera) {
     known_.erase(camera);
 }
 
-void CameraControls::told(const world::Camera& camera, bool by_us) {
+void CameraControls::told(const engine::CameraReply& report) {
     std::lock_guard lock(mutex_);
-    const std::string& name = camera.spec()->name;
+    const std::string& name = report.camera.spec()->name;
+    const Known now{report.camera, report.now.head};
     const auto before = known_.find(name);
+    const auto setting = being_set_.find(name);
     std::vector<std::uint32_t> ids;
-    if (before != known_.end() && !by_us)
+    if (before != known_.end())
         for (const CameraControl& one : camera_controls())
-            if (one.read(before->second) != one.read(camera)) ids.push_back(one.control.id);
-    known_.insert_or_assign(name, camera);
+            if (one.read(before->second) != one.read(now) &&
+                (setting == being_set_.end() || !setting->second.contains(one.control.id)))
+                ids.push_back(one.control.id);
+    known_.insert_or_assign(name, now);
     if (!ids.empty() && changed_) changed_(name, ids);
 }
 

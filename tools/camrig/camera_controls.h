@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -41,14 +42,22 @@ public:
     void refresh(const std::string& camera);
     void forget(const std::string& camera);
 
+    /// What the latest answer told of a camera.
+    struct Known {
+        world::Camera camera;
+        std::optional<camera::PtzStatus> head;  ///< as it was then
+    };
+
 private:
-    void told(const world::Camera& camera, bool by_us);
-    std::optional<world::Camera> known(std::string_view camera) const;
+    void told(const engine::CameraReply& report);
+    std::optional<Known> known(std::string_view camera) const;
 
     engine::CommandPort& commands_;
     mutable std::mutex mutex_;  ///< guards what follows
     Changed changed_;
-    std::map<std::string, world::Camera, std::less<>> known_;
+    std::map<std::string, Known, std::less<>> known_;
+    /// Controls that programs are setting: who sets one hears nothing of it from here, others from the device server.
+    std::map<std::string, std::multiset<std::uint32_t>> being_set_;
 };
 
 }  // namespace camrig::cli

@@ -67,7 +67,17 @@ void draw_camera_in_world(const Session& session, const Sight& sight, const clie
                           std::vector<GripPoint>& grips, ImDrawList& lines) {
     const bool is_chosen = camera.name == session.selected;
     const ImU32 colour = is_chosen ? chosen : camera.mount ? mounted : plain;
-    const Frustum frustum = frustum_of(camera, session.pose_of_camera(camera), frustum_m);
+    const camera::Pose base = session.pose_of_camera(camera);
+    Frustum frustum = frustum_of(camera, base, frustum_m);
+    if (camera.ptz) {
+        // Seen is what the head makes of it; dragged is where it looks at pan and tilt 0.
+        client::CameraState shown = camera;
+        shown.intrinsics = camera.shown_intrinsics;
+        const glm::dvec3 handle = frustum.handle;
+        const camera::Pose known = pose_of(camera.world_pose);
+        frustum = frustum_of(shown, {base.position, known.orientation}, frustum_m);
+        frustum.handle = handle;
+    }
     if (is_chosen) draw_live_picture(session, sight, frustum, camera.name, lines);
     for (const auto& [from, to] : frustum.lines)
         if (const auto line = sight.project(from, to))

@@ -1,5 +1,7 @@
 #include "tools/view/typed_value.h"
 
+#include <cmath>
+#include <cstdint>
 #include <sstream>
 
 namespace camrig::view {
@@ -37,7 +39,8 @@ json empty_value(const json& field) {
     if (field.contains("choices")) return field.at("choices").at(0);
     if (field.contains("null")) return nullptr;
     const std::string type = field.at("type");
-    if (type == "number" || type == "integer") return field.value("minimum", 0.0);
+    if (type == "integer") return static_cast<std::int64_t>(std::ceil(field.value("minimum", 0.0)));
+    if (type == "number") return field.value("minimum", 0.0);
     return type.starts_with("array") ? json::array() : type.starts_with("boolean") ? json(false) : json("");
 }
 

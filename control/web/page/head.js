@@ -13,35 +13,50 @@ const againMs = 500;
 
 export const hasHead = (camera) => Boolean(camera?.ptz);
 
-// Per camera the newest request waits while one is on its way: a head is told where to go, not how the hand went there.
+// Per camera the commands that wait while one is on its way, in their order. A drive takes the place of a drive that waits, and relative
+// steps are added up: a head is told where to go, not how the hand went there.
 const waiting = new Map();
+const mostWaiting = 8;
+
+const modeOf = ([method, params]) => (method === 'ptz.move' ? params.mode : method);
+const sum = (a, b) => ({
+  mode: 'relative', pan_deg: (a.pan_deg ?? 0) + (b.pan_deg ?? 0), tilt_deg: (a.tilt_deg ?? 0) + (b.tilt_deg ?? 0), zoom: (a.zoom ?? 1) * (b.zoom ?? 1),
+});
+
+/** What a step does not move goes on with what it does. */
+function onlyMoved(params) {
+  const { pan_deg, tilt_deg, zoom, ...rest } = params;
+  return { ...rest, ...(pan_deg || tilt_deg ? { pan_deg, tilt_deg } : {}), ...(zoom === 1 ? {} : { zoom }) };
+}
 
 async function tellHead(name, method, params) {
-  const idle = !waiting.has(name);
-  waiting.set(name, [method, params]);
-  if (!idle) return;
-  for (let next = waiting.get(name); next; next = waiting.get(name)) {
-    waiting.set(name, null);
-    const answered = await attempt(() => call(next[0], { camera: name, ...next[1] }));
+  const command = [method, params];
+  const queue = waiting.get(name);
+  if (queue) {
+    const last = queue.at(-1);
+    if (last && modeOf(last) === modeOf(command) && modeOf(command) === 'relative') last[1] = sum(last[1], params);
+    else if (last && modeOf(last) === modeOf(command) && modeOf(command) === 'continuous') last[1] = params;
+    else if (queue.length < mostWaiting) queue.push(command);
+    return;
+  }
+  waiting.set(name, [command]);
+  for (let next; (next = waiting.get(name).shift());) {
+    const [nextMethod, nextParams] = next;
+    const asked = nextParams.mode === 'relative' ? onlyMoved(nextParams) : nextParams;
+    const answered = await attempt(() => call(nextMethod, { camera: name, ...asked }));
     if (answered) show(name, answered);
-    else break;
   }
   waiting.delete(name);
 }
 
-// Relative steps that come while one is on its way are added up.
 export function stepHead(camera, pan, tilt, zoom = 1) {
-  const [method, before] = waiting.get(camera.name) ?? [];
-  const sum = { pan_deg: 0, tilt_deg: 0, zoom: 1, ...(method === 'ptz.move' && before.mode === 'relative' ? before : {}) };
-  const step = { mode: 'relative', pan_deg: sum.pan_deg + pan, tilt_deg: sum.tilt_deg + tilt, zoom: sum.zoom * zoom };
-  // What a step does not move goes on with what it does.
-  if (step.zoom === 1) delete step.zoom;
-  if (!step.pan_deg && !step.tilt_deg) { delete step.pan_deg; delete step.tilt_deg; }
-  tellHead(camera.name, 'ptz.move', { ...step });
+  tellHead(camera.name, 'ptz.move', { mode: 'relative', pan_deg: pan, tilt_deg: tilt, zoom });
 }
 
-/** Factor of the focal length that its head has brought. */
+/** Factor of the focal length that its head has brought; 1 without one. */
 export const zoomOf = (camera) => camera.shown_intrinsics.fx / camera.intrinsics.fx;
+/** A field of view (degrees) at that zoom. */
+export const shownFov = (camera, degrees) => 2 * Math.atan(Math.tan(Math.min(degrees, 179.9) * Math.PI / 360) / zoomOf(camera)) * 180 / Math.PI;
 
 let drive = null;  // { name, params, timer }
 

@@ -1,6 +1,7 @@
 // The world from above: cameras with what they see, and actors. Both can be dragged, with the pointer or with keys.
 import { call } from './rpc.js';
 import { attempt } from './messages.js';
+import { hasHead, shownFov } from './head.js';
 import { listen, select, state } from './state.js';
 import { moveNow, poseOf, turn } from './steer.js';
 import { colourOf } from './truth.js';
@@ -85,10 +86,12 @@ function drawCamera(camera) {
   const item = itemOf('camera', camera.name);
   const pose = poseOf(camera);
   const [x, y] = toPixels(pose.position);
-  const half = Math.min(175, camera.hfov_deg) / 2;
+  // A head turns and zooms what is seen; what is dragged is where it looks at pan 0.
+  const looks = hasHead(camera) ? camera.world_pose.pan_deg : pose.pan_deg;
+  const half = Math.min(175, hasHead(camera) ? shownFov(camera, camera.hfov_deg) : camera.hfov_deg) / 2;
   const at = (degrees, r) => [r * Math.cos(degrees * Math.PI / 180), -r * Math.sin(degrees * Math.PI / 180)];
   const far = Math.max(reach, Math.min(140, 5 * view.scale));
-  const [from, to, middle] = [at(pose.pan_deg - half, far), at(pose.pan_deg + half, far), at(pose.pan_deg, far)];
+  const [from, to, middle] = [at(looks - half, far), at(looks + half, far), at(pose.pan_deg, far)];
   item.group.setAttribute('transform', `translate(${x} ${y})`);
   item.wedge.setAttribute('d', `M0 0 L${from[0]} ${from[1]} A${far} ${far} 0 0 0 ${to[0]} ${to[1]} Z`);
   item.handle.setAttribute('cx', middle[0]);

@@ -2,6 +2,7 @@
 // their truth, which is made less often.
 import { call } from './rpc.js';
 import { LiveReader, Painter } from './live.js';
+import { hasHead, shownFov } from './head.js';
 import { listen, selectedCamera, state } from './state.js';
 import { tell } from './messages.js';
 import { clearTruth, drawTruth } from './truth.js';
@@ -103,7 +104,7 @@ listen((_, stage) => {
   for (const id of ['truth', 'duplicate', 'delete']) document.getElementById(id).disabled = !camera;
   if (camera) {
     document.getElementById('stage-facts').textContent =
-      `${camera.size.join('×')} · ${camera.fps} Hz · ${camera.vfov_deg.toFixed(1)}° · ${camera.lens.model} · ${camera.readers} reading`;
+      `${camera.size.join('×')} · ${camera.fps} Hz · ${(hasHead(camera) ? shownFov(camera, camera.vfov_deg) : camera.vfov_deg).toFixed(1)}° · ${camera.lens.model} · ${camera.readers} reading`;
     picture.setAttribute('aria-label', `Picture of camera ${camera.name}`);
     document.getElementById('view').style.aspectRatio = camera.size.join(' / ');
   } else {

@@ -35,6 +35,24 @@ TEST(AxisMotion, TakesAsLongAsATrapezoidDoes) {
     EXPECT_DOUBLE_EQ(AxisMotion::stop({7.0, 80.0}, 400.0).end(), 7.0 + 80.0 * 80.0 / 800.0);
 }
 
+TEST(AxisMotion, TakesTheTimeThatItIsToTakeHoweverLongAndHoweverStrongTheMotor) {
+    std::uint64_t n = 0;
+    const auto power = [&](double low, double high) { return low * std::pow(high / low, random_unit(4, 0, n++)); };
+    for (int round = 0; round < 100'000; ++round) {
+        const AxisLimits limits{power(1e-3, 1e3), power(0.1, 1e6)};
+        const AxisState from{0.0, round % 2 == 0 ? 0.0 : power(1e-6, 1.0) * limits.speed};
+        const double target = power(1e-3, 360.0);
+        const double longer = AxisMotion::to(from, target, limits).duration_s() * power(1.0, 1e5);
+        const AxisMotion motion = AxisMotion::to_in(from, target, limits, longer);
+        ASSERT_NEAR(motion.duration_s(), longer, 1e-6 * longer) << limits.speed << " " << limits.acceleration;
+        for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0 - 1e-9}) {
+            const double t = share * longer, step = 1e-4 * longer;
+            const double way = std::abs(motion.at(t + step).position - motion.at(t).position);
+            ASSERT_LE(way, std::max(limits.speed, from.speed) * step + 1e-6 * target) << share;
+        }
+    }
+}
+
 TEST(AxisMotion, KeepsItsLimitsAndNeverJumpsFromAnyState) {
     std::uint64_t n = 0;
     const auto random = [&](double low, double high) { return low + (high - low) * random_unit(3, 0, n++); };
@@ -164,6 +182,22 @@ TEST(PtzHead, WhatNoDataSheetSaysHarmsNothing) {
     EXPECT_LT(taken, 70);
     EXPECT_EQ(flooded.at(seconds(11.0)), before);
     EXPECT_EQ(flooded.stop(true, true, now + taken * 10 * ms).error().kind, ErrorKind::resource_exhausted);
+}
+
+TEST(PtzHead, GrowsWrongAlongItsWayWithoutAJump) {
+    PtzSpec spec = ptz_preset(PtzPreset::cheap);
+    spec.seed = 5;
+    PtzHead head(spec);
+    for (const double pan : {20.0, -20.0, 5.0}) {
+        const TimeNs told = head.arrives_ns();
+        ASSERT_TRUE(head.move({.pan_deg = pan}, told));
+        ASSERT_GT(head.arrives_ns() - told, ns_per_s);
+        for (TimeNs when = told; when <= head.arrives_ns(); when += ms) {
+            const double way = std::abs(head.at(when + ms).pan_deg - head.at(when).pan_deg);
+            ASSERT_LE(way, 1e-3 * (spec.speed_deg_s + 2.0 * (spec.repeatability_deg + spec.backlash_deg)) + 1e-9);
+        }
+        ASSERT_NE(head.at(head.arrives_ns()).pan_deg, pan);
+    }
 }
 
 TEST(PtzHead, IsTheSameAtAnyTimeWhateverWasAskedBefore) {

@@ -110,7 +110,7 @@ Result<engine::PtzReply> FakeRig::tell_head(const std::string& name,
     if (!camera) return std::unexpected(camera.error());
     cameras_[name].camera = *camera;
     const camera::PtzHead& head = **camera->head();
-    return engine::PtzReply{head.status(0), 0, head.arrives_ns(), head.presets()};
+    return engine::PtzReply{head.status(0), 0, head.arrives_ns(), head.presets(), 0};
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::MovePtz& command) {
