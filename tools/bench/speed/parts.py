@@ -94,7 +94,7 @@ def overload(plan: Plan) -> str:
                 streams = readers.close()
         counts = [s.pictures for s in streams]
         latencies = [ms for s in streams for ms in s.latencies_ms]
-        rows.append([policy, f"{sum(counts) / reading.wall_s:.0f}", f"{min(counts)} .. {max(counts)}", f"{100 * reading.dropped / (len(names) * 25 * world_s):.0f} %",
+        rows.append([policy, f"{sum(counts) / reading.wall_s:.0f}", f"{min(counts)} .. {max(counts)}", f"{100 * reading.dropped / max(1.0, len(names) * 25 * world_s):.0f} %",
                      runs.unreported(streams, reading), f"{world_s / reading.wall_s:.2f}", f"{percentile(latencies, 0.99):.0f} ms",
                      f"{percentile(answers, 0.99):.0f} / {max(answers):.0f} ms"])
     return ("## Overload: 40 cameras 640x480 at 25\n\n"
