@@ -78,7 +78,7 @@ def _answers(other: Target, calls: list[tuple[str, dict]]) -> tuple[int, int, se
 
 
 def _make_victim(rig: camrig.Rig) -> None:
-    rig.create_camera("victim", size=(64, 48), position=(0, 0, 1))
+    rig.create_camera("victim", size=(64, 48), position=(0, 0, 1), ptz={"preset": "cheap"})
 
 
 def _with_a_victim(rig: camrig.Rig, target: Target) -> Target:

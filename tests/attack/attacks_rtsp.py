@@ -73,18 +73,21 @@ def requests_at_random(target: Target) -> str:
 
 
 def sessions_without_end(target: Target) -> str:
-    """3000 SETUPs, on each connection as many as the rig answers."""
+    """3000 SETUPs, on each connection as many as the rig answers; it makes at most 8 sessions of them."""
     sent = connections = 0
     while sent < 3000:
         connections += 1
-        answered_before = sent
+        answered_before, sessions = sent, 0
         with target.tcp(target.rtsp, 10.0) as raw, contextlib.suppress(OSError):
             while sent < 3000:
                 raw.sendall(f"SETUP rtsp://127.0.0.1:{target.rtsp}/watched/stream=0 RTSP/1.0\r\nCSeq: {sent}\r\n"
                             "Transport: RTP/AVP/TCP;unicast;interleaved=0-1\r\n\r\n".encode())
-                if not raw.recv(1 << 14).startswith(b"RTSP/1.0 "):
+                answer = raw.recv(1 << 14)
+                if not answer.startswith(b"RTSP/1.0 "):
                     break
                 sent += 1
+                sessions += answer.startswith(b"RTSP/1.0 200")
+        assert 1 <= sessions <= 8, f"connection {connections} has {sessions} sessions"
         assert sent > answered_before, f"connection {connections} was not answered at all"
     return f"{sent} answered on {connections} connections; OPTIONS answered in {_options_is_answered(target) * 1000:.0f} ms"
 

@@ -276,10 +276,9 @@ Result<std::int64_t> Recorder::record(Progress& progress) {
 
 Result<json> Recorder::run(Progress& progress) {
     if (auto chosen = choose_cameras(); !chosen) return std::unexpected(chosen.error());
-    if (auto held = hold_world(); !held) return std::unexpected(held.error());
     Result<std::int64_t> frames = 0;
     try {
-        frames = record(progress);
+        frames = hold_world().and_then([&] { return record(progress); });
     } catch (const json::exception& problem) {
         frames = std::unexpected(unexpected_answer(problem));
     } catch (const std::exception& problem) {
