@@ -278,7 +278,10 @@ Result<json> Recorder::run(Progress& progress) {
     if (auto chosen = choose_cameras(); !chosen) return std::unexpected(chosen.error());
     Result<std::int64_t> frames = 0;
     try {
-        frames = hold_world().and_then([&] { return record(progress); });
+        if (const auto held = hold_world(); !held)
+            frames = std::unexpected(held.error());
+        else
+            frames = record(progress);
     } catch (const json::exception& problem) {
         frames = std::unexpected(unexpected_answer(problem));
     } catch (const std::exception& problem) {
