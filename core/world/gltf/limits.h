@@ -18,6 +18,8 @@ inline constexpr std::size_t max_items = 1 << 17;  ///< nodes, meshes, materials
 inline constexpr std::size_t max_vertices = std::size_t{1} << 24;
 /// Over all nodes: a mesh may hang on a hundred thousand of them, and each costs its vertices in every picture.
 inline constexpr std::size_t max_placed_vertices = std::size_t{1} << 26;
+/// And each of these costs its place and its draw.
+inline constexpr std::size_t max_placed_primitives = std::size_t{1} << 18;
 inline constexpr std::size_t max_indices = std::size_t{1} << 26;
 inline constexpr std::size_t max_morph_targets = 1024;
 inline constexpr std::size_t max_joints = 65535;

@@ -106,15 +106,20 @@ void check_joints(const Model& model) {
     }
 }
 
-void check_placed_vertices(const Model& model) {
-    std::size_t placed = 0;
+void check_placed(const Model& model) {
+    std::size_t vertices = 0, primitives = 0;
+    const auto check = [](std::size_t count, std::size_t limit, const char* what) {
+        if (count > limit)
+            fail("nodes", "their meshes have more than " + std::to_string(limit) + " " + what + " in all",
+                 ErrorKind::resource_exhausted);
+    };
     for (const Node& node : model.nodes) {
         if (node.mesh < 0) continue;
-        for (const Primitive& primitive : model.meshes[static_cast<std::size_t>(node.mesh)].primitives)
-            placed += primitive.positions.size();
-        if (placed > max_placed_vertices)
-            fail("nodes", "their meshes have more than " + std::to_string(max_placed_vertices) + " vertices in all",
-                 ErrorKind::resource_exhausted);
+        const auto& placed = model.meshes[static_cast<std::size_t>(node.mesh)].primitives;
+        primitives += placed.size();
+        check(primitives, max_placed_primitives, "primitives");
+        for (const Primitive& primitive : placed) vertices += primitive.positions.size();
+        check(vertices, max_placed_vertices, "vertices");
     }
 }
 
@@ -278,7 +283,7 @@ void read_nodes(const Document& document, const AccessorReader& accessors, Model
     model.lights = read_lights(document.json);
     for (std::size_t i = 0; i < document.gltf.nodes.size(); ++i)
         model.nodes.push_back(read_node(document, i, model, model.lights.size()));
-    check_placed_vertices(model);
+    check_placed(model);
     check_joints(model);
     read_hierarchy(document, model);
 }

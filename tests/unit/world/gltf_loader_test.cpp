@@ -172,6 +172,16 @@ TEST(GltfLoader, ALargeMeshOnVeryManyNodesIsAnError) {
     EXPECT_THAT(error_of(glb), HasSubstr("nodes: their meshes have more than 67108864 vertices in all"));
 }
 
+TEST(GltfLoader, ManyPrimitivesOnVeryManyNodesAreAnError) {
+    GlbBuilder glb;
+    glb.mesh(triangle);
+    auto& primitives = glb.json["meshes"][0]["primitives"];
+    const auto first = primitives[0];
+    for (int i = 1; i < 1000; ++i) primitives.push_back(first);
+    for (int i = 1; i < 300; ++i) glb.json["nodes"].push_back({{"mesh", 0}});
+    EXPECT_THAT(error_of(glb), HasSubstr("nodes: their meshes have more than 262144 primitives in all"));
+}
+
 TEST(GltfLoader, AnimationsKeepTheirKeysInNanoseconds) {
     const auto model = load(animated({0, 0.5f, 2}, {0, 0, 0, 1, 0, 0, 2, 0, 0}));
     ASSERT_TRUE(model) << model.error().message;
