@@ -77,7 +77,7 @@ struct Ptz {
     std::optional<double> repeatability_deg = {};  ///< deg; 0 to 10: it stops at most so far from where it believes to be
     std::optional<double> backlash_deg = {};  ///< deg; 0 to 10: play of its gears: where it stops depends on where it comes from
     std::optional<bool> proportional = {};  ///< relative and continuous moves are slower by the zoom
-    std::optional<std::int64_t> seed = {};  ///< at least 0: of where it stops
+    std::optional<std::uint64_t> seed = {};  ///< at least 0: of where it stops
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -295,13 +295,13 @@ struct CameraState {
 struct WorldStatus {
     std::string scene = {};  ///< name of the scene
     std::string scene_file = {};  ///< the file it came from
-    std::string mode = {};
-    std::string overload = {};
-    std::string quality = {};  ///< the rig's own
+    std::string mode = {};  ///< `realtime` or `lockstep`
+    std::string overload = {};  ///< `drop` or `slow`
+    std::string quality = {};  ///< `fast`, `simple` or `beautiful`: the rig's own
     bool paused = {};  ///< world time stands still (realtime)
     std::int64_t world_ns = 0;  ///< ns; world time
     std::int64_t step_ns = 0;  ///< ns; the world's own step
-    std::uint64_t seed = {};  ///< seed of all chance in the world
+    std::uint64_t seed = {};  ///< at least 0: seed of all chance in the world
     std::int64_t state_ns = 0;  ///< ns; world time of the last step
     std::string state_hash = {};  ///< of the actors and lights at state_ns: equal states have equal hashes
     std::int64_t objects = 0;  ///< objects of the scene
