@@ -136,7 +136,7 @@ TEST(ReadCalibration, EveryMistakeIsRefusedWithFileKeyAndReason) {
                     {"rows: 3\n", "\n", "camera_matrix: has no rows"},
                     {"plumb_bob", "equidistant", "takes 4 coefficients, not 5"},
                     {"plumb_bob", "rational_polynomial", "rational_polynomial takes 8 numbers"},
-                    {"plumb_bob", "ftheta", "distortion_model: 'ftheta' is no lens model"},
+                    {"plumb_bob", "ftheta", "distortion_model: 'ftheta' is none of pinhole, plumb_bob"},
                     {"-0.361976", "-1e6", "no rising branch"},
                     {"camera_matrix", "camera_matrox", "camera_matrix: is missing"}};
     for (const auto& [from, to, reason] : mistakes) expect_refused(replaced(ros, from, to), reason);
