@@ -41,7 +41,8 @@ std::string plain_type(const Field& field) {
          {"array of strings", "std::vector<std::string>"}}};
     const std::string wanted = field.plain_type();
     if (wanted == "integer" && field.range.has_high() && field.range.high < 1e9) return "int";
-    if (wanted == "integer" && field.range.has_low() && field.range.low >= 0 && !field.range.has_high()) return "std::uint64_t";
+    if (wanted == "integer" && field.range.has_low() && field.range.low >= 0 && !field.range.has_high())
+        return "std::uint64_t";
     if (wanted == "number" && !field.word.empty()) return "NumberOrAuto";
     if (wanted == "object") return field.shape;
     if (wanted == "array of objects") return "std::vector<" + field.shape + ">";
