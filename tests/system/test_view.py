@@ -17,8 +17,8 @@ WIDTH, HEIGHT = 1280, 800
 # The parts of the window have fixed places: tools/view/panels.h.
 SCENE_X, SCENE_WIDTH, SCENE_HEIGHT = 260, WIDTH - 260 - 300, HEIGHT - 170
 NEW, SAVE = (45, 18), (130, 41)
-VFOV_SLIDER_RIGHT, ADD_RTSP = (1170, 81), (1223, 190)
-CODE_STRIP = (997, 371)  # below the outputs, of which there is one
+VFOV_SLIDER_RIGHT, NEW_RTSP, ADD_RTSP = (1170, 81), (1036, 221), (1023, 376)
+CODE_STRIP = (997, 583)  # below what a new output of RTSP is made with, and the outputs, of which there is one
 STEP_200_MS = (476, 648)
 
 
@@ -173,6 +173,7 @@ def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_tol
     assert twin.get()["intrinsics"] == pytest.approx(cam.get()["intrinsics"])
     assert np.linalg.norm(np.subtract(twin.get()["pose"]["position"], cam.get()["pose"]["position"])) == pytest.approx(0.6)
     wait_until(lambda: twin.get()["sequence"] >= 0)
+    display.click(*NEW_RTSP)
     display.click(*ADD_RTSP)
     wait_until(lambda: [output["kind"] for output in twin.get()["outputs"]] == ["rtsp"], what="the output")
     display.click(*CODE_STRIP)

@@ -40,7 +40,8 @@ json described(const client::Rig& rig) {
     json fields = json::array();
     for (const json& field : all.at("objects").at("camera")) {
         const std::string name = field.at("name");
-        const bool has_own = name == "name" || name == "vfov_deg" || name == "hfov_deg" || field.contains("by");
+        const bool has_own =
+            name == "name" || name == "fps" || name == "vfov_deg" || name == "hfov_deg" || field.contains("by");
         if (!has_own) fields.push_back(field);
     }
     return {{"camera", std::move(fields)}, {"outputs", all.at("kinds").at("output")}};
