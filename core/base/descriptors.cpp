@@ -7,7 +7,6 @@
 #include <cstring>
 
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
 namespace camrig {
@@ -39,17 +38,17 @@ bool descriptors_are_short(int reserve) {
     return false;
 }
 
-void raise_descriptor_limit() {
+std::string raise_descriptor_limit() {
     rlimit limit{};
-    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return;
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return "";
     limit.rlim_cur = std::min(wanted, limit.rlim_max);
     if (::setrlimit(RLIMIT_NOFILE, &limit) != 0)
-        return spdlog::warn("the limit of open files stays as it is: {}", std::strerror(errno));
-    if (limit.rlim_cur < needed)
-        spdlog::warn(
-            "at most {} open files are allowed, so not all connections that camrig can serve fit; raise the hard "
-            "limit (ulimit -Hn, LimitNOFILE=) to {}",
-            limit.rlim_cur, wanted);
+        return std::string("the limit of open files stays as it is: ") + std::strerror(errno);
+    if (limit.rlim_cur >= needed) return "";
+    return "at most " + std::to_string(limit.rlim_cur) +
+           " open files are allowed, so not all connections that camrig can serve fit; raise the hard limit "
+           "(ulimit -Hn, LimitNOFILE=) to " +
+           std::to_string(wanted);
 }
 
 }  // namespace camrig

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 namespace camrig {
 
 /// What clients of the network leave free: for the owner on the Unix socket, who is never refused, for files of the rig
@@ -13,8 +15,8 @@ inline constexpr const char* too_many_files =
 bool descriptors_are_short(int reserve = reserved_descriptors);
 
 /// Lets the process open as many files and sockets as its bounds add up to, if the machine allows it: raises the soft
-/// limit (RLIMIT_NOFILE), which shells set for programs that use select(), up to the hard one. One line in the log says
-/// so when that is too low; then connections beyond it wait until others end.
-void raise_descriptor_limit();
+/// limit (RLIMIT_NOFILE), which shells set for programs that use select(), up to the hard one. What is wrong with it
+/// then, for the log: it is too low, and connections beyond it wait until others end. Empty: nothing.
+[[nodiscard]] std::string raise_descriptor_limit();
 
 }  // namespace camrig

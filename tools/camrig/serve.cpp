@@ -225,7 +225,7 @@ int run_serve(const ServeOptions& options) {
     if (auto open = check_ready_fd(options.ready_fd); !open) return fail(open.error());
     std::signal(SIGPIPE, SIG_IGN);
     const EndWithoutMemory at_start;
-    raise_descriptor_limit();
+    if (const std::string problem = raise_descriptor_limit(); !problem.empty()) spdlog::warn(problem);
     // glibc gives new threads heaps of their own, which streams that come and go would leave behind half empty.
     mallopt(M_ARENA_MAX, max_heaps);
     StopSignal stop;
