@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "core/base/clock.h"
+#include "core/base/out_of_memory.h"
 
 namespace camrig::engine {
 namespace {
@@ -50,7 +51,9 @@ TimeNs smoothed(TimeNs before_ns, TimeNs now_ns) {
 DrawnViews draw_views(render::Renderer& renderer, DueViews due, stream::StageTimer& timer) {
     DrawnViews drawn;
     const TimeNs start_ns = monotonic_now_ns();
-    if (auto finished = renderer.draw(due.snapshot, due.monotonic_ns, due.views)) {
+    auto finished =
+        or_out_of_memory("drawing", [&] { return renderer.draw(due.snapshot, due.monotonic_ns, due.views); });
+    if (finished) {
         drawn.frames = std::move(finished->set.frames);
         drawn.failures = std::move(finished->failures);
         drawn.cost_ns = std::move(finished->cost_ns);
@@ -75,9 +78,11 @@ DrawDesk::DrawDesk(std::vector<std::unique_ptr<DrawLane>> lanes, std::shared_ptr
 }
 
 int DrawDesk::Camera::cost_class(int present) const {
-    const TimeNs known_ns = std::ranges::min(cpu_ns);
+    TimeNs known_ns = 0;
+    for (const TimeNs ns : cpu_ns)
+        if (ns > 0 && (known_ns == 0 || ns < known_ns)) known_ns = ns;
     if (known_ns > 0) return class_of(known_ns, present);
-    return is_plain ? 0 : first_dear_class;
+    return std::max(class_of(expected_ns), is_plain ? 0 : first_dear_class);
 }
 
 void DrawDesk::note_settings(const render::View& view) {
@@ -86,6 +91,7 @@ void DrawDesk::note_settings(const render::View& view) {
     const bool is_plain = lanes_.front().lane->is_plain(view);
     if (camera.size != size || camera.quality != view.quality || camera.is_plain != is_plain) {
         camera.cpu_ns.fill(0);
+        camera.expected_ns = lanes_.front().lane->expected_cost_ns(view);
         camera.size = size;
         camera.quality = view.quality;
         camera.is_plain = is_plain;
@@ -117,10 +123,9 @@ void DrawDesk::choose_lane(const GroupName& name, Group& group) {
     }
     group.cost_class = cost_class;
     Lane* const lane = cost_class >= first_dear_class || !is_plain ? &lanes_.back() : &lanes_.front();
-    // What the other one kept for its cameras is of no use any more.
     if (group.lane != nullptr && group.lane != lane)
         for (const auto& [id, camera] : cameras_)
-            if (camera.group == name) forget(*group.lane, id);
+            if (camera.group == name) hand_over(*group.lane, id);
     group.lane = lane;
     group.requests_ns = lane->requests_ns;
     group.all_ns = lane->all_ns;
@@ -256,6 +261,8 @@ void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn) {
         if (found == cameras_.end() || drawn.cost_ns.empty()) continue;
         Camera& camera = found->second;
         camera.cpu_ns[camera.next++ % camera.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
+        // Now and not with its next view: until then what is kept of it may have come to the other lane.
+        if (Group& group = groups_.at(camera.group); group.pending == 0) choose_lane(camera.group, group);
     }
     callbacks_.drawn(drawn);
 }
@@ -283,6 +290,10 @@ void DrawDesk::forget(CameraId camera) {
 
 void DrawDesk::forget(Lane& lane, CameraId camera) {
     lane.lane->post({.draw = [camera](render::Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
+}
+
+void DrawDesk::hand_over(Lane& lane, CameraId camera) {
+    lane.lane->post({.draw = [camera](render::Renderer& renderer) { renderer.hand_over(camera); }, .done = [] {}});
 }
 
 void DrawDesk::begin_world(const world::SnapshotRef& snapshot) {

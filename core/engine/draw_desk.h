@@ -92,10 +92,12 @@ private:
     using GroupName = std::pair<std::string, CameraId>;  ///< CameraSpec::group, or else the camera
     /// What is known of a camera's cost.
     struct Camera {
-        /// Of its last views; 0: not known. The least of them counts: what a view sets up for others is not its cost.
+        /// Of its last views; 0: not known. The least that is known counts: what a view sets up for others is not its
+        /// cost.
         std::array<TimeNs, 4> cpu_ns{};
-        std::size_t next = 0;  ///< in cpu_ns
-        ImageSize size;        ///< this and what follows: what these costs were measured with
+        std::size_t next = 0;    ///< in cpu_ns
+        TimeNs expected_ns = 0;  ///< until one is known
+        ImageSize size;          ///< this and what follows: what these costs were measured with
         world::Quality quality = world::Quality::simple;
         bool is_plain = true;
         int pending = 0;  ///< views that wait or are being drawn
@@ -108,7 +110,8 @@ private:
     /// The view is pending from now on, in the group and so on the lane that this says. The settings of all views of
     /// its instant have been noted.
     Group& assign(const render::View& view);
-    /// The group has nothing pending: it goes to the lane of cameras that cost as much.
+    /// The group has nothing pending: it goes to the lane of cameras that cost as much, and takes along what the other
+    /// one kept for it.
     void choose_lane(const GroupName& name, Group& group);
     /// The camera is not of this group any more.
     void leave_group(const GroupName& name, CameraId camera);
@@ -117,6 +120,7 @@ private:
     /// The view is drawn or dropped.
     void end_view(const render::View& view);
     static void forget(Lane& lane, CameraId camera);
+    static void hand_over(Lane& lane, CameraId camera);
     void dispatch(Lane& lane, TimeNs monotonic_ns);
     void post_views(Lane& lane, int cost_class, TimeNs monotonic_ns);
     void post_request(Lane& lane);

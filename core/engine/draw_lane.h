@@ -38,6 +38,8 @@ public:
     /// Whether it draws the view's colour with what it draws best, and nothing dear is set up for it
     /// (Renderer::is_plain).
     virtual bool is_plain(const render::View& view) const = 0;
+    /// What its first picture may cost (Renderer::expected_cost_ns).
+    virtual TimeNs expected_cost_ns(const render::View& view) const = 0;
     /// Whether a second lane with such a renderer draws beside it (Renderer::is_on_cpu).
     virtual bool wants_second() const = 0;
     virtual const std::string& description() const = 0;
@@ -64,6 +66,7 @@ public:
         return renderer_->makes(format, view);
     }
     bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return renderer_->expected_cost_ns(view); }
     bool wants_second() const override { return renderer_->is_on_cpu(); }
     const std::string& description() const override { return description_; }
 

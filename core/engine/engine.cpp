@@ -6,7 +6,7 @@
 
 #include "core/base/clock.h"
 #include "core/engine/rig.h"
-#include "core/render/shared_models.h"
+#include "core/render/shared_caches.h"
 
 namespace camrig::engine {
 namespace {
@@ -22,7 +22,7 @@ constexpr int dear_niceness = 10;
 Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const render::RendererOptions& options,
                                                            const std::shared_ptr<DrawnTasks>& drawn) {
     render::RendererOptions sharing = options;
-    sharing.models = render::make_shared_models();
+    sharing.caches = render::make_shared_caches();
     const auto make = [sharing] { return create_renderer(sharing); };
     std::vector<std::unique_ptr<DrawLane>> lanes;
     auto first = ThreadedLane::start({"camrig-draw", 0}, make, drawn);

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/base/clock.h"
+#include "core/base/out_of_memory.h"
 #include "core/truth/make_truth.h"
 
 namespace camrig::engine {
@@ -277,7 +278,8 @@ DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry
                 [answer, standing = entry.standing, due = std::move(due), draw_time = rig_.drawing->timer(),
                  truth_time = truth_time_](render::Renderer& renderer) {
                     const TimeNs start_ns = monotonic_now_ns();
-                    answer->truth = truth_of(renderer, due, *standing, *draw_time);
+                    answer->truth = or_out_of_memory("finding the truth",
+                                                     [&] { return truth_of(renderer, due, *standing, *draw_time); });
                     answer->spent_ns = monotonic_now_ns() - start_ns;
                     truth_time->record(answer->spent_ns);
                 },

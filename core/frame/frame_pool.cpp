@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <new>
 #include <utility>
 
 namespace camrig::frame {
@@ -52,9 +53,10 @@ struct FramePool::Shelf {
             return;
         }
         while (idle_bytes + bytes > max_idle_bytes || idle.size() >= max_idle_frames) {
-            idle_bytes -= idle.front()->bytes().size();
+            const std::size_t freed = idle.front()->bytes().size();
             evicted.push_back(std::move(idle.front()));
             idle.pop_front();
+            idle_bytes -= freed;
         }
         idle.push_back(std::move(frame));
         idle_bytes += bytes;
@@ -84,7 +86,12 @@ std::shared_ptr<Frame> FramePool::acquire(FrameInfo info) {
     } else {
         frame = std::make_unique<Frame>(std::move(info), std::vector<std::byte>(bytes));
     }
-    return {frame.release(), [shelf = shelf_](Frame* used) { shelf->put(std::unique_ptr<Frame>(used)); }};
+    return {frame.release(), [shelf = shelf_](Frame* used) {
+                try {
+                    shelf->put(std::unique_ptr<Frame>(used));
+                } catch (const std::bad_alloc&) {  // no room in the lists: it is freed
+                }
+            }};
 }
 
 void FramePool::release_idle() {

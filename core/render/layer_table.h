@@ -16,7 +16,7 @@ struct StaticLayerKey {
     std::uint64_t spec_revision = 0;  ///< size, optics, lens, antialiasing, near, far
     camera::Pose pose;
     world::Quality quality = world::Quality::simple;
-    std::uint64_t statics = 0;  ///< which static set, as the renderer counts them: objects, lights, environment
+    std::uint64_t statics = 0;  ///< what it sees of objects, lights and environment, as the renderer counts that
     friend bool operator==(const StaticLayerKey&, const StaticLayerKey&) = default;
 };
 
@@ -82,11 +82,40 @@ public:
     void count_kept() { ++kept_; }
     void count_reused() { ++reused_; }
 
+    /// A layer, its key and its memory.
+    struct Kept {
+        StaticLayerKey key;
+        Layer layer;
+        std::int64_t bytes = 0;
+    };
+    /// Gives away what is kept of a camera.
+    std::optional<Kept> take(CameraId camera) {
+        const auto found = entries_.find(camera);
+        if (found == entries_.end() || found->second.bytes == 0) return std::nullopt;
+        Entry& entry = found->second;
+        std::optional<Kept> kept = Kept{entry.key, std::move(entry.layer), entry.bytes};
+        drop(entry);
+        entries_.erase(found);
+        return kept;
+    }
+    /// Takes over what was kept of a camera that it does not know, if there is room.
+    void put(CameraId camera, Kept kept) {
+        if (!make_room(kept.bytes)) return;
+        entries_.emplace(camera, Entry{kept.key, std::move(kept.layer), kept.bytes, instant_, std::nullopt});
+        bytes_ += kept.bytes;
+    }
+    bool knows(CameraId camera) const { return entries_.contains(camera); }
+
     void forget(CameraId camera) {
         const auto found = entries_.find(camera);
         if (found == entries_.end()) return;
         drop(found->second);
         entries_.erase(found);
+    }
+
+    void clear() {
+        entries_.clear();
+        bytes_ = 0;
     }
 
     RenderCounters counters() const {

@@ -95,15 +95,24 @@ public:
         return format == frame::PixelFormat::rgba8;
     }
     /// Whether the view's colour is drawn with what this renderer draws best; else it may have to set up something
-    /// dear first. Any thread.
+    /// dear first (shadow maps, another renderer). Any thread.
     virtual bool is_plain(const View& view) const {
         (void)view;
         return true;
+    }
+    /// CPU time that a whole colour picture of the view may take, told from its pixels alone, for who must place it
+    /// before one was drawn; 0: little, or not known. Any thread.
+    virtual TimeNs expected_cost_ns(const View& view) const {
+        (void)view;
+        return 0;
     }
     /// Whether it draws on threads of the CPU, so that a second one beside it has its own time. Any thread.
     virtual bool is_on_cpu() const { return false; }
     /// Frees what was kept for a camera that is gone.
     virtual void forget(CameraId camera) = 0;
+    /// Another renderer draws the camera from now on. What was kept for it is freed, or left for that one to take
+    /// (SharedCaches).
+    virtual void hand_over(CameraId camera) { forget(camera); }
     virtual RenderCounters counters() const { return {}; }
     /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5, Mesa 22.3.6" for server.info and reports.
     virtual std::string description() const = 0;

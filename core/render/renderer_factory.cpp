@@ -39,11 +39,11 @@ Result<std::unique_ptr<Renderer>> create_renderer(const RendererOptions& options
     if (options.device == "null") return std::make_unique<NullRenderer>(options.pool);
     RendererOptions for_the_rest = options;
     for_the_rest.device = "llvmpipe";
-    if (for_the_rest.models.software == nullptr) for_the_rest.models = make_shared_models();
+    if (for_the_rest.caches.software == nullptr) for_the_rest.caches = make_shared_caches();
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     return std::make_unique<software::CpuRenderer>(
         software::SoftwareDrawer::Options{.pool = options.pool,
-                                          .models = for_the_rest.models,
+                                          .caches = for_the_rest.caches,
                                           .static_layer_bytes = options.static_layer_bytes,
                                           .max_detail_error_px = options.max_detail_error_px,
                                           .threads = options.raster_threads > 0 ? options.raster_threads : cores},

@@ -7,7 +7,7 @@
 #include "core/base/result.h"
 #include "core/frame/frame_pool.h"
 #include "core/render/renderer.h"
-#include "core/render/shared_models.h"
+#include "core/render/shared_caches.h"
 
 namespace camrig::render {
 
@@ -24,7 +24,7 @@ struct RendererOptions {
     /// "cpu".
     std::string device;
     std::shared_ptr<frame::FramePool> pool;
-    SharedModels models{};  ///< shared with other renderers; empty: its own
+    SharedCaches caches{};  ///< shared with other renderers; empty: its own
     /// Memory for pictures of what does not move (static_layers.h); 0: everything is drawn each time.
     std::int64_t static_layer_bytes = std::int64_t{256} << 20;
     /// A coarser level of a skinned mesh is drawn where its error is below this; 0: never.

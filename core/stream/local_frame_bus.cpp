@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/out_of_memory.h"
+
 namespace camrig::stream {
 namespace {
 
@@ -214,7 +216,7 @@ void LocalFrameBus::transcode_once(frame::FrameRef frame, const MediaFormat& for
     if (!transcoder) return done(std::unexpected(transcoder.error()));
     const bool is_posted =
         pool_->post([frame = std::move(frame), transcoder = std::shared_ptr<Transcoder>(std::move(*transcoder)), done] {
-            done(transcoder->transcode(frame));
+            done(or_out_of_memory("encoding", [&] { return transcoder->transcode(frame); }));
         });
     if (!is_posted) done(error(ErrorKind::resource_exhausted, "too many pictures wait to be made; try again"));
 }

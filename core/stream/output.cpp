@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/base/out_of_memory.h"
 
 namespace camrig::stream {
 namespace {
@@ -106,7 +107,7 @@ void Output::run() {
 }
 
 void Output::deliver(Item item) {
-    auto unit = transcoder_->transcode(item.frame);
+    auto unit = or_out_of_memory("encoding", [&] { return transcoder_->transcode(item.frame); });
     if (!unit) {
         failed_.fetch_add(1, std::memory_order_relaxed);
         for (const auto& reader : item.takers) {
@@ -163,7 +164,8 @@ Result<void> Output::write(Reader& reader, const MediaUnit& unit) {
         if (const auto opened = reader.sink->open(info); !opened) return wait_or_end(opened.error());
         reader.state = State::open;
     }
-    if (const auto written = reader.sink->write(unit); !written) {
+    const auto written = or_out_of_memory("sending", [&] { return reader.sink->write(unit); });
+    if (!written) {
         reader.sink->close();
         const auto ended = wait_or_end(written.error());
         if (!ended) reader.state = State::closed;

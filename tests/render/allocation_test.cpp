@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <limits>
 #include <new>
 
 #include <gtest/gtest.h>
 
+#include "core/camera/lens_map.h"
+#include "core/render/software/cpu_renderer.h"
 #include "core/stream/transcoder.h"
 #include "tests/render/support/test_rig.h"
 
@@ -14,20 +17,29 @@ namespace {
 
 std::atomic<std::uint64_t> blocks{0};
 
-void* counted(std::size_t bytes, std::size_t alignment) {
+/// So many blocks there still are, then one that there is not.
+constexpr std::int64_t endless = std::numeric_limits<std::int64_t>::max();
+std::atomic<std::int64_t> blocks_left{endless};
+
+/// Null when memory has run out.
+void* counted(std::size_t bytes, std::size_t alignment) noexcept {
     blocks.fetch_add(1, std::memory_order_relaxed);
-    void* const memory = std::aligned_alloc(alignment, (bytes + alignment) / alignment * alignment);
-    if (memory == nullptr) std::abort();
+    if (blocks_left != endless && blocks_left-- == 0) return nullptr;
+    return std::aligned_alloc(alignment, (bytes + alignment) / alignment * alignment);
+}
+void* counted_or_throw(std::size_t bytes, std::size_t alignment) {
+    void* const memory = counted(bytes, alignment);
+    if (memory == nullptr) throw std::bad_alloc();
     return memory;
 }
 
 }  // namespace
 
 void* operator new(std::size_t bytes) {
-    return counted(bytes, alignof(std::max_align_t));
+    return counted_or_throw(bytes, alignof(std::max_align_t));
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-    return counted(bytes, static_cast<std::size_t>(alignment));
+    return counted_or_throw(bytes, static_cast<std::size_t>(alignment));
 }
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
     return counted(bytes, alignof(std::max_align_t));
@@ -115,6 +127,48 @@ TEST(SteadyState, PicturesOfOneInstantWithoutEndTakeBoundedMemory) {
         ASSERT_TRUE(cpu_renderer().draw(moment, 0, {&view, 1}).has_value());
     }
     EXPECT_LE(cpu_renderer().counters().draw_data_bytes, std::int64_t{12} << 20) << "of all of them: 15 MiB";
+}
+
+// Every block of a picture in turn is the one that there is no memory for: the first pictures of cameras, those that
+// make a layer, and those that use one.
+TEST(Exhausted, MemoryIsAnErrorOfThePictureAndTheNextOneIsAsItWouldHaveBeen) {
+    TestWorld world;
+    world.lights = {light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7)))};
+    world.objects = {instance_of(model_of(box(glm::vec3(0.5f)), colored({0.2f, 0.5f, 0.4f})), {5, 0, 0}, 1)};
+    world.movers = {instance_of(model_of(box(glm::vec3(0.2f)), colored({0.9f, 0.5f, 0.4f})), {4, 0.5, 0}, 2)};
+    const world::SnapshotRef moment = world.snapshot();
+    const camera::Lens barrel =
+        camera::make_lens(camera::LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
+    std::vector<View> views{
+        TestCamera{.size = {64, 48}}.view(1), TestCamera{.size = {60, 40}, .focal_px = 40.0, .lens = barrel}.view(2),
+        TestCamera{.size = {48, 32}, .antialias = world::Antialias::coverage, .quality = world::Quality::beautiful}
+            .view(3)};
+    views[0].kinds[static_cast<int>(frame::FrameKind::instance)] = true;
+    software::CpuRenderer renderer(
+        {.pool = std::make_shared<frame::FramePool>(), .static_layer_bytes = 1 << 28, .threads = 2},
+        [] { return error(ErrorKind::unsupported, "nothing here is drawn elsewhere"); });
+    const auto bytes_now = [&] {
+        auto finished = renderer.draw(std::make_shared<world::Snapshot>(*moment), 0, views);
+        std::vector<std::byte> bytes;
+        for (const frame::FrameRef& frame : finished.value().set.frames)
+            bytes.insert(bytes.end(), frame->bytes().begin(), frame->bytes().end());
+        return bytes;
+    };
+    const std::vector<std::byte> expected = bytes_now();
+    for (int pictures = 0; pictures < 4; ++pictures) {
+        bool has_run_out = true;
+        for (std::int64_t left = 0; has_run_out; ++left) {
+            for (const View& view : views) renderer.forget(view.camera);
+            for (int n = 0; n < pictures; ++n) bytes_now();
+            const auto instant = std::make_shared<world::Snapshot>(*moment);
+            blocks_left = left;
+            const auto finished = renderer.draw(instant, 0, views);
+            has_run_out = blocks_left < 0;
+            blocks_left = endless;
+            ASSERT_TRUE(finished || finished.error().kind == ErrorKind::resource_exhausted);
+            ASSERT_EQ(bytes_now(), expected) << "after " << pictures << " pictures and " << left << " blocks";
+        }
+    }
 }
 
 /// Blocks that bringing one frame into this format takes once everything is warm. Of each frame other rows changed.

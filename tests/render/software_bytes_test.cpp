@@ -407,15 +407,15 @@ TEST(SameBytes, OfTwoDrawersOnTwoThreadsThatShareWhatIsMadeOfModels) {
     options.pool = std::make_shared<frame::FramePool>();
     options.max_detail_error_px = 0.25;
     options.threads = 2;
-    const auto film_of = [&](const View& view, const SharedModels& models) {
+    const auto film_of = [&](const View& view, const SharedCaches& caches) {
         auto own = options;
-        own.models = models;
+        own.caches = caches;
         software::SoftwareDrawer by(own);
         std::vector<frame::FrameRef> frames;
         for (const world::SnapshotRef& snapshot : snapshots) frames.push_back(drawn(by, snapshot, {view}).at(0));
         return frames;
     };
-    const SharedModels shared = make_shared_models();
+    const SharedCaches shared = make_shared_caches();
     std::array<std::vector<frame::FrameRef>, 2> together;
     {
         const std::jthread other([&] { together[1] = film_of(views[1], shared); });

@@ -52,6 +52,15 @@ private:
     world::SnapshotRef first_;
 };
 
+/// The moment, with other lights on the same objects.
+world::SnapshotRef flickered(const world::Snapshot& moment, const std::vector<world::Light>& lights) {
+    auto statics = std::make_shared<world::StaticSet>(*moment.statics);
+    statics->lights = lights;
+    auto made = std::make_shared<world::Snapshot>(moment);
+    made->statics = std::move(statics);
+    return made;
+}
+
 View numbered(View view, std::uint32_t number) {
     view.camera = CameraId{number};
     return view;
@@ -209,7 +218,7 @@ TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
                 }
                 // Where the scene is drawn in parts: by Mesa not through lenses, nor with several samples a pixel drawn
                 // at once.
-                const bool is_ours = cpu_renderer().is_on_cpu() && cpu_renderer().is_plain(view);
+                const bool is_ours = cpu_renderer().is_on_cpu() && software::SoftwareDrawer::is_plain(view);
                 const bool is_kept =
                     lens == camera::Lens{} || quality != world::Quality::beautiful;  // shadows through a lens are not
                 const bool is_known =
@@ -267,6 +276,33 @@ TEST_F(StaticLayer, IsDrawnAnewWhenAnythingItShowsChanges) {
     TestWorld darker = room();
     darker.lights[0].intensity = 0.2f;
     expect_same(Moments(darker).at(1.0), view, "a light");
+}
+
+TEST_F(StaticLayer, ALampThatFlickersIsNothingToWhoDoesNotSeeWhatItShinesOn) {
+    TestWorld lit = room();
+    lit.lights.push_back(light_of(world::LightType::point, 3.0f, {5.0, 2.0, 0.6}));
+    lit.lights.back().range = 1.5f;
+    TestWorld dark = lit;
+    dark.lights.back().intensity = 0.0f;
+    const View sees = TestCamera{.eye = {0.0, 2.0, 0.0}, .size = {96, 64}, .focal_px = 200.0}.view(standing);
+    const View aside = TestCamera{.eye = {0.0, -2.0, 0.0}, .size = {96, 64}, .focal_px = 200.0}.view(standing + 10);
+    for (const View& view : {sees, aside}) cpu_renderer().forget(view.camera);
+    const Moments moments(lit);
+    const RenderCounters before = cpu_renderer().counters();
+    for (int n = 0; n < 10; ++n) {
+        const world::SnapshotRef now = flickered(*moments.at(0.3 * n), n % 2 == 0 ? dark.lights : lit.lights);
+        const auto together = draw_views(now, std::array{sees, aside});
+        for (std::size_t i = 0; i < 2; ++i) {
+            cpu_renderer().forget(CameraId{fresh});
+            const View alone = numbered(i == 0 ? sees : aside, fresh);
+            EXPECT_TRUE(bytes_of({together[i]}) == bytes_of(draw_views(now, {&alone, 1}))) << i << ", picture " << n;
+        }
+    }
+    const RenderCounters after = cpu_renderer().counters();
+    if (cpu_renderer().is_on_cpu()) {
+        EXPECT_EQ(after.layers_reused - before.layers_reused, 7u) << "all of the other one, once it is kept";
+    }
+    for (const View& view : {sees, aside}) cpu_renderer().forget(view.camera);
 }
 
 TEST_F(StaticLayer, ViewsOfAnInstantInTurnsShowWhatTheyShowTogether) {

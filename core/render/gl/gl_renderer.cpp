@@ -49,7 +49,7 @@ GlRenderer::GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorC
                           .max_detail_error_px = options.max_detail_error_px,
                           .batch_draws = context_->has_draw_id() && options.batch_draws}}),
       scene_(gl_, samplers_,
-             options.models.prepared != nullptr ? options.models.prepared : std::make_shared<scene::PreparedModels>()),
+             options.caches.prepared != nullptr ? options.caches.prepared : std::make_shared<scene::PreparedModels>()),
       readback_(gl_) {
     thread_.check();
 }

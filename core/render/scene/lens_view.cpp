@@ -146,37 +146,58 @@ void LensView::find_bend() {
 
 void LensView::find_blind() {
     const auto [width, height] = model_.size();
-    const camera::LensMap& lens = model_.lens();
-    const camera::Intrinsics& k = model_.intrinsics();
-    const camera::LensMap::Formula formula = lens.formula();
     const auto sees = [&](int x, int y) { return model_.ray({x, y}).has_value(); };
     const auto add = [&](int y, int x0, int x1) {
-        if (x0 < x1) blind_.push_back({y, x0, x1});
-    };
-    if (formula.p1 != 0.0 || formula.p2 != 0.0) {
-        for (int y = 0; y < height; ++y) {
-            for (int x = 0, first = 0; x <= width; ++x) {
-                if (x < width && !sees(x, y)) continue;
-                add(y, first, x);
-                first = x + 1;
-            }
+        if (!blind_.empty() && blind_.back().y == y && blind_.back().x1 == x0) {
+            blind_.back().x1 = x1;
+        } else {
+            blind_.push_back({y, x0, x1});
         }
-        return;
-    }
-    // What a lens without tangential terms sees is an ellipse: of each row, only its ends are looked for.
-    const double radius = lens.distort({end_, 0.0}).x;
+    };
+    const auto near_rim = pixels_near_rim();
+    auto next = near_rim.begin();
     for (int y = 0; y < height; ++y) {
-        const double v = (y - k.cy) / k.fy;
-        const double half = k.fx * std::sqrt(std::max(0.0, radius * radius - v * v));
-        const auto column = [&](double x) { return static_cast<int>(std::clamp(x, 0.0, double(width))); };
-        int x0 = column(std::ceil(k.cx - half)), x1 = std::max(x0, column(std::floor(k.cx + half) + 1.0));
-        while (x0 < x1 && !sees(x0, y)) ++x0;
-        while (x1 > x0 && !sees(x1 - 1, y)) --x1;
-        while (x0 > 0 && sees(x0 - 1, y)) --x0;
-        while (x1 < width && sees(x1, y)) ++x1;
-        add(y, 0, x0);
-        add(y, x1, width);
+        for (int x = 0; x < width;) {
+            while (next != near_rim.end() && *next < std::pair(y, x)) ++next;
+            // On to the rim all see what the first one does.
+            const int end = next != near_rim.end() && next->first == y ? std::max(next->second, x + 1) : width;
+            if (!sees(x, y)) add(y, x, end);
+            x = end;
+        }
     }
+}
+
+/// The lens sees a disc of the ideal plane, on which it is one-to-one (LensMap): where that disc's rim lies in the
+/// picture, and nowhere else, pixels that see something end. These are the ones on both sides of each place where a row
+/// meets the rim, by rows.
+std::vector<std::pair<int, int>> LensView::pixels_near_rim() const {
+    // Between two places that are looked at the rim goes on by less than `step_px`.
+    constexpr double step_px = 0.25, far_px = 4.0;
+    const auto [width, height] = model_.size();
+    const camera::LensMap& lens = model_.lens();
+    const camera::LensMap::Formula formula = lens.formula();
+    const camera::Intrinsics& k = model_.intrinsics();
+    const double radius = lens.valid_radius(), tangential = radius * radius * std::hypot(formula.p1, formula.p2);
+    // A circle, and with tangential terms a second one that runs twice as fast (LensMap).
+    const double circle = lens.distort({radius, 0.0}).x - 3.0 * formula.p2 * radius * radius;
+    const double px_per_rad = std::max(k.fx, k.fy) * (std::abs(circle) + 2.0 * tangential);
+    std::vector<std::pair<int, int>> pixels;
+    for (double turn = 0.0; turn < 2.0 * pi;) {
+        const glm::dvec2 at = lens.distort(radius * glm::dvec2(std::cos(turn), std::sin(turn)));
+        const double x = k.fx * at.x + k.cx, y = k.fy * at.y + k.cy;
+        const double beside = std::max({-x, x - (width - 1), -y, y - (height - 1)});
+        if (beside < far_px) {
+            const int row = static_cast<int>(std::lround(y));
+            const int first = std::max(static_cast<int>(std::floor(x - step_px)), 0);
+            const int last = std::min(static_cast<int>(std::ceil(x + step_px)), width - 1);
+            for (int column = first; column <= last && std::abs(y - row) <= step_px; ++column)
+                pixels.emplace_back(row, column);
+        }
+        turn += std::max(step_px, beside - far_px) / px_per_rad;
+    }
+    std::ranges::sort(pixels);
+    pixels.erase(std::ranges::unique(pixels).begin(), pixels.end());
+    return pixels;
 }
 
 glm::dvec2 LensView::ideal_of(const glm::dvec3& p) const {

@@ -35,10 +35,7 @@ public:
     double end_radius() const { return end_; }
     /// How far it goes on beyond, in focal lengths for each unit of the ideal plane.
     double rise() const { return rise_; }
-    /// Of a lens that is not wide: what is seen has x / z and y / z between these; beyond +-guard() nothing has
-    /// a place.
-    glm::dvec2 slope_low() const { return slope_low_; }
-    glm::dvec2 slope_high() const { return slope_high_; }
+    /// Of a lens that is not wide: beyond +-guard() of x / z and y / z nothing has a place.
     double guard() const { return guard_; }
 
     /// The ideal point of a direction; of a wide lens of any but none at all, of others of those ahead.
@@ -71,13 +68,14 @@ public:
 private:
     explicit LensView(const camera::CameraModel& model) : model_(model) {}
     void find_blind();
+    std::vector<std::pair<int, int>> pixels_near_rim() const;
     void find_seen();
     void find_bend();
 
     camera::CameraModel model_;
     bool is_wide_ = false;
     double end_ = 0.0, rise_ = 0.0, guard_ = 0.0, bend_ = 0.0, short_length_ = 0.0;
-    glm::dvec2 slope_low_{0.0}, slope_high_{0.0};
+    glm::dvec2 slope_low_{0.0}, slope_high_{0.0};  ///< of x / z and y / z of all that is seen, if it is not wide
     std::vector<BlindRun> blind_;
 };
 

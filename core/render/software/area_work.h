@@ -19,14 +19,14 @@ struct StaticFragment {
     glm::vec3 color{0.0f};  ///< linear light, from 0 to 1
 };
 
-/// The marked pixels of static surfaces that show more than one of them. Any other shows one, as its middle does.
+/// The marked pixels of static surfaces that show more than one of them. Any other shows one, as its centre does.
 struct StaticPixels {
     MarkedPixels marked;
     std::vector<std::uint32_t> first;  ///< into fragments, per marked pixel, and the end
     std::vector<StaticFragment> fragments;
 
     void clear(int width, int y0, int y1);
-    /// None: the pixel shows what its middle does.
+    /// None: the pixel shows what its centre does.
     std::span<const StaticFragment> at(int x, int y) const {
         if (!marked.has(x, y)) return {};
         const std::uint32_t index = marked.index_of(x, y);

@@ -59,7 +59,7 @@ CAMRIG_LANES DepthPlane depth_plane(const Setup& s) {
                                (static_cast<double>(s.dy[1]) * second + static_cast<double>(s.dy[2]) * third))};
 }
 
-/// How depth changes about any pixel; at its middle it is left to be set.
+/// How depth changes about any pixel; at its centre it is left to be set.
 CAMRIG_LANES PixelPlane depth_steps(const Setup& s, const DepthPlane& depth) {
     constexpr float step = 1.0f / 128.0f;
     const auto dy = static_cast<float>(
@@ -73,7 +73,7 @@ CAMRIG_LANES Lanes depth_at(const DepthPlane& plane, std::int64_t second_edge, s
     return static_cast<float>(base) + lane_numbers() * plane.dx;
 }
 
-/// Those of the rectangle whose middles may be inside; may be none.
+/// Those of the rectangle whose centres may be inside; may be none.
 CAMRIG_LANES PixelRect pixels_of(const ScreenTriangle& triangle, const PixelRect& rect) {
     return {std::max<int>(rect.x0, triangle.x0), std::max<int>(rect.y0, triangle.y0),
             std::min<int>(rect.x1, triangle.x1), std::min<int>(rect.y1, triangle.y1)};
@@ -87,7 +87,7 @@ CAMRIG_LANES void rasterize(const Setup& s, const PixelRect& rect, const Visit& 
     const DepthPlane depth = depth_plane(s);
     const int first = x0 & -lane_count;
     std::array<std::int64_t, 3> row{};   // at the first pixel of a row, of the groups
-    std::array<std::int32_t, 3> bias{};  // a middle on an edge that is neither top nor left is outside
+    std::array<std::int32_t, 3> bias{};  // a centre on an edge that is neither top nor left is outside
     for (std::size_t i = 0; i < 3; ++i) {
         const bool is_top_left = s.dy[i] < 0 || (s.dy[i] == 0 && s.dx[i] > 0);
         bias[i] = is_top_left ? 0 : -1;

@@ -2,14 +2,31 @@
 
 #include <algorithm>
 
+#include "core/base/clock.h"
+#include "core/base/out_of_memory.h"
 #include "core/render/view_frames.h"
 
 namespace camrig::render::software {
+namespace {
+
+/// CPU time of a pixel of a whole picture of the hall (docs/decisions 0105, 0116, 0118), and beside it of its ray
+/// through a lens.
+constexpr double plain_pixel_ns = 150.0, coverage_pixel_ns = 200.0, beautiful_pixel_ns = 600.0, lens_pixel_ns = 50.0;
+
+}  // namespace
 
 Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                                              std::span<const View> views) {
     thread_.check();
-    if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
+    auto finished = or_out_of_memory("drawing", [&] { return draw_all(snapshot, monotonic_ns, views); });
+    // What was being made is half made.
+    if (!finished) drawer_.clear();
+    return finished;
+}
+
+Result<Renderer::Finished> CpuRenderer::draw_all(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                                                 std::span<const View> views) {
+    begin_instant(snapshot);
     Finished finished;
     finished.set.world_ns = snapshot->world_ns;
     finished.set.monotonic_ns = monotonic_ns;
@@ -21,11 +38,13 @@ Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot,
     places_of_rest_.clear();
     for (std::size_t i = 0; i < views.size(); ++i) {
         const View& view = views[i];
+        const TimeNs begin_ns = thread_cpu_ns();  // a new lens is made with the first question for it
         bool is_here = false, is_elsewhere = false;
         for (int k = 0; k < frame::frame_kind_count; ++k) {
             if (!view.kinds[k]) continue;
             (drawer_.can_draw(view, static_cast<frame::FrameKind>(k)) ? is_here : is_elsewhere) = true;
         }
+        finished.cost_ns[i] = thread_cpu_ns() - begin_ns;
         if (is_here) {
             here_.push_back(&view);
             places_here_.push_back(i);
@@ -37,7 +56,7 @@ Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot,
             rest_.back().kinds[k] &= !drawer_.can_draw(view, static_cast<frame::FrameKind>(k));
     }
     drawer_.draw(here_, monotonic_ns, finished.set.frames);
-    for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] = drawer_.cost_ns()[i];
+    for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] += drawer_.cost_ns()[i];
     if (rest_.empty()) return finished;
 
     auto others = draw_rest(snapshot, monotonic_ns);
@@ -57,6 +76,12 @@ Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot,
     return finished;
 }
 
+void CpuRenderer::begin_instant(const world::SnapshotRef& snapshot) {
+    if (snapshot == drawer_.snapshot()) return;
+    drawer_.begin_instant(snapshot);
+    has_only_triangles_ = drawer_.has_only_triangles();
+}
+
 Result<Renderer::Finished> CpuRenderer::draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns) {
     if (other_ == nullptr && !other_failed_) {
         auto made = make_other_();
@@ -74,9 +99,14 @@ std::optional<std::vector<frame::Silhouette>> CpuRenderer::silhouettes(const wor
                                                                        const View& view,
                                                                        std::span<const ObjectId> objects) {
     thread_.check();
-    if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
-    if (!drawer_.can_draw(view, frame::FrameKind::instance)) return std::nullopt;
-    return drawer_.silhouettes(view, objects);
+    try {
+        begin_instant(snapshot);
+        if (!drawer_.can_draw(view, frame::FrameKind::instance)) return std::nullopt;
+        return drawer_.silhouettes(view, objects);
+    } catch (const std::bad_alloc&) {
+        drawer_.clear();
+        return std::nullopt;
+    }
 }
 
 void CpuRenderer::forget(CameraId camera) {
@@ -91,8 +121,24 @@ RenderCounters CpuRenderer::counters() const {
     return sum;
 }
 
+void CpuRenderer::hand_over(CameraId camera) {
+    thread_.check();
+    drawer_.hand_over(camera);
+    if (other_ != nullptr) other_->forget(camera);
+}
+
 bool CpuRenderer::is_plain(const View& view) const {
-    return SoftwareDrawer::is_plain(view);
+    // Shadow maps are made for all beautiful views of a renderer, and textures for their materials.
+    if (view.quality == world::Quality::beautiful || !SoftwareDrawer::is_plain(view)) return false;
+    return has_only_triangles_ || view.spec->lens.model == camera::LensModel::pinhole;
+}
+
+TimeNs CpuRenderer::expected_cost_ns(const View& view) const {
+    const bool has_lens = view.spec->lens.model != camera::LensModel::pinhole;
+    double pixel_ns = SoftwareDrawer::has_areas(view) ? coverage_pixel_ns : plain_pixel_ns;
+    if (view.quality == world::Quality::beautiful) pixel_ns = beautiful_pixel_ns;
+    if (has_lens) pixel_ns += lens_pixel_ns;
+    return static_cast<TimeNs>(pixel_ns * static_cast<double>(view.spec->size.pixels()));
 }
 
 std::string CpuRenderer::description() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -10,8 +11,7 @@
 namespace camrig::render::software {
 
 /// The Renderer of a machine without a GPU: pictures by camrig's own rasteriser where it can draw them, all else
-/// (colour with several samples a pixel, at quality beautiful, lines through a lens) by another one, made when it is
-/// first needed.
+/// (colour with several samples a pixel; points and lines through a lens) by another one, made when it is first needed.
 class CpuRenderer final : public Renderer {
 public:
     using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;
@@ -23,18 +23,23 @@ public:
     std::optional<std::vector<frame::Silhouette>> silhouettes(const world::SnapshotRef& snapshot, const View& view,
                                                               std::span<const ObjectId> objects) override;
     bool is_plain(const View& view) const override;
+    TimeNs expected_cost_ns(const View& view) const override;
     bool is_on_cpu() const override { return true; }
     void forget(CameraId camera) override;
+    void hand_over(CameraId camera) override;
     RenderCounters counters() const override;
     std::string description() const override;
 
 private:
+    void begin_instant(const world::SnapshotRef& snapshot);
+    Result<Finished> draw_all(const world::SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     Result<Finished> draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns);
 
     SoftwareDrawer drawer_;
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
-    std::optional<Error> other_failed_;  ///< why it could not be made
+    std::atomic<bool> has_only_triangles_ = true;  ///< the last instant; others ask is_plain()
+    std::optional<Error> other_failed_;            ///< why it could not be made
     // Of one call of draw(), kept for their memory.
     std::vector<const View*> here_;
     std::vector<View> rest_;                                 ///< what the other renderer draws

@@ -8,17 +8,17 @@
 #include "core/render/software/pixel_part.h"
 
 /// Pixels that one edge of an outline divides: most of those that are marked. What lies on its two sides shows at the
-/// middle of this pixel and at that of the next one beyond the edge; no other triangle needs to be looked at.
+/// centre of this pixel and at that of the next one beyond the edge; no other triangle needs to be looked at.
 namespace camrig::render::software {
 
 struct DividedPixel {
-    SampleMask mask = all_samples;  ///< the places that show what the middle does; all: nothing else is seen
-    std::uint32_t other = 0;        ///< the triangle of the other places, from 1; 0: none
+    SampleMask mask = all_samples;  ///< the samples that show what the centre does; all: nothing else is seen
+    std::uint32_t other = 0;        ///< the triangle of the other samples, from 1; 0: none
 };
 
 /// Adds the marked pixels of the rectangle that one edge divides, from left to right and top to bottom, and marks all
 /// others as crowded: more edges go through them or end there, surfaces cross, masks end. numbers, depth: of opaque
-/// surfaces at the middles. Reads the rows beside the rectangle too.
+/// surfaces at the pixel centres. Reads the rows beside the rectangle too.
 void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& marked,
                   const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth, MarkedPixels& crowded,
                   std::vector<DividedPixel>& divided);

@@ -58,7 +58,7 @@ struct VertexLight {
 class ViewGeometry {
 public:
     /// rays: of the view's lens, null without one. wide_lanes: drawn with instructions for all lanes at once.
-    /// has_outlines: for pictures of exact areas; triangles between the middles of pixels are kept. shadows: of
+    /// has_outlines: for pictures of exact areas; triangles between pixel centres are kept. shadows: of
     /// quality beautiful.
     void begin_view(const scene::SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
                     bool has_outlines = false, std::span<const ShadowInView> shadows = {});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 
 #include "core/render/renderer.h"
 #include "core/render/scene/lens_view.h"
@@ -16,32 +18,26 @@ struct ViewLens {
     std::shared_ptr<const LensRays> rays;
 };
 
-/// The lens of each camera, made anew when its optics change. Cameras with the same optics share theirs.
+/// The lens of each camera, made anew when its optics change. Cameras with the same optics share theirs. Any thread.
 class LensViews {
 public:
-    /// wide_lanes: as of LensRays.
-    explicit LensViews(bool wide_lanes) : wide_lanes_(wide_lanes) {}
-
-    /// Refuses what LensView refuses.
-    const Result<ViewLens>& of(const View& view) {
-        static const Result<ViewLens> pinhole;
+    /// Refuses what LensView refuses. wide_lanes: as of LensRays.
+    Result<ViewLens> of(const View& view, bool wide_lanes) {
         const world::CameraSpec& spec = *view.spec;
         if (spec.lens.model == camera::LensModel::pinhole) {
-            entries_.erase(view.camera);
-            return pinhole;
+            forget(view.camera);
+            return {};
         }
-        const auto is_same = [&](const auto& entry) {
-            return entry.second.size == spec.size && entry.second.intrinsics == spec.intrinsics &&
-                   entry.second.lens == spec.lens;
-        };
-        const auto own = entries_.find(view.camera);
-        if (own != entries_.end() && is_same(*own)) return own->second.made;
-        const auto other = std::ranges::find_if(entries_, is_same);
-        const Entry made =
-            other != entries_.end() ? other->second : Entry{spec.size, spec.intrinsics, spec.lens, make(spec)};
-        return entries_.insert_or_assign(view.camera, made).first->second.made;
+        if (const auto found = find(view)) return *found;
+        // Others may ask for theirs meanwhile.
+        Entry entry{spec.size, spec.intrinsics, spec.lens, make(spec, wide_lanes)};
+        const std::lock_guard lock(mutex_);
+        return entries_.insert_or_assign(view.camera, std::move(entry)).first->second.made;
     }
-    void forget(CameraId camera) { entries_.erase(camera); }
+    void forget(CameraId camera) {
+        const std::lock_guard lock(mutex_);
+        entries_.erase(camera);
+    }
 
 private:
     struct Entry {
@@ -50,13 +46,26 @@ private:
         camera::Lens lens;
         Result<ViewLens> made;
     };
-    Result<ViewLens> make(const world::CameraSpec& spec) const {
+    /// The camera's own, or that of another one, which becomes its own.
+    std::optional<Result<ViewLens>> find(const View& view) {
+        const auto is_same = [&spec = *view.spec](const auto& entry) {
+            return entry.second.size == spec.size && entry.second.intrinsics == spec.intrinsics &&
+                   entry.second.lens == spec.lens;
+        };
+        const std::lock_guard lock(mutex_);
+        if (const auto own = entries_.find(view.camera); own != entries_.end() && is_same(*own))
+            return own->second.made;
+        const auto other = std::ranges::find_if(entries_, is_same);
+        if (other == entries_.end()) return std::nullopt;
+        return entries_.insert_or_assign(view.camera, Entry(other->second)).first->second.made;
+    }
+    static Result<ViewLens> make(const world::CameraSpec& spec, bool wide_lanes) {
         auto view = scene::LensView::create(spec.size, spec.intrinsics, spec.lens);
         if (!view) return std::unexpected(view.error());
-        return ViewLens{*view, std::make_shared<const LensRays>(**view, wide_lanes_)};
+        return ViewLens{*view, std::make_shared<const LensRays>(**view, wide_lanes)};
     }
 
-    bool wide_lanes_;
+    std::mutex mutex_;
     std::map<CameraId, Entry> entries_;
 };
 

@@ -103,7 +103,7 @@ public:
     void clear(const PixelRect& rect);
 
     [[gnu::always_inline]] inline std::uint32_t at(int x, int y) const { return numbers_.rows()(y)[x]; }
-    /// The nearest edge in the pixel that its middle hides: the depth it may have; 0: there is none.
+    /// The nearest edge in the pixel that its centre hides: the depth it may have; 0: there is none.
     [[gnu::always_inline]] inline float hidden(int x, int y) const { return hidden_.rows()(y)[x]; }
     Rows<std::uint32_t> numbers() const { return numbers_.rows(); }
     Rows<float> hidden() const { return hidden_.rows(); }

@@ -64,7 +64,7 @@ private:
     std::vector<Fragment> fragments_;
 };
 
-/// Adds what these triangles cover of the marked pixels of the rectangle. Edges that triangles share divide the places
+/// Adds what these triangles cover of the marked pixels of the rectangle. Edges that triangles share divide the samples
 /// of a pixel with none left and none twice: they are weighed in whole numbers, as in coverage.h.
 void find_fragments(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                     const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to);

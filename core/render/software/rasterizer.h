@@ -5,7 +5,7 @@
 #include "core/render/software/canvas.h"
 #include "core/render/software/geometry.h"
 
-/// From triangles to pixels. A pixel belongs to a triangle if its middle lies inside, or on a top or left edge: what
+/// From triangles to pixels. A pixel belongs to a triangle if its centre lies inside, or on a top or left edge: what
 /// shares an edge leaves no gap and draws no pixel twice. Everything about a pixel follows from the triangle and the
 /// pixel alone, so a part of a picture has the same bytes as the whole.
 namespace camrig::render::software {

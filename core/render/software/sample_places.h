@@ -7,10 +7,10 @@
 #include "core/render/software/lanes.h"
 #include "core/render/software/pixel_part.h"
 
-/// 64 places in a pixel at which it is asked what covers it: one in each of 64 columns and of 64 rows.
+/// The 64 coverage samples of a pixel: one in each of 64 columns and of 64 rows.
 namespace camrig::render::software {
 
-/// The row of each place. Found by exchanging rows at random while that lowers the error of the area of a half plane
+/// The row of each sample. Found by exchanging rows at random while that lowers the error of the area of a half plane
 /// (simulated annealing): rms 0.0125, at most 0.049 over all angles and offsets; a grid of 8x8 has 0.0111 and 0.060,
 /// the best lattice of 64 points 0.0116 and 0.073.
 inline constexpr std::array<std::int32_t, sample_count> sample_rows{
@@ -18,7 +18,7 @@ inline constexpr std::array<std::int32_t, sample_count> sample_rows{
     20, 49, 12, 63, 26, 55, 41, 33, 18, 1,  45, 13, 54, 35, 4,  31, 17, 44, 7,  25, 62, 51,
     58, 8,  40, 19, 34, 23, 11, 27, 60, 39, 52, 2,  14, 48, 29, 59, 21, 38, 3,  50};
 
-/// Of eight places, from the middle of the pixel, in 1/128 of its side: whole odd numbers from -63 to 63.
+/// Of eight samples, from the pixel centre, in 1/128 of its side: whole odd numbers from -63 to 63.
 inline constexpr int sample_groups = sample_count / lane_count;
 inline constexpr int offset_in_subpixels = 2;  ///< so many subpixels (screen_triangles.h) each
 CAMRIG_LANES IntLanes sample_x(int group) {
@@ -28,15 +28,15 @@ CAMRIG_LANES IntLanes sample_y(int group) {
     return load_lanes(sample_rows.data() + lane_count * group) * 2 - most_offset;
 }
 
-/// An edge of a triangle at eight places, less its value at the middle; both halved. dx, dy: its direction, in
-/// subpixels. Within the guard (screen_triangles.h) that fits into 32 bits together with a middle that is no further
-/// from the edge than the places are: |y dx| + |x dy| <= 63 (2^23 + 2^23).
+/// An edge of a triangle at eight samples, less its value at the centre; both halved. dx, dy: its direction, in
+/// subpixels. Within the guard (screen_triangles.h) that fits into 32 bits together with a centre that is no further
+/// from the edge than the samples are: |y dx| + |x dy| <= 63 (2^23 + 2^23).
 CAMRIG_LANES IntLanes half_edge_at(int group, std::int32_t dx, std::int32_t dy) {
     static_assert(offset_in_subpixels == 2);
     return sample_y(group) * dx - sample_x(group) * dy;
 }
 
-/// The places where an edge is negative; value: at the middle, less than all its places reach.
+/// The samples where an edge is negative; value: at the pixel centre, less than all its samples reach.
 template <typename Isa>
 CAMRIG_LANES SampleMask places_outside(std::int32_t dx, std::int32_t dy, std::int64_t value) {
     const auto middle = static_cast<std::int32_t>(value >> 1);
@@ -50,7 +50,7 @@ CAMRIG_LANES int count_of(SampleMask mask) {
     return std::popcount(mask);
 }
 
-/// Those places whose column, or whose row, has a bit set.
+/// Those samples whose column, or whose row, has a bit set.
 consteval std::array<SampleMask, 6> places_with_bit(bool of_rows) {
     std::array<SampleMask, 6> made{};
     for (std::size_t bit = 0; bit < made.size(); ++bit) {
@@ -62,7 +62,7 @@ consteval std::array<SampleMask, 6> places_with_bit(bool of_rows) {
     return made;
 }
 
-/// The mean of the places of a mask that is not empty, in subpixels from the middle of the pixel.
+/// The mean of the samples of a mask that is not empty, in subpixels from the pixel centre.
 struct SampleMean {
     double x, y;
 };

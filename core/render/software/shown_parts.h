@@ -8,23 +8,23 @@
 #include "core/render/software/pixel_fragments.h"
 #include "core/render/software/sample_places.h"
 
-/// What one pixel shows, from its fragments: the nearest at each place, and which of them are one surface.
+/// What one pixel shows, from its fragments: the nearest at each sample, and which of them are one surface.
 namespace camrig::render::software {
 
 inline constexpr std::uint32_t no_triangle = ~0u;
 
-/// What shows at some places of a pixel.
+/// What shows at some samples of a pixel.
 struct Shown {
     SampleMask mask = 0;
     PixelPlane plane;
     float reach = 0.0f;  ///< of the plane
     std::uint32_t triangle = no_triangle;
     glm::vec3 color{0.0f};   ///< of what has no triangle
-    bool is_behind = false;  ///< a whole pixel of statics that show one surface: its middle's colour is taken
+    bool is_behind = false;  ///< a whole pixel of statics that show one surface: its centre's colour is taken
     int surface = -1;        ///< those of one surface have the first one's number among all that shows
 };
 
-/// All of a pixel. No two have a place together.
+/// All of a pixel. No two have a sample together.
 class ShownParts {
 public:
     void clear() { count_ = 0; }
@@ -43,7 +43,7 @@ public:
         return part;
     }
 
-    /// The nearest has a place; of those as near, the first that came.
+    /// The nearest has a sample; of those as near, the first that came.
     template <typename Isa>
     CAMRIG_LANES void add(const Fragment& fragment) {
         SampleMask mask = fragment.mask;
@@ -66,7 +66,7 @@ public:
     }
 
 private:
-    /// Each has a place at least, but one of no place that a pixel of statics may have.
+    /// Each has a sample at least, but one of no sample that a pixel of statics may have.
     std::array<Shown, sample_count + 2> parts_;
     std::size_t count_ = 0;
 };
@@ -104,7 +104,7 @@ CAMRIG_LANES void find_surfaces(const ViewGeometry& geometry, std::span<Shown> s
     }
 }
 
-/// The whole pixel shows the surface that its middle shows.
+/// The whole pixel shows the surface that its centre shows.
 CAMRIG_LANES bool is_as_its_middle(std::span<const Shown> shown, std::uint32_t number) {
     if (number == 0) return shown.empty();
     SampleMask covered = 0;

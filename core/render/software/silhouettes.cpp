@@ -30,9 +30,9 @@ std::vector<frame::Silhouette> SoftwareDrawer::silhouettes(const View& view, std
         std::vector<scene::SeenSurface> surfaces;
     };
     const scene::SceneView scene = scene_view_of(view, world::Quality::simple);
-    const std::shared_ptr<const LensRays> rays = lenses_.of(view)->rays;
+    const std::shared_ptr<const LensRays> rays = lens_of(view)->rays;
     // Where it stands, what stands still shows the same pixels in every picture.
-    StaticLayer* layer = layer_of(view);
+    StaticLayer* layer = layer_of(view, scene);
     if (layer != nullptr && layer->number == 0) layer = nullptr;
     std::vector<frame::Silhouette> made(objects.size());
     std::vector<Unknown> unknown;

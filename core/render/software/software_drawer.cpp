@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/clock.h"
+#include "core/base/cpu_meter.h"
 #include "core/frame/tone.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/view_rows.h"
@@ -19,8 +19,8 @@ constexpr int max_side = 16384;
 /// Of what moves in one view; more are joined.
 constexpr std::size_t max_rects = 16;
 
-/// Never the same twice, whatever drawer asks.
-std::uint64_t next_mark() {
+/// Of a layer, or of what a frame holds: never the same twice, whatever drawer asks.
+std::uint64_t next_number() {
     static std::atomic<std::uint64_t> last = 0;
     return ++last;
 }
@@ -30,19 +30,6 @@ bool is_within_reach(double principal_point, int side) {
     return std::abs(principal_point) + std::max(std::abs(principal_point), std::abs(side - principal_point)) <=
            max_side;
 }
-
-/// Adds the CPU time of a piece of work.
-class CpuMeter {
-public:
-    explicit CpuMeter(std::atomic<TimeNs>& sum_ns) : sum_ns_(sum_ns), start_ns_(thread_cpu_ns()) {}
-    ~CpuMeter() { sum_ns_ += thread_cpu_ns() - start_ns_; }
-    CpuMeter(const CpuMeter&) = delete;
-    CpuMeter& operator=(const CpuMeter&) = delete;
-
-private:
-    std::atomic<TimeNs>& sum_ns_;
-    TimeNs start_ns_;
-};
 
 bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
     if (layer.number == 0 || (work.frame != nullptr && !layer.color)) return false;
@@ -64,10 +51,9 @@ void keep_only(std::span<const ObjectId> objects, std::vector<scene::SeenSurface
 SoftwareDrawer::SoftwareDrawer(const Options& options)
     : options_(options),
       team_(std::max(1, options.threads)),
-      models_(options.models.software != nullptr ? options.models : render::make_shared_models()),
-      scene_(models_.prepared),
-      layers_(options.static_layer_bytes),
-      lenses_(options.wide_lanes) {
+      caches_(options.caches.software != nullptr ? options.caches : make_shared_caches()),
+      scene_(caches_.prepared),
+      layers_(options.static_layer_bytes) {
     while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
 }
 
@@ -79,7 +65,7 @@ void SoftwareDrawer::begin_instant(const world::SnapshotRef& snapshot) {
     scene_.place(snapshot);
     find_primitives(scene_.movers(), mover_primitives_);
     if (scene_.statics_number() != statics_before) find_primitives(scene_.statics(), static_primitives_);
-    models_.software->evict_unused();
+    caches_.software->evict_unused();
 }
 
 void SoftwareDrawer::find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to) {
@@ -90,7 +76,7 @@ void SoftwareDrawer::find_primitives(const scene::PlacedSurfaces& placed, std::v
         if (surface.model != last) {
             last = surface.model;
             const world::ModelRef& source = surface.object->model;
-            model = &models_.software->of(
+            model = &caches_.software->of(
                 source, [&](const world::ModelRef& made) { return make_software_model(*made, *surface.model); });
         }
         to.push_back(&model->primitives[surface.primitive->number]);
@@ -116,17 +102,27 @@ bool SoftwareDrawer::is_plain(const View& view, frame::FrameKind kind) {
 bool SoftwareDrawer::can_draw(const View& view, frame::FrameKind kind) {
     if (!is_plain(view, kind)) return false;
     return view.spec->lens.model == camera::LensModel::pinhole ||
-           (scene_.has_only_triangles() && lenses_.of(view).has_value());
+           (scene_.has_only_triangles() && lens_of(view).has_value());
 }
 
 scene::SceneView SoftwareDrawer::scene_view_of(const View& view, world::Quality quality) {
     const world::CameraSpec& spec = *view.spec;
     return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                           spec.far_m, quality, options_.max_detail_error_px, lenses_.of(view)->view);
+                           spec.far_m, quality, options_.max_detail_error_px, lens_of(view)->view);
 }
 
-StaticLayer* SoftwareDrawer::layer_of(const View& view) {
-    return layers_.layer_of(view.camera, {view.spec_revision, view.pose, view.quality, scene_.statics_number()});
+StaticLayer* SoftwareDrawer::layer_of(const View& view, const scene::SceneView& scene) {
+    const StaticLayerKey key{view.spec_revision, view.pose, view.quality, seen_statics_.number_of(view, scene)};
+    if (!layers_.knows(view.camera)) take_handed(view, key);
+    return layers_.layer_of(view.camera, key);
+}
+
+void SoftwareDrawer::take_handed(const View& view, const StaticLayerKey& key) {
+    auto handed = caches_.layers->take(view.camera, this);
+    if (!handed || handed->statics.lock() != scene_.snapshot()->statics) return;
+    // Each drawer counts what it sees.
+    handed->kept.key.statics = key.statics;
+    if (handed->kept.key == key) layers_.put(view.camera, std::move(handed->kept));
 }
 
 KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
@@ -161,9 +157,9 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
-    work.rays = lenses_.of(view)->rays;
+    work.rays = lens_of(view)->rays;
     // Chosen objects are another picture than the one that is kept.
-    work.layer = view.only_objects.empty() ? layer_of(view) : nullptr;
+    work.layer = view.only_objects.empty() ? layer_of(view, work.scene) : nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
@@ -303,11 +299,12 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
 }
 
 void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
+    std::atomic<TimeNs> cost_ns = 0;
     for (ViewWork* const work : works) {
         work->shadows.clear();
         if (work->scene.quality != world::Quality::beautiful) continue;
         if (shadows_instant_ != instant_)
-            shadows_.update(scene_, {static_primitives_, mover_primitives_}, team_, options_.wide_lanes,
+            shadows_.update(scene_, {static_primitives_, mover_primitives_}, team_, cost_ns, options_.wide_lanes,
                             options_.max_detail_error_px > 0.0);
         shadows_instant_ = instant_;
         if (shadows_.empty()) continue;
@@ -315,6 +312,11 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         // Where shadows of movers fall is known of pixels that show one point, and of no lens.
         if (work->scene.lens != nullptr || has_areas(*work->view)) work->layer = nullptr;
     }
+    if (cost_ns == 0) return;
+    const auto is_beautiful = [](const ViewWork* work) { return work->scene.quality == world::Quality::beautiful; };
+    const TimeNs share_ns = cost_ns / std::ranges::count_if(works, is_beautiful);
+    for (ViewWork* const work : works)
+        if (is_beautiful(work)) work->cost_ns += share_ns;
 }
 
 void SoftwareDrawer::find_changes(ViewWork& work) {
@@ -394,7 +396,7 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
         layers_.charge(layer, bytes);
         if (is_new) {
             layers_.count_kept();
-            layer.number = ++layer_number_;
+            layer.number = next_number();
         }
     }
     if (is_new) layer.depth = Plane<float>(size);
@@ -453,7 +455,7 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
         shown.rects.clear();
         if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
         if (!work.is_in_parts || !is_as_drawn) return;
-        shown.mark = next_mark();
+        shown.mark = next_number();
         frame.mark_content(shown.mark);
     };
     for (const ChannelFrame& channel : work.channels)
@@ -465,12 +467,43 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
 }
 
 void SoftwareDrawer::forget(CameraId camera) {
+    caches_.lenses->forget(camera);
+    caches_.layers->forget(camera);
+    forget_here(camera);
+}
+
+void SoftwareDrawer::hand_over(CameraId camera) {
+    // What is shadowed is geometry, which belongs to the scene that it was placed in.
+    if (auto kept = layers_.take(camera);
+        kept && kept->layer.shadowed == nullptr && seen_statics_.is_of(camera, scene_))
+        caches_.layers->put(camera, this, {std::move(*kept), scene_.snapshot()->statics}, options_.static_layer_bytes);
+    forget_here(camera);
+}
+
+void SoftwareDrawer::forget_here(CameraId camera) {
     histories_.erase(camera);
     asked_.erase(camera);
-    lenses_.forget(camera);
+    seen_statics_.forget(camera);
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};
+    options_.pool->release_idle();
+}
+
+void SoftwareDrawer::clear() {
+    works_.clear();
+    in_work_.clear();
+    unmade_.clear();
+    for (ViewScratch& scratch : scratch_) scratch = {};
+    histories_.clear();
+    asked_.clear();
+    seen_statics_.clear();
+    layers_.clear();
+    shadows_ = {};
+    shadows_instant_ = 0;
+    static_primitives_.clear();
+    mover_primitives_.clear();
+    scene_.clear();
     options_.pool->release_idle();
 }
 

@@ -9,6 +9,9 @@
 #include "core/frame/frame_pool.h"
 #include "core/render/layer_table.h"
 #include "core/render/renderer.h"
+#include "core/render/scene/seen_statics.h"
+#include "core/render/shared_caches.h"
+#include "core/render/software/handed_layers.h"
 #include "core/render/software/lens_views.h"
 #include "core/render/software/software_shadows.h"
 #include "core/render/software/thread_team.h"
@@ -29,7 +32,7 @@ class SoftwareDrawer {
 public:
     struct Options {
         std::shared_ptr<frame::FramePool> pool;
-        SharedModels models{};  ///< empty: its own
+        SharedCaches caches{};  ///< empty: its own
         std::int64_t static_layer_bytes = 0;
         double max_detail_error_px = 0.0;
         int threads = 1;
@@ -41,9 +44,11 @@ public:
     /// Whether such a picture of the view can be drawn here.
     static bool is_plain(const View& view, frame::FrameKind kind = frame::FrameKind::color);
     /// Whether pixels of its colour picture show the areas of surfaces, if it is drawn here; else what is at their
-    /// middles.
+    /// centres.
     static bool has_areas(const View& view);
     const world::SnapshotRef& snapshot() const { return scene_.snapshot(); }
+    /// Of the present instant; points and lines are not drawn through a lens.
+    bool has_only_triangles() const { return scene_.has_only_triangles(); }
     /// Whether such a picture of a view of the present instant can be drawn here.
     bool can_draw(const View& view, frame::FrameKind kind = frame::FrameKind::color);
     /// Appends the frames of the views that are wanted and can be drawn here, in the order of views and kinds.
@@ -53,6 +58,10 @@ public:
     /// CPU time that each view of the last draw() took by itself.
     std::span<const TimeNs> cost_ns() const { return cost_ns_; }
     void forget(CameraId camera);
+    /// Another drawer with the same SharedCaches draws the camera from now on: its layer is left for that one.
+    void hand_over(CameraId camera);
+    /// Memory ran out on the way: nothing is kept, of any camera, nor placed.
+    void clear();
     RenderCounters counters() const;
 
 private:
@@ -61,6 +70,8 @@ private:
         const scene::PlacedSurface* surface = nullptr;
         scene::LevelSet levels = 0;
     };
+    Result<ViewLens> lens_of(const View& view) { return caches_.lenses->of(view, options_.wide_lanes); }
+    void forget_here(CameraId camera);
     void find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
@@ -69,7 +80,8 @@ private:
     /// Notes what is asked for, and says what is to be drawn for it.
     KindSet kinds_to_draw(const View& view, ViewWork& work);
     scene::SceneView scene_view_of(const View& view, world::Quality quality);
-    StaticLayer* layer_of(const View& view);
+    StaticLayer* layer_of(const View& view, const scene::SceneView& scene);
+    void take_handed(const View& view, const StaticLayerKey& key);
     void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
     /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
     /// holds, which may be earlier pictures of the camera.
@@ -77,7 +89,7 @@ private:
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Those that were asked for; what was drawn beside them is kept.
     static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);
-    /// The shadow maps of this instant, made with the first view that looks at them.
+    /// The shadow maps of this instant, made with the first views that look at them, at their cost.
     void make_shadows(std::span<ViewWork* const> works);
     /// Room to keep what does not move; the view goes on without a layer where there is none.
     void make_layer(ViewWork& work, bool has_blended);
@@ -92,16 +104,15 @@ private:
 
     Options options_;
     ThreadTeam team_;
-    SharedModels models_;
+    SharedCaches caches_;
     scene::PlacedScene scene_;
     std::vector<const SoftwarePrimitive*> static_primitives_, mover_primitives_;  ///< of what is placed
-    std::uint64_t layer_number_ = 0;
+    scene::SeenStatics seen_statics_;
     LayerTable<StaticLayer> layers_;
-    std::mutex layers_mutex_;  ///< of layers_ and layer_number_ while views are drawn
+    std::mutex layers_mutex_;  ///< of layers_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
     std::uint64_t instant_ = 0;
     std::map<CameraId, AskedPictures> asked_;
-    LensViews lenses_;
     SoftwareShadows shadows_;
     std::uint64_t shadows_instant_ = 0;  ///< for which they are made
     std::deque<ViewWork> works_;

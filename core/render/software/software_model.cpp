@@ -71,12 +71,3 @@ SoftwareModel make_software_model(const world::Model& model, const scene::Prepar
 }
 
 }  // namespace camrig::render::software
-
-namespace camrig::render {
-
-SharedModels make_shared_models() {
-    return {.prepared = std::make_shared<scene::PreparedModels>(),
-            .software = std::make_shared<scene::ModelCache<software::SoftwareModel>>()};
-}
-
-}  // namespace camrig::render

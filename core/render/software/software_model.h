@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/render/scene/prepared_model.h"
-#include "core/render/shared_models.h"
+#include "core/render/shared_caches.h"
 #include "core/render/software/mesh_neighbors.h"
 #include "core/render/software/texture.h"
 

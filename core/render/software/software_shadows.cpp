@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/cpu_meter.h"
 #include "core/render/scene/shadow_casters.h"
 #include "core/render/software/depth_map.h"
 #include "core/render/software/rows.h"
@@ -118,8 +119,14 @@ void SoftwareShadows::mark_movers(Map& map) const {
     }
 }
 
-void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
-                             bool has_detail_levels) {
+void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team,
+                             std::atomic<TimeNs>& cpu_ns, bool wide_lanes, bool has_detail_levels) {
+    const auto run = [&](std::size_t count, const auto& work) {
+        team.run(count, [&](int, std::size_t i) {
+            const CpuMeter meter(cpu_ns);
+            work(i);
+        });
+    };
     bool is_new = false;
     if (scene.statics_number() != statics_number_) {
         std::vector<ShadowView> before;
@@ -135,7 +142,7 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
 
     const auto bands = static_cast<std::size_t>(team.size());
     const auto draw = [&](const auto& layer) {
-        team.run(maps_.size() * bands, [&](int, std::size_t i) {
+        run(maps_.size() * bands, [&](std::size_t i) {
             const Map& map = maps_[i / bands];
             const auto row = [&](std::size_t band) {
                 return all_texels.y0 + static_cast<int>(band * shadow_map_side / bands);
@@ -145,7 +152,7 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
         });
     };
     if (is_new) {
-        team.run(maps_.size(), [&](int, std::size_t i) {
+        run(maps_.size(), [&](std::size_t i) {
             std::fill_n(maps_[i].texels, shadow_texels_of_map, empty_texel);
             add_casters(maps_[i], scene, primitives, true, 0.0, wide_lanes);
         });
@@ -154,7 +161,7 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
     }
     const auto error_of = [&](const Map& map) { return has_detail_levels ? 0.5 * map.view.texel_m : 0.0; };
     const std::span<const scene::PlacedSurface> movers = scene.movers().all();
-    team.run(movers.size(), [&](int, std::size_t i) {
+    run(movers.size(), [&](std::size_t i) {
         const scene::PlacedSurface& surface = movers[i];
         if (surface.deformation < 0 || !casts_shadow(surface)) return;
         scene::LevelSet levels = 0;
@@ -165,7 +172,7 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
         }
         if (levels != 0) scene.movers().deform(surface, levels);
     });
-    team.run(maps_.size(), [&](int, std::size_t i) {
+    run(maps_.size(), [&](std::size_t i) {
         mark_movers(maps_[i]);
         add_casters(maps_[i], scene, primitives, false, error_of(maps_[i]), wide_lanes);
     });

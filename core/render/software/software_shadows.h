@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <memory>
 #include <span>
@@ -22,10 +23,10 @@ public:
         std::span<const SoftwarePrimitive* const> statics, movers;
     };
 
-    /// Draws what has changed; made when a picture with shadows is drawn. has_detail_levels: movers far from having
-    /// texels of their own may be coarser.
-    void update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, bool wide_lanes,
-                bool has_detail_levels);
+    /// Draws what has changed; made when a picture with shadows is drawn. cpu_ns: the time of all threads is added.
+    /// has_detail_levels: movers far from having texels of their own may be coarser.
+    void update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team, std::atomic<TimeNs>& cpu_ns,
+                bool wide_lanes, bool has_detail_levels);
 
     bool empty() const { return maps_.empty(); }
     /// As a view of the scene looks them up, until the next update.

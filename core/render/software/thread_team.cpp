@@ -1,5 +1,7 @@
 #include "core/render/software/thread_team.h"
 
+#include <utility>
+
 #include <pthread.h>
 
 #include "core/base/result.h"
@@ -36,6 +38,7 @@ void ThreadTeam::run(std::size_t count, Job job) {
     work(0, lock);
     done_.wait(lock, [this] { return busy_ == 0; });
     count_ = next_ = 0;
+    if (thrown_ != nullptr) std::rethrow_exception(std::exchange(thrown_, nullptr));
 }
 
 void ThreadTeam::serve(int worker) {
@@ -53,8 +56,16 @@ void ThreadTeam::work(int worker, std::unique_lock<std::mutex>& lock) {
         const std::size_t index = next_++;
         const Job job = job_;
         lock.unlock();
-        job.call(job.context, worker, index);
+        std::exception_ptr thrown;
+        try {
+            job.call(job.context, worker, index);
+        } catch (...) {
+            thrown = std::current_exception();
+        }
         lock.lock();
+        if (thrown == nullptr) continue;
+        next_ = count_;
+        if (thrown_ == nullptr) thrown_ = std::move(thrown);
     }
     if (--busy_ == 0) done_.notify_one();
 }

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -20,7 +21,8 @@ public:
     int size() const { return static_cast<int>(threads_.size()) + 1; }
 
     /// work(worker, index) once for each index below count, from any worker 0 <= worker < size(); returns when all is
-    /// done. One thread at a time may ask. `work` must not throw.
+    /// done. One thread at a time may ask. What `work` throws first comes out here, when nobody works any more; what
+    /// was not begun by then is left.
     template <typename Work>
     void run(std::size_t count, const Work& work) {
         run(count, {[](const void* context, int worker, std::size_t index) {
@@ -44,6 +46,7 @@ private:
     Job job_;
     std::size_t next_ = 0, count_ = 0;
     int busy_ = 0;
+    std::exception_ptr thrown_;  ///< of this run, first
     bool stops_ = false;
     std::vector<std::thread> threads_;
 };

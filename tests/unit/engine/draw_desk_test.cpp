@@ -1,12 +1,15 @@
 #include "core/engine/draw_desk.h"
 
 #include <map>
+#include <new>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/base/clock.h"
+#include "core/camera/lens_map.h"
 #include "core/render/null_renderer.h"
+#include "core/render/software/cpu_renderer.h"
 
 namespace camrig::engine::draw_desk_test {
 namespace {
@@ -14,25 +17,77 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// A lane that draws when the test says so, on its thread; beautiful pictures are not plain.
+/// What every renderer of these tests is, by another one.
+class Wrapped : public render::Renderer {
+public:
+    explicit Wrapped(std::unique_ptr<render::Renderer> inner) : inner_(std::move(inner)) {}
+
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const render::View> views) override {
+        return inner_->draw(snapshot, monotonic_ns, views);
+    }
+    bool is_plain(const render::View& view) const override { return inner_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return inner_->expected_cost_ns(view); }
+    void forget(CameraId camera) override { inner_->forget(camera); }
+    void hand_over(CameraId camera) override { inner_->hand_over(camera); }
+    render::RenderCounters counters() const override { return inner_->counters(); }
+    std::string description() const override { return inner_->description(); }
+
+private:
+    std::unique_ptr<render::Renderer> inner_;
+};
+
+/// Beautiful pictures are not plain, as with the renderers of CPUs.
+class Quick final : public Wrapped {
+public:
+    using Wrapped::Wrapped;
+    bool is_plain(const render::View& view) const override { return view.quality != world::Quality::beautiful; }
+};
+
+/// A picture drawn in full costs 50 ms, one of which a layer is kept and a small one 2 ms.
+class Priced final : public Wrapped {
+public:
+    using Wrapped::Wrapped;
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const render::View> views) override {
+        const std::uint64_t before = counters().views_in_parts;
+        auto finished = Wrapped::draw(snapshot, monotonic_ns, views);
+        const bool is_in_full = counters().views_in_parts == before;
+        for (std::size_t i = 0; i < views.size(); ++i)
+            finished->cost_ns[i] = (is_in_full && views[i].spec->size.width > 16 ? 50 : 2) * ns_per_ms;
+        return finished;
+    }
+};
+
+/// Draws nothing: there is no memory.
+class Exhausted final : public Wrapped {
+public:
+    using Wrapped::Wrapped;
+    Result<Finished> draw(const world::SnapshotRef&, TimeNs, std::span<const render::View>) override {
+        throw std::bad_alloc();
+    }
+};
+
+/// A lane that draws when the test says so, on its thread.
 class HeldLane final : public DrawLane {
 public:
-    HeldLane(const std::shared_ptr<frame::FramePool>& pool, std::shared_ptr<DrawnTasks> drawn)
-        : renderer_(pool), drawn_(std::move(drawn)) {}
+    HeldLane(std::unique_ptr<render::Renderer> renderer, std::shared_ptr<DrawnTasks> drawn)
+        : renderer_(std::move(renderer)), drawn_(std::move(drawn)) {}
 
     void post(DrawTask task) override { tasks_.push_back(std::move(task)); }
-    render::RenderCounters counters() const override { return {}; }
+    render::RenderCounters counters() const override { return renderer_->counters(); }
     bool makes(frame::PixelFormat format, const render::View&) const override {
         return format == frame::PixelFormat::rgba8;
     }
-    bool is_plain(const render::View& view) const override { return view.quality != world::Quality::beautiful; }
+    bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return renderer_->expected_cost_ns(view); }
     bool wants_second() const override { return true; }
     const std::string& description() const override { return description_; }
 
     /// Draws all that was posted.
     void draw() {
         for (DrawTask& task : tasks_) {
-            task.draw(renderer_);
+            task.draw(*renderer_);
             drawn_->put(std::move(task.done));
         }
         tasks_.clear();
@@ -40,7 +95,7 @@ public:
     std::size_t tasks() const { return tasks_.size(); }
 
 private:
-    render::NullRenderer renderer_;
+    std::unique_ptr<render::Renderer> renderer_;
     std::shared_ptr<DrawnTasks> drawn_;
     std::string description_ = "held";
     std::vector<DrawTask> tasks_;
@@ -48,10 +103,13 @@ private:
 
 class DrawDeskTest : public testing::Test {
 protected:
+    virtual std::unique_ptr<render::Renderer> make_renderer() {
+        return std::make_unique<Quick>(std::make_unique<render::NullRenderer>(pool));
+    }
     void SetUp() override {
         std::vector<std::unique_ptr<DrawLane>> lanes;
         for (HeldLane*& lane : lane_) {
-            auto made = std::make_unique<HeldLane>(pool, finished);
+            auto made = std::make_unique<HeldLane>(make_renderer(), finished);
             lane = made.get();
             lanes.push_back(std::move(made));
         }
@@ -61,6 +119,7 @@ protected:
                                     [this](DrawnViews& views) {
                                         for (const render::View& view : views.due.views)
                                             drawn.emplace_back(*view.name, view.sequence);
+                                        for (const auto& failure : views.failures) failed.push_back(failure.error.kind);
                                     },
                                 .dropped = [this](const DueViews&, const render::View& view,
                                                   stream::DropReason why) { dropped.emplace_back(*view.name, why); },
@@ -71,9 +130,11 @@ protected:
                                 }});
     }
     render::View view(std::uint32_t camera, world::Quality quality = world::Quality::simple,
-                      const std::string& group = {}) {
+                      const std::string& group = {}, ImageSize size = {16, 16}, const camera::Lens& lens = {}) {
         auto spec = std::make_shared<world::CameraSpec>();
-        spec->size = {16, 16};
+        spec->size = size;
+        spec->lens = lens;
+        spec->intrinsics = {0.5 * size.width, 0.5 * size.width, 0.5 * (size.width - 1), 0.5 * (size.height - 1)};
         spec->group = group;
         render::View made;
         made.camera = CameraId(camera);
@@ -87,7 +148,7 @@ protected:
     void fall_due(std::vector<render::View> views) {
         auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->world_ns = instant++;
-        snapshot->statics = std::make_shared<world::StaticSet>();
+        snapshot->statics = statics;
         desk->add({std::move(snapshot), monotonic_now_ns(), std::move(views), true});
         desk->dispatch(monotonic_now_ns());
     }
@@ -99,9 +160,11 @@ protected:
     using Drawn = std::pair<std::string, std::int64_t>;
     std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
     std::shared_ptr<DrawnTasks> finished = std::make_shared<DrawnTasks>(max_draw_tasks);
+    std::shared_ptr<const world::StaticSet> statics = std::make_shared<world::StaticSet>();
     std::array<HeldLane*, 2> lane_{};
     std::vector<Drawn> drawn;
     std::vector<std::pair<std::string, stream::DropReason>> dropped;
+    std::vector<ErrorKind> failed;
     int requests = 0, answered = 0;
     std::int64_t instant = 0;
     std::unique_ptr<DrawDesk> desk;
@@ -211,6 +274,66 @@ TEST_F(DrawDeskTest, ACameraThatGoesInTheMiddleLeavesNothingAtWork) {
     EXPECT_TRUE(desk->is_idle());
     EXPECT_THAT(dropped, IsEmpty());
     EXPECT_EQ(drawn.size(), 4U) << "what was being drawn is heard of";
+}
+class ExhaustedDrawDeskTest : public DrawDeskTest {
+protected:
+    std::unique_ptr<render::Renderer> make_renderer() override {
+        return std::make_unique<Exhausted>(std::make_unique<render::NullRenderer>(pool));
+    }
+};
+
+TEST_F(ExhaustedDrawDeskTest, MemoryThatRunsOutIsAnErrorOfEachPictureAndNotTheEnd) {
+    fall_due({view(1), view(2)});
+    lane_[0]->draw();
+    take_finished();
+    EXPECT_THAT(failed, ElementsAre(ErrorKind::resource_exhausted, ErrorKind::resource_exhausted));
+    EXPECT_TRUE(desk->is_idle());
+}
+
+/// With the renderer of a machine without a GPU.
+class CpuDrawDeskTest : public DrawDeskTest {
+protected:
+    std::unique_ptr<render::Renderer> make_renderer() override {
+        render::software::SoftwareDrawer::Options options{
+            .pool = pool, .caches = caches, .static_layer_bytes = 1 << 28};
+        return std::make_unique<Priced>(std::make_unique<render::software::CpuRenderer>(
+            options, [] { return error(ErrorKind::unsupported, "nothing here is drawn elsewhere"); }));
+    }
+    render::SharedCaches caches = render::make_shared_caches();
+};
+
+TEST_F(CpuDrawDeskTest, WhatIsDearIsNeverDrawnBeforeWhoRunsAlready) {
+    const camera::Lens barrel =
+        camera::make_lens(camera::LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
+    for (int i = 0; i < 5; ++i) {
+        fall_due({view(1), view(2, world::Quality::beautiful), view(3, world::Quality::simple, {}, {1920, 1080}),
+                  view(4, world::Quality::simple, {}, {640, 480}, barrel)});
+        lane_[0]->draw();
+        take_finished();
+    }
+    EXPECT_EQ(drawn.size(), 5U);
+    for (const auto& [name, sequence] : drawn) EXPECT_EQ(name, "c1");
+}
+
+TEST_F(CpuDrawDeskTest, WhoTurnsOutToBeCheapComesToTheQuickOnesWithItsLayer) {
+    const auto due = [&] { fall_due({view(3, world::Quality::simple, {}, {640, 480})}); };
+    for (int i = 0; i < 3; ++i) {
+        due();
+        EXPECT_EQ(lane_[0]->tasks(), 0U) << "picture " << i;
+        for (HeldLane* lane : lane_) lane->draw();
+        take_finished();
+    }
+    for (HeldLane* lane : lane_) lane->draw();
+    for (int i = 0; i < 6; ++i) {
+        due();
+        EXPECT_EQ(lane_[0]->tasks(), 1U);
+        for (HeldLane* lane : lane_) lane->draw();
+        take_finished();
+    }
+    EXPECT_EQ(lane_[0]->counters().views_in_parts, 6U);
+    EXPECT_EQ(lane_[0]->counters().layers_drawn, 0U) << "drawn in the other lane";
+    EXPECT_EQ(lane_[1]->counters().layer_bytes, 0);
+    EXPECT_GT(lane_[0]->counters().layer_bytes, 0);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ public:
         return renderer_->makes(format, view);
     }
     bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return renderer_->expected_cost_ns(view); }
     bool wants_second() const override { return renderer_->is_on_cpu(); }
     const std::string& description() const override { return description_; }
 

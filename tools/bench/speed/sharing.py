@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import threading
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import camrig
 
@@ -19,7 +21,7 @@ WARM_UP_S = 3.0
 
 
 def sharing(plan: Plan) -> str:
-    rows = [_corner(plan, beside=False), _corner(plan, beside=True), *_twelve(plan), _requests(plan)]
+    rows = [_corner(plan, beside=False), _corner(plan, beside=True), *_twelve(plan), _newcomers(plan), _requests(plan)]
     return ("## What one camera or client costs the others\n\nEach with one MJPEG reader a camera, in real time. Frames lost are those that the camera's rate gives in that time and its reader "
             "never got. Latency is from the instant to the reader.\n\n" + table(["what", "wanted", "frames/s", "lost", "latency p50 / p99 ms", "reached"], rows))
 
@@ -74,6 +76,29 @@ def _twelve(plan: Plan) -> list[list[object]]:
         streams, seconds = _watch(rig, plain + dear, seconds)
     return [_row(f"hall, 12 cameras 640x480 at 25/s, three of them `beautiful`: the {len(group)} {kind}", wanted, [streams[name] for name in group], 25 * len(group) * seconds, seconds, reached)
             for kind, group, wanted, reached in (("others", plain, "at most 2 % lost", lambda lost, _: lost <= 0.02), ("dear ones", dear, "", lambda *_: True))]
+
+
+def _newcomers(plan: Plan) -> list[object]:
+    """Every two seconds a dear camera comes, is read for as long, and goes: each time its first pictures, shadow maps and lenses are made."""
+    seconds = plan.seconds / 2
+    kinds: list[dict[str, Any]] = [{"size": (1920, 1080)}, {"size": HD, "lens": {"model": "plumb_bob", "coefficients": [-0.25, 0.05, 0.001, -0.001, 0.0]}}, {"size": VGA, "quality": "beautiful"}]
+    with _rig("hall") as rig:
+        place = sorted(rig.call("world.status")["places"])[0]
+        rig.create_camera("running", place=place, size=VGA, fps=25)
+
+        def meanwhile(duration: float) -> None:
+            end = time.monotonic() + duration
+            for n in itertools.count():
+                newcomer = rig.create_camera(f"newcomer{n}", place=place, fps=25, **kinds[n % len(kinds)])
+                with MjpegReaders(rig.call("server.info")["http"], [newcomer.name]):
+                    time.sleep(2.0)
+                newcomer.delete()
+                if time.monotonic() >= end:
+                    break
+
+        streams, seconds = _watch(rig, ["running"], seconds, meanwhile)
+    what = "hall, one camera 640x480 at 25/s while others come and go, each for 2 s: 1920x1080, 1280x720 through a lens, 640x480 `beautiful`"
+    return _row(what, "at most 2 % lost, p99 below 80 ms", [streams["running"]], 25 * seconds, seconds, lambda lost, p99: lost <= 0.02 and p99 < 80)
 
 
 def _requests(plan: Plan) -> list[object]:

@@ -1,6 +1,7 @@
 #include "core/render/software/thread_team.h"
 
 #include <atomic>
+#include <new>
 
 #include <gtest/gtest.h>
 
@@ -58,6 +59,26 @@ TEST(ThreadTeam, AWorkerDoesOneThingAtATime) {
         });
     }
     EXPECT_EQ(clashes, 0);
+}
+
+TEST(ThreadTeam, AJobThatThrowsReachesTheCallerWhenNobodyWorksAnyMore) {
+    for (const int threads : {1, 2, 4}) {
+        ThreadTeam team(threads);
+        for (int n = 0; n < 200; ++n) {
+            std::atomic<int> busy = 0;
+            const auto work = [&](int, std::size_t i) {
+                ++busy;
+                const bool throws = i % 3 == 1;
+                --busy;
+                if (throws) throw std::bad_alloc();
+            };
+            EXPECT_THROW(team.run(16, work), std::bad_alloc);
+            EXPECT_EQ(busy, 0);
+            Tally tally(16);
+            tally.run(team);
+            for (const auto& done : tally.done) EXPECT_EQ(done, 1) << "in the next run";
+        }
+    }
 }
 
 TEST(ThreadTeam, StopsWithoutHavingWorked) {
