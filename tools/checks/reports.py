@@ -25,7 +25,7 @@ PAGES = {
     "getting-started.md": "first_steps",
     "mutations.md": "mutations",
     "quality.md": "pictures cost",
-    "speed.md": "targets cameras sizes outputs load overload limits kernels peers soak",
+    "speed.md": "targets cameras sizes outputs load overload sharing limits kernels peers soak",
     "streams.md": "opening latency h264 clients",
     "truth.md": "cost",
 }
