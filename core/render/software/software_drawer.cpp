@@ -60,7 +60,7 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
 void SoftwareDrawer::begin_instant(const world::SnapshotRef& snapshot) {
     layers_.next_instant();
     ++instant_;
-    for (auto& [camera, asked] : asked_) asked.frames = {};
+    asked_.next_instant();
     const std::uint64_t statics_before = scene_.statics_number();
     scene_.place(snapshot);
     find_primitives(scene_.movers(), mover_primitives_);
@@ -126,31 +126,10 @@ void SoftwareDrawer::take_handed(const View& view, const StaticLayerKey& key) {
 }
 
 KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
+    const auto can = [&](frame::FrameKind kind) { return can_draw(view, kind); };
     KindSet wanted;
-    for (std::size_t k = 0; k < wanted.size(); ++k)
-        wanted[k] = view.kinds[k] && can_draw(view, static_cast<frame::FrameKind>(k));
-    work.asked = nullptr;
-    if (!view.only_objects.empty()) return wanted;
-    AskedPictures& asked = asked_[view.camera];
-    if (asked.instant != instant_) asked.before = std::exchange(asked.now, {});
-    if (asked.instant != instant_ || asked.spec_revision != view.spec_revision || asked.pose != view.pose ||
-        asked.quality != view.quality || asked.sequence != view.sequence) {
-        asked.instant = instant_;
-        asked.spec_revision = view.spec_revision;
-        asked.pose = view.pose;
-        asked.quality = view.quality;
-        asked.sequence = view.sequence;
-        asked.frames = {};
-    }
-    asked.now |= wanted;
-    KindSet missing = wanted;
-    for (std::size_t k = 0; k < missing.size(); ++k) missing[k] = missing[k] && asked.frames[k] == nullptr;
-    if ((asked.now | asked.before).count() > 1) work.asked = &asked;
-    if (missing.none() || work.asked == nullptr) return missing;
-    for (std::size_t k = 0; k < missing.size(); ++k)
-        missing[k] = missing[k] || (asked.before[k] && asked.frames[k] == nullptr &&
-                                    can_draw(view, static_cast<frame::FrameKind>(k)));
-    return missing;
+    for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = view.kinds[k] && can(static_cast<frame::FrameKind>(k));
+    return asked_.to_draw(view, wanted, can, work.asked);
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
@@ -482,7 +461,7 @@ void SoftwareDrawer::hand_over(CameraId camera) {
 
 void SoftwareDrawer::forget_here(CameraId camera) {
     histories_.erase(camera);
-    asked_.erase(camera);
+    asked_.forget(camera);
     seen_statics_.forget(camera);
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.

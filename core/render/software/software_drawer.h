@@ -112,7 +112,7 @@ private:
     std::mutex layers_mutex_;  ///< of layers_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
     std::uint64_t instant_ = 0;
-    std::map<CameraId, AskedPictures> asked_;
+    AskedPictures asked_;
     SoftwareShadows shadows_;
     std::uint64_t shadows_instant_ = 0;  ///< for which they are made
     std::deque<ViewWork> works_;

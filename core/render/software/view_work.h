@@ -2,7 +2,6 @@
 
 #include <array>
 #include <atomic>
-#include <bitset>
 #include <map>
 #include <memory>
 #include <span>
@@ -11,6 +10,7 @@
 #include "core/render/renderer.h"
 #include "core/render/shown_picture.h"
 #include "core/render/software/area_work.h"
+#include "core/render/software/asked_pictures.h"
 #include "core/render/software/rasterizer.h"
 #include "core/render/software/shadowed_statics.h"
 
@@ -47,21 +47,6 @@ struct FrameHistory {
     ShownPicture picture;  ///< of colour
 };
 
-/// Some FrameKinds, by number.
-using KindSet = std::bitset<frame::frame_kind_count>;
-
-/// What was asked for of a camera in one instant, call after call. Who took several kinds of the last picture will take
-/// them of this one: they are drawn with the first of them, and kept until the next instant.
-struct AskedPictures {
-    std::uint64_t instant = 0;
-    std::uint64_t spec_revision = 0;  ///< this, pose, quality and sequence: of what `frames` show
-    camera::Pose pose;
-    world::Quality quality = world::Quality::simple;
-    std::int64_t sequence = -1;
-    KindSet before, now;
-    std::array<frame::FrameRef, frame::frame_kind_count> frames;
-};
-
 /// A picture of a view that is no colour (channels.h).
 struct ChannelFrame {
     std::shared_ptr<frame::Frame> frame;  ///< null: not wanted
@@ -70,8 +55,8 @@ struct ChannelFrame {
 
 struct ViewWork {
     const View* view = nullptr;
-    KindSet kinds;                   ///< that are drawn
-    AskedPictures* asked = nullptr;  ///< null: what is drawn is not kept
+    KindSet kinds;                             ///< that are drawn
+    AskedPictures::OfCamera* asked = nullptr;  ///< null: what is drawn is not kept
     scene::SceneView scene;
     std::shared_ptr<const LensRays> rays;  ///< of the scene's lens
     StaticLayer* layer = nullptr;
