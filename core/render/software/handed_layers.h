@@ -23,24 +23,31 @@ public:
     /// What waits takes at most max_bytes: what is beyond is not kept. `giver` does not take it back.
     void put(CameraId camera, const void* giver, Handed handed, std::int64_t max_bytes) {
         const std::lock_guard lock(mutex_);
+        remove(waiting_.find(camera));
         if (bytes_ + handed.kept.bytes > max_bytes) return;
         bytes_ += handed.kept.bytes;
-        waiting_.insert_or_assign(camera, std::pair(giver, std::move(handed)));
+        waiting_.emplace(camera, std::pair(giver, std::move(handed)));
     }
     std::optional<Handed> take(CameraId camera, const void* taker) {
         const std::lock_guard lock(mutex_);
         const auto found = waiting_.find(camera);
         if (found == waiting_.end() || found->second.first == taker) return std::nullopt;
         std::optional<Handed> handed = std::move(found->second.second);
-        bytes_ -= handed->kept.bytes;
-        waiting_.erase(found);
+        remove(found);
         return handed;
     }
     void forget(CameraId camera) { std::ignore = take(camera, nullptr); }
 
 private:
+    using Waiting = std::map<CameraId, std::pair<const void*, Handed>>;
+    void remove(Waiting::iterator one) {
+        if (one == waiting_.end()) return;
+        bytes_ -= one->second.second.kept.bytes;
+        waiting_.erase(one);
+    }
+
     std::mutex mutex_;
-    std::map<CameraId, std::pair<const void*, Handed>> waiting_;
+    Waiting waiting_;
     std::int64_t bytes_ = 0;
 };
 
