@@ -44,7 +44,9 @@ void DeviceOutputs::camera_removed(const stream::CameraStream& camera) {
 }
 
 void DeviceOutputs::camera_adjusted(const stream::CameraStream& camera) {
-    controls_->refresh(camera.name);
+    // Nobody asks for controls of a camera without a device; one that gets its first is adjusted too.
+    if (std::ranges::find(camera.outputs, "device", &OutputSpec::kind) != camera.outputs.end())
+        controls_->refresh(camera.name);
     open_devices();
 }
 
