@@ -21,9 +21,9 @@ def test_drops_of_frames_that_came_are_not_hidden():
 
 
 def test_gaps_are_of_the_frames_between_two_moments_and_not_of_those_before_and_after():
-    stream = Stream("c", sequences=[7, 11, 12, 15, 19, 22])
-    stream.count_gaps(after=10, until=20)
-    assert stream.gaps == 6
+    stream = Stream("c", pictures=6, sequences=[7, 11, 12, 15, 19, 22], latencies_ms=[1, 2, 3, 4, 5])
+    stream.close_books(after=10, until=20)
+    assert (stream.gaps, stream.pictures, stream.latencies_ms) == (6, 4, [1, 2, 3, 4])
 
 
 def test_the_share_of_dropped_frames_is_of_those_due_by_the_clock():

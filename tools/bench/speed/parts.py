@@ -90,7 +90,7 @@ def overload(plan: Plan) -> str:
                     answers.append(1e3 * (time.perf_counter() - asked))
                     time.sleep(0.05)
                 reading, world_s = meter.read(), (rig.call("world.status")["world_ns"] - begin_ns) / 1e9
-                readers.count_gaps(meter.sequences, reading.sequences)
+                readers.close_books(meter.sequences, reading.sequences)
                 streams = readers.close()
         counts = [s.pictures for s in streams]
         latencies = [ms for s in streams for ms in s.latencies_ms]

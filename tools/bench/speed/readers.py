@@ -20,14 +20,19 @@ class Stream:
     camera: str
     pictures: int = 0
     bytes: int = 0
-    gaps: int = 0  # frames of count_gaps() that never came
+    gaps: int = 0  # frames of close_books() that never came
     latencies_ms: list[float] = field(default_factory=list)
     sequences: list[int] = field(default_factory=list)
     last_sequence: int | None = None
+    until: int | None = None  # later frames are not counted any more
 
-    def count_gaps(self, after: int, until: int) -> None:
-        """Of the frames with these numbers, the first excluded and the last included."""
-        self.gaps = until - after - sum(after < sequence <= until for sequence in self.sequences)
+    def close_books(self, after: int, until: int) -> None:
+        """Of the frames with these numbers, the first excluded and the last included: what came of them, and what did not."""
+        self.until = until
+        without_latency = len(self.sequences) - len(self.latencies_ms)
+        self.latencies_ms = [ms for sequence, ms in zip(self.sequences[without_latency:], self.latencies_ms) if after < sequence <= until]
+        self.pictures = sum(after < sequence <= until for sequence in self.sequences)
+        self.gaps = until - after - self.pictures
 
 
 class _Reader:
@@ -79,6 +84,9 @@ class _Reader:
         stream = self.stream
         if stream.last_sequence is not None and sequence <= stream.last_sequence:
             return  # a repeat: keeps clients alive while nothing new comes
+        if stream.until is not None and sequence > stream.until:
+            stream.last_sequence = sequence
+            return
         if stream.last_sequence is not None:
             # The first picture is as old as it is; those after it are on time or late.
             stream.latencies_ms.append((time.monotonic_ns() - monotonic_ns) / 1e6)
@@ -119,14 +127,15 @@ class MjpegReaders:
             stream.pictures = stream.bytes = stream.gaps = 0
             stream.latencies_ms = []
             stream.sequences = []
+            stream.until = None
 
-    def count_gaps(self, after: dict[str, int], until: dict[str, int]) -> None:
+    def close_books(self, after: dict[str, int], until: dict[str, int]) -> None:
         """Between two moments of the rig's books, by the numbers of the last frames then; waits for what is on its way."""
         deadline = time.monotonic() + ON_ITS_WAY_S
         while any((s.last_sequence or 0) < until[s.camera] for s in self.streams) and time.monotonic() < deadline:
             time.sleep(0.01)
         for stream in self.streams:
-            stream.count_gaps(after[stream.camera], until[stream.camera])
+            stream.close_books(after[stream.camera], until[stream.camera])
 
     def close(self) -> list[Stream]:
         self._stop = True

@@ -91,7 +91,7 @@ def realtime(cameras: int, size: tuple[int, int], fps: float, seconds: float, *,
             time.sleep(seconds)
             reading = meter.read()
             if readers:
-                streams.count_gaps(meter.sequences, reading.sequences)
+                streams.close_books(meter.sequences, reading.sequences)
             return Realtime(reading, streams.close(), fps, reading.stages.get("wakeup", {}))
 
 
