@@ -72,6 +72,7 @@ class RtspReader:
             head += self.take(1)
         status, *fields = head.decode().split("\r\n")
         answer = {key.lower(): value for key, value in (field.split(": ", 1) for field in fields if field)}
+        self.answer = answer  # the header fields of the last one
         body = self.take(int(answer.get("content-length", 0))).decode()
         if status.split()[1] == "401" and self.user and not self.challenge:
             parts = answer["www-authenticate"].removeprefix("Digest ").split(",")

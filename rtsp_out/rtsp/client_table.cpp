@@ -193,6 +193,10 @@ void ClientTable::on_answer(GstRTSPClient* client, GstRTSPContext* context, GstR
     const auto found = self->clients_.find(client);
     if (found == self->clients_.end() || answer->type != GST_RTSP_MESSAGE_RESPONSE) return;
     self->read_answer(client, found->second, *context, answer->type_data.response.code);
+    // It would name the first packet this reader gets, but gst-rtsp-server reads it off before the reader is let in,
+    // and pictures may go by in between. A GStreamer reader waits for ever for packets that were announced and never
+    // come. RFC 2326 12.33 leaves the header to the server; a stream that was joined has no other use for it.
+    gst_rtsp_message_remove_header(answer, GST_RTSP_HDR_RTP_INFO, -1);
     if (found->second.reason.empty()) return;
     const std::string reason = std::exchange(found->second.reason, {});
     g_free(answer->type_data.response.reason);

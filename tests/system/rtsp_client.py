@@ -26,6 +26,16 @@ def run(*command, timeout=90, **options):
     return subprocess.run(command, capture_output=True, timeout=timeout, check=False, **options)
 
 
+def ended(process: subprocess.Popen, timeout: float = 60) -> tuple[bytes, bytes]:
+    """What a program wrote until it ended by itself; one that does not is killed, and the test fails."""
+    try:
+        return process.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        out, err = process.communicate()
+        raise AssertionError(f"{process.args[0]} did not end in {timeout} s: {out.decode()}{err.decode()}") from None
+
+
 def gst_launch(pipeline: str) -> list[str]:
     return ["gst-launch-1.0", *pipeline.split()]
 

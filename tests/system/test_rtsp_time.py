@@ -14,7 +14,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY, wait_until
-from rtsp_client import LibavReader, RtspReader, assert_gst_read_to_the_end, gst_launch, read_aside, run, stepping, strictly_rising, take, unwrapped
+from rtsp_client import LibavReader, RtspReader, assert_gst_read_to_the_end, ended, gst_launch, read_aside, run, stepping, strictly_rising, take, unwrapped
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -249,10 +249,29 @@ def test_stock_programs_read_in_lockstep(rig, tmp_path, kind):
     with stepping(rig):
         capture = cv2.VideoCapture(cam.url(kind), cv2.CAP_FFMPEG)
         sequences = [camrig.read_code(capture.read()[1]).sequence for _ in range(40)]
-        out, err = gst.communicate(timeout=60)
-        assert ffmpeg.communicate(timeout=60) == (b"", b"") and ffmpeg.returncode == 0
+        capture.release()  # the world waits for whoever reads no more
+        out, err = ended(gst)
+        assert ended(ffmpeg) == (b"", b"") and ffmpeg.returncode == 0
     assert_gst_read_to_the_end(gst.returncode, out, err)
     assert sequences == sorted(sequences) and sequences[-1] > 5
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_reader_that_joins_is_told_of_no_packet_that_it_does_not_get(rig):
+    """GStreamer's reader waits for ever for the packets between the one that RTP-Info names and the first that comes."""
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25)
+    with stepping(rig):
+        _, _, other = read_aside(cam.url("rtsp-mjpeg"))  # the stream runs while they join
+        for _ in range(20):
+            reader = RtspReader(cam.url("rtsp-mjpeg"))
+            packet, channel = b"", 1
+            while channel != 0:
+                _, channel, size = struct.unpack("!cBH", reader.take(4))
+                packet = reader.take(size)
+            named = re.search(r"seq=(\d+)", reader.answer.get("rtp-info", ""))
+            assert named is None or int(named[1]) == struct.unpack_from("!H", packet, 2)[0]
+            reader.close()
+        other.socket.shutdown(socket.SHUT_RDWR)
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
