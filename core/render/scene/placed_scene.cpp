@@ -52,12 +52,7 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     const glm::dmat4 world = world::world_from_model(instance.position, instance.orientation, instance.scale);
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
-        PlacedSurface& surface = surfaces_.emplace_back();
-        surface.object = instance.info.get();
-        surface.model = &model;
-        surface.primitive = &primitive;
-        surface.index = surfaces_.size() - 1;
-        if (primitive.is_blended) blended_.push_back(surface.index);
+        PlacedSurface& surface = place(primitive, model, source, *instance.info);
         surface.world_from_local =
             prepared.is_deformed ? world : world * pose.model_from_node[static_cast<std::size_t>(prepared.node)];
         surface.bounds = primitive.source->bounds;
@@ -74,6 +69,29 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
         surface.light_set = light_sets.add(
             primitive.is_lit ? lights_around(lights, exposure, surface.world_from_local, surface.bounds) : LightSet{});
     }
+    find_contact_shadows(*source, model, pose, contacts_);
+    if (contacts_.empty()) return;
+    const PreparedModel& patches = models.of(contact_model(), prepare_model);
+    for (const ContactShadow& contact : contacts_) {
+        const PreparedPrimitive& primitive = patches.primitives[static_cast<std::size_t>(contact.shade)];
+        PlacedSurface& surface = place(primitive, patches, contact_model(), *instance.info);
+        surface.world_from_local = world * contact.model_from_patch;
+        surface.bounds = primitive.source->bounds;
+        surface.light_set = light_sets.add({});
+        surface.is_contact_shadow = true;
+    }
+}
+
+PlacedSurface& PlacedSurfaces::place(const PreparedPrimitive& primitive, const PreparedModel& model,
+                                     const world::ModelRef& source, const world::ObjectInfo& object) {
+    PlacedSurface& surface = surfaces_.emplace_back();
+    surface.object = &object;
+    surface.source = &source;
+    surface.model = &model;
+    surface.primitive = &primitive;
+    surface.index = surfaces_.size() - 1;
+    if (primitive.is_blended) blended_.push_back(surface.index);
+    return surface;
 }
 
 const DeformedVertices& PlacedSurfaces::deform(const PlacedSurface& surface, LevelSet levels) {
@@ -83,7 +101,7 @@ const DeformedVertices& PlacedSurfaces::deform(const PlacedSurface& surface, Lev
     job.positions.resize(primitive.positions.size());
     job.normals.resize(primitive.positions.size());
     const auto make = [&](std::optional<std::span<const std::uint32_t>> which) {
-        deform_vertices(*surface.object->model, *job.pose, job.node, primitive, job.positions, job.normals, which);
+        deform_vertices(**surface.source, *job.pose, job.node, primitive, job.positions, job.normals, which);
     };
     if ((missing & 1) != 0) {
         make(std::nullopt);

@@ -23,6 +23,20 @@ struct JointBox {
 std::vector<JointBox> joint_boxes_of(const world::Primitive& primitive);
 
 world::Box bounds_of(std::span<const glm::vec3> points);
+/// The box around a box that a matrix moves.
+world::Box moved(const world::Box& box, const glm::dmat4& by);
+
+/// What each joint that moves vertices of the node's skin moves: the node of the joint, and a box in the model's frame.
+template <typename Use>
+void for_each_joint_box(const world::Model& model, const world::PosedModel& pose, int node,
+                        std::span<const JointBox> boxes, const Use& use) {
+    const world::Skin& skin = model.skins[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].skin)];
+    for (std::size_t j = 0; j < boxes.size(); ++j) {
+        if (!boxes[j].is_used) continue;
+        const auto joint = static_cast<std::size_t>(skin.joints[j]);
+        use(skin.joints[j], moved(boxes[j].box, pose.model_from_node[joint] * skin.inverse_bind[j]));
+    }
+}
 
 /// Bounds of a skinned primitive without skinning it.
 world::Box skinned_bounds(const world::Model& model, const world::PosedModel& pose, int node,
