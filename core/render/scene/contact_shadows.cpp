@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace camrig::render::scene {
 namespace {
@@ -18,6 +17,8 @@ constexpr double half_dark_m = 0.08;
 /// Patches lie so far above the ground that it does not cut through them.
 constexpr double lift_m = 0.008;
 constexpr int picture_px = 64;
+/// More parts near the ground, of somebody who lies there, have the wide patch only.
+constexpr std::size_t max_parts = 12;
 
 world::Image picture_of_patch() {
     world::Image image{.size = {picture_px, picture_px}, .rgba = {}};
@@ -66,25 +67,6 @@ world::ModelRef make_contact_model() {
     return model;
 }
 
-/// Below a box: its middle, how far it reaches to each side, and the height of its underside.
-struct Footprint {
-    glm::dvec2 min{0.0}, max{0.0};
-    double height_m = 0.0;
-};
-
-void add_shadow(const Footprint& of, double margin_m, double darkest, std::vector<ContactShadow>& to) {
-    const double raised = of.height_m / half_dark_m;
-    const double dark = darkest / darkest_foot / (1.0 + raised * raised);
-    const int shade = static_cast<int>(std::lround(dark * contact_shades)) - 1;
-    if (shade < 0) return;
-    const glm::dvec2 half = 0.5 * (of.max - of.min) + margin_m + margin_of_height * of.height_m;
-    const glm::dvec2 middle = 0.5 * (of.min + of.max);
-    ContactShadow& made = to.emplace_back();
-    made.shade = shade;
-    made.model_from_patch = glm::dmat4({half.x, 0.0, 0.0, 0.0}, {0.0, half.y, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0},
-                                       {middle.x, middle.y, lift_m, 1.0});
-}
-
 }  // namespace
 
 const world::ModelRef& contact_model() {
@@ -92,33 +74,50 @@ const world::ModelRef& contact_model() {
     return model;
 }
 
-void find_contact_shadows(const world::Model& model, const PreparedModel& prepared, const world::PosedModel& pose,
-                          std::vector<ContactShadow>& to) {
-    to.clear();
-    std::map<int, Footprint> of_joints;  // by node: a shoe and the trousers above it are one part
-    for (const PreparedSurface& surface : prepared.surfaces) {
-        if (!surface.is_skinned) continue;
-        for_each_joint_box(
-            model, pose, surface.node, surface.primitive->joint_boxes, [&](int joint, const world::Box& box) {
-                if (box.min.z > highest_part_m) return;
-                const Footprint print{glm::dvec2(box.min), glm::dvec2(box.max), std::max(double{box.min.z}, 0.0)};
-                const auto [at, is_new] = of_joints.try_emplace(joint, print);
-                if (is_new) return;
-                Footprint& part = at->second;
-                part.min = glm::min(part.min, print.min);
-                part.max = glm::max(part.max, print.max);
-                part.height_m = std::min(part.height_m, print.height_m);
-            });
+void ContactShadows::begin() {
+    parts_.clear();
+    all_.reset();
+    shadows_.clear();
+}
+
+void ContactShadows::Footprint::join(const Footprint& other) {
+    min = glm::min(min, other.min);
+    max = glm::max(max, other.max);
+    height_m = std::min(height_m, other.height_m);
+}
+
+void ContactShadows::add(int joint, const world::Box& box) {
+    if (box.min.z > highest_part_m) return;
+    const Footprint part{joint, glm::dvec2(box.min), glm::dvec2(box.max), std::max(double{box.min.z}, 0.0)};
+    if (!all_) all_ = part;
+    all_->join(part);
+    // A shoe and the trousers above it are one part.
+    const auto same = std::ranges::find(parts_, joint, &Footprint::joint);
+    if (same != parts_.end()) {
+        same->join(part);
+    } else if (parts_.size() < max_parts) {
+        parts_.push_back(part);
     }
-    if (of_joints.empty()) return;
-    Footprint all = of_joints.begin()->second;
-    for (const auto& [joint, part] : of_joints) {
-        all.min = glm::min(all.min, part.min);
-        all.max = glm::max(all.max, part.max);
-        all.height_m = std::min(all.height_m, part.height_m);
-        add_shadow(part, foot_margin_m, darkest_foot, to);
-    }
-    add_shadow(all, body_margin_m, darkest_body, to);
+}
+
+std::span<const ContactShadow> ContactShadows::find() {
+    shadows_.clear();
+    for (const Footprint& part : parts_) add_shadow(part, foot_margin_m, darkest_foot);
+    if (all_) add_shadow(*all_, body_margin_m, darkest_body);
+    return shadows_;
+}
+
+void ContactShadows::add_shadow(const Footprint& of, double margin_m, double darkest) {
+    const double raised = of.height_m / half_dark_m;
+    const double dark = darkest / darkest_foot / (1.0 + raised * raised);
+    const int shade = static_cast<int>(std::lround(dark * contact_shades)) - 1;
+    if (shade < 0) return;
+    const glm::dvec2 half = 0.5 * (of.max - of.min) + margin_m + margin_of_height * of.height_m;
+    const glm::dvec2 middle = 0.5 * (of.min + of.max);
+    ContactShadow& made = shadows_.emplace_back();
+    made.shade = shade;
+    made.model_from_patch = glm::dmat4({half.x, 0.0, 0.0, 0.0}, {0.0, half.y, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0},
+                                       {middle.x, middle.y, lift_m, 1.0});
 }
 
 }  // namespace camrig::render::scene

@@ -1,11 +1,12 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
 #include <glm/glm.hpp>
 
-#include "core/render/scene/prepared_model.h"
-#include "core/world/posed_model.h"
+#include "core/world/model.h"
 
 /// What feet keep from the ground of the light that comes from all around: without it people seem to float.
 ///
@@ -25,8 +26,29 @@ struct ContactShadow {
     int shade = 0;  ///< a primitive of contact_model()
 };
 
-/// Those of a model in a pose. `to` is reused.
-void find_contact_shadows(const world::Model& model, const PreparedModel& prepared, const world::PosedModel& pose,
-                          std::vector<ContactShadow>& to);
+/// Those of one model in its pose, found from its parts. Reused from model to model, it takes no memory anew.
+class ContactShadows {
+public:
+    /// Another model.
+    void begin();
+    /// Where in the model's frame something lies that a joint moves; once for each primitive with vertices of it.
+    void add(int joint, const world::Box& box);
+    /// Of all parts since begin(); until the next call.
+    std::span<const ContactShadow> find();
+
+private:
+    /// Of a part, or of all: where it lies over the ground, and the height of its underside.
+    struct Footprint {
+        int joint = -1;
+        glm::dvec2 min{0.0}, max{0.0};
+        double height_m = 0.0;
+        void join(const Footprint& other);
+    };
+    void add_shadow(const Footprint& of, double margin_m, double darkest);
+
+    std::vector<Footprint> parts_;
+    std::optional<Footprint> all_;
+    std::vector<ContactShadow> shadows_;
+};
 
 }  // namespace camrig::render::scene

@@ -50,6 +50,7 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     world::PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
     const glm::dmat4 world = world::world_from_model(instance.position, instance.orientation, instance.scale);
+    contacts_.begin();
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
         PlacedSurface& surface = place(primitive, model, source, *instance.info);
@@ -62,17 +63,19 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
             job.pose = &pose;
             job.node = prepared.node;
             job.made = 0;
-            surface.bounds = prepared.is_skinned ? skinned_bounds(*source, pose, prepared.node, primitive.joint_boxes)
-                                                 : bounds_of(deform(surface).positions);
+            const auto note = [&](int joint, const world::Box& box) { contacts_.add(joint, box); };
+            surface.bounds = prepared.is_skinned
+                                 ? skinned_bounds(*source, pose, prepared.node, primitive.joint_boxes, note)
+                                 : bounds_of(deform(surface).positions);
         }
         surface.is_mirrored = glm::determinant(glm::dmat3(surface.world_from_local)) < 0.0;
         surface.light_set = light_sets.add(
             primitive.is_lit ? lights_around(lights, exposure, surface.world_from_local, surface.bounds) : LightSet{});
     }
-    find_contact_shadows(*source, model, pose, contacts_);
-    if (contacts_.empty()) return;
+    const std::span<const ContactShadow> contacts = contacts_.find();
+    if (contacts.empty()) return;
     const PreparedModel& patches = models.of(contact_model(), prepare_model);
-    for (const ContactShadow& contact : contacts_) {
+    for (const ContactShadow& contact : contacts) {
         const PreparedPrimitive& primitive = patches.primitives[static_cast<std::size_t>(contact.shade)];
         PlacedSurface& surface = place(primitive, patches, contact_model(), *instance.info);
         surface.world_from_local = world * contact.model_from_patch;

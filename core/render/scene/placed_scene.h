@@ -85,7 +85,7 @@ private:
     std::vector<std::size_t> blended_;
     std::deque<DeformedVertices> deformations_;
     std::deque<world::PosedModel> poses_;
-    std::vector<ContactShadow> contacts_;
+    ContactShadows contacts_;
     std::size_t deformations_used_ = 0, poses_used_ = 0;
     bool has_only_triangles_ = true;
 };

@@ -45,20 +45,6 @@ world::Box moved(const world::Box& box, const glm::dmat4& by) {
     return {centre - half, centre + half};
 }
 
-world::Box skinned_bounds(const world::Model& model, const world::PosedModel& pose, int node,
-                          std::span<const JointBox> boxes) {
-    // A skinned vertex is a weighted mean of where its joints carry it, so it lies in the hull of the boxes of each
-    // joint's own vertices, carried by that joint.
-    world::Box bounds;
-    bool is_empty = true;
-    for_each_joint_box(model, pose, node, boxes, [&](int, const world::Box& box) {
-        bounds.min = is_empty ? box.min : glm::min(bounds.min, box.min);
-        bounds.max = is_empty ? box.max : glm::max(bounds.max, box.max);
-        is_empty = false;
-    });
-    return bounds;
-}
-
 LightSet lights_around(std::span<const world::Light> lights, float exposure, const glm::dmat4& world_from_local,
                        const world::Box& bounds) {
     const glm::dvec3 half = 0.5 * (glm::dvec3(bounds.max) - glm::dvec3(bounds.min));

@@ -42,9 +42,13 @@ world::PosedModel pose(double right_height_m) {
 
 std::vector<ContactShadow> shadows(double right_height_m) {
     const world::ModelRef model = feet();
-    std::vector<ContactShadow> made;
-    find_contact_shadows(*model, prepare_model(model), pose(right_height_m), made);
-    return made;
+    const PreparedModel prepared = prepare_model(model);
+    ContactShadows shadows;
+    shadows.begin();
+    skinned_bounds(*model, pose(right_height_m), 0, prepared.primitives[0].joint_boxes,
+                   [&](int joint, const world::Box& box) { shadows.add(joint, box); });
+    const auto made = shadows.find();
+    return {made.begin(), made.end()};
 }
 
 glm::dvec2 middle(const ContactShadow& shadow) {
@@ -82,25 +86,31 @@ TEST(ContactShadows, PaleAndWidenAsAFootRisesAndGo) {
     EXPECT_NEAR(middle(high[1]).y, 0.2, 1e-6) << "the wider one lies under what is near the ground";
 }
 
-TEST(ContactShadows, AreOfSkinnedModelsOnly) {
-    const world::ModelRef crate = model_of(box(glm::vec3(0.2f)), colored(glm::vec3(0.5f)));
-    world::PosedModel rest;
-    world::pose_model(*crate, {}, rest);
-    std::vector<ContactShadow> made = shadows(0.0);
-    find_contact_shadows(*crate, prepare_model(crate), rest, made);
-    EXPECT_THAT(made, IsEmpty());
+TEST(ContactShadows, OfSomebodyWhoLiesAreBounded) {
+    ContactShadows shadows;
+    shadows.begin();
+    for (int joint = 0; joint < 100; ++joint) {
+        const float y = 0.02f * static_cast<float>(joint);
+        shadows.add(joint, {{0.0f, y, 0.0f}, {0.3f, y + 0.02f, 0.1f}});
+    }
+    const auto made = shadows.find();
+    EXPECT_LT(made.size(), 20u);
+    EXPECT_GT(half_size(made.back()).y, 1.0) << "the wide one lies under all";
+    shadows.begin();
+    EXPECT_THAT(shadows.find(), IsEmpty());
 }
 
 TEST(ContactShadows, AreSeenFromQualitySimpleOnAsBlendedSurfacesOfTheirObject) {
     TestWorld world;
-    world.movers = {instance_of(feet(), {5, 0, -1}, 7)};
+    const world::ModelRef crate = model_of(box(glm::vec3(0.2f)), colored(glm::vec3(0.5f)));
+    world.movers = {instance_of(feet(), {5, 0, -1}, 7), instance_of(crate, {6, 0, -1}, 8)};  // the crate has none
     PlacedScene scene(std::make_shared<PreparedModels>());
     scene.place(world.snapshot());
     const auto seen_at = [&](world::Quality quality) {
         SeenMovers movers;
         movers.see(make_scene_view(scene, make_view_transform({}, {64, 48}, {64.0, 64.0, 31.5, 23.5}, 0.05, 0.0), 0.0,
                                    quality, 0.0));
-        EXPECT_THAT(movers.opaque, SizeIs(1));
+        EXPECT_THAT(movers.opaque, SizeIs(2));
         EXPECT_EQ(movers.rects.size(), movers.opaque.size() + movers.blended.size());
         for (const SeenSurface& seen : movers.blended) EXPECT_EQ(seen.placed->object->id, ObjectId{7});
         return movers.blended;
