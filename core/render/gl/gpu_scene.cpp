@@ -30,7 +30,7 @@ void GpuScene::take(const scene::PlacedSurfaces& placed, Group& group) {
     for (const scene::PlacedSurface& surface : placed.all()) {
         if (surface.model != last) {
             last = surface.model;
-            const world::ModelRef& source = surface.object->model;
+            const world::ModelRef& source = *surface.source;
             model = &models_.of(source, [&](const world::ModelRef& made) {
                 return upload_model(gl_, samplers_, *made, *surface.model);
             });

@@ -50,14 +50,10 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     world::PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
     const glm::dmat4 world = world::world_from_model(instance.position, instance.orientation, instance.scale);
+    contacts_.begin();
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
-        PlacedSurface& surface = surfaces_.emplace_back();
-        surface.object = instance.info.get();
-        surface.model = &model;
-        surface.primitive = &primitive;
-        surface.index = surfaces_.size() - 1;
-        if (primitive.is_blended) blended_.push_back(surface.index);
+        PlacedSurface& surface = place(primitive, model, source, *instance.info);
         surface.world_from_local =
             prepared.is_deformed ? world : world * pose.model_from_node[static_cast<std::size_t>(prepared.node)];
         surface.bounds = primitive.source->bounds;
@@ -67,13 +63,38 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
             job.pose = &pose;
             job.node = prepared.node;
             job.made = 0;
-            surface.bounds = prepared.is_skinned ? skinned_bounds(*source, pose, prepared.node, primitive.joint_boxes)
-                                                 : bounds_of(deform(surface).positions);
+            const auto note = [&](int joint, const world::Box& box) { contacts_.add(joint, box); };
+            surface.bounds = prepared.is_skinned
+                                 ? skinned_bounds(*source, pose, prepared.node, primitive.joint_boxes, note)
+                                 : bounds_of(deform(surface).positions);
         }
         surface.is_mirrored = glm::determinant(glm::dmat3(surface.world_from_local)) < 0.0;
         surface.light_set = light_sets.add(
             primitive.is_lit ? lights_around(lights, exposure, surface.world_from_local, surface.bounds) : LightSet{});
     }
+    const std::span<const ContactShadow> contacts = contacts_.find();
+    if (contacts.empty()) return;
+    const PreparedModel& patches = models.of(contact_model(), prepare_model);
+    for (const ContactShadow& contact : contacts) {
+        const PreparedPrimitive& primitive = patches.primitives[static_cast<std::size_t>(contact.shade)];
+        PlacedSurface& surface = place(primitive, patches, contact_model(), *instance.info);
+        surface.world_from_local = world * contact.model_from_patch;
+        surface.bounds = primitive.source->bounds;
+        surface.light_set = light_sets.add({});
+        surface.is_contact_shadow = true;
+    }
+}
+
+PlacedSurface& PlacedSurfaces::place(const PreparedPrimitive& primitive, const PreparedModel& model,
+                                     const world::ModelRef& source, const world::ObjectInfo& object) {
+    PlacedSurface& surface = surfaces_.emplace_back();
+    surface.object = &object;
+    surface.source = &source;
+    surface.model = &model;
+    surface.primitive = &primitive;
+    surface.index = surfaces_.size() - 1;
+    if (primitive.is_blended) blended_.push_back(surface.index);
+    return surface;
 }
 
 const DeformedVertices& PlacedSurfaces::deform(const PlacedSurface& surface, LevelSet levels) {
@@ -83,7 +104,7 @@ const DeformedVertices& PlacedSurfaces::deform(const PlacedSurface& surface, Lev
     job.positions.resize(primitive.positions.size());
     job.normals.resize(primitive.positions.size());
     const auto make = [&](std::optional<std::span<const std::uint32_t>> which) {
-        deform_vertices(*surface.object->model, *job.pose, job.node, primitive, job.positions, job.normals, which);
+        deform_vertices(**surface.source, *job.pose, job.node, primitive, job.positions, job.normals, which);
     };
     if ((missing & 1) != 0) {
         make(std::nullopt);

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/render/scene/contact_shadows.h"
 #include "core/render/scene/light_selection.h"
 #include "core/render/scene/prepared_model.h"
 #include "core/world/posed_model.h"
@@ -32,14 +33,16 @@ struct DeformedVertices {
 /// One draw placed in the world, the same for all cameras.
 struct PlacedSurface {
     const world::ObjectInfo* object = nullptr;  ///< the snapshot holds it
+    const world::ModelRef* source = nullptr;    ///< of the model: the object's, or contact_model()
     const PreparedModel* model = nullptr;
     const PreparedPrimitive* primitive = nullptr;
     glm::dmat4 world_from_local{1.0};
     world::Box bounds;  ///< local
     int light_set = 0;  ///< into PlacedScene::light_sets; that of what is not lit is empty
     bool is_mirrored = false;
-    int deformation = -1;   ///< into those of its PlacedSurfaces; -1: rigid
-    std::size_t index = 0;  ///< into PlacedSurfaces::all
+    bool is_contact_shadow = false;  ///< not at quality fast
+    int deformation = -1;            ///< into those of its PlacedSurfaces; -1: rigid
+    std::size_t index = 0;           ///< into PlacedSurfaces::all
 };
 
 /// The different light sets of an instant; few, because neighbours share theirs.
@@ -73,6 +76,8 @@ public:
     std::uint64_t made() const;
 
 private:
+    PlacedSurface& place(const PreparedPrimitive& primitive, const PreparedModel& model, const world::ModelRef& source,
+                         const world::ObjectInfo& object);
     world::PosedModel& next_pose();
     DeformedVertices& next_deformation();
 
@@ -80,6 +85,7 @@ private:
     std::vector<std::size_t> blended_;
     std::deque<DeformedVertices> deformations_;
     std::deque<world::PosedModel> poses_;
+    ContactShadows contacts_;
     std::size_t deformations_used_ = 0, poses_used_ = 0;
     bool has_only_triangles_ = true;
 };

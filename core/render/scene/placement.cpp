@@ -11,14 +11,6 @@ glm::vec3 extent_along(const glm::dmat4& m, glm::dvec3 half) {
                      glm::abs(glm::dvec3(m[2])) * half.z);
 }
 
-void grow(world::Box& box, bool& is_empty, const glm::dmat4& m, const world::Box& local) {
-    const glm::vec3 centre(m * glm::dvec4(0.5 * (glm::dvec3(local.min) + glm::dvec3(local.max)), 1.0));
-    const glm::vec3 half = extent_along(m, 0.5 * (glm::dvec3(local.max) - glm::dvec3(local.min)));
-    box.min = is_empty ? centre - half : glm::min(box.min, centre - half);
-    box.max = is_empty ? centre + half : glm::max(box.max, centre + half);
-    is_empty = false;
-}
-
 }  // namespace
 
 std::vector<JointBox> joint_boxes_of(const world::Primitive& primitive) {
@@ -47,19 +39,10 @@ world::Box bounds_of(std::span<const glm::vec3> points) {
     return box;
 }
 
-world::Box skinned_bounds(const world::Model& model, const world::PosedModel& pose, int node,
-                          std::span<const JointBox> boxes) {
-    // A skinned vertex is a weighted mean of where its joints carry it, so it lies in the hull of the boxes of each
-    // joint's own vertices, carried by that joint.
-    const world::Skin& skin = model.skins[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].skin)];
-    world::Box box;
-    bool is_empty = true;
-    for (std::size_t j = 0; j < boxes.size(); ++j) {
-        if (!boxes[j].is_used) continue;
-        const auto joint = static_cast<std::size_t>(skin.joints[j]);
-        grow(box, is_empty, pose.model_from_node[joint] * skin.inverse_bind[j], boxes[j].box);
-    }
-    return box;
+world::Box moved(const world::Box& box, const glm::dmat4& by) {
+    const glm::vec3 centre(by * glm::dvec4(0.5 * (glm::dvec3(box.min) + glm::dvec3(box.max)), 1.0));
+    const glm::vec3 half = extent_along(by, 0.5 * (glm::dvec3(box.max) - glm::dvec3(box.min)));
+    return {centre - half, centre + half};
 }
 
 LightSet lights_around(std::span<const world::Light> lights, float exposure, const glm::dmat4& world_from_local,

@@ -75,7 +75,7 @@ void SoftwareDrawer::find_primitives(const scene::PlacedSurfaces& placed, std::v
     for (const scene::PlacedSurface& surface : placed.all()) {
         if (surface.model != last) {
             last = surface.model;
-            const world::ModelRef& source = surface.object->model;
+            const world::ModelRef& source = *surface.source;
             model = &caches_.software->of(
                 source, [&](const world::ModelRef& made) { return make_software_model(*made, *surface.model); });
         }
