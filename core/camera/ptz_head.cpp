@@ -5,8 +5,6 @@
 #include <limits>
 #include <string>
 
-#include <glm/trigonometric.hpp>
-
 #include "core/base/portable_math.h"
 #include "core/base/random.h"
 
@@ -320,13 +318,6 @@ PtzHead PtzHead::standing(TimeNs last_ns) const {
     for (Axis PtzHead::* const axis : {&PtzHead::pan_, &PtzHead::tilt_, &PtzHead::zoom_})
         head.*axis = (this->*axis).standing(last_ns);
     return head;
-}
-
-Pose turned_by(const Pose& base, const PtzPosition& head) {
-    // Angles of a head are always within what pose_from_angles() takes.
-    const auto turn = pose_from_angles({}, {glm::radians(head.pan_deg), glm::radians(head.tilt_deg), 0.0});
-    CHECK(turn.has_value());
-    return {base.position, glm::normalize(base.orientation * turn->orientation)};
 }
 
 }  // namespace camrig::camera

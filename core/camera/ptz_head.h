@@ -8,7 +8,6 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/camera/axis_motion.h"
-#include "core/camera/pose.h"
 #include "core/camera/ptz_spec.h"
 #include "core/camera/ptz_status.h"
 
@@ -130,8 +129,5 @@ private:
     std::map<std::string, PtzPosition> presets_;
     PtzPosition home_;
 };
-
-/// world_from_link of a camera on a head whose base (at pan 0 and tilt 0) is there.
-Pose turned_by(const Pose& base, const PtzPosition& head);
 
 }  // namespace camrig::camera

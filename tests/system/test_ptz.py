@@ -47,6 +47,20 @@ def test_a_head_moves_as_its_figures_say_and_pictures_and_truth_show_it(rig):
     assert angle_between(cam.projection(), rest) < 1e-9
 
 
+def test_a_camera_that_looks_down_pans_with_a_level_horizon(rig):
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, position=(12, 9, 2.8), pan_deg=20, tilt_deg=-30, ptz=FIGURES)
+    rest = cam.projection().world_from_camera
+    for pan, tilt in ((90, 0), (-170, 25), (0, 0)):
+        cam.ptz.move(pan_deg=pan, tilt_deg=tilt)
+        rig.step(seconds=4)
+        for shown in (cam.projection(), camrig.Projection.of(cam.truth())):
+            right, _, forward = shown.world_from_camera[:3, :3].T
+            assert right[2] == pytest.approx(0, abs=1e-12)
+            assert math.degrees(math.asin(forward[2])) == pytest.approx(tilt - 30)
+            assert math.degrees(math.atan2(forward[1], forward[0])) == pytest.approx(math.remainder(20 + pan, 360))
+    assert (cam.projection().world_from_camera == rest).all()
+
+
 def test_what_is_aimed_at_comes_to_the_middle_through_any_lens(rig):
     for name, lens in (("straight", None), ("bent", {"model": "plumb_bob", "coefficients": [-0.3, 0.1, 0.001, -0.002, 0]})):
         cam = rig.create_camera(name, size=(640, 480), fps=25, vfov_deg=60, ptz=FIGURES, **POSE, **({"lens": lens} if lens else {}))
