@@ -16,12 +16,17 @@ glm::dquat about(const glm::dvec3& axis, double degrees) {
 
 }  // namespace
 
-Pose turned_by(const Pose& base, const PtzPosition& head) {
+bool is_over(const Pose& base, const PtzPosition& head) {
+    return std::abs(glm::degrees(angles_of(base.orientation).tilt) + head.tilt_deg) > 90.0;
+}
+
+Pose turned_by(const Pose& base, const PtzPosition& head, bool flips) {
     if (head.pan_deg == 0.0 && head.tilt_deg == 0.0) return base;
     const double roll = glm::degrees(angles_of(base.orientation).roll);
     const glm::dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     // base is pan * tilt * roll: the roll is taken off, the tilt added and the roll put on again.
-    const glm::dquat tilted = base.orientation * about(x, -roll) * about(y, -head.tilt_deg) * about(x, roll);
+    const double over = flips && is_over(base, head) ? 180.0 : 0.0;
+    const glm::dquat tilted = base.orientation * about(x, -roll) * about(y, -head.tilt_deg) * about(x, roll + over);
     return {base.position, glm::normalize(about(z, head.pan_deg) * tilted)};
 }
 
@@ -30,8 +35,7 @@ PtzPosition aimed_along(const Pose& base, const glm::dvec3& direction, const Ptz
     const double level = glm::length(glm::dvec2(direction));
     double pan = glm::degrees(portable::atan2(direction.y, direction.x) - rest.pan);
     double tilt = glm::degrees(portable::atan2(direction.z, level) - rest.tilt);
-    const bool is_over = std::abs(glm::degrees(rest.tilt) + now.tilt_deg) > 90.0;
-    if (is_over) pan += 180.0, tilt = 180.0 - tilt - 2.0 * glm::degrees(rest.tilt);
+    if (is_over(base, now)) pan += 180.0, tilt = 180.0 - tilt - 2.0 * glm::degrees(rest.tilt);
     if (level < 1e-9 * glm::length(direction)) pan = now.pan_deg;
     return {std::remainder(pan, 360.0), std::remainder(tilt, 360.0), now.zoom};
 }

@@ -186,8 +186,8 @@ Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) co
 }
 
 Result<PtzReply> CameraDesk::run(MovePtz& command) {
-    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) {
-        return head.move(command.move, now_ns);
+    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera& camera, TimeNs now_ns) {
+        return head.move(camera.upright(command.move, now_ns), now_ns);
     });
 }
 

@@ -52,6 +52,19 @@ TEST(PtzAxes, AtPanAndTiltZeroItIsTheBaseToTheLastBit) {
     }
 }
 
+TEST(PtzAxes, PastStraightDownAHeadThatFlipsHasUpUp) {
+    const Pose base = base_of(20.0, -30.0);
+    for (const double tilt : {-59.0, -61.0, -90.0, -120.0}) {
+        const PtzPosition head{40.0, tilt, 1.0};
+        const glm::dvec3 up(0, 0, 1), forward(1, 0, 0);
+        const Pose plain = turned_by(base, head), flipped = turned_by(base, head, true);
+        EXPECT_EQ(is_over(base, head), tilt < -60.0);
+        EXPECT_GT((flipped.orientation * up).z, 0.0) << tilt;
+        EXPECT_EQ((plain.orientation * up).z > 0.0, tilt > -60.0) << tilt;
+        EXPECT_NEAR(glm::length(flipped.orientation * forward - plain.orientation * forward), 0.0, 1e-15);
+    }
+}
+
 TEST(PtzAxes, WhatItIsAimedAlongIsInItsMiddleOnItsSideOfThePole) {
     std::uint64_t n = 0;
     const auto random = [&](double low, double high) { return low + (high - low) * random_unit(2, 0, n++); };
