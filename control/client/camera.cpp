@@ -102,6 +102,15 @@ json PtzHead::preset_goto(const std::string& preset) const {
 json PtzHead::preset_remove(const std::string& preset) const {
     return call("ptz.preset_remove", {{"preset", preset}});
 }
+json PtzHead::tour_set(const std::string& tour, json stops) const {
+    return call("ptz.tour_set", {{"tour", tour}, {"stops", std::move(stops)}});
+}
+json PtzHead::tour_start(const std::string& tour) const {
+    return call("ptz.tour_start", {{"tour", tour}});
+}
+json PtzHead::tour_remove(const std::string& tour) const {
+    return call("ptz.tour_remove", {{"tour", tour}});
+}
 json PtzHead::home_set() const {
     return call("ptz.home_set");
 }

@@ -50,6 +50,13 @@ json status_json(const engine::PtzReply& reply) {
     value["applied_ns"] = reply.applied_ns;
     value["presets"] = json::object();
     for (const auto& [name, position] : reply.presets) value["presets"][name] = world::ptz_to_json(position);
+    value["tours"] = json::object();
+    for (const auto& [name, stops] : reply.tours)
+        for (const camera::PtzTourStop& stop : stops)
+            value["tours"][name].push_back({{"preset", stop.preset},
+                                            {"dwell_s", static_cast<double>(stop.dwell) / ns_per_s},
+                                            {"speed", stop.speed}});
+    value["tour"] = reply.tour ? json(*reply.tour) : json(nullptr);
     return value;
 }
 
@@ -63,7 +70,9 @@ std::vector<Field> status_fields() {
             {"world_ns", "integer", "world time of all this", false, "ns"},
             {"arrives_ns", "integer", "world time from which it stands; 2^63 - 1: it never will", false, "ns"},
             {"applied_ns", "integer", "world time from which pictures show the last command", false, "ns"},
-            {"presets", "object", "pan_deg, tilt_deg and zoom by name"}};
+            {"presets", "object", "pan_deg, tilt_deg and zoom by name"},
+            {"tours", "object", "arrays of {preset, dwell_s, speed} by name"},
+            {"tour", "string or null", "the tour that it goes on with"}};
 }
 
 /// The camera, and the fields of the move.
@@ -101,6 +110,12 @@ Result<engine::MovePtz> read_move(JsonReader& reader) {
     return command;
 }
 
+template <auto member>
+auto preset_name_at() {
+    return field_at<member>(
+        {.name = "preset", .doc = "name of the preset", .required = true, .range = {.low = 1, .high = 64}});
+}
+
 /// A method about a preset (or home), which is what the command's action says.
 Method preset_method(RpcContext& context, const char* name, const char* summary, engine::PtzPresets::Action action,
                      const char* example) {
@@ -108,9 +123,51 @@ Method preset_method(RpcContext& context, const char* name, const char* summary,
     const bool is_home =
         action == engine::PtzPresets::Action::set_home || action == engine::PtzPresets::Action::go_home;
     std::vector<FieldOf<engine::PtzPresets>> table{camera_field<engine::PtzPresets>()};
-    if (!is_home)
-        table.push_back(field_at<&engine::PtzPresets::preset>(
-            {.name = "preset", .doc = "name of the preset", .required = true, .range = {.low = 1, .high = 64}}));
+    if (!is_home) table.push_back(preset_name_at<&engine::PtzPresets::preset>());
+    return {.name = name,
+            .summary = summary,
+            .params = descriptions_of(table),
+            .result = status_fields(),
+            .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
+            .handler = handler_of(
+                context,
+                [table, action](JsonReader& reader) {
+                    auto command = read_all(table, reader);
+                    if (command) command->action = action;
+                    return command;
+                },
+                status_json),
+            .example = example};
+}
+
+const std::vector<FieldOf<camera::PtzTourStop>>& stop_table() {
+    static const std::vector<FieldOf<camera::PtzTourStop>> table{
+        preset_name_at<&camera::PtzTourStop::preset>(),
+        world::seconds_at<&camera::PtzTourStop::dwell>(
+            {.name = "dwell_s", .doc = "that it stands there", .fallback = "5", .range = {0.1, 86'400}}),
+        field_at<&camera::PtzTourStop::speed>(
+            {.name = "speed", .doc = "share of the head's speed on the way to it", .range = {0.001, 1}})};
+    return table;
+}
+
+/// A method about a tour, which is what the command's action says.
+Method tour_method(RpcContext& context, const char* name, const char* summary, engine::PtzTours::Action action,
+                   const char* example) {
+    using enum ErrorKind;
+    std::vector<FieldOf<engine::PtzTours>> table{
+        camera_field<engine::PtzTours>(),
+        field_at<&engine::PtzTours::tour>(
+            {.name = "tour", .doc = "name of the tour", .required = true, .range = {.low = 1, .high = 64}})};
+    if (action == engine::PtzTours::Action::set)
+        table.push_back(world::list_at<&engine::PtzTours::stops>(
+            {.name = "stops",
+             .doc = "1 to 64, each {preset, dwell_s, speed}; the first comes after the last",
+             .required = true,
+             .parts = descriptions_of(stop_table())},
+            camera::PtzHead::max_tour_stops, [](const json& value, const std::string& path) {
+                JsonReader reader(value, path);
+                return read_all(stop_table(), reader);
+            }));
     return {.name = name,
             .summary = summary,
             .params = descriptions_of(table),
@@ -186,6 +243,16 @@ std::vector<Method> ptz_methods(RpcContext& context) {
                       engine::PtzPresets::Action::set_home, R"({"camera": "lobby"})"),
         preset_method(context, "ptz.home_goto", "Goes home, as an absolute move does; at first that is pan and tilt 0.",
                       engine::PtzPresets::Action::go_home, R"({"camera": "lobby"})"),
+        tour_method(context, "ptz.tour_set", "Makes a guard tour of presets, 16 tours at most.",
+                    engine::PtzTours::Action::set,
+                    R"({"camera": "lobby", "tour": "round", "stops": [{"preset": "door"}, {"preset": "desk", )"
+                    R"("dwell_s": 10, "speed": 0.3}]})"),
+        tour_method(context, "ptz.tour_start",
+                    "Goes from stop to stop, over and over, until any command that moves the head or stops it. Presets "
+                    "count as they are when it starts.",
+                    engine::PtzTours::Action::start, R"({"camera": "lobby", "tour": "round"})"),
+        tour_method(context, "ptz.tour_remove", "Forgets a tour; one that goes on is not stopped.",
+                    engine::PtzTours::Action::remove, R"({"camera": "lobby", "tour": "round"})"),
     };
 }
 

@@ -2,53 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
 #include <string>
 
-#include <glm/trigonometric.hpp>
-
 #include "core/base/portable_math.h"
-#include "core/base/random.h"
 
 namespace camrig::camera {
 namespace {
 
-/// As Timeline keeps it, so that pictures, truth and status of the recent past can be asked for.
-constexpr TimeNs kept_ns = 250 * ns_per_ms;
-constexpr TimeNs never_ns = std::numeric_limits<TimeNs>::max();
-/// More commands than this are not kept of the past, nor taken before they begin.
-constexpr std::size_t max_segments = 64;
-/// A finer quantum is none: numbers as large as angles are have no room for it.
-constexpr double least_quantum_deg = 1e-6;
-/// Slower than this is a stand.
-constexpr double least_speed = 1e-6;
-/// An axis is as far off as where it is to stop after so long, or when it is there.
-constexpr double error_ramp_s = 1.0;
 /// A zoom motor is at its speed after so long.
 constexpr double zoom_start_s = 0.1;
 
-double seconds_between(TimeNs from_ns, TimeNs to_ns) {
-    return static_cast<double>(to_ns - from_ns) / static_cast<double>(ns_per_s);
-}
+/// An axis that is to go from a state to a stand.
+struct Way {
+    AxisState from;
+    double target = 0.0;
+};
 
-TimeNs later_by(TimeNs from_ns, double seconds) {
-    constexpr double longest_s = 1e9;
-    if (!(seconds < longest_s)) return never_ns;
-    return from_ns + static_cast<TimeNs>(std::ceil(seconds * static_cast<double>(ns_per_s)));
-}
-
-/// In (-180, 180].
-double wrapped(double angle) {
-    const double turns = std::ceil((angle - 180.0) / 360.0);
-    return angle - 360.0 * turns;
-}
-
-double clamped(double value, const PtzLimits& limits) {
-    return std::clamp(value, limits.low, limits.high);
-}
-
-double rounded(double angle, double quantum) {
-    return quantum >= least_quantum_deg ? quantum * std::round(angle / quantum) : angle;
+/// All arrive together, when the one does that takes longest.
+std::vector<AxisMotion> together(std::span<const Way> ways, const AxisLimits& limits) {
+    double longest_s = 0.0;
+    for (const Way& way : ways)
+        longest_s = std::max(longest_s, AxisMotion::to(way.from, way.target, limits).duration_s());
+    std::vector<AxisMotion> motions;
+    for (const Way& way : ways) motions.push_back(AxisMotion::to_in(way.from, way.target, limits, longest_s));
+    return motions;
 }
 
 }  // namespace
@@ -57,102 +35,6 @@ std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>) {
     static constexpr Named<PtzMode> names[] = {
         {PtzMode::absolute, "absolute"}, {PtzMode::relative, "relative"}, {PtzMode::continuous, "continuous"}};
     return names;
-}
-
-AxisState PtzHead::Segment::motor(TimeNs world_ns) const {
-    return motion.at(std::max(0.0, seconds_between(begin_ns, world_ns)));
-}
-
-double PtzHead::Segment::error(TimeNs world_ns) const {
-    const double ramp_s = std::min(motion.duration_s(), error_ramp_s);
-    if (!(ramp_s > 0.0)) return error_to;
-    return error_from + (error_to - error_from) * std::clamp(seconds_between(begin_ns, world_ns) / ramp_s, 0.0, 1.0);
-}
-
-TimeNs PtzHead::Segment::end_ns() const {
-    return later_by(begin_ns, motion.duration_s());
-}
-
-PtzHead::Axis::Axis(AxisOptions options)
-    : options_(options), segments_{{.motion = AxisMotion(options.limits ? clamped(0.0, *options.limits) : 0.0)}} {}
-
-const PtzHead::Segment& PtzHead::Axis::segment(TimeNs world_ns) const {
-    const auto next = std::ranges::upper_bound(segments_, world_ns, {}, &Segment::begin_ns);
-    return next == segments_.begin() ? *next : *std::prev(next);
-}
-
-double PtzHead::Axis::position(TimeNs world_ns) const {
-    const Segment& now = segment(world_ns);
-    const double position = now.motor(world_ns).position + now.error(world_ns);
-    return options_.limits ? clamped(position, *options_.limits) : wrapped(position);
-}
-
-double PtzHead::Axis::believed(TimeNs world_ns, double quantum) const {
-    const double position = rounded(motor(world_ns).position, quantum);
-    return options_.limits ? clamped(position, *options_.limits) : wrapped(position);
-}
-
-bool PtzHead::Axis::is_moving(TimeNs world_ns) const {
-    const Segment* const now = &segment(world_ns);
-    return std::ranges::any_of(segments_, [&](const Segment& one) {
-        const bool is_pending = one.told_ns <= world_ns && world_ns < one.begin_ns;
-        return is_pending || (&one == now && world_ns < one.end_ns());
-    });
-}
-
-double PtzHead::Axis::within(double target) const {
-    return options_.limits ? clamped(target, *options_.limits) : target;
-}
-
-double PtzHead::Axis::nearest(double target, double from) const {
-    return options_.limits ? clamped(target, *options_.limits) : from + wrapped(target - from);
-}
-
-std::size_t PtzHead::Axis::pending(TimeNs now_ns) const {
-    return static_cast<std::size_t>(
-        std::ranges::count_if(segments_, [&](const Segment& segment) { return segment.begin_ns > now_ns; }));
-}
-
-void PtzHead::Axis::add(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion, std::optional<double> error) {
-    const double before = segment(begin_ns).error(begin_ns);
-    const Segment added{told_ns, begin_ns, motion, before, error.value_or(before)};
-    const auto given_up = std::ranges::lower_bound(segments_, begin_ns, {}, &Segment::begin_ns);
-    segments_.erase(given_up, segments_.end());
-    segments_.push_back(added);
-    // Of the past, the second must have begun before what is kept, or the first is still needed.
-    while (segments_.size() > 1 && segments_[1].begin_ns <= told_ns &&
-           (segments_.size() > max_segments || segments_[1].begin_ns <= told_ns - kept_ns))
-        segments_.erase(segments_.begin());
-}
-
-void PtzHead::Axis::go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion) {
-    if (!(motion.duration_s() > 0.0)) return add(told_ns, begin_ns, motion, std::nullopt);
-    const double first_s = std::min(motion.duration_s(), error_ramp_s);
-    const double way = motion.at(first_s).position - motor(begin_ns).position;
-    const double noise = 2.0 * random_unit(options_.seed, options_.stream, stops_++) - 1.0;
-    add(told_ns, begin_ns, motion, options_.repeatability * noise - std::copysign(0.5 * options_.backlash, way));
-}
-
-void PtzHead::Axis::go_at_speed(TimeNs told_ns, TimeNs begin_ns, double speed, const AxisLimits& limits) {
-    const AxisState from = motor(begin_ns);
-    const double along = std::clamp(speed, -limits.speed, limits.speed);
-    if (std::abs(along) < least_speed) return brake(told_ns, begin_ns, limits.acceleration);
-    if (!options_.limits) return go(told_ns, begin_ns, AxisMotion::at_speed(from, along, limits));
-    const double end = along < 0.0 ? options_.limits->low : options_.limits->high;
-    go(told_ns, begin_ns, AxisMotion::to(from, end, {std::abs(along), limits.acceleration}));
-}
-
-void PtzHead::Axis::brake(TimeNs told_ns, TimeNs begin_ns, double acceleration) {
-    add(told_ns, begin_ns, AxisMotion::stop(motor(begin_ns), acceleration), std::nullopt);
-}
-
-PtzHead::Axis PtzHead::Axis::standing(TimeNs last_ns) const {
-    const TimeNs when_ns = end_ns() == never_ns ? last_ns : end_ns();
-    Axis axis = *this;
-    axis.segments_ = {{.motion = AxisMotion(motor(when_ns).position),
-                       .error_from = segment(when_ns).error(when_ns),
-                       .error_to = segment(when_ns).error(when_ns)}};
-    return axis;
 }
 
 PtzHead::PtzHead(const PtzSpec& spec)
@@ -174,9 +56,11 @@ AxisLimits PtzHead::zoom_limits(double share) const {
 }
 
 Result<void> PtzHead::check_room(TimeNs now_ns) const {
-    if (std::max({pan_.pending(now_ns), tilt_.pending(now_ns), zoom_.pending(now_ns)}) + 2 < max_segments) return {};
+    if (std::max({pan_.pending(now_ns), tilt_.pending(now_ns), zoom_.pending(now_ns)}) + 2 < PtzAxis::max_segments)
+        return {};
     return error(ErrorKind::resource_exhausted, "the head begins a command only after its latency, and " +
-                                                    std::to_string(max_segments) + " wait already; send slower");
+                                                    std::to_string(PtzAxis::max_segments) +
+                                                    " wait already; send slower");
 }
 
 Result<void> PtzHead::move(const PtzMove& move, TimeNs now_ns) {
@@ -195,12 +79,14 @@ Result<void> PtzHead::move(const PtzMove& move, TimeNs now_ns) {
     }
     if (move.pan_deg || move.tilt_deg) turn(move, now_ns);
     if (move.zoom) run_zoom(move, now_ns);
+    leave_tour(spec_.latency_s, now_ns);
     return {};
 }
 
-Result<void> PtzHead::go_to(const PtzPosition& position, TimeNs now_ns) {
+Result<void> PtzHead::go_to(const PtzPosition& position, double speed, TimeNs now_ns) {
     if (auto good = check_room(now_ns); !good) return good;
-    const PtzMove there{.pan_deg = position.pan_deg, .tilt_deg = position.tilt_deg, .zoom = position.zoom};
+    const PtzMove there{
+        .pan_deg = position.pan_deg, .tilt_deg = position.tilt_deg, .zoom = position.zoom, .speed = speed};
     turn(there, now_ns);
     run_zoom(there, now_ns);
     return {};
@@ -209,6 +95,7 @@ Result<void> PtzHead::go_to(const PtzPosition& position, TimeNs now_ns) {
 Result<void> PtzHead::aim(const PtzPosition& at, double speed, TimeNs now_ns) {
     if (auto good = check_room(now_ns); !good) return good;
     turn({.pan_deg = at.pan_deg, .tilt_deg = at.tilt_deg, .speed = speed}, now_ns);
+    leave_tour(spec_.latency_s, now_ns);
     return {};
 }
 
@@ -220,10 +107,16 @@ Result<void> PtzHead::set_preset(const std::string& name, TimeNs now_ns) {
     return {};
 }
 
-Result<void> PtzHead::go_to_preset(const std::string& name, TimeNs now_ns) {
+Result<PtzPosition> PtzHead::preset(const std::string& name) const {
     const auto found = presets_.find(name);
     if (found == presets_.end()) return error(ErrorKind::not_found, "there is no preset '" + name + "'");
-    return go_to(found->second, now_ns);
+    return found->second;
+}
+
+Result<void> PtzHead::go_to_preset(const std::string& name, TimeNs now_ns) {
+    const auto there = preset(name);
+    if (!there) return std::unexpected(there.error());
+    return go_to(*there, 1.0, now_ns);
 }
 
 Result<void> PtzHead::remove_preset(const std::string& name) {
@@ -231,18 +124,75 @@ Result<void> PtzHead::remove_preset(const std::string& name) {
     return {};
 }
 
+Result<void> PtzHead::set_tour(const std::string& name, PtzTour tour) {
+    if (tours_.size() >= max_tours && !tours_.contains(name))
+        return error(ErrorKind::resource_exhausted,
+                     "the head has " + std::to_string(max_tours) + " tours already; remove one");
+    if (tour.empty() || tour.size() > max_tour_stops)
+        return error(ErrorKind::invalid_argument, "stops: must be 1 to " + std::to_string(max_tour_stops));
+    for (const PtzTourStop& stop : tour)
+        if (const auto there = preset(stop.preset); !there) return std::unexpected(there.error());
+    tours_[name] = std::move(tour);
+    return {};
+}
+
+Result<void> PtzHead::remove_tour(const std::string& name) {
+    if (tours_.erase(name) == 0) return error(ErrorKind::not_found, "there is no tour '" + name + "'");
+    return {};
+}
+
+Result<void> PtzHead::start_tour(const std::string& name, TimeNs now_ns) {
+    const auto found = tours_.find(name);
+    if (found == tours_.end()) return error(ErrorKind::not_found, "there is no tour '" + name + "'");
+    const PtzTour& tour = found->second;
+    std::vector<PtzPosition> places;
+    for (const PtzTourStop& stop : tour) {
+        const auto there = preset(stop.preset);
+        if (!there) return std::unexpected(there.error());
+        places.push_back(*there);
+    }
+    std::vector<PtzTourLeg> pan, tilt, zoom;
+    TimeNs round_ns = 0;
+    for (std::size_t i = 0; i < tour.size(); ++i) {
+        const std::size_t next = (i + 1) % tour.size();
+        const PtzPosition &from = places[i], &to = places[next];
+        const Way turns[] = {{{from.pan_deg}, pan_.nearest(to.pan_deg, from.pan_deg)},
+                             {{from.tilt_deg}, tilt_.within(to.tilt_deg)}};
+        const auto turned = together(turns, angle_limits({.speed = tour[next].speed}, 0));
+        const auto zoomed = AxisMotion::to({zoom_.within(portable::log(from.zoom))},
+                                           zoom_.within(portable::log(to.zoom)), zoom_limits(tour[next].speed));
+        round_ns += tour[i].dwell;
+        pan.push_back({round_ns, turned[0]});
+        tilt.push_back({round_ns, turned[1]});
+        zoom.push_back({round_ns, zoomed});
+        round_ns = later_by(round_ns, std::max({turned[0].duration_s(), turned[1].duration_s(), zoomed.duration_s()}));
+    }
+    if (auto good = go_to(places.front(), tour.front().speed, now_ns); !good) return good;
+    const TimeNs begin_ns = arrives_ns();
+    pan_.tour(now_ns, begin_ns, round_ns, std::move(pan));
+    tilt_.tour(now_ns, begin_ns, round_ns, std::move(tilt));
+    zoom_.tour(now_ns, begin_ns, round_ns, std::move(zoom));
+    tour_ = name;
+    return {};
+}
+
+void PtzHead::leave_tour(double latency_s, TimeNs now_ns) {
+    const TimeNs begin_ns = later_by(now_ns, latency_s);
+    for (PtzAxis* const axis : {&pan_, &tilt_})
+        if (axis->is_on_tour()) axis->brake(now_ns, begin_ns, spec_.acceleration_deg_s2);
+    if (zoom_.is_on_tour()) zoom_.brake(now_ns, begin_ns, zoom_limits(1.0).acceleration);
+}
+
 TimeNs PtzHead::begin_at_speed(double speed, TimeNs now_ns) const {
-    return later_by(now_ns, std::abs(speed) < least_speed ? spec_.stop_latency_s : spec_.latency_s);
+    return later_by(now_ns, std::abs(speed) < PtzAxis::least_speed ? spec_.stop_latency_s : spec_.latency_s);
 }
 
 void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
     const TimeNs begin_ns = later_by(now_ns, spec_.latency_s);
     const AxisLimits limits = angle_limits(move, begin_ns);
     struct Turn {
-        Axis& axis;
+        PtzAxis& axis;
         double asked;
-        AxisState from = {};
-        double target = 0.0;
     };
     std::vector<Turn> turns;
     if (move.pan_deg) turns.push_back({pan_, *move.pan_deg});
@@ -255,15 +205,14 @@ void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
         }
         return;
     }
-    double longest_s = 0.0;
-    for (Turn& one : turns) {
-        one.from = one.axis.motor(begin_ns);
-        one.target = move.mode == PtzMode::relative ? one.axis.within(one.from.position + one.asked)
-                                                    : one.axis.nearest(one.asked, one.from.position);
-        longest_s = std::max(longest_s, AxisMotion::to(one.from, one.target, limits).duration_s());
+    std::vector<Way> ways;
+    for (const Turn& one : turns) {
+        const AxisState from = one.axis.motor(begin_ns);
+        ways.push_back({from, move.mode == PtzMode::relative ? one.axis.within(from.position + one.asked)
+                                                             : one.axis.nearest(one.asked, from.position)});
     }
-    for (const Turn& one : turns)
-        one.axis.go(now_ns, begin_ns, AxisMotion::to_in(one.from, one.target, limits, longest_s));
+    const auto motions = together(ways, limits);
+    for (std::size_t i = 0; i < turns.size(); ++i) turns[i].axis.go(now_ns, begin_ns, motions[i]);
 }
 
 void PtzHead::run_zoom(const PtzMove& move, TimeNs now_ns) {
@@ -286,8 +235,9 @@ Result<void> PtzHead::stop(bool pan_and_tilt, bool zoom, TimeNs now_ns) {
     if (auto good = check_room(now_ns); !good) return good;
     const TimeNs begin_ns = later_by(now_ns, spec_.stop_latency_s);
     if (pan_and_tilt)
-        for (Axis* const axis : {&pan_, &tilt_}) axis->brake(now_ns, begin_ns, spec_.acceleration_deg_s2);
+        for (PtzAxis* const axis : {&pan_, &tilt_}) axis->brake(now_ns, begin_ns, spec_.acceleration_deg_s2);
     if (zoom) zoom_.brake(now_ns, begin_ns, zoom_limits(1.0).acceleration);
+    leave_tour(spec_.stop_latency_s, now_ns);
     return {};
 }
 
@@ -317,16 +267,9 @@ bool PtzHead::never_stands() const {
 
 PtzHead PtzHead::standing(TimeNs last_ns) const {
     PtzHead head = *this;
-    for (Axis PtzHead::* const axis : {&PtzHead::pan_, &PtzHead::tilt_, &PtzHead::zoom_})
+    for (PtzAxis PtzHead::* const axis : {&PtzHead::pan_, &PtzHead::tilt_, &PtzHead::zoom_})
         head.*axis = (this->*axis).standing(last_ns);
     return head;
-}
-
-Pose turned_by(const Pose& base, const PtzPosition& head) {
-    // Angles of a head are always within what pose_from_angles() takes.
-    const auto turn = pose_from_angles({}, {glm::radians(head.pan_deg), glm::radians(head.tilt_deg), 0.0});
-    CHECK(turn.has_value());
-    return {base.position, glm::normalize(base.orientation * turn->orientation)};
 }
 
 }  // namespace camrig::camera

@@ -7,8 +7,7 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
-#include "core/camera/axis_motion.h"
-#include "core/camera/pose.h"
+#include "core/camera/ptz_axis.h"
 #include "core/camera/ptz_spec.h"
 #include "core/camera/ptz_status.h"
 
@@ -28,11 +27,22 @@ struct PtzMove {
     std::optional<TimeNs> timeout = {};  ///< of a continuous move: it stops by itself
 };
 
+/// A place of a tour.
+struct PtzTourStop {
+    std::string preset;
+    TimeNs dwell = 5 * ns_per_s;  ///< from when all axes stand there; 0.1 s to a day
+    double speed = 1.0;           ///< share of the head's speed on the way to it: 0.001 to 1
+    friend bool operator==(const PtzTourStop&, const PtzTourStop&) = default;
+};
+/// Over and over, the last is followed by the first.
+using PtzTour = std::vector<PtzTourStop>;
+
 /// A pan/tilt/zoom head as a function of world time: what it was told so far, and what follows from that for any time.
 ///
 /// Each axis goes as fast as its limits let it and both angles of a move arrive together. Zoom goes by equal factors a
-/// second. A command takes the place of what its axes do, from its latency on; what is pending then is given up. States
-/// may be asked for in any order. Random numbers (where it stops) are functions of seed, axis and stop.
+/// second. A command takes the place of what its axes do, from its latency on; what is pending then is given up; a
+/// tour is over with any command that moves an axis. States may be asked for in any order. Random numbers (where it
+/// stops) are functions of seed, axis and stop.
 ///
 /// A value; any thread.
 class PtzHead {
@@ -54,9 +64,22 @@ public:
     Result<void> go_to_preset(const std::string& name, TimeNs now_ns);
     Result<void> remove_preset(const std::string& name);
     const std::map<std::string, PtzPosition>& presets() const { return presets_; }
+
+    static constexpr std::size_t max_tours = 16, max_tour_stops = 64;
+    /// invalid_argument: too many stops, or none. not_found: no preset of that name. resource_exhausted: there are as
+    /// many tours as there may be.
+    Result<void> set_tour(const std::string& name, PtzTour tour);
+    /// not_found: there is none of that name, so of the next; or a preset of it has gone.
+    Result<void> start_tour(const std::string& name, TimeNs now_ns);
+    /// One that goes on is not stopped.
+    Result<void> remove_tour(const std::string& name);
+    const std::map<std::string, PtzTour>& tours() const { return tours_; }
+    /// The name of the one that it was told to go on last; nullopt: another command came after it.
+    std::optional<std::string> tour() const { return pan_.is_on_tour() ? std::optional(tour_) : std::nullopt; }
+
     void set_home(TimeNs now_ns) { home_ = status(now_ns).position; }
     /// At first where it stood in the beginning.
-    Result<void> go_home(TimeNs now_ns) { return go_to(home_, now_ns); }
+    Result<void> go_home(TimeNs now_ns) { return go_to(home_, 1.0, now_ns); }
 
     /// Where it truly is.
     PtzPosition at(TimeNs world_ns) const;
@@ -70,68 +93,26 @@ public:
     const PtzSpec& spec() const { return spec_; }
 
 private:
-    /// One motion of an axis, from a time on, and how far it is from where it believes to be, before and after.
-    struct Segment {
-        TimeNs told_ns = 0, begin_ns = 0;
-        AxisMotion motion;
-        double error_from = 0.0, error_to = 0.0;
-
-        AxisState motor(TimeNs world_ns) const;
-        double error(TimeNs world_ns) const;
-        TimeNs end_ns() const;
-    };
-    struct AxisOptions {
-        std::optional<PtzLimits> limits;  ///< nullopt: it turns without end
-        double repeatability = 0.0, backlash = 0.0;
-        std::uint64_t seed = 0, stream = 0;  ///< of random numbers
-    };
-    class Axis {
-    public:
-        explicit Axis(AxisOptions options);
-        AxisState motor(TimeNs world_ns) const { return segment(world_ns).motor(world_ns); }
-        /// Where it is, with its errors; within its limits.
-        double position(TimeNs world_ns) const;
-        /// Where it believes to be, as its encoder tells.
-        double believed(TimeNs world_ns, double quantum) const;
-        bool is_moving(TimeNs world_ns) const;
-        TimeNs end_ns() const { return segments_.back().end_ns(); }
-        /// The nearest to it that it can come to.
-        double within(double target) const;
-        /// The same; without limits, of the positions that are the same turned round, the nearest to `from`.
-        double nearest(double target, double from) const;
-        std::size_t pending(TimeNs now_ns) const;
-        void go(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion);
-        void go_at_speed(TimeNs told_ns, TimeNs begin_ns, double speed, const AxisLimits& limits);
-        void brake(TimeNs told_ns, TimeNs begin_ns, double acceleration);
-        Axis standing(TimeNs last_ns) const;
-
-    private:
-        const Segment& segment(TimeNs world_ns) const;
-        void add(TimeNs told_ns, TimeNs begin_ns, const AxisMotion& motion, std::optional<double> error);
-
-        AxisOptions options_;
-        std::vector<Segment> segments_;  ///< by begin_ns; never empty
-        std::uint64_t stops_ = 0;
-    };
-
     AxisLimits angle_limits(const PtzMove& move, TimeNs begin_ns) const;
     AxisLimits zoom_limits(double share) const;
     double zoom_of(TimeNs world_ns) const;
     Result<void> check_room(TimeNs now_ns) const;
-    Result<void> go_to(const PtzPosition& position, TimeNs now_ns);
+    Result<PtzPosition> preset(const std::string& name) const;
+    Result<void> go_to(const PtzPosition& position, double speed, TimeNs now_ns);
+    /// Axes that are on a tour brake.
+    void leave_tour(double latency_s, TimeNs now_ns);
     /// When a continuous move begins that is told now: one without speed is a stop.
     TimeNs begin_at_speed(double speed, TimeNs now_ns) const;
     void turn(const PtzMove& move, TimeNs now_ns);
     void run_zoom(const PtzMove& move, TimeNs now_ns);
 
     PtzSpec spec_;
-    Axis pan_, tilt_;
-    Axis zoom_;  ///< natural logarithm of the factor
+    PtzAxis pan_, tilt_;
+    PtzAxis zoom_;  ///< natural logarithm of the factor
     std::map<std::string, PtzPosition> presets_;
     PtzPosition home_;
+    std::map<std::string, PtzTour> tours_;
+    std::string tour_;  ///< that was started last
 };
-
-/// world_from_link of a camera on a head whose base (at pan 0 and tilt 0) is there.
-Pose turned_by(const Pose& base, const PtzPosition& head);
 
 }  // namespace camrig::camera

@@ -70,7 +70,8 @@ PtzSpec ptz_preset(PtzPreset preset) {
                     .stop_latency_s = 0.0,
                     .quantum_deg = 0.0,
                     .repeatability_deg = 0.0,
-                    .is_proportional = false};
+                    .is_proportional = false,
+                    .flips = false};
         case PtzPreset::dome:
             return {};
         case PtzPreset::cheap:
@@ -85,7 +86,8 @@ PtzSpec ptz_preset(PtzPreset preset) {
                     .stop_latency_s = 0.8,
                     .quantum_deg = 0.1,
                     .repeatability_deg = 0.25,
-                    .backlash_deg = 0.2};
+                    .backlash_deg = 0.2,
+                    .flips = false};
     }
     return {};
 }
@@ -128,6 +130,9 @@ FieldTable<PtzSpec> fields_of(std::type_identity<PtzSpec>) {
                                     .range = {0, 10}}),
         field_at<&S::is_proportional>(
             {.name = "proportional", .doc = "relative and continuous moves are slower by the zoom"}),
+        field_at<&S::flips>(
+            {.name = "flip",
+             .doc = "past straight up or down the picture is turned over and relative and continuous tilt with it"}),
         field_at<&S::seed>({.name = "seed", .doc = "of where it stops", .range = {.low = 0}}),
     };
     return table;

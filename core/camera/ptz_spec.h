@@ -37,6 +37,7 @@ struct PtzSpec {
     double repeatability_deg = 0.05;  ///< it stops at most so far from where it believes to be, each time elsewhere
     double backlash_deg = 0.0;        ///< so much further does it lag behind after coming from the other side
     bool is_proportional = true;      ///< relative and continuous moves are slower by the zoom
+    bool flips = true;                ///< past straight up or down the picture is turned over, so that up is up
     std::uint64_t seed = 0;           ///< of where it stops
     friend bool operator==(const PtzSpec&, const PtzSpec&) = default;
 };

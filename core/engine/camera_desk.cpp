@@ -181,12 +181,13 @@ Result<PtzReply> CameraDesk::tell_head(
 Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) const {
     const auto head = entry.camera.head();
     if (!head) return std::unexpected(head.error());
-    return PtzReply{(*head)->status(now_ns), now_ns, (*head)->arrives_ns(), (*head)->presets(), entry.applied_ns};
+    return PtzReply{(*head)->status(now_ns), now_ns,           (*head)->arrives_ns(), (*head)->presets(),
+                    entry.applied_ns,        (*head)->tours(), (*head)->tour()};
 }
 
 Result<PtzReply> CameraDesk::run(MovePtz& command) {
-    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) {
-        return head.move(command.move, now_ns);
+    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera& camera, TimeNs now_ns) {
+        return head.move(camera.upright(command.move, now_ns), now_ns);
     });
 }
 
@@ -214,6 +215,21 @@ Result<PtzReply> CameraDesk::run(PtzPresets& command) {
                 break;
             case go_home:
                 return head.go_home(now_ns);
+        }
+        return {};
+    });
+}
+
+Result<PtzReply> CameraDesk::run(PtzTours& command) {
+    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) -> Result<void> {
+        switch (command.action) {
+            using enum PtzTours::Action;
+            case set:
+                return head.set_tour(command.tour, command.stops);
+            case start:
+                return head.start_tour(command.tour, now_ns);
+            case remove:
+                return head.remove_tour(command.tour);
         }
         return {};
     });

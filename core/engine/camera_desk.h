@@ -21,6 +21,7 @@ public:
     Result<PtzReply> run(MovePtz& command);
     Result<PtzReply> run(AimPtz& command);
     Result<PtzReply> run(PtzPresets& command);
+    Result<PtzReply> run(PtzTours& command);
     Result<PtzReply> run(StopPtz& command);
     Result<PtzReply> run(GetPtz& command);
 

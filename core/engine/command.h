@@ -97,6 +97,8 @@ struct PtzReply {
     TimeNs arrives_ns = 0;  ///< world time from which it stands; of what never ends, the largest there is
     std::map<std::string, camera::PtzPosition> presets;
     TimeNs applied_ns = 0;  ///< world time from which pictures show the command
+    std::map<std::string, camera::PtzTour> tours = {};
+    std::optional<std::string> tour = {};  ///< that it is on
 };
 struct MovePtz {
     using Reply = PtzReply;
@@ -117,6 +119,15 @@ struct PtzPresets {
     std::string camera;
     std::string preset = {};
     Action action = Action::go_to;
+};
+/// What a head does with tours of such places.
+struct PtzTours {
+    using Reply = PtzReply;
+    enum class Action : std::uint8_t { set, start, remove };
+    std::string camera;
+    std::string tour = {};
+    camera::PtzTour stops = {};  ///< to set
+    Action action = Action::start;
 };
 struct StopPtz {
     using Reply = PtzReply;
@@ -218,11 +229,11 @@ struct Request {
 
 using Command =
     std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
-                 Request<ListCameras>, Request<MovePtz>, Request<AimPtz>, Request<PtzPresets>, Request<StopPtz>,
-                 Request<GetPtz>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>,
-                 Request<StepWorld>, Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
-                 Request<SteerActors>, Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>,
-                 Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;
+                 Request<ListCameras>, Request<MovePtz>, Request<AimPtz>, Request<PtzPresets>, Request<PtzTours>,
+                 Request<StopPtz>, Request<GetPtz>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>,
+                 Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>, Request<SpawnActor>,
+                 Request<RemoveActor>, Request<SetActor>, Request<SteerActors>, Request<ListEvents>, Request<AddEvent>,
+                 Request<RemoveEvent>, Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

@@ -1,9 +1,7 @@
 #include "core/world/camera.h"
 
-#include <glm/trigonometric.hpp>
-
-#include "core/base/portable_math.h"
 #include "core/camera/lens_map.h"
+#include "core/camera/ptz_axes.h"
 #include "core/world/mount.h"
 #include "core/world/step_history.h"
 
@@ -63,6 +61,12 @@ Result<Camera> Camera::with_head(const std::function<Result<void>(camera::PtzHea
     return next;
 }
 
+camera::PtzMove Camera::upright(camera::PtzMove move, TimeNs world_ns) const {
+    if (!head_ || !head_->spec().flips || !move.tilt_deg || move.mode == camera::PtzMode::absolute) return move;
+    if (is_over(place_.at(world_ns).pose, head_->status(world_ns).position)) move.tilt_deg = -*move.tilt_deg;
+    return move;
+}
+
 Result<camera::PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) const {
     const auto head = this->head();
     if (!head) return std::unexpected(head.error());
@@ -75,12 +79,8 @@ Result<camera::PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) con
     const auto ideal = lens->undistort({(pixel.x - k.cx) / (k.fx * now.zoom), (pixel.y - k.cy) / (k.fy * now.zoom)});
     if (!ideal) return error(ErrorKind::invalid_argument, "x: the lens shows nothing there");
     const glm::dvec3 seen = camera::link_from_optical() * lens->direction_from_ideal(*ideal);
-    const glm::dvec3 from_base = turned_by(camera::Pose{}, now).orientation * seen;
-    // Straight up or down any pan will do; the present one does not roll the picture.
-    const bool is_at_pole = glm::length(glm::dvec2(from_base)) < 1e-9;
-    return camera::PtzPosition{is_at_pole ? now.pan_deg : glm::degrees(portable::atan2(from_base.y, from_base.x)),
-                               glm::degrees(portable::atan2(from_base.z, glm::length(glm::dvec2(from_base)))),
-                               now.zoom};
+    const camera::Pose base = place_.at(world_ns).pose;
+    return aimed_along(base, turned_by(base, now, (*head)->spec().flips).orientation * seen, now);
 }
 
 Camera Camera::in_another_world(const Snapshot& last) const {
@@ -110,7 +110,7 @@ camera::CameraState Camera::at(const Snapshot& world) const {
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
         state.head = head->status(world.world_ns);
         const camera::PtzPosition& turned = state.head->true_position;
-        state.pose = turned_by(state.pose, turned);
+        state.pose = turned_by(state.pose, turned, head->spec().flips);
         state.intrinsics.fx *= turned.zoom;
         state.intrinsics.fy *= turned.zoom;
     }

@@ -34,6 +34,8 @@ public:
     Result<Camera> with_head(const std::function<Result<void>(camera::PtzHead&)>& tell) const;
     /// unsupported: it has none.
     Result<const camera::PtzHead*> head() const;
+    /// A move of its head as it is meant: where the picture is turned over, relative and continuous tilt is too.
+    camera::PtzMove upright(camera::PtzMove move, TimeNs world_ns) const;
     /// Where its head would look at what the picture of that time shows at a place: x to the right and y up, in halves
     /// of the picture from its middle. unsupported: it has no head. invalid_argument: the lens shows nothing there.
     Result<camera::PtzPosition> aim(double x, double y, TimeNs world_ns) const;

@@ -68,12 +68,20 @@ def test_of_a_camera_on_a_head_they_are_the_heads(rig):
     assert re.search(r"pan_speed 0x\S+ \(int\)\s+: min=-360 max=360 ", listed), listed
     base = dome.get()["pose"]
     v4l2_ctl(rig, "-c", "pan_absolute=72000,tilt_absolute=18000,zoom_absolute=250")
+    wait_until(lambda: not any(dome.ptz.status()[key] for key in ("turning", "zooming")), what="the head to stand")
     assert (get(rig, "pan_absolute"), get(rig, "tilt_absolute"), get(rig, "zoom_absolute")) == (72000, 18000, 250)
-    wait_until(lambda: not dome.ptz.status()["turning"], what="the head to stand")
     true = dome.ptz.status()["true"]
     assert (true["pan_deg"], true["tilt_deg"]) == pytest.approx((-20, 5)) and dome.get()["pose"] == base  # V4L2 counts to the right
     dome.ptz.move(pan_deg=30)
     wait_until(lambda: get(rig, "pan_absolute") == -30 * 3600, what="what another client said")
+    slow = rig.create_camera("slow", size=(64, 48), fps=20, position=(-4, 0, 2), ptz={"preset": "ideal", "speed_deg_s": 0.5},
+                             outputs=[{"kind": "device", "number": 8}])
+    run_with_devices(rig, "v4l2-ctl", "-d", "/dev/video8", "-c", "pan_absolute=-324000")
+    before = slow.ptz.status()["pan_deg"]
+    read = int(run_with_devices(rig, "v4l2-ctl", "-d", "/dev/video8", "-C", "pan_absolute").split()[-1])
+    after = slow.ptz.status()["pan_deg"]
+    assert before * 3600 - 1 <= -read <= after * 3600 + 1 < 324000, "where it is, not where it goes"
+    slow.delete()
     v4l2_ctl(rig, "-c", "pan_speed=20")
     wait_until(lambda: dome.ptz.status()["pan_deg"] < 25, what="the drive to the right")
     v4l2_ctl(rig, "-c", "pan_speed=0")

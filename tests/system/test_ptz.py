@@ -47,6 +47,76 @@ def test_a_head_moves_as_its_figures_say_and_pictures_and_truth_show_it(rig):
     assert angle_between(cam.projection(), rest) < 1e-9
 
 
+def test_a_camera_that_looks_down_pans_with_a_level_horizon(rig):
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, position=(12, 9, 2.8), pan_deg=20, tilt_deg=-30, ptz=FIGURES)
+    rest = cam.projection().world_from_camera
+    for pan, tilt in ((90, 0), (-170, 25), (0, 0)):
+        cam.ptz.move(pan_deg=pan, tilt_deg=tilt)
+        rig.step(seconds=4)
+        for shown in (cam.projection(), camrig.Projection.of(cam.truth())):
+            right, _, forward = shown.world_from_camera[:3, :3].T
+            assert right[2] == pytest.approx(0, abs=1e-12)
+            assert math.degrees(math.asin(forward[2])) == pytest.approx(tilt - 30)
+            assert math.degrees(math.atan2(forward[1], forward[0])) == pytest.approx(math.remainder(20 + pan, 360))
+    assert (cam.projection().world_from_camera == rest).all()
+
+
+def test_a_tour_goes_from_preset_to_preset_until_another_command(rig):
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz=FIGURES, **POSE)
+    for name, pan in (("door", 30), ("desk", -20)):
+        cam.ptz.move(pan_deg=pan)
+        rig.step(seconds=4)
+        cam.ptz.preset_set(name)
+    tours = cam.ptz.tour_set("round", ["door", {"preset": "desk", "dwell_s": 2.35, "speed": 0.5}])["tours"]
+    assert tours == {"round": [{"preset": "door", "dwell_s": 5, "speed": 1}, {"preset": "desk", "dwell_s": 2.35, "speed": 0.5}]}
+    with pytest.raises(camrig.CamrigError, match="there is no preset 'gate'"):
+        cam.ptz.tour_set("other", ["gate"])
+    # To the door in 0.2 + 0.75 s; 5 s there, 1.125 s to the desk at half of the speed, 2.35 s there and 0.75 s to the door.
+    assert cam.ptz.tour_start("round")["tour"] == "round"
+    rig.step(seconds=0.95 + 1)
+    for _ in range(2):
+        assert cam.ptz.status()["true"]["pan_deg"] == pytest.approx(30) and not cam.ptz.status()["turning"]
+        rig.step(seconds=5)
+        assert cam.truth()["ptz"]["turning"]
+        rig.step(seconds=1)
+        assert cam.ptz.status()["true"]["pan_deg"] == pytest.approx(-20) and not cam.ptz.status()["turning"]
+        rig.step(seconds=5 + 1.125 + 2.35 + 0.75 - 6)
+    assert cam.ptz.stop()["tour"] is None
+    assert cam.ptz.tour_remove("round")["tours"] == {}
+    rig.step(seconds=20)
+    assert cam.ptz.status()["true"]["pan_deg"] == pytest.approx(30)
+
+
+def test_a_head_that_moves_draws_what_a_moving_camera_draws_and_one_that_rests_is_a_standing_camera(rig):
+    def drawn(move):
+        """Pictures drawn, and static layers made and copied, of 10 pictures."""
+        before = counters(rig)
+        move()
+        for _ in range(10):
+            rig.step(seconds=0.04)
+            cam.frame()
+        return {name: value - before[name] for name, value in counters(rig).items()}
+
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz={**FIGURES, "latency_s": 0}, **POSE)
+    drawn(lambda: None)
+    rest = drawn(lambda: None)
+    moving = drawn(lambda: cam.ptz.move(pan_deg=100, zoom=2))
+    assert rest["static_layers_reused"] == 10 and rest["static_layers_drawn"] == 0
+    assert moving["static_layers_reused"] <= 1 and moving["static_layers_drawn"] == 0
+    rig.step(seconds=4)
+    drawn(lambda: None)  # where it has come to it is seen anew
+    assert drawn(lambda: None) == rest
+    cam.delete()
+    cam = rig.create_camera("plain", size=(320, 240), fps=25, **POSE)
+    drawn(lambda: None)
+    assert drawn(lambda: cam.set(position=POSE["position"], look_at=(5, 12, 1), seconds=0.4)) == moving
+
+
+def counters(rig):
+    renderer = rig.stats()["renderer"]
+    return {name: renderer[name] for name in ("views", "static_layers_drawn", "static_layers_reused")}
+
+
 def test_what_is_aimed_at_comes_to_the_middle_through_any_lens(rig):
     for name, lens in (("straight", None), ("bent", {"model": "plumb_bob", "coefficients": [-0.3, 0.1, 0.001, -0.002, 0]})):
         cam = rig.create_camera(name, size=(640, 480), fps=25, vfov_deg=60, ptz=FIGURES, **POSE, **({"lens": lens} if lens else {}))

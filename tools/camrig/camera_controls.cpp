@@ -45,6 +45,8 @@ struct CameraControl {
     void (*write)(std::int32_t value, const Known& known, Change& change);
     /// Of cameras on heads alone: the ends of its range.
     std::pair<std::int32_t, std::int32_t> (*range_on)(const camera::PtzSpec& head) = nullptr;
+    /// Of cameras on heads alone: its value at a position.
+    std::int32_t (*at)(const camera::PtzPosition& position) = nullptr;
     bool is_of_heads = false;  ///< other cameras do not have it
 };
 
@@ -59,6 +61,11 @@ std::optional<camera::PtzPosition> target_of(const Known& known) {
     if (head == nullptr) return std::nullopt;
     if (head->never_stands()) return known.head ? known.head->position : camera::PtzPosition{};
     return head->status(head->arrives_ns()).position;
+}
+
+std::int32_t read(const CameraControl& control, const Known& known) {
+    const auto target = control.at ? target_of(known) : std::nullopt;
+    return target ? control.at(*target) : control.read(known);
 }
 
 /// The whole arc seconds within limits in degrees.
@@ -137,7 +144,6 @@ const std::vector<CameraControl>& camera_controls() {
          }},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
          [](const Known& known) {
-             if (const auto target = target_of(known)) return whole(-target->pan_deg * arcsec_per_deg);
              return whole(-camera::angles_of(known.camera.spec()->pose.orientation).pan * arcsec_per_rad);
          },
          [](std::int32_t value, const Known& known, Change& change) {
@@ -149,10 +155,10 @@ const std::vector<CameraControl>& camera_controls() {
          [](const camera::PtzSpec& head) {
              const auto limits = head.pan_limits_deg.value_or(camera::PtzLimits{-180, 180});
              return arcsec_range(-limits.high, -limits.low);
-         }},
+         },
+         [](const camera::PtzPosition& position) { return whole(-position.pan_deg * arcsec_per_deg); }},
         {{V4L2_CID_TILT_ABSOLUTE, integer, "Tilt (Absolute)", -324000, 324000, 1, 0, 0, {}},
          [](const Known& known) {
-             if (const auto target = target_of(known)) return whole(target->tilt_deg * arcsec_per_deg);
              return whole(camera::angles_of(known.camera.spec()->pose.orientation).tilt * arcsec_per_rad);
          },
          [](std::int32_t value, const Known& known, Change& change) {
@@ -161,12 +167,10 @@ const std::vector<CameraControl>& camera_controls() {
              else
                  change.camera().tilt_rad = value / arcsec_per_rad;
          },
-         [](const camera::PtzSpec& head) { return arcsec_range(head.tilt_limits_deg.low, head.tilt_limits_deg.high); }},
+         [](const camera::PtzSpec& head) { return arcsec_range(head.tilt_limits_deg.low, head.tilt_limits_deg.high); },
+         [](const camera::PtzPosition& position) { return whole(position.tilt_deg * arcsec_per_deg); }},
         {{V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
-         [](const Known& known) {
-             const auto target = target_of(known);
-             return whole((target ? target->zoom : known.camera.spec()->zoom) * 100);
-         },
+         [](const Known& known) { return whole(known.camera.spec()->zoom * 100); },
          [](std::int32_t value, const Known& known, Change& change) {
              if (head_of(known))
                  change.to().zoom = value / 100.0;
@@ -175,17 +179,20 @@ const std::vector<CameraControl>& camera_controls() {
          },
          [](const camera::PtzSpec& head) {
              return std::pair(100, static_cast<std::int32_t>(std::floor(head.zoom_max * 100)));
-         }},
+         },
+         [](const camera::PtzPosition& position) { return whole(position.zoom * 100); }},
         // Speeds are set and not read back: a head does not say how fast it goes.
         {{V4L2_CID_PAN_SPEED, integer, "Pan, Speed", 0, 0, 1, 0, 0, {}},
          [](const Known&) { return 0; },
          [](std::int32_t value, const Known&, Change& change) { change.at_speed().pan_deg = -value; },
          speeds_of,
+         nullptr,
          true},
         {{V4L2_CID_TILT_SPEED, integer, "Tilt, Speed", 0, 0, 1, 0, 0, {}},
          [](const Known&) { return 0; },
          [](std::int32_t value, const Known&, Change& change) { change.at_speed().tilt_deg = value; },
          speeds_of,
+         nullptr,
          true},
     };
     return all;
@@ -225,7 +232,20 @@ Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t 
     const auto found = known(camera);
     if (!found) return error(ErrorKind::unavailable, not_told);
     const device::DeviceControl listed = listed_for(*control, head_of(*found));
-    return std::clamp(control->read(*found), listed.minimum, listed.maximum);
+    return std::clamp(read(*control, *found), listed.minimum, listed.maximum);
+}
+
+void CameraControls::ask(std::string_view camera, std::uint32_t id, std::function<void(Result<std::int32_t>)> done) {
+    const CameraControl* const control = find_control(id);
+    const auto found = known(camera);
+    if (!control || !control->at || !found || !head_of(*found)) return done(get(camera, id));
+    commands_.post(engine::Request<engine::GetPtz>{{std::string(camera)},
+                                                   [control, listed = listed_for(*control, head_of(*found)),
+                                                    done = std::move(done)](const Result<engine::PtzReply>& reply) {
+                                                       if (!reply) return done(std::unexpected(reply.error()));
+                                                       done(std::clamp(control->at(reply->status.position),
+                                                                       listed.minimum, listed.maximum));
+                                                   }});
 }
 
 void CameraControls::set(std::string_view camera, std::span<const device::DeviceControlValue> values,
@@ -295,7 +315,7 @@ void CameraControls::told(const engine::CameraReply& report) {
     std::vector<std::uint32_t> ids;
     if (before != known_.end())
         for (const CameraControl& one : camera_controls())
-            if (one.read(before->second) != one.read(now) &&
+            if (read(one, before->second) != read(one, now) &&
                 (setting == being_set_.end() || !setting->second.contains(one.control.id)))
                 ids.push_back(one.control.id);
     known_.insert_or_assign(name, now);

@@ -18,11 +18,11 @@ namespace camrig::cli {
 /// The V4L2 controls of the rig's cameras. A change is a camera.set like any other, in the engine's queue; the values
 /// are those of the latest state that was told. Pan and tilt are the camera's in the world (0: along +x, level), pan to
 /// the right and tilt up, in arc seconds; zoom is in percent of the camera's optics. Of a camera on a head they are the
-/// head's, and speeds of pan and tilt come with it; what is read is where the last command brings it, as drivers
-/// answer. See docs/devices.md for the others.
+/// head's, and speeds of pan and tilt come with it: who asks is told where it believes to be at that time, who hears of
+/// changes where they bring it. See docs/devices.md for the others.
 ///
-/// list, get, set: the device server's thread. refresh, forget: the engine's thread (bus observers). Answers come on
-/// the engine's thread.
+/// list, get, ask, set: the device server's thread. refresh, forget: the engine's thread (bus observers). Answers come
+/// on the engine's thread.
 class CameraControls final : public device::ControlPort, public std::enable_shared_from_this<CameraControls> {
 public:
     /// `changed` hears of values that others changed; it must not block.
@@ -35,6 +35,7 @@ public:
 
     std::vector<device::DeviceControl> list(std::string_view camera) override;
     Result<std::int32_t> get(std::string_view camera, std::uint32_t id) override;
+    void ask(std::string_view camera, std::uint32_t id, std::function<void(Result<std::int32_t>)> done) override;
     void set(std::string_view camera, std::span<const device::DeviceControlValue> values,
              std::function<void(Result<void>)> done) override;
 

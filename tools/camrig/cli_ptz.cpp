@@ -16,6 +16,14 @@ std::string position_text(const json& position) {
            " deg, zoom " + plain_text(position.at("zoom"));
 }
 
+std::string stops_text(const json& stops) {
+    std::string text;
+    for (const json& stop : stops)
+        text += (text.empty() ? "" : ", ") + stop.at("preset").get<std::string>() + " for " +
+                plain_text(stop.at("dwell_s")) + " s";
+    return text;
+}
+
 std::string words_of(const json& status) {
     const bool turns = status.at("turning") == true, zooms = status.at("zooming") == true;
     std::vector<std::vector<std::string>> rows{{"believes", position_text(status)},
@@ -24,8 +32,10 @@ std::string words_of(const json& status) {
                                                          : turns        ? "turns"
                                                          : zooms        ? "zooms"
                                                                         : "stands"}};
+    if (!status.at("tour").is_null()) rows.push_back({"tour", status.at("tour")});
     for (const auto& [name, position] : status.at("presets").items())
         rows.push_back({"preset " + name, position_text(position)});
+    for (const auto& [name, stops] : status.at("tours").items()) rows.push_back({"tour " + name, stops_text(stops)});
     return table(rows, 2);
 }
 
@@ -79,6 +89,26 @@ void add_ptz_commands(CLI::App& app, CliContext& context) {
                                              std::tuple("preset-goto", "ptz.preset_goto", "goes to a preset"),
                                              std::tuple("preset-remove", "ptz.preset_remove", "forgets a preset")})
         PtzCommand(*ptz, context, name, method, help).text("PRESET", "preset", "its name")->required();
+    PtzCommand tour(*ptz, context, "tour-set", "ptz.tour_set", "makes a guard tour of presets");
+    tour.text("TOUR", "tour", "its name")->required();
+    const auto stops = std::make_shared<std::vector<std::string>>();
+    const auto all = std::make_shared<json>(json::object());
+    tour.app->add_option("PRESET", *stops, "where it goes, over and over, in this order")->required();
+    const auto of_all_stops = [&](const std::string& option, const std::string& key, const std::string& help) {
+        tour.app->add_option_function<double>(option, [all, key](double value) { (*all)[key] = value; }, help);
+    };
+    of_all_stops("--dwell", "dwell_s", "seconds at each (5)");
+    of_all_stops("--speed", "speed", "share of the head's speed, up to 1");
+    tour.app->parse_complete_callback([stops, all, params = tour.params] {
+        for (const std::string& preset : *stops)
+            (*params)["stops"].push_back(*all), (*params)["stops"].back()["preset"] = preset;
+    });
+    PtzCommand(*ptz, context, "tour-start", "ptz.tour_start", "goes from stop to stop until another command")
+        .text("TOUR", "tour", "its name")
+        ->required();
+    PtzCommand(*ptz, context, "tour-remove", "ptz.tour_remove", "forgets a tour")
+        .text("TOUR", "tour", "its name")
+        ->required();
     PtzCommand(*ptz, context, "home-set", "ptz.home_set", "makes where the head is its home");
     PtzCommand(*ptz, context, "home-goto", "ptz.home_goto", "goes home");
 }

@@ -31,12 +31,17 @@ struct DeviceControlValue {
 };
 
 /// What the controls of user-space devices act on; passed in by the composition root. list() and get() answer from
-/// what is known and do not block; calls come from the device server's thread.
+/// what is known; nothing blocks; calls come from the device server's thread.
 class ControlPort {
 public:
     virtual ~ControlPort() = default;
     virtual std::vector<DeviceControl> list(std::string_view camera) = 0;
+    /// The value that was set last.
     virtual Result<std::int32_t> get(std::string_view camera, std::uint32_t id) = 0;
+    /// The value now, which another is of what is on its way to what was set. `done` is called once, from any thread.
+    virtual void ask(std::string_view camera, std::uint32_t id, std::function<void(Result<std::int32_t>)> done) {
+        done(get(camera, id));
+    }
     /// All of the values or none; they are within the limits of list(). `done` is called once, from any thread.
     virtual void set(std::string_view camera, std::span<const DeviceControlValue> values,
                      std::function<void(Result<void>)> done) = 0;

@@ -39,13 +39,22 @@ void DeviceControls::describe(const std::string& camera, camrig_description& des
     }
 }
 
-Handled DeviceControls::get(DeviceSession& session, const std::string& camera, const camrig_request& request) {
-    const auto value = port_->get(camera, request.u.control_id);
-    if (!value) return errno_of(value.error());
-    camrig_reply reply{};
-    reply.u.controls.count = 1;
-    reply.u.controls.values[0] = {request.u.control_id, *value};
-    session.reply(request.serial, reply);
+Handled DeviceControls::get(const SessionRef& session, const std::string& camera, const camrig_request& request) {
+    session->awaits_reply = true;
+    port_->ask(camera, request.u.control_id,
+               [tasks = tasks_, weak = std::weak_ptr(session), id = request.u.control_id,
+                serial = request.serial](const Result<std::int32_t>& value) {
+                   tasks->post([weak, id, serial, value] {
+                       const SessionRef asker = weak.lock();
+                       if (!asker) return;
+                       asker->awaits_reply = false;
+                       if (!value) return asker->fail(serial, errno_of(value.error()));
+                       camrig_reply reply{};
+                       reply.u.controls.count = 1;
+                       reply.u.controls.values[0] = {id, *value};
+                       asker->reply(serial, reply);
+                   });
+               });
     return answered;
 }
 

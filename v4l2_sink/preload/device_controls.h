@@ -24,7 +24,8 @@ public:
 
     /// Fills in the list of controls.
     void describe(const std::string& camera, camrig_description& description);
-    Handled get(DeviceSession& session, const std::string& camera, const camrig_request& request);
+    /// Answered once the rig has said what the value is now.
+    Handled get(const SessionRef& session, const std::string& camera, const camrig_request& request);
     /// Answered once the rig has done it.
     Handled set(const SessionRef& session, const std::string& camera, const camrig_request& request);
     Handled menu(DeviceSession& session, const std::string& camera, const camrig_request& request);

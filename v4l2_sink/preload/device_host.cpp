@@ -105,7 +105,7 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
             stream_off(session);
             break;
         case camrig_request_get_control:
-            problem = controls_.get(*session, camera_of(*session), request);
+            problem = controls_.get(session, camera_of(*session), request);
             break;
         case camrig_request_set_controls:
             problem = controls_.set(session, camera_of(*session), request);

@@ -76,7 +76,7 @@ public:
     std::shared_ptr<stream::ReaderStats> stats;
     std::shared_ptr<RingReader> reader;
     std::shared_ptr<FedRing> ring;  ///< while streaming
-    bool awaits_reply = false;      ///< a control change is under way
+    bool awaits_reply = false;      ///< a question or a change of a control is under way
 
     camrig_reader_page& shared() const { return *reinterpret_cast<camrig_reader_page*>(page.data()); }
 

@@ -26,6 +26,10 @@ public:
     nlohmann::json preset_set(const std::string& preset) const;
     nlohmann::json preset_goto(const std::string& preset) const;
     nlohmann::json preset_remove(const std::string& preset) const;
+    /// Stops: [{"preset": "door", "dwell_s": 5, "speed": 1}, ...]
+    nlohmann::json tour_set(const std::string& tour, nlohmann::json stops) const;
+    nlohmann::json tour_start(const std::string& tour) const;
+    nlohmann::json tour_remove(const std::string& tour) const;
     nlohmann::json home_set() const;
     nlohmann::json home_goto() const;
 

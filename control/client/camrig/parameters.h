@@ -77,6 +77,7 @@ struct Ptz {
     std::optional<double> repeatability_deg = {};  ///< deg; 0 to 10: it stops at most so far from where it believes to be
     std::optional<double> backlash_deg = {};  ///< deg; 0 to 10: play of its gears: where it stops depends on where it comes from
     std::optional<bool> proportional = {};  ///< relative and continuous moves are slower by the zoom
+    std::optional<bool> flip = {};  ///< past straight up or down the picture is turned over and relative and continuous tilt with it
     std::optional<std::uint64_t> seed = {};  ///< at least 0: of where it stops
 
     template <typename Self, typename Visit>
@@ -94,6 +95,7 @@ struct Ptz {
         visit("repeatability_deg", self.repeatability_deg);
         visit("backlash_deg", self.backlash_deg);
         visit("proportional", self.proportional);
+        visit("flip", self.flip);
         visit("seed", self.seed);
     }
 };

@@ -81,6 +81,8 @@ class Ptz(TypedDict, total=False):
     """deg; 0 to 10: play of its gears: where it stops depends on where it comes from"""
     proportional: bool
     """relative and continuous moves are slower by the zoom"""
+    flip: bool
+    """past straight up or down the picture is turned over and relative and continuous tilt with it"""
     seed: int
     """at least 0: of where it stops"""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,7 +13,7 @@ class Ptz:
     """Moves the head of a camera that has one (``ptz={"preset": "dome"}``) and tells where it is.
 
     All calls answer at once with the status: ``pan_deg``, ``tilt_deg`` and ``zoom`` as the head believes, ``true`` as it is,
-    ``turning``, ``zooming``, ``arrives_ns``, ``presets``. Pan is positive to the left, tilt upwards.
+    ``turning``, ``zooming``, ``arrives_ns``, ``presets``, ``tours`` and the ``tour`` that it is on. Pan is positive to the left, tilt upwards.
     """
 
     def __init__(self, rig: Rig, camera: str) -> None:
@@ -51,6 +52,18 @@ class Ptz:
 
     def preset_remove(self, preset: str) -> dict[str, Any]:
         return self._call("ptz.preset_remove", preset=preset)
+
+    def tour_set(self, tour: str, stops: Iterable[str | Mapping[str, Any]]) -> dict[str, Any]:
+        """Makes a guard tour: names of presets, or each ``{"preset": .., "dwell_s": .., "speed": ..}``."""
+        listed = [{"preset": stop} if isinstance(stop, str) else dict(stop) for stop in stops]
+        return self._call("ptz.tour_set", tour=tour, stops=listed)
+
+    def tour_start(self, tour: str) -> dict[str, Any]:
+        """From stop to stop, over and over, until any other command moves the head or stops it."""
+        return self._call("ptz.tour_start", tour=tour)
+
+    def tour_remove(self, tour: str) -> dict[str, Any]:
+        return self._call("ptz.tour_remove", tour=tour)
 
     def home_set(self) -> dict[str, Any]:
         return self._call("ptz.home_set")

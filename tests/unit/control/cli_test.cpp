@@ -157,6 +157,15 @@ TEST_F(Cli, AnglesAndHorizontalFieldsOfViewAndPlaces) {
     EXPECT_EQ(json_of({"camera", "create", "b", "--place", "door", "--vfov-deg", "40"})["name"], "b");
 }
 
+TEST_F(Cli, ATourHasPresetsAndOneDwellAndSpeedForAll) {
+    json_of({"camera", "create", "dome", "--position", "0,0,2", "--ptz", "preset=ideal"});
+    const json made =
+        json_of({"ptz", "tour-set", "dome", "round", "door", "desk", "--dwell", "10", "--speed", "0.5"})["tours"];
+    EXPECT_EQ(made, json::parse(R"({"round": [{"preset": "door", "dwell_s": 10.0, "speed": 0.5},
+                                              {"preset": "desk", "dwell_s": 10.0, "speed": 0.5}]})"));
+    EXPECT_THAT(at_rig({"ptz", "status", "dome"}).out, ContainsRegex("tour round +door for 10 s, desk for 10 s"));
+}
+
 TEST_F(Cli, SetKeepsWhatAPoseLeavesOpen) {
     json_of({"camera", "create", "a", "--position", "1,2,3", "--pan-deg", "30", "--tilt-deg", "-5"});
     json camera = json_of({"camera", "set", "a", "--pan-deg", "60"});

@@ -110,7 +110,7 @@ Result<engine::PtzReply> FakeRig::tell_head(const std::string& name,
     if (!camera) return std::unexpected(camera.error());
     cameras_[name].camera = *camera;
     const camera::PtzHead& head = **camera->head();
-    return engine::PtzReply{head.status(0), 0, head.arrives_ns(), head.presets(), 0};
+    return engine::PtzReply{head.status(0), 0, head.arrives_ns(), head.presets(), 0, head.tours(), head.tour()};
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::MovePtz& command) {
@@ -125,6 +125,15 @@ Result<engine::PtzReply> FakeRig::run(engine::AimPtz& command) {
 
 Result<engine::PtzReply> FakeRig::run(engine::PtzPresets& command) {
     return tell_head(command.camera, [&](camera::PtzHead& head) { return head.set_preset(command.preset, 0); });
+}
+
+Result<engine::PtzReply> FakeRig::run(engine::PtzTours& command) {
+    return tell_head(command.camera, [&](camera::PtzHead& head) -> Result<void> {
+        if (command.action != engine::PtzTours::Action::set) return {};
+        for (const camera::PtzTourStop& stop : command.stops)
+            if (auto good = head.set_preset(stop.preset, 0); !good) return good;
+        return head.set_tour(command.tour, command.stops);
+    });
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::StopPtz& command) {

@@ -41,6 +41,7 @@ private:
     Result<engine::PtzReply> run(engine::MovePtz& command);
     Result<engine::PtzReply> run(engine::AimPtz& command);
     Result<engine::PtzReply> run(engine::PtzPresets& command);
+    Result<engine::PtzReply> run(engine::PtzTours& command);
     Result<engine::PtzReply> run(engine::StopPtz& command);
     Result<engine::PtzReply> run(engine::GetPtz& command);
     Result<engine::PtzReply> tell_head(const std::string& name,

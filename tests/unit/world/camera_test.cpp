@@ -141,6 +141,39 @@ TEST(Camera, OnAnotherMountOrHeadItsPastStaysWhatItWas) {
     EXPECT_EQ(x_at(10 * ns_per_ms), 3.0);
 }
 
+TEST(Camera, WhereItsHeadHasFlippedTiltIsAsThePictureShowsIt) {
+    for (const bool flips : {true, false}) {
+        CameraPatch patch;
+        patch.tilt_rad = -0.5;
+        patch.change([&](CameraSpec& spec) {
+            spec.ptz = camera::ptz_preset(camera::PtzPreset::ideal);
+            spec.ptz->flips = flips;
+        });
+        Camera camera = Camera().changed(patch, 0, 0).value();
+        const auto tell = [&](const camera::PtzMove& move, TimeNs when) {
+            camera =
+                camera.with_head([&](camera::PtzHead& head) { return head.move(camera.upright(move, when), when); })
+                    .value();
+        };
+        const auto height = [&](TimeNs when) {
+            return (camera.at(time(when)).pose.orientation * glm::dvec3(1, 0, 0)).z;
+        };
+        tell({.tilt_deg = -90.0}, 0);
+        EXPECT_EQ((camera.at(time(ns_per_s)).pose.orientation * glm::dvec3(0, 0, 1)).z > 0.0, flips);
+        const double over = height(ns_per_s);
+        tell({.mode = camera::PtzMode::relative, .tilt_deg = 5.0}, ns_per_s);
+        EXPECT_EQ(height(2 * ns_per_s) > over, false) << "there is no way on: it is at its limit";
+        tell({.tilt_deg = -80.0}, 2 * ns_per_s);
+        const double before = height(3 * ns_per_s);
+        tell({.mode = camera::PtzMode::continuous, .tilt_deg = 2.0, .timeout = ns_per_s}, 3 * ns_per_s);
+        EXPECT_EQ(height(5 * ns_per_s) > before, flips);
+        tell({.tilt_deg = -10.0}, 5 * ns_per_s);
+        const double upright = height(6 * ns_per_s);
+        tell({.mode = camera::PtzMode::relative, .tilt_deg = 5.0}, 6 * ns_per_s);
+        EXPECT_GT(height(7 * ns_per_s), upright);
+    }
+}
+
 TEST(Camera, InAnotherWorldItHasArrivedAndStaysWhereItsActorWas) {
     const auto world = World::create(empty_scene(), 3).value();
     ASSERT_TRUE(world->spawn_actor(actor(R"({"name": "c", "model": "man", "position": [3, 4, 0]})")));
