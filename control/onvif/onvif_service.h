@@ -28,8 +28,8 @@ struct OnvifReply {
 class OnvifService {
 public:
     struct Options {
-        Site site;
-        std::string token;        ///< empty: everybody may
+        Site site = {};
+        std::string token = {};   ///< empty: everybody may
         bool may_command = true;  ///< else heads are only looked at
     };
     /// The port outlives stop(), and no command is in work when the service goes.

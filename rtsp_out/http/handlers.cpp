@@ -1,5 +1,9 @@
 #include "rtsp_out/http/handlers.h"
 
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
@@ -154,7 +158,8 @@ asio::awaitable<Reply> device(ServerState& state, AsyncEventRef event, const Htt
     if (!got) co_return error_reply(got.error());
     if (got->is_refused) {
         ++state.counts.connections.wrong_tokens;
-        co_await event->wait_for(state.options.limits.wrong_token);
+        asio::steady_timer pause(co_await asio::this_coro::executor, state.options.limits.wrong_token);
+        co_await pause.async_wait(asio::as_tuple(asio::use_awaitable));
     }
     Reply reply = text_reply(std::move(got->content_type), std::move(got->text));
     reply.status = got->status;

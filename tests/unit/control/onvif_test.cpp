@@ -164,7 +164,7 @@ TEST_F(OnvifServiceTest, ADeviceIsOneCameraOrHasThemAll) {
     const std::string one = ask(soap("<c:GetProfiles/>"), "plain").text;
     EXPECT_THAT(one, Not(HasSubstr("dome")));
     EXPECT_THAT(one, Not(HasSubstr("PTZConfiguration")));
-    EXPECT_THAT(ask(soap("<a:GetServices/>"), "plain").text, Not(HasSubstr("/ptz/")));
+    EXPECT_THAT(ask(soap("<a:GetServices/>"), "plain").text, Not(HasSubstr("/ptz/wsdl<")));
     EXPECT_THAT(ask(soap("<a:GetServices/>"), "dome").text, HasSubstr("http://10.0.0.9:81/onvif/device_service"));
     EXPECT_EQ(ask(ptz("GetStatus"), "plain").status, 400) << "the head of another device";
     const std::string uri = "<c:GetStreamUri><c:ProfileToken>dome-mjpeg</c:ProfileToken></c:GetStreamUri>";
@@ -175,13 +175,11 @@ TEST_F(OnvifServiceTest, RightIsPositiveForClientsAndNegativeForTheHead) {
     start({});
     EXPECT_EQ(ask(ptz("AbsoluteMove", "<b:Position><PanTilt x=\"1\" y=\"-1\"/><Zoom x=\"1\"/></b:Position>")).status,
               200);
-    const engine::PtzReply told = [&] {
-        std::promise<engine::PtzReply> answer;
-        rig.post(engine::Request<engine::GetPtz>{
-            {"dome"}, [&](Result<engine::PtzReply> reply) { answer.set_value(std::move(*reply)); }});
-        return answer.get_future().get();
-    }();
-    EXPECT_TRUE(told.status.is_turning && told.status.is_zooming);
+    std::promise<camera::PtzPosition> there;
+    rig.post(engine::Request<engine::GetCamera>{{"dome"}, [&there](const Result<engine::CameraReply>& reply) {
+                                                    there.set_value((*reply->camera.head())->at(60 * ns_per_s));
+                                                }});
+    EXPECT_EQ(there.get_future().get(), (camera::PtzPosition{-90, -60, 30}));
     EXPECT_THAT(ask(ptz("GetStatus")).text, HasSubstr("<tt:MoveStatus><tt:PanTilt>MOVING</tt:PanTilt>"));
 }
 
@@ -196,7 +194,6 @@ TEST_F(OnvifServiceTest, PresetsAreThoseOfTheHeadAndGetNumbersWhereTheyGetNoName
     EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetToken>9</b:PresetToken>")).text, HasSubstr("ter:NoToken"));
     EXPECT_EQ(ask(ptz("GotoPreset", "<b:PresetToken>home</b:PresetToken>")).status, 200);
     EXPECT_EQ(ask(ptz("RemovePreset", "<b:PresetToken>1</b:PresetToken>")).status, 200);
-    EXPECT_THAT(ask(ptz("RemovePreset", "<b:PresetToken>1</b:PresetToken>")).text, HasSubstr("ter:NoToken"));
 }
 
 TEST_F(OnvifServiceTest, MovesThatNoHeadCanMakeAreTheProperFaults) {
