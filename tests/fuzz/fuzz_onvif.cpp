@@ -26,16 +26,21 @@ private:
         world::CameraSpec spec;
         spec.name = "dome";
         spec.ptz = camera::ptz_preset(camera::PtzPreset::dome);
-        return {.camera = world::Camera(std::move(spec))};
+        engine::CameraReply reply;
+        reply.camera = world::Camera(std::move(spec));
+        return reply;
     }
     void answer(engine::Request<engine::GetCamera>& request) { request.done(camera()); }
     void answer(engine::Request<engine::ListCameras>& request) { request.done(std::vector{camera()}); }
     template <typename C>
     void answer(engine::Request<C>& request) {
-        if constexpr (std::is_same_v<typename C::Reply, engine::PtzReply>)
-            request.done(engine::PtzReply{.presets = {{"door", {}}}});
-        else
+        if constexpr (std::is_same_v<typename C::Reply, engine::PtzReply>) {
+            engine::PtzReply reply;
+            reply.presets["door"] = {};
+            request.done(std::move(reply));
+        } else {
             request.done(error(ErrorKind::unavailable, "no"));
+        }
     }
 };
 
