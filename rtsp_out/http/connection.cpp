@@ -46,9 +46,10 @@ bool is_json(std::string_view content_type) {
 }
 
 /// What to answer when a request cannot be read; nothing when nobody is there to hear it.
-std::optional<Reply> unreadable(const Failure& failed, bool has_target) {
+std::optional<Reply> unreadable(const Failure& failed, bool has_target, std::size_t body_bytes) {
     if (failed == http::error::body_limit)
-        return error_reply(413, ErrorKind::resource_exhausted, "the body is larger than 1 MiB");
+        return error_reply(413, ErrorKind::resource_exhausted,
+                           "the body is larger than " + std::to_string(body_bytes / 1024) + " KiB");
     if ((failed == http::error::header_limit || failed == http::error::buffer_overflow) && !has_target)
         return error_reply(414, ErrorKind::invalid_argument, "the request line is too long");
     if (failed == http::error::header_limit || failed == http::error::buffer_overflow)
@@ -66,10 +67,12 @@ std::string describe(const asio::ip::tcp::endpoint& peer) {
     return (peer.address().is_v6() ? "[" + address + "]" : address) + ":" + std::to_string(peer.port());
 }
 
-HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket, asio::ip::tcp::endpoint peer)
+HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket, asio::ip::tcp::endpoint peer,
+                               std::optional<std::string> device)
     : state_(state),
       peer_address_(peer.address()),
       peer_(describe(peer)),
+      device_(std::move(device)),
       stream_(std::move(socket)),
       buffer_(2 * state.options.limits.header_bytes),
       event_(std::make_shared<AsyncEvent>(stream_.get_executor())) {
@@ -116,19 +119,19 @@ asio::awaitable<void> HttpConnection::run() {
 asio::awaitable<bool> HttpConnection::serve_one() {
     Parser parser;
     parser.header_limit(static_cast<std::uint32_t>(state_.options.limits.header_bytes));
-    parser.body_limit(state_.options.limits.body_bytes);
+    parser.body_limit(body_bytes());
     stream_.expires_after(state_.options.limits.request_time);
     const auto [failed, size] = co_await http::async_read_header(stream_, buffer_, parser, quiet);
     HttpRequest request;
     if (failed) {
-        auto refused = unreadable(failed, !parser.get().target().empty());
+        auto refused = unreadable(failed, !parser.get().target().empty(), body_bytes());
         if (!refused) co_return false;
         refused->close = true;
         co_return co_await send(std::move(*refused), request);
     }
     std::optional<Reply> reply = examine(parser.get(), request);
     if (reply && reply->status == 401) co_await hold_back(parser.get(), request.target);
-    const bool body_wanted = !reply && request.route.kind == RouteKind::rpc && request.method == "POST";
+    const bool body_wanted = !reply && request.route.takes_post && request.method == "POST";
     if (body_wanted) reply = co_await read_body(parser, request);
     if (!reply) end_waiting();
     const bool is_stream = request.route.kind == RouteKind::stream || request.route.kind == RouteKind::live;
@@ -174,6 +177,34 @@ std::optional<Reply> HttpConnection::check_access(const Message& message, HttpRe
                                       ": send 'Authorization: Bearer TOKEN' or add ?token=TOKEN to the URL"});
 }
 
+std::optional<Reply> HttpConnection::check_device_access(const Message& message, HttpRequest& request) const {
+    const RequestOrigin origin{view(message.method_string()), field(message, http::field::host),
+                               field(message, http::field::origin), field(message, http::field::sec_fetch_site)};
+    const std::string& token = state_.options.token;
+    const auto& hooks = state_.options.hooks.device;
+    if (!origin.host) return error_reply(400, ErrorKind::invalid_argument, "a network camera needs a Host field");
+    if (auto good = check_origin(origin, state_.options.host, !token.empty()); !good)
+        return error_reply(good.error(), 403);
+    const std::string_view authorization = field(message, http::field::authorization).value_or("");
+    const std::string_view given = token_of(authorization, request.target.find("token"), "");
+    request.call.shows_token = token.empty() || equal_tokens(given, token) ||
+                               hooks.shows_token(origin.method, view(message.target()), authorization);
+    request.call.device = *device_;
+    request.call.host = std::string(*origin.host);
+    if (request.call.shows_token || request.target.path.starts_with("/onvif/")) return std::nullopt;
+    Reply refused = error_reply(401, ErrorKind::unauthorized, "the token is needed as password of HTTP digest");
+    refused.fields = {{"WWW-Authenticate", hooks.challenge()}};
+    return refused;
+}
+
+Result<HttpRoute> HttpConnection::find_route(const std::string& path) const {
+    if (!device_) return route_of(path);
+    auto route = device_route_of(path);
+    if (route && !device_->empty() && !route->camera.empty() && route->camera != *device_)
+        return error(ErrorKind::not_found, "this port is camera " + *device_);
+    return route;
+}
+
 std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest& request) const {
     request.method = std::string(view(message.method_string()));
     request.version = message.version();
@@ -183,10 +214,10 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
     auto target = parse_target(view(message.target()));
     if (!target) return error_reply(target.error(), message.target().size() > max_target_length ? 414 : 400);
     request.target = std::move(*target);
-    if (auto refused = check_access(message, request)) return refused;
+    if (auto refused = device_ ? check_device_access(message, request) : check_access(message, request)) return refused;
 
     if (request.target.path != "*") {
-        auto route = route_of(request.target.path);
+        auto route = find_route(request.target.path);
         if (!route) return error_reply(route.error());
         request.route = std::move(*route);
     }
@@ -235,7 +266,7 @@ asio::awaitable<std::optional<Reply>> HttpConnection::read_body(Parser& parser, 
     stream_.expires_after(state_.options.limits.request_time);
     const auto [failed, size] = co_await http::async_read(stream_, buffer_, parser, quiet);
     if (failed) {
-        auto refused = unreadable(failed, true);
+        auto refused = unreadable(failed, true, body_bytes());
         if (!refused) refused = error_reply(400, ErrorKind::invalid_argument, "the body did not arrive");
         refused->close = true;
         co_return refused;
@@ -291,10 +322,11 @@ asio::awaitable<bool> HttpConnection::send(Reply reply, const HttpRequest& reque
 }
 
 asio::awaitable<void> HttpConnection::hold_back(const Message& message, const Target& target) {
-    if (token_of(field(message, http::field::authorization).value_or(""), target.find("token"),
-                 field(message, http::field::cookie).value_or(""))
-            .empty())
-        co_return;
+    const std::string_view authorization = field(message, http::field::authorization).value_or("");
+    const bool shows_one =
+        !token_of(authorization, target.find("token"), field(message, http::field::cookie).value_or("")).empty() ||
+        (device_ && !authorization.empty());
+    if (!shows_one) co_return;
     ++state_.counts.connections.wrong_tokens;
     if (state_.token_log.due(monotonic_now_ns()))
         spdlog::warn("http: {} has sent a wrong token; {} since the start", peer_,

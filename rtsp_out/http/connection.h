@@ -26,7 +26,9 @@ std::string describe(const boost::asio::ip::tcp::endpoint& endpoint);
 /// One TCP connection: reads requests one after the other, decides who may ask, answers. Server's thread.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 public:
-    HttpConnection(ServerState& state, boost::asio::ip::tcp::socket socket, boost::asio::ip::tcp::endpoint peer);
+    /// `device`: of a port of a network camera, what that was opened for; nullopt on the port of the rig.
+    HttpConnection(ServerState& state, boost::asio::ip::tcp::socket socket, boost::asio::ip::tcp::endpoint peer,
+                   std::optional<std::string> device);
     ~HttpConnection();
     HttpConnection(const HttpConnection&) = delete;
     HttpConnection& operator=(const HttpConnection&) = delete;
@@ -53,10 +55,17 @@ private:
     std::optional<Reply> check_message(const Message& message) const;
     /// Whether this may be asked at all, and whether it may command.
     std::optional<Reply> check_access(const Message& message, HttpRequest& request) const;
+    /// The same on the port of a network camera, whose messages say themselves who sends them.
+    std::optional<Reply> check_device_access(const Message& message, HttpRequest& request) const;
+    Result<HttpRoute> find_route(const std::string& path) const;
     /// Closes streams whose client has gone while we wait for pictures.
     boost::asio::awaitable<void> watch_peer();
     /// Lets the peer read our last answer: closing with unread input would reset the connection.
     boost::asio::awaitable<void> linger();
+
+    std::size_t body_bytes() const {
+        return device_ ? state_.options.limits.device_body_bytes : state_.options.limits.body_bytes;
+    }
 
     ServerState& state_;
     /// Among those whose next request is awaited, from now on or no longer.
@@ -67,6 +76,7 @@ private:
 
     const boost::asio::ip::address peer_address_;
     const std::string peer_;
+    const std::optional<std::string> device_;
     boost::beast::tcp_stream stream_;
     boost::beast::flat_buffer buffer_;
     std::optional<std::list<HttpConnection*>::iterator> waiting_;  ///< its place in ServerState::waiting

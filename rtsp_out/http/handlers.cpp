@@ -1,5 +1,9 @@
 #include "rtsp_out/http/handlers.h"
 
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
@@ -144,6 +148,25 @@ asio::awaitable<Reply> rpc(ServerState& state, AsyncEventRef event, const HttpRe
     co_return reply;
 }
 
+asio::awaitable<Reply> device(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
+    const auto& hooks = state.options.hooks.device;
+    DeviceCall call = request.call;
+    call.body = request.body;
+    const auto slot = make_answer_slot<DeviceAnswer>(event);
+    hooks.call(std::move(call), [slot](DeviceAnswer made) { slot->put(std::move(made)); });
+    auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
+    if (!got) co_return error_reply(got.error());
+    if (got->is_refused) {
+        ++state.counts.connections.wrong_tokens;
+        asio::steady_timer pause(co_await asio::this_coro::executor, state.options.limits.wrong_token);
+        co_await pause.async_wait(asio::as_tuple(asio::use_awaitable));
+    }
+    Reply reply = text_reply(std::move(got->content_type), std::move(got->text));
+    reply.status = got->status;
+    if (got->asks_digest) reply.fields.emplace_back("WWW-Authenticate", hooks.challenge());
+    co_return reply;
+}
+
 asio::awaitable<Reply> metrics(ServerState& state, AsyncEventRef event) {
     stream::RigReport report;
     if (state.options.hooks.stats) {
@@ -158,6 +181,7 @@ asio::awaitable<Reply> metrics(ServerState& state, AsyncEventRef event) {
 
 asio::awaitable<Reply> dispatch(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     const RouteKind kind = request.route.kind;
+    if (kind == RouteKind::device) co_return co_await device(state, event, request);
     if (kind == RouteKind::picture || kind == RouteKind::depth_npy) co_return co_await picture(state, event, request);
     if (kind == RouteKind::truth) co_return co_await truth(state, event, request);
     // The page may read its own query; everything else says what it does not understand.

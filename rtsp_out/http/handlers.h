@@ -25,6 +25,7 @@ struct HttpRequest {
     std::string if_none_match;
     std::string body;
     bool may_command = false;  ///< POST /rpc: not only look
+    DeviceCall call;           ///< of a network camera; `body` is above
 };
 
 /// Answers everything but streams. Server's thread; waits on `event`; throws nothing.

@@ -30,6 +30,28 @@ struct RpcText {
     std::shared_ptr<const void> keep = {};
 };
 
+/// A message to a network camera, which came on a port of HttpServer::open_device_port().
+struct DeviceCall {
+    std::string device;        ///< what the port was opened for
+    std::string host;          ///< as the client calls us: name or address, and the port
+    bool shows_token = false;  ///< by HTTP digest, or none is asked for
+    std::string body;
+};
+struct DeviceAnswer {
+    int status = 200;
+    std::string content_type, text;
+    bool is_refused = false;   ///< it came with a wrong token
+    bool asks_digest = false;  ///< the client is to come again with HTTP digest
+};
+
+/// What network cameras answer (ONVIF). All or none are given; the first two answer at once.
+struct DeviceHooks {
+    /// Whether an Authorization field of this request shows the token by HTTP digest.
+    std::function<bool(std::string_view method, std::string_view target, std::string_view authorization)> shows_token;
+    std::function<std::string()> challenge;  ///< WWW-Authenticate
+    std::function<void(DeviceCall, std::function<void(DeviceAnswer)> reply)> call;
+};
+
 /// What the composition root plugs in. Every hook is called on the server's thread and must not block; a `reply` may be
 /// called once, later, from any thread, also after the server is gone.
 struct HttpHooks {
@@ -42,6 +64,7 @@ struct HttpHooks {
     Stats stats;  ///< for /metrics
     Truth truth;  ///< JSON text of /cameras/NAME/truth
     std::function<std::optional<StaticFile>(std::string_view path)> files;  ///< the web page. Absent: there is none
+    DeviceHooks device;  ///< of ports of HttpServer::open_device_port()
 };
 
 /// Bounds. The defaults are the product's; tests shorten the times.
@@ -54,6 +77,7 @@ struct HttpLimits {
     std::size_t connections_per_local_peer = 512;        ///< of one address of loopback
     std::size_t header_bytes = 16 * 1024;                ///< request line and header fields together
     std::size_t body_bytes = 1024 * 1024;                ///< of POST /rpc
+    std::size_t device_body_bytes = 256 * 1024;          ///< of a message to a network camera
     std::size_t fetches = 64;                            ///< pictures and truths being made at once, for all clients
     std::size_t picture_bytes = std::size_t{512} << 20;  ///< of pictures being made or sent, for all clients
     std::size_t qualities_per_camera =

@@ -67,59 +67,92 @@ struct HttpServer::Impl final : stream::CameraObserver {
     void camera_changed(const stream::CameraStream&) override { ++state.camera_changes; }
     void camera_removed(const stream::CameraStream&) override {}
 
-    Result<void> listen();
-    asio::awaitable<void> accept_all();
-    void admit(tcp::socket socket);
+    /// A port that is listened on: the rig's, or one of a network camera.
+    struct Door {
+        tcp::acceptor acceptor;
+        asio::steady_timer pause;
+        std::optional<std::string> device;
+        std::string address = {};
+        std::uint16_t port = 0;
+    };
+    using DoorRef = std::shared_ptr<Door>;
+
+    Result<DoorRef> listen(std::uint16_t wanted, const char* port_option, std::optional<std::string> device);
+    asio::awaitable<void> accept_all(DoorRef door);
+    void admit(tcp::socket socket, const std::optional<std::string>& device);
+    Result<std::uint16_t> open_device_port(std::string device, std::uint16_t wanted);
+    void close_device_port(std::uint16_t closed);
     /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must.
     bool make_room(const asio::ip::address& peer);
     void refuse(tcp::socket socket, const Error& why);
     void shut_down();
 
     ServerState state;
-    asio::io_context io{1};  // after state: connections that die with it use the state
-    tcp::acceptor acceptor{io};
-    asio::steady_timer pause{io};
+    asio::io_context io{1};      // after state: connections that die with it use the state
+    std::vector<DoorRef> doors;  ///< the rig's is the first
     std::string address;
     std::uint16_t port = 0;
     std::once_flag stopped;
     std::thread thread;
 };
 
-Result<void> HttpServer::Impl::listen() {
+Result<HttpServer::Impl::DoorRef> HttpServer::Impl::listen(std::uint16_t wanted, const char* port_option,
+                                                           std::optional<std::string> device) {
     const HttpOptions& options = state.options;
     if (!options.token.empty())
-        if (auto good = check_token(options.token); !good) return good;
-    auto listener = listen_tcp({.name = "http",
-                                .port_option = "--http",
+        if (auto good = check_token(options.token); !good) return std::unexpected(good.error());
+    auto listener = listen_tcp({.name = device ? "onvif" : "http",
+                                .port_option = port_option,
                                 .host = options.host,
-                                .port = options.port,
+                                .port = wanted,
                                 .asks_for_token = !options.token.empty()});
     if (!listener) return std::unexpected(listener.error());
+    auto door = std::make_shared<Door>(
+        Door{.acceptor = tcp::acceptor(io), .pause = asio::steady_timer(io), .device = std::move(device)});
     Failure failed;
-    acceptor.assign(listener->family == AF_INET ? tcp::v4() : tcp::v6(), listener->fd.get(), failed);
+    door->acceptor.assign(listener->family == AF_INET ? tcp::v4() : tcp::v6(), listener->fd.get(), failed);
     if (failed) return error(ErrorKind::unavailable, "http: " + failed.message());
     listener->fd.release();
-    address = std::move(listener->address);
-    port = listener->port;
-    return {};
+    door->address = std::move(listener->address);
+    door->port = listener->port;
+    doors.push_back(door);
+    asio::co_spawn(io, accept_all(door), asio::detached);
+    return door;
 }
 
-asio::awaitable<void> HttpServer::Impl::accept_all() {
-    while (!state.stopping) {
-        auto [failed, socket] = co_await acceptor.async_accept(quiet);
+Result<std::uint16_t> HttpServer::Impl::open_device_port(std::string device, std::uint16_t wanted) {
+    if (state.stopping) return error(ErrorKind::unavailable, "http: the server ends");
+    auto door = listen(wanted, "--onvif", std::move(device));
+    if (!door) return std::unexpected(door.error());
+    return (*door)->port;
+}
+
+void HttpServer::Impl::close_device_port(std::uint16_t closed) {
+    std::erase_if(doors, [closed](const DoorRef& door) {
+        if (!door->device || door->port != closed) return false;
+        Failure ignored;
+        door->acceptor.close(ignored);
+        door->pause.cancel();
+        return true;
+    });
+}
+
+asio::awaitable<void> HttpServer::Impl::accept_all(DoorRef door) {
+    while (!state.stopping && door->acceptor.is_open()) {
+        auto [failed, socket] = co_await door->acceptor.async_accept(quiet);
         if (state.stopping || failed == asio::error::operation_aborted) co_return;
         if (!failed) {
-            admit(std::move(socket));
+            admit(std::move(socket), door->device);
             continue;
         }
         if (state.accept_log.due(monotonic_now_ns()))
             spdlog::warn("http: a connection could not be taken: {}", failed.message());
-        pause.expires_after(accept_pause);
-        co_await pause.async_wait(quiet);
+        door->pause.expires_after(accept_pause);
+        co_await door->pause.async_wait(quiet);
     }
 }
 
-void HttpServer::Impl::admit(tcp::socket socket) {
+void HttpServer::Impl::admit(tcp::socket socket, const std::optional<std::string>& device) {
     Failure failed;
     const auto peer = socket.remote_endpoint(failed);
     if (failed) return;  // gone already
@@ -128,7 +161,7 @@ void HttpServer::Impl::admit(tcp::socket socket) {
         return refuse(std::move(socket),
                       {ErrorKind::resource_exhausted, "too many connections; close some and try again"});
     tune(socket, state.options.limits);
-    auto connection = std::make_shared<HttpConnection>(state, std::move(socket), peer);
+    auto connection = std::make_shared<HttpConnection>(state, std::move(socket), peer, device);
     asio::co_spawn(io, connection->run(), [connection](std::exception_ptr thrown) {
         if (!thrown) return;
         connection->close();
@@ -170,8 +203,10 @@ void HttpServer::Impl::refuse(tcp::socket socket, const Error& why) {
 void HttpServer::Impl::shut_down() {
     state.stopping = true;
     Failure ignored;
-    acceptor.close(ignored);
-    pause.cancel();
+    for (const DoorRef& door : doors) {
+        door->acceptor.close(ignored);
+        door->pause.cancel();
+    }
     const auto present = state.connections;  // closing takes them out of the set
     for (HttpConnection* connection : present) connection->close();
 }
@@ -185,8 +220,10 @@ Result<std::unique_ptr<HttpServer>> HttpServer::create(HttpOptions options) {
     CHECK(options.bus != nullptr && options.fetcher != nullptr);
     try {
         auto impl = std::make_unique<Impl>(std::move(options));
-        if (auto listening = impl->listen(); !listening) return std::unexpected(listening.error());
-        asio::co_spawn(impl->io, impl->accept_all(), asio::detached);
+        auto door = impl->listen(impl->state.options.port, "--http", std::nullopt);
+        if (!door) return std::unexpected(door.error());
+        impl->address = (*door)->address;
+        impl->port = (*door)->port;
         impl->thread = std::thread([io = &impl->io] {
             ::pthread_setname_np(::pthread_self(), "camrig-http");
             while (!run_until_thrown(*io)) continue;
@@ -206,6 +243,19 @@ std::string HttpServer::address() const {
 }
 HttpCounts HttpServer::counts() const {
     return impl_->state.counts.read();
+}
+
+void HttpServer::open_device_port(std::string device, std::uint16_t port,
+                                  std::function<void(Result<std::uint16_t>)> done) {
+    const auto& hooks = impl_->state.options.hooks.device;
+    CHECK(hooks.shows_token && hooks.challenge && hooks.call);
+    asio::post(impl_->io, [impl = impl_.get(), device = std::move(device), port, done = std::move(done)]() mutable {
+        done(impl->open_device_port(std::move(device), port));
+    });
+}
+
+void HttpServer::close_device_port(std::uint16_t port) {
+    asio::post(impl_->io, [impl = impl_.get(), port] { impl->close_device_port(port); });
 }
 
 void HttpServer::stop() {

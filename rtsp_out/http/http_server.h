@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "core/base/result.h"
 #include "rtsp_out/http/http_options.h"
@@ -26,6 +28,11 @@ public:
     /// The address that is listened on, in numbers: "127.0.0.1", "::1".
     std::string address() const;
     HttpCounts counts() const;
+    /// Opens another port of the same host on which HttpHooks::device answers, for `device`, which its calls are given;
+    /// 0 is any free one. `done` is told the port, or why it cannot be had, on the server's thread.
+    void open_device_port(std::string device, std::uint16_t port, std::function<void(Result<std::uint16_t>)> done);
+    /// Its connections go on until they end.
+    void close_device_port(std::uint16_t port);
     /// Closes every connection and joins the thread. Twice is fine. Not from a hook.
     void stop();
 

@@ -120,6 +120,15 @@ Result<HttpRoute> route_of(std::string_view path) {
                  "no such path; a camera's pictures are /cameras/NAME/ and one of " + names_of_camera());
 }
 
+Result<HttpRoute> device_route_of(std::string_view path) {
+    if (path.starts_with("/onvif/"))
+        return HttpRoute{{.path = "/onvif/", .kind = RouteKind::device, .takes_post = true}, {}};
+    auto route = route_of(path);
+    if (route && route->path == "snapshot.jpg") return route;
+    return error(ErrorKind::not_found,
+                 "no such path; a network camera has POST /onvif/device_service and /cameras/NAME/snapshot.jpg");
+}
+
 Result<StreamParams> stream_params(const Target& target) {
     if (auto known = only_params(target, {"fps", "quality"}); !known) return std::unexpected(known.error());
     StreamParams params;

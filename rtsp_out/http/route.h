@@ -14,7 +14,19 @@
 namespace camrig::http {
 
 /// What a path stands for. `file` is everything else: the web page and its parts.
-enum class RouteKind : std::uint8_t { file, cameras, stream, live, picture, depth_npy, truth, rpc, healthz, metrics };
+enum class RouteKind : std::uint8_t {
+    file,
+    cameras,
+    stream,
+    live,
+    picture,
+    depth_npy,
+    truth,
+    rpc,
+    healthz,
+    metrics,
+    device
+};
 
 /// A line of the table of what the server has.
 struct HttpPath {
@@ -35,6 +47,9 @@ struct HttpRoute : HttpPath {
 
 /// Pure. Not found: a path below /cameras/ that names nothing; the error lists what a camera has.
 Result<HttpRoute> route_of(std::string_view path);
+
+/// What a port of a network camera has: POST of /onvif/ and what follows, and /cameras/NAME/snapshot.jpg.
+Result<HttpRoute> device_route_of(std::string_view path);
 
 /// `?fps=` and `?quality=` of a stream.
 struct StreamParams {

@@ -63,6 +63,11 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->allow_extra_args(false);
     serve->add_option("--tcp", options->tcp_port, "port of control over TCP (off by default); 0: any free one")
         ->check(is_port);
+    serve
+        ->add_option("--onvif", options->onvif_port,
+                     "port of an ONVIF device with every camera (off by default); 0: any free one. Cameras with an "
+                     "output onvif are devices of their own")
+        ->check(is_port);
     auto* open_loopback =
         serve->add_flag("--open-loopback", options->open_loopback,
                         "commands over loopback HTTP and TCP need no key: for containers and machines of "

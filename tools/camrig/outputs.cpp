@@ -1,5 +1,6 @@
 #include "tools/camrig/outputs.h"
 
+#include "control/onvif/onvif_output.h"
 #include "core/base/output_family.h"
 #include "rtsp_out/http/mjpeg_output.h"
 #include "rtsp_out/rtsp/rtsp_output.h"
@@ -32,6 +33,7 @@ struct {
     {device::device_family, open_device_outputs},
     {rtsp::rtsp_family, nullptr},
     {http::mjpeg_family, nullptr},
+    {onvif::onvif_family, nullptr},
 };
 
 }  // namespace

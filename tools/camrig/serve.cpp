@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <future>
 #include <new>
 #include <string_view>
 #include <thread>
@@ -12,9 +13,12 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "control/onvif/onvif_output.h"
+#include "control/onvif/onvif_service.h"
 #include "control/rpc/rpc_server.h"
 #include "control/server/control_server.h"
 #include "control/web/page_files.h"
+#include "core/base/clock.h"
 #include "core/base/command_key.h"
 #include "core/base/descriptors.h"
 #include "core/base/token.h"
@@ -173,6 +177,45 @@ http::HttpHooks http_hooks(control::RpcServer& rpc, control::Authority granted, 
     return hooks;
 }
 
+/// What ONVIF devices answer over HTTP.
+http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
+    http::DeviceHooks hooks;
+    hooks.shows_token = [&onvif](std::string_view method, std::string_view target, std::string_view authorization) {
+        return onvif.authentication().is_good_http(method, target, authorization, realtime_now_ns());
+    };
+    hooks.challenge = [&onvif] { return onvif.authentication().http_challenge(realtime_now_ns()); };
+    hooks.call = [&onvif](http::DeviceCall call, std::function<void(http::DeviceAnswer)> reply) {
+        onvif.handle({std::move(call.device), std::move(call.host), call.shows_token, std::move(call.body)},
+                     [reply = std::move(reply)](onvif::OnvifReply made) {
+                         reply({.status = made.status,
+                                .content_type = "application/soap+xml; charset=utf-8",
+                                .text = std::move(made.text),
+                                .is_refused = made.is_refused,
+                                .asks_digest = made.asks_digest});
+                     });
+    };
+    return hooks;
+}
+
+/// The port of the device with every camera; 0: none is wanted.
+Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& http) {
+    if (!options.onvif_port) return 0;
+    std::promise<Result<std::uint16_t>> opened;
+    http.open_device_port("", *options.onvif_port,
+                          [&opened](Result<std::uint16_t> port) { opened.set_value(std::move(port)); });
+    return opened.get_future().get();
+}
+
+onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http) {
+    return {.open =
+                [&http](const std::string& camera, std::uint16_t port) {
+                    http.open_device_port(camera, port, [camera](const Result<std::uint16_t>& opened) {
+                        if (!opened) spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
+                    });
+                },
+            .close = [&http](std::uint16_t port) { http.close_device_port(port); }};
+}
+
 http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
                                stream::FrameBus& bus, stream::FrameFetcher& fetcher, http::HttpHooks hooks) {
     return {.host = options.host,
@@ -202,7 +245,7 @@ rtsp::RtspOptions rtsp_options(const ServeOptions& options, const std::string& t
 /// What a person wants to know who has started the rig by hand.
 void print_addresses(const ServeOptions& options, const std::string& renderer, const std::string& command_key,
                      const http::HttpServer& http, const rtsp::RtspServer& rtsp, const control::ControlServer& control,
-                     const std::vector<stream::CameraStream>& cameras) {
+                     std::uint16_t onvif_port, const std::vector<stream::CameraStream>& cameras) {
     std::printf("camrig %s  %s\n  control  %s\n", version, renderer.c_str(), options.control.c_str());
     // As it stands in a URL: an address of IPv6 goes into brackets.
     const std::string address = options.host.contains(':') ? "[" + options.host + "]" : options.host;
@@ -215,7 +258,12 @@ void print_addresses(const ServeOptions& options, const std::string& renderer, c
         const char* const name = camera.name.c_str();
         std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, http.port(), name);
         std::printf("  camera   %s://%s:%u/%s\n", rtsp.scheme(), host, rtsp.port(), name);
+        for (const OutputSpec& output : camera.outputs)
+            if (output.kind == "onvif")
+                std::printf("  camera   http://%s:%d/onvif/device_service\n", host,
+                            options_of<onvif::OnvifOutput>(output).port);
     }
+    if (onvif_port != 0) std::printf("  onvif    http://%s:%u/onvif/device_service\n", host, onvif_port);
     std::fflush(stdout);
 }
 
@@ -270,14 +318,23 @@ int run_serve(const ServeOptions& options) {
                             .how_to_command = access->how_to_command,
                             .scenes = scenes});
 
-    auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine,
-                                                      http_hooks(rpc, access->authority, **engine, truth_text)));
-    if (!http) return fail(http.error());
-    facts.add("http", (*http)->port());
-
     auto rtsp = rtsp::RtspServer::create(rtsp_options(options, *token, bus, **engine));
     if (!rtsp) return fail(rtsp.error());
     facts.add("rtsp", (*rtsp)->port());
+
+    onvif::OnvifService onvif(
+        **engine, {.site = {.version = version, .rtsp_scheme = (*rtsp)->scheme(), .rtsp_port = (*rtsp)->port()},
+                   .token = *token,
+                   .may_command = !options.read_only});
+    auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
+    hooks.device = device_hooks(onvif);
+    auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));
+    if (!http) return fail(http.error());
+    facts.add("http", (*http)->port());
+    const auto onvif_port = open_onvif(options, **http);
+    if (!onvif_port) return fail(onvif_port.error());
+    if (options.onvif_port) facts.add("onvif", *onvif_port);
+    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, onvif_doors(**http));
 
     auto control = control::ControlServer::create({.unix_path = options.control,
                                                    .host = options.host,
@@ -292,7 +349,8 @@ int run_serve(const ServeOptions& options) {
     facts.add_connections("rtsp", [server = rtsp->get()] { return server->counts(); });
     auto keys = write_key_files(access->key, **http, **control, facts);
 
-    print_addresses(options, (*engine)->renderer_description(), access->key, **http, **rtsp, **control, bus.cameras());
+    print_addresses(options, (*engine)->renderer_description(), access->key, **http, **rtsp, **control, *onvif_port,
+                    bus.cameras());
     at_start.is_over();
     tell_ready(options.ready_fd, facts.get());
 
@@ -300,7 +358,9 @@ int run_serve(const ServeOptions& options) {
     keys.clear();  // before their ports are free for another rig
     (*control)->stop();
     (*rtsp)->stop();
+    onvif_ports.reset();
     (*http)->stop();
+    onvif.stop();
     rpc.stop();
     truth_text.stop();
     outputs->clear();

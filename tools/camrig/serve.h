@@ -19,6 +19,7 @@ struct ServeOptions {
     std::uint16_t http_port = 8080;
     std::uint16_t rtsp_port = 8554;
     std::optional<std::uint16_t> tcp_port;
+    std::optional<std::uint16_t> onvif_port;  ///< of an ONVIF device with every camera
     std::filesystem::path token_file;
     bool open_loopback = false;                 ///< commands over loopback need no key
     bool read_only = false;                     ///< no commands over HTTP and TCP at all

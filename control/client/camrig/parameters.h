@@ -144,7 +144,7 @@ struct Controls {
 
 /// Of a camera: outputs.
 struct Output {
-    std::string kind = {};  ///< `v4l2`, `device`, `rtsp` or `mjpeg`
+    std::string kind = {};  ///< `v4l2`, `device`, `rtsp`, `mjpeg` or `onvif`
     std::optional<int> number = {};  ///< 0 to 255: of v4l2 and device: N of /dev/videoN
     std::optional<std::string> format = {};  ///< `YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2
     std::optional<std::string> subsampling = {};  ///< `4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG
@@ -154,6 +154,7 @@ struct Output {
     std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp: with h264: a key frame at least so often
     std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264
     std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp: with h264
+    std::optional<int> port = {};  ///< 1 to 65535: of onvif: TCP port of the device, on the host of HTTP
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -167,6 +168,7 @@ struct Output {
         visit("key_interval_s", self.key_interval_s);
         visit("preset", self.preset);
         visit("profile", self.profile);
+        visit("port", self.port);
     }
 };
 

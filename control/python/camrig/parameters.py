@@ -126,8 +126,8 @@ class Controls(TypedDict, total=False):
 class Output(TypedDict, total=False):
     """Of a camera: outputs."""
 
-    kind: Literal["v4l2", "device", "rtsp", "mjpeg"]
-    """`v4l2`, `device`, `rtsp` or `mjpeg`"""
+    kind: Literal["v4l2", "device", "rtsp", "mjpeg", "onvif"]
+    """`v4l2`, `device`, `rtsp`, `mjpeg` or `onvif`"""
     number: int
     """0 to 255: of v4l2 and device: N of /dev/videoN"""
     format: Literal["YUYV", "YU12", "MJPG", "BGR3"]
@@ -146,6 +146,8 @@ class Output(TypedDict, total=False):
     """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264"""
     profile: Literal["baseline", "main", "high"]
     """`baseline`, `main` or `high`: of rtsp: with h264"""
+    port: int
+    """1 to 65535: of onvif: TCP port of the device, on the host of HTTP"""
 
 
 class CameraOptions(TypedDict, total=False):

@@ -423,6 +423,7 @@ TEST(CliServe, OptionsAreThoseOfTheContract) {
                               "--rtsp",         "9",
                               "--rtsp-encoder", "openh264enc",
                               "--tcp",          "10",
+                              "--onvif",        "11",
                               "--token-file",   "/t",
                               "--mode",         "lockstep",
                               "--overload",     "slow",
@@ -439,6 +440,7 @@ TEST(CliServe, OptionsAreThoseOfTheContract) {
     EXPECT_EQ(options.http_port, 0);
     EXPECT_EQ(options.rtsp_port, 9);
     EXPECT_EQ(options.tcp_port, std::uint16_t{10});
+    EXPECT_EQ(options.onvif_port, std::uint16_t{11});
     EXPECT_EQ(options.token_file, "/t");
     EXPECT_EQ(options.engine.mode, engine::RunMode::lockstep);
     EXPECT_EQ(options.engine.overload, engine::OverloadPolicy::slow);

@@ -1,0 +1,153 @@
+#include "control/onvif/authentication.h"
+
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <map>
+
+#include <openssl/evp.h>
+#include <openssl/rand.h>
+
+#include "core/base/base64.h"
+#include "core/base/result.h"
+#include "core/base/token.h"
+
+namespace camrig::onvif {
+namespace {
+
+constexpr std::string_view realm = "camrig";
+constexpr std::size_t max_nonce_bytes = 256;
+
+std::string hash(const EVP_MD* kind, std::string_view text) {
+    unsigned char bytes[EVP_MAX_MD_SIZE];
+    unsigned int size = 0;
+    CHECK(EVP_Digest(text.data(), text.size(), bytes, &size, kind, nullptr) == 1);
+    return {reinterpret_cast<const char*>(bytes), size};
+}
+
+std::string hex(std::string_view bytes) {
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text;
+    for (const char one : bytes) {
+        text += digits[static_cast<unsigned char>(one) >> 4];
+        text += digits[static_cast<unsigned char>(one) & 15];
+    }
+    return text;
+}
+
+std::string md5(std::string_view text) {
+    return hex(hash(EVP_md5(), text));
+}
+
+std::string random_bytes() {
+    std::string bytes(32, '\0');
+    CHECK(RAND_bytes(reinterpret_cast<unsigned char*>(bytes.data()), static_cast<int>(bytes.size())) == 1);
+    return bytes;
+}
+
+/// Of `Digest name="value", name=value`: RFC 7616, 3.4. Empty: it is none.
+std::map<std::string, std::string, std::less<>> digest_fields(std::string_view text) {
+    constexpr std::string_view scheme = "Digest ";
+    std::map<std::string, std::string, std::less<>> fields;
+    if (!text.starts_with(scheme)) return fields;
+    text.remove_prefix(scheme.size());
+    while (!text.empty()) {
+        text.remove_prefix(std::min(text.find_first_not_of(" ,\t"), text.size()));
+        const std::size_t equals = text.find('=');
+        if (equals == std::string_view::npos) break;
+        const std::string name(text.substr(0, equals));
+        text.remove_prefix(equals + 1);
+        const bool is_quoted = text.starts_with('"');
+        if (is_quoted) text.remove_prefix(1);
+        const std::size_t end = std::min(text.find_first_of(is_quoted ? "\"" : ", \t"), text.size());
+        fields[name] = std::string(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return fields;
+}
+
+}  // namespace
+
+Authentication::Authentication(std::string token) : token_(std::move(token)), secret_(random_bytes()) {}
+
+bool Authentication::remember(const std::string& nonce) {
+    const std::lock_guard lock(mutex_);
+    if (!nonces_.insert(nonce).second) return false;
+    nonces_by_age_.push_back(nonce);
+    if (nonces_by_age_.size() > max_nonces) {
+        nonces_.erase(nonces_by_age_.front());
+        nonces_by_age_.pop_front();
+    }
+    return true;
+}
+
+bool Authentication::is_good(const UsernameToken& token, TimeNs now_ns) {
+    if (is_open()) return true;
+    if (!token.is_digest) return equal_tokens(token.password, token_);
+    const auto nonce = base64_decode(token.nonce);
+    const auto created = time_of_text(token.created);
+    if (!nonce || nonce->size() > max_nonce_bytes || !created) return false;
+    if (*created < now_ns - max_skew_ns || *created > now_ns + max_skew_ns) return false;
+    std::string hashed(reinterpret_cast<const char*>(nonce->data()), nonce->size());
+    hashed.append(token.created).append(token_);
+    const std::string digest = hash(EVP_sha1(), hashed);
+    if (!equal_tokens(token.password, base64_encode(std::as_bytes(std::span(digest))))) return false;
+    return remember(std::string(token.nonce) + ' ' + std::string(token.created));
+}
+
+std::string Authentication::http_nonce(TimeNs now_s) const {
+    const std::string time = std::to_string(now_s);
+    return time + "-" + hex(hash(EVP_sha256(), time + secret_ + token_));
+}
+
+std::string Authentication::http_challenge(TimeNs now_ns) const {
+    return "Digest realm=\"" + std::string(realm) + "\", qop=\"auth\", nonce=\"" + http_nonce(now_ns / ns_per_s) +
+           "\", algorithm=MD5";
+}
+
+bool Authentication::is_good_http(std::string_view method, std::string_view target, std::string_view authorization,
+                                  TimeNs now_ns) const {
+    auto fields = digest_fields(authorization);
+    const std::string& nonce = fields["nonce"];
+    TimeNs made_s = 0;
+    std::from_chars(nonce.data(), nonce.data() + nonce.size(), made_s);
+    const TimeNs age_s = now_ns / ns_per_s - made_s;
+    if (age_s < 0 || age_s > max_skew_ns / ns_per_s || !equal_tokens(nonce, http_nonce(made_s))) return false;
+    if (fields["realm"] != realm || fields["uri"] != target) return false;
+    std::string hashed = md5(fields["username"] + ":" + std::string(realm) + ":" + token_) + ":" + nonce + ":";
+    if (!fields["qop"].empty()) hashed += fields["nc"] + ":" + fields["cnonce"] + ":" + fields["qop"] + ":";
+    hashed += md5(std::string(method) + ":" + std::string(target));
+    return equal_tokens(fields["response"], md5(hashed));
+}
+
+std::optional<TimeNs> time_of_text(std::string_view text) {
+    const std::string date(text.substr(0, 40));
+    int year = 0, used = 0;
+    unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
+    if (std::sscanf(date.c_str(), "%4d-%2u-%2uT%2u:%2u:%2u%n", &year, &month, &day, &hour, &minute, &second, &used) !=
+        6)
+        return std::nullopt;
+    const std::chrono::year_month_day when{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
+    if (!when.ok() || year < 1970 || year > 2200 || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+    std::string_view rest = std::string_view(date).substr(static_cast<std::size_t>(used));
+    if (rest.starts_with('.')) rest.remove_prefix(std::min(rest.find_first_not_of("0123456789", 1), rest.size()));
+    if (!rest.empty() && rest != "Z" && rest != "+00:00") return std::nullopt;
+    const auto seconds = std::chrono::sys_days(when).time_since_epoch() + std::chrono::hours(hour) +
+                         std::chrono::minutes(minute) + std::chrono::seconds(second);
+    return std::chrono::nanoseconds(seconds).count();
+}
+
+std::string text_of_time(TimeNs utc_ns) {
+    const std::chrono::sys_seconds at{std::chrono::seconds(utc_ns / ns_per_s)};
+    const auto days = std::chrono::floor<std::chrono::days>(at);
+    const std::chrono::year_month_day date(days);
+    const std::chrono::hh_mm_ss time(at - days);
+    char text[40];
+    std::snprintf(text, sizeof text, "%04d-%02u-%02uT%02d:%02d:%02dZ", static_cast<int>(date.year()),
+                  static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                  static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()),
+                  static_cast<int>(time.seconds().count()));
+    return text;
+}
+
+}  // namespace camrig::onvif

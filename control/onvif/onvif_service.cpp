@@ -1,0 +1,168 @@
+#include "control/onvif/onvif_service.h"
+
+#include <algorithm>
+
+#include "core/base/clock.h"
+#include "core/camera/ptz_head.h"
+
+namespace camrig::onvif {
+namespace {
+
+constexpr std::size_t max_replies_waiting = 1024;
+
+const Operation* find_operation(const XmlElement& asked) {
+    static const Service services[] = {device_service(), media_service(), ptz_service(), imaging_service()};
+    const auto service = std::ranges::find(services, asked.space(), &Service::space);
+    if (service == std::end(services)) return nullptr;
+    const auto found = std::ranges::find(service->operations, asked.name(), &Operation::name);
+    return found == service->operations.end() ? nullptr : &*found;
+}
+
+OnvifReply reply_of(const Fault& fault) {
+    return {.status = fault.status(), .text = fault_envelope(fault)};
+}
+
+/// What the engine says of a request that was well formed.
+Fault fault_of(const Error& why, bool is_of_camera, const PtzCommand* order) {
+    const auto sent = [&](std::string_view detail) { return Fault{true, "InvalidArgVal", detail, why.message}; };
+    const bool is_about_presets = order && std::holds_alternative<engine::PtzPresets>(*order);
+    switch (why.kind) {
+        case ErrorKind::not_found:
+            return sent(is_of_camera ? "NoProfile" : "NoToken");
+        case ErrorKind::invalid_argument:
+            return sent(order && std::holds_alternative<engine::AimPtz>(*order) ? "InvalidTranslation"
+                                                                                : "InvalidPosition");
+        case ErrorKind::unsupported:
+            return not_implemented("PTZNotSupported");
+        default:
+            return {false, "Action", is_about_presets ? "TooManyPresets" : "", why.message};
+    }
+}
+
+}  // namespace
+
+struct OnvifService::Task {
+    std::unique_ptr<SoapMessage> message;
+    const Operation* operation;
+    Asked asked;
+    std::vector<PtzCommand> orders = {};
+    std::size_t given = 0;  ///< of the orders
+    std::function<void(OnvifReply)> done;
+
+    void finish(const Answer& answer) const {
+        done(answer ? OnvifReply{.text = envelope(*answer)} : reply_of(answer.error()));
+    }
+};
+
+OnvifService::OnvifService(engine::CommandPort& commands, Options options)
+    : commands_(commands),
+      options_(std::move(options)),
+      authentication_(options_.token),
+      replies_(1, max_replies_waiting) {}
+
+OnvifService::~OnvifService() {
+    stop();
+}
+
+void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)> done) {
+    auto message = read_soap(call.body);
+    if (!message) return done(reply_of(message.error()));
+    const Operation* operation = find_operation((*message)->operation);
+    if (!operation) return done(reply_of(not_implemented()));
+    if (auto refused = refuse(*operation, **message, call.shows_token)) return done(std::move(*refused));
+    const XmlElement request = (*message)->operation;
+    auto task = std::make_shared<Task>(Task{.message = std::move(*message),
+                                            .operation = operation,
+                                            .asked = {.site = options_.site,
+                                                      .request = request,
+                                                      .host = call.host,
+                                                      .device = call.device,
+                                                      .cameras = {},
+                                                      .utc_ns = realtime_now_ns()},
+                                            .done = std::move(done)});
+    if (operation->orders) return ask_head(task);
+    ask_cameras(task);
+}
+
+std::optional<OnvifReply> OnvifService::refuse(const Operation& operation, const SoapMessage& message,
+                                               bool shows_token) {
+    if (operation.access == Access::open) return std::nullopt;
+    const bool is_known = shows_token || authentication_.is_open() ||
+                          (message.token && authentication_.is_good(*message.token, realtime_now_ns()));
+    if (!is_known) {
+        OnvifReply reply = reply_of(not_authorized());
+        reply.is_refused = message.token.has_value();
+        reply.asks_digest = !message.token;
+        if (reply.asks_digest) reply.status = 401;
+        return reply;
+    }
+    if (operation.access == Access::look || options_.may_command) return std::nullopt;
+    Fault fault = not_authorized();
+    fault.reason += ": this rig was started with --read-only";
+    return reply_of(fault);
+}
+
+template <typename T>
+auto OnvifService::on_reply(const TaskRef& task, void (OnvifService::*next)(const TaskRef&, T)) {
+    return [this, task, next](Result<T> reply) {
+        auto shared = std::make_shared<Result<T>>(std::move(reply));
+        std::function<void()> job = [this, task, next, shared] {
+            if (*shared) return (this->*next)(task, std::move(**shared));
+            const PtzCommand* order = task->given > 0 ? &task->orders[task->given - 1] : nullptr;
+            task->finish(std::unexpected(fault_of(shared->error(), !order, order)));
+        };
+        if (!replies_.post(std::move(job)))
+            task->finish(std::unexpected(Fault{false, "Action", {}, "too many messages are in work; try again"}));
+    };
+}
+
+void OnvifService::ask_cameras(const TaskRef& task) {
+    if (task->asked.device.empty())
+        return commands_.post(engine::Request<engine::ListCameras>{{}, on_reply(task, &OnvifService::take_cameras)});
+    commands_.post(
+        engine::Request<engine::GetCamera>{{task->asked.device}, on_reply(task, &OnvifService::take_camera)});
+}
+
+void OnvifService::ask_head(const TaskRef& task) {
+    const Asked& asked = task->asked;
+    const std::string name(camera_of_token(asked.request.text("ProfileToken")));
+    if (!asked.device.empty() && name != asked.device)
+        return task->finish(invalid_argument("NoProfile", "there is no such profile"));
+    commands_.post(engine::Request<engine::GetCamera>{{name}, on_reply(task, &OnvifService::take_camera)});
+}
+
+void OnvifService::take_cameras(const TaskRef& task, std::vector<engine::CameraReply> cameras) {
+    for (const engine::CameraReply& one : cameras) task->asked.cameras.push_back(one.camera.spec());
+    answer(task);
+}
+
+void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) {
+    task->asked.cameras = {camera.camera.spec()};
+    if (!task->operation->orders) return answer(task);
+    if (!camera.camera.spec()->ptz) return task->finish(std::unexpected(not_implemented("PTZNotSupported")));
+    task->asked.camera = std::make_shared<const world::Camera>(std::move(camera.camera));
+    auto orders = task->operation->orders(task->asked);
+    if (!orders) return task->finish(std::unexpected(orders.error()));
+    task->orders = std::move(*orders);
+    give_next_order(task);
+}
+
+void OnvifService::answer(const TaskRef& task) {
+    task->finish(task->operation->answer(task->asked));
+}
+
+void OnvifService::give_next_order(const TaskRef& task) {
+    PtzCommand& order = task->orders[task->given++];
+    std::visit(
+        [&]<typename C>(const C& command) {
+            commands_.post(engine::Request<C>{command, on_reply(task, &OnvifService::take_ptz)});
+        },
+        order);
+}
+
+void OnvifService::take_ptz(const TaskRef& task, engine::PtzReply reply) {
+    if (task->given < task->orders.size()) return give_next_order(task);
+    task->finish(task->operation->reply(task->asked, reply));
+}
+
+}  // namespace camrig::onvif

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "control/onvif/soap.h"
+#include "core/engine/command.h"
+
+namespace camrig::onvif {
+
+/// What devices tell of the rig around them.
+struct Site {
+    std::string version;
+    std::string rtsp_scheme = "rtsp";
+    std::uint16_t rtsp_port = 0;
+};
+
+/// Who may ask for an operation (ONVIF Core, "Access classes"): everybody; who shows the token; who may command too.
+enum class Access : std::uint8_t { open, look, command };
+
+using CameraSpecRef = std::shared_ptr<const world::CameraSpec>;
+
+/// What an operation is answered from.
+struct Asked {
+    const Site& site;
+    XmlElement request;
+    std::string host;                                  ///< as the client calls us, with the port
+    std::string device;                                ///< the device's camera; empty: the device has all of the rig
+    std::vector<CameraSpecRef> cameras;                ///< of the device; of an operation on a head, its only
+    std::shared_ptr<const world::Camera> camera = {};  ///< of an operation on a head
+    TimeNs utc_ns = 0;
+
+    std::string device_url() const { return "http://" + host + "/onvif/device_service"; }
+    bool has_heads() const;
+};
+
+/// What heads are told, by the same commands as the methods ptz.* give.
+using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::AimPtz, engine::StopPtz, engine::PtzPresets>;
+
+/// An operation either answers from what is known of the cameras, or tells a head something and answers from that.
+struct Operation {
+    std::string_view name;
+    Answer (*answer)(const Asked&) = nullptr;
+    Access access = Access::look;
+    /// For the head of the profile that the request names; in this order, at least one.
+    Answered<std::vector<PtzCommand>> (*orders)(const Asked&) = nullptr;
+    std::string (*reply)(const Asked&, const engine::PtzReply&) = nullptr;  ///< to the last of them
+};
+
+/// The operations of a service, by the namespace of their requests.
+struct Service {
+    std::string_view space;
+    std::span<const Operation> operations;
+};
+Service device_service();
+Service media_service();
+Service ptz_service();
+Service imaging_service();
+
+// Tokens. A camera's source, configurations and node bear its name, and so does the profile of its H.264 stream; that
+// of its JPEG stream has an ending that no name of a camera has.
+inline constexpr std::string_view jpeg_ending = "-mjpeg";
+std::string_view camera_of_token(std::string_view token);
+/// The device's camera whose token is the request's child of that name; else the fault with this detail.
+Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail);
+/// The PTZ configuration and node of a camera with a head.
+std::string ptz_configuration(const world::CameraSpec& spec, std::string_view tag);
+
+/// <PREFIX:NAMEResponse>content</...>
+std::string response(std::string_view operation, std::string_view content);
+/// An xs:duration of whole and parts of days, hours, minutes and seconds; nullopt: it is none, or over a day.
+std::optional<TimeNs> duration_of(std::string_view text);
+
+}  // namespace camrig::onvif

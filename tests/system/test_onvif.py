@@ -1,0 +1,245 @@
+"""Cameras as ONVIF devices, as an unmodified client of such devices has them."""
+
+import asyncio
+import base64
+import datetime
+import hashlib
+import pathlib
+import re
+import socket
+import urllib.error
+import urllib.request
+
+import cv2
+import numpy as np
+import onvif
+import pytest
+import zeep.exceptions
+from lxml import etree
+
+import camrig
+
+TOKEN = "onvif-test-token"
+WSDL = pathlib.Path(onvif.__file__).parent / "wsdl"
+SERVICES = {
+    "tds": ("http://www.onvif.org/ver10/device/wsdl", "devicemgmt.wsdl"),
+    "trt": ("http://www.onvif.org/ver10/media/wsdl", "media.wsdl"),
+    "tptz": ("http://www.onvif.org/ver20/ptz/wsdl", "ptz.wsdl"),
+    "timg": ("http://www.onvif.org/ver20/imaging/wsdl", "imaging.wsdl"),
+}
+SOAP = "http://www.w3.org/2003/05/soap-envelope"
+TT = "http://www.onvif.org/ver10/schema"
+FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
+HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def post(port, operation, header="", fields=()):
+    """The status and the answer to a message whose body is `operation`, with prefixes of our own."""
+    spaces = "".join(f' xmlns:{prefix}="{space}"' for prefix, (space, _) in SERVICES.items())
+    text = f'<e:Envelope xmlns:e="{SOAP}" xmlns:tt="{TT}"{spaces}><e:Header>{header}</e:Header><e:Body>{operation}</e:Body></e:Envelope>'
+    request = urllib.request.Request(f"http://127.0.0.1:{port}/onvif/device_service", text.encode(), dict(fields))
+    try:
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return answer.status, answer.read().decode(), answer.headers
+    except urllib.error.HTTPError as refused:
+        return refused.code, refused.read().decode(), refused.headers
+
+
+def security(password, nonce=b"0123456789abcdef", age_s=0):
+    created = (datetime.datetime.now(datetime.timezone.utc) - datetime.timedelta(seconds=age_s)).strftime("%Y-%m-%dT%H:%M:%S.000Z")
+    digest = base64.b64encode(hashlib.sha1(nonce + created.encode() + password.encode()).digest()).decode()
+    return (
+        '<Security xmlns="http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-wssecurity-secext-1.0.xsd"><UsernameToken><Username>viewer</Username>'
+        f'<Password Type="http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-username-token-profile-1.0#PasswordDigest">{digest}</Password>'
+        f"<Nonce>{base64.b64encode(nonce).decode()}</Nonce><Created>{created}</Created></UsernameToken></Security>"
+    )
+
+
+@pytest.fixture
+def guarded(tmp_path):
+    token_file = tmp_path / "token"
+    token_file.write_text(TOKEN + "\n")
+    with camrig.start("minimal", mode="lockstep", args=["--token-file", str(token_file), "--onvif", "0"]) as rig:
+        yield rig
+
+
+def test_an_unmodified_client_reads_turns_and_follows_a_camera(guarded):
+    rig, port = guarded, free_port()
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz=HEAD, position=(2, 3, 2.8), outputs=[{"kind": "onvif", "port": port}])
+
+    async def client():
+        device = onvif.ONVIFCamera("127.0.0.1", port, "viewer", TOKEN)
+        try:
+            await device.update_xaddrs()
+            management = await device.create_devicemgmt_service()
+            assert (await management.GetDeviceInformation()).Manufacturer == "camrig"
+            assert re.fullmatch("02(:[0-9a-f]{2}){5}", (await management.GetNetworkInterfaces())[0].Info.HwAddress)
+            media = await device.create_media_service()
+            main, jpeg = await media.GetProfiles()
+            assert (main.token, main.VideoEncoderConfiguration.Encoding) == ("dome", "H264")
+            assert (jpeg.token, jpeg.VideoEncoderConfiguration.Encoding) == ("dome-mjpeg", "JPEG")
+            assert main.VideoEncoderConfiguration.Resolution.Width == 320
+            uri = (await media.GetStreamUri({"StreamSetup": {"Stream": "RTP-Unicast", "Transport": {"Protocol": "RTSP"}}, "ProfileToken": "dome"})).Uri
+            assert uri == f"rtsp://127.0.0.1:{rig.call('server.info')['rtsp']}/dome"
+            picture = await device.get_snapshot("dome")
+            assert cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR).shape == (240, 320, 3)
+
+            ptz = await device.create_ptz_service()
+            # The client's schema is older than this attribute, so trackers compare its text.
+            assert (await ptz.GetServiceCapabilities())._attr_1["MoveStatus"] == "true"
+            options = await ptz.GetConfigurationOptions({"ConfigurationToken": main.PTZConfiguration.token})
+            assert FOV in [space.URI for space in options.Spaces.RelativePanTiltTranslationSpace]
+            ask = {"ProfileToken": "dome"}
+
+            async def state():
+                status = await ptz.GetStatus(ask)
+                position = status.Position
+                return (position.PanTilt.x, position.PanTilt.y, position.Zoom.x), (status.MoveStatus.PanTilt, status.MoveStatus.Zoom)
+
+            assert await state() == ((0, pytest.approx(1 / 3, abs=1e-6), 0), ("IDLE", "IDLE"))
+            await ptz.AbsoluteMove({**ask, "Position": {"PanTilt": {"x": 0.5, "y": 0}, "Zoom": {"x": 0.5}}})
+            # Nothing moves before the head's latency is over, but it says so from the command on.
+            assert (await state())[1] == ("MOVING", "MOVING")
+            rig.step(seconds=3)
+            assert await state() == ((0.5, 0, pytest.approx(0.5, abs=1e-6)), ("IDLE", "IDLE"))
+            # To the right, where camrig's pan is negative.
+            assert cam.ptz.status()["pan_deg"] == -45 and cam.ptz.status()["tilt_deg"] == -15
+
+            await ptz.SetPreset({**ask, "PresetName": "door"})
+            assert [preset.Name for preset in await ptz.GetPresets(ask)] == ["home", "door"]
+            assert "door" in cam.ptz.status()["presets"]
+            await ptz.GotoPreset({**ask, "PresetToken": "home"})
+            rig.step(seconds=3)
+            assert cam.ptz.status()["pan_deg"] == 0 and cam.ptz.status()["zoom"] == 1
+
+            half = cam.projection()
+            await ptz.RelativeMove({**ask, "Translation": {"PanTilt": {"x": 1, "y": 0, "space": FOV}}})
+            rig.step(seconds=3)
+            edge = np.degrees(np.arctan(160 / half.K[0, 0]))
+            assert cam.ptz.status()["pan_deg"] == pytest.approx(-edge, abs=0.01)
+
+            await ptz.ContinuousMove({**ask, "Velocity": {"PanTilt": {"x": -0.1, "y": 0}}, "Timeout": datetime.timedelta(seconds=1)})
+            rig.step(seconds=3)
+            assert cam.ptz.status()["pan_deg"] == pytest.approx(-edge + 10, abs=0.5)
+            await ptz.ContinuousMove({**ask, "Velocity": {"PanTilt": {"x": 0.5, "y": 0}}})
+            rig.step(seconds=0.5)
+            await ptz.Stop({**ask, "PanTilt": True, "Zoom": False})
+            rig.step(seconds=3)
+            assert (await state())[1] == ("IDLE", "IDLE")
+            with pytest.raises(zeep.exceptions.Fault, match="Optional Action Not Implemented"):
+                await ptz.SendAuxiliaryCommand({**ask, "AuxiliaryData": "tt:Wiper|On"})
+        finally:
+            await device.close()
+
+    asyncio.run(client())
+    cam.set(outputs=[])
+    with pytest.raises(OSError):
+        post(port, "<tds:GetServices/>")
+
+
+READ = """
+    tds:GetSystemDateAndTime tds:GetServices tds:GetServiceCapabilities tds:GetCapabilities tds:GetHostname tds:GetEndpointReference tds:GetWsdlUrl
+    tds:GetDeviceInformation tds:GetNetworkInterfaces tds:GetNetworkProtocols tds:GetScopes tds:GetDNS tds:GetNTP tds:GetNetworkDefaultGateway
+    tds:GetDiscoveryMode tds:GetUsers tds:GetRelayOutputs
+    trt:GetServiceCapabilities trt:GetProfiles trt:GetProfile/ProfileToken trt:GetVideoSources trt:GetVideoSourceConfigurations
+    trt:GetCompatibleVideoSourceConfigurations trt:GetVideoSourceConfiguration/ConfigurationToken trt:GetVideoSourceConfigurationOptions
+    trt:GetVideoEncoderConfigurations trt:GetCompatibleVideoEncoderConfigurations trt:GetVideoEncoderConfiguration/ConfigurationToken
+    trt:GetVideoEncoderConfigurationOptions trt:GetGuaranteedNumberOfVideoEncoderInstances trt:GetStreamUri/ProfileToken trt:GetSnapshotUri/ProfileToken
+    trt:GetAudioSources trt:GetAudioOutputs trt:GetAudioSourceConfigurations trt:GetAudioEncoderConfigurations trt:GetAudioOutputConfigurations
+    trt:GetAudioDecoderConfigurations trt:GetMetadataConfigurations trt:GetVideoAnalyticsConfigurations trt:SetSynchronizationPoint
+    tptz:GetServiceCapabilities tptz:GetNodes tptz:GetNode/NodeToken tptz:GetConfigurations tptz:GetConfiguration/PTZConfigurationToken
+    tptz:GetCompatibleConfigurations/ProfileToken tptz:GetConfigurationOptions/ConfigurationToken tptz:GetStatus/ProfileToken tptz:GetPresets/ProfileToken
+    tptz:Stop/ProfileToken tptz:SetPreset/ProfileToken tptz:GotoHomePosition/ProfileToken tptz:SetHomePosition/ProfileToken
+    timg:GetServiceCapabilities timg:GetImagingSettings/VideoSourceToken timg:GetOptions/VideoSourceToken timg:GetMoveOptions/VideoSourceToken timg:GetStatus/VideoSourceToken
+""".split()
+
+
+def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
+    guarded.create_camera("dome", size=(320, 240), ptz=HEAD)
+    schemas = {}
+    for prefix, (_, name) in SERVICES.items():
+        tree = etree.fromstring((WSDL / name).read_bytes(), base_url=str(WSDL / name))
+        (schema,) = tree.iterfind(".//{http://www.w3.org/2001/XMLSchema}schema")
+        # As a document of its own; what it imports lies beside it.
+        schemas[prefix] = etree.XMLSchema(etree.fromstring(etree.tostring(schema), base_url=str(WSDL / name)))
+    port = guarded.call("server.info")["onvif"]
+    for line in READ:
+        operation, _, token = line.partition("/")
+        prefix, name = operation.split(":")
+        body = f"<{operation}><{prefix}:{token}>dome</{prefix}:{token}></{operation}>" if token else f"<{operation}/>"
+        status, text, _ = post(port, body, security(TOKEN, nonce=line.encode()))
+        assert status == 200, (line, text)
+        (answer,) = etree.fromstring(text.encode()).find(f"{{{SOAP}}}Body")
+        assert etree.QName(answer) == f"{{{SERVICES[prefix][0]}}}{name}Response"
+        schemas[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
+
+
+def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
+    guarded.create_camera("dome", size=(320, 240), ptz=HEAD)
+    port = guarded.call("server.info")["onvif"]
+    move = '<tptz:AbsoluteMove><tptz:ProfileToken>dome</tptz:ProfileToken><tptz:Position><tt:PanTilt x="1" y="0"/></tptz:Position></tptz:AbsoluteMove>'
+    assert post(port, "<tds:GetSystemDateAndTime/>")[0] == 200
+    # A client that signs everything must read the clock before it can sign well.
+    assert post(port, "<tds:GetSystemDateAndTime/>", security("wrong password"))[0] == 200
+    status, text, fields = post(port, move)
+    assert status == 401 and "Digest" in fields["WWW-Authenticate"] and "not Authorized" in text
+    for header in (security("wrong password"), security(TOKEN, age_s=900)):
+        status, text, _ = post(port, move, header)
+        assert status == 400 and "ter:NotAuthorized" in text
+    signed = security(TOKEN)
+    assert post(port, move, signed)[0] == 200
+    assert post(port, move, signed)[0] == 400, "a nonce is good once"
+    digest = urllib.request.HTTPPasswordMgrWithDefaultRealm()
+    digest.add_password(None, f"http://127.0.0.1:{port}/", "viewer", TOKEN)
+    opener = urllib.request.build_opener(urllib.request.HTTPDigestAuthHandler(digest))
+    assert opener.open(f"http://127.0.0.1:{port}/cameras/dome/snapshot.jpg").read(2) == b"\xff\xd8"
+    with pytest.raises(urllib.error.HTTPError, match="401"):
+        urllib.request.urlopen(f"http://127.0.0.1:{port}/cameras/dome/snapshot.jpg")
+    with pytest.raises(urllib.error.HTTPError, match="404"):
+        opener.open(f"http://127.0.0.1:{port}/cameras")
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])
+def test_bad_messages_are_refused_by_the_proper_faults(rig):
+    rig.create_camera("dome", size=(320, 240), ptz=HEAD)
+    rig.create_camera("plain", size=(320, 240))
+    port = rig.call("server.info")["onvif"]
+
+    def fault(operation, **options):
+        status, text, _ = post(port, operation, **options)
+        return status, re.findall("ter:([A-Za-z]+)", text)
+
+    def ptz(name, inner, camera="dome"):
+        return f"<tptz:{name}><tptz:ProfileToken>{camera}</tptz:ProfileToken>{inner}</tptz:{name}>"
+
+    assert fault("<tds:SystemReboot/>") == (500, ["ActionNotSupported"])
+    assert fault("<x:GetServices xmlns:x='urn:other'/>") == (500, ["ActionNotSupported"])
+    assert fault(ptz("GetStatus", "", "nobody")) == (400, ["InvalidArgVal", "NoProfile"])
+    assert fault(ptz("GetStatus", "", "plain")) == (500, ["ActionNotSupported", "PTZNotSupported"])
+    assert fault(ptz("GotoPreset", "<tptz:PresetToken>nowhere</tptz:PresetToken>")) == (400, ["InvalidArgVal", "NoToken"])
+    beyond = '<tptz:Position><tt:PanTilt x="1.5" y="0"/></tptz:Position>'
+    assert fault(ptz("AbsoluteMove", beyond)) == (400, ["InvalidArgVal", "InvalidPosition"])
+    other = '<tptz:Position><tt:PanTilt x="1" y="0" space="urn:other"/></tptz:Position>'
+    assert fault(ptz("AbsoluteMove", other)) == (400, ["InvalidArgVal", "SpaceNotSupported"])
+    assert fault("<tds:GetHostname>" + "<a>" * 100 + "</a>" * 100 + "</tds:GetHostname>") == (400, ["WellFormed"])
+    assert fault("<tds:GetHostname>" + "<a/>" * 300_000 + "</tds:GetHostname>")[0] == 413
+    # Pages of other origins turn no cameras.
+    stop = ptz("Stop", "")
+    assert post(port, stop, fields={"Origin": "http://elsewhere.example"}.items())[0] == 403
+    assert post(port, stop)[0] == 200
+    assert rig.call("server.info")["uptime_s"] > 0
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0", "--read-only"])
+def test_a_rig_that_only_looks_turns_no_head_by_onvif(rig):
+    rig.create_camera("dome", size=(320, 240), ptz=HEAD)
+    port = rig.call("server.info")["onvif"]
+    status, text, _ = post(port, "<tptz:Stop><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:Stop>")
+    assert status == 400 and "--read-only" in text
+    assert post(port, "<tptz:GetStatus><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:GetStatus>")[0] == 200

@@ -1,0 +1,233 @@
+#include <cmath>
+#include <future>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "control/onvif/onvif_service.h"
+#include "tests/unit/control/fake_rig.h"
+
+namespace camrig::onvif {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::string soap(const std::string& body, const std::string& header = {}) {
+    return "<x:Envelope xmlns:x=\"http://www.w3.org/2003/05/soap-envelope\" "
+           "xmlns:a=\"http://www.onvif.org/ver10/device/wsdl\" xmlns:b=\"http://www.onvif.org/ver20/ptz/wsdl\" "
+           "xmlns:c=\"http://www.onvif.org/ver10/media/wsdl\"><x:Header>" +
+           header + "</x:Header><x:Body>" + body + "</x:Body></x:Envelope>";
+}
+
+std::string nested(int depth) {
+    std::string text;
+    for (int i = 0; i < depth; ++i) text += "<a>";
+    for (int i = 0; i < depth; ++i) text += "</a>";
+    return text;
+}
+
+bool parses(const std::string& text) {
+    pugi::xml_document document;
+    return parse_xml(text, document).has_value();
+}
+
+TEST(OnvifXml, DepthElementsBytesAndDocumentTypesAreBounded) {
+    EXPECT_TRUE(parses(nested(max_xml_depth)));
+    EXPECT_FALSE(parses(nested(max_xml_depth + 1)));
+    std::string many;
+    for (std::size_t i = 1; i < max_xml_elements; ++i) many += "<b/>";
+    EXPECT_TRUE(parses("<a>" + many + "</a>"));
+    EXPECT_FALSE(parses("<a>" + many + "<b/></a>"));
+    EXPECT_FALSE(parses("<a>" + std::string(max_xml_bytes, ' ') + "</a>"));
+    EXPECT_FALSE(parses("<!DOCTYPE a [<!ENTITY b \"bbbb\">]><a>&b;</a>"));
+    EXPECT_FALSE(parses("<a><b></a>"));
+    EXPECT_FALSE(parses(""));
+}
+
+TEST(OnvifXml, PrefixesStandForNamespacesWhereverTheyAreDeclared) {
+    pugi::xml_document document;
+    ASSERT_TRUE(parse_xml(
+        "<p:a xmlns:p='one' xmlns='two'><b><p:c xmlns:p='three' d=' 1 ' p:e='2'> text </p:c></b></p:a>", document));
+    const XmlElement a = XmlElement(document).first_child();
+    EXPECT_EQ(a.name(), "a");
+    EXPECT_EQ(a.space(), "one");
+    EXPECT_EQ(a.child("b").space(), "two");
+    const XmlElement c = a.child("b").child("c");
+    EXPECT_EQ(c.space(), "three");
+    EXPECT_EQ(c.text(), "text");
+    EXPECT_EQ(c.attribute("e"), "2");
+    EXPECT_FALSE(c.attribute("f"));
+    EXPECT_FALSE(a.child("nothing").child("deeper"));
+    EXPECT_EQ(a.child("nothing").space(), "");
+}
+
+TEST(OnvifXml, TextIsEscapedAndNumbersHaveSixDecimalsInEveryLocale) {
+    EXPECT_EQ(escaped("a<b>&\"c"), "a&lt;b&gt;&amp;&quot;c");
+    EXPECT_EQ(escaped("\x01\xff gr\xc3\xbc\xc3\x9f \xed\xa0\x80"), "?? gr\xc3\xbc\xc3\x9f ???");
+    EXPECT_EQ(number(-0.5), "-0.500000");
+    EXPECT_EQ(number(-1e-17), "0.000000");
+    EXPECT_EQ(number(1.0), "1.000000");
+    EXPECT_EQ(number(std::nan("")), "0.000000");
+}
+
+TEST(OnvifXml, DurationsAreThoseOfXmlSchema) {
+    EXPECT_EQ(duration_of("PT2.5S"), 2'500'000'000);
+    EXPECT_EQ(duration_of("PT1M1S"), 61 * ns_per_s);
+    EXPECT_EQ(duration_of("PT0S"), 0);
+    for (const char* bad : {"", "PT", "2S", "PTS", "PT-1S", "PT1D", "PT1S1M", "PT100H", "PT1e5S", "PTnanS"})
+        EXPECT_FALSE(duration_of(bad)) << bad;
+}
+
+TEST(OnvifXml, TimesAreThoseOfUtc) {
+    EXPECT_EQ(time_of_text("1970-01-02T00:00:01Z"), 86'401 * ns_per_s);
+    EXPECT_EQ(time_of_text("2026-11-23T20:00:00.123Z"), time_of_text("2026-11-23T20:00:00"));
+    EXPECT_EQ(text_of_time(*time_of_text("2026-11-23T20:01:02Z")), "2026-11-23T20:01:02Z");
+    for (const char* bad : {"", "now", "2026-13-01T00:00:00Z", "2026-02-30T00:00:00Z", "2026-01-01T25:00:00Z",
+                            "2026-01-01T00:00:00+02:00"})
+        EXPECT_FALSE(time_of_text(bad)) << bad;
+}
+
+/// The example of the WS-UsernameToken profile 1.1 as ONVIF's programmer's guide (6.1.1) has it.
+constexpr UsernameToken known{.password = "tuOSpGlFlIXsozq4HFNeeGeFLEI=",
+                              .nonce = "LKqI6G/AikKCQrN0zqZFlg==",
+                              .created = "2010-09-16T07:50:45Z",
+                              .is_digest = true};
+
+TEST(OnvifAuthentication, ADigestIsThatOfTheStandardAndGoodOnceAndSoon) {
+    const TimeNs then = *time_of_text(known.created);
+    Authentication access("userpassword");
+    EXPECT_FALSE(access.is_good(known, then + Authentication::max_skew_ns + ns_per_s));
+    EXPECT_FALSE(access.is_good(known, then - Authentication::max_skew_ns - ns_per_s));
+    EXPECT_TRUE(access.is_good(known, then + 10 * ns_per_s));
+    EXPECT_FALSE(access.is_good(known, then + 11 * ns_per_s)) << "replayed";
+    EXPECT_FALSE(Authentication("another").is_good(known, then));
+    EXPECT_TRUE(Authentication("").is_good(known, 0)) << "without a token everybody may";
+    UsernameToken text{.password = "userpassword", .nonce = {}, .created = {}};
+    EXPECT_TRUE(access.is_good(text, then));
+    text.password = "userpasswor";
+    EXPECT_FALSE(access.is_good(text, then));
+}
+
+TEST(OnvifAuthentication, MadeUpNoncesOfHttpAreRefused) {
+    const Authentication access("userpassword");
+    const TimeNs now = 1'800'000'000 * ns_per_s;
+    EXPECT_THAT(access.http_challenge(now), StartsWith("Digest realm=\"camrig\""));
+    EXPECT_FALSE(access.is_good_http("GET", "/a",
+                                     "Digest username=\"u\", realm=\"camrig\", nonce=\"1800000000-00\", "
+                                     "uri=\"/a\", response=\"00\"",
+                                     now));
+    EXPECT_FALSE(access.is_good_http("GET", "/a", "Digest ===,,\"", now));
+    EXPECT_FALSE(access.is_good_http("GET", "/a", "", now));
+}
+
+class OnvifServiceTest : public testing::Test {
+protected:
+    OnvifServiceTest() {
+        for (const char* name : {"dome", "plain"}) {
+            world::CameraPatch patch;
+            if (name == std::string("dome"))
+                patch.change([](world::CameraSpec& spec) {
+                    spec.ptz = camera::ptz_preset(camera::PtzPreset::ideal);
+                    spec.ptz->pan_limits_deg = camera::PtzLimits{-90, 90};
+                    spec.ptz->tilt_limits_deg = {-60, 30};
+                });
+            rig.post(
+                engine::Request<engine::CreateCamera>{{name, {}, patch}, [](const auto& made) { ASSERT_TRUE(made); }});
+        }
+    }
+
+    OnvifReply ask(const std::string& text, const std::string& device = {}) {
+        std::promise<OnvifReply> answer;
+        service->handle({device, "10.0.0.9:81", false, text},
+                        [&answer](OnvifReply reply) { answer.set_value(std::move(reply)); });
+        return answer.get_future().get();
+    }
+    std::string ptz(const std::string& name, const std::string& inner = {}) {
+        return soap("<b:" + name + "><b:ProfileToken>dome</b:ProfileToken>" + inner + "</b:" + name + ">");
+    }
+    void start(OnvifService::Options options) {
+        options.site.rtsp_port = 8554;
+        service = std::make_unique<OnvifService>(rig, std::move(options));
+    }
+
+    control::FakeRig rig;
+    std::unique_ptr<OnvifService> service;
+};
+
+TEST_F(OnvifServiceTest, ADeviceIsOneCameraOrHasThemAll) {
+    start({});
+    const std::string all = ask(soap("<c:GetProfiles/>")).text;
+    EXPECT_THAT(all, HasSubstr("<trt:Profiles token=\"dome\" fixed=\"true\">"));
+    EXPECT_THAT(all, HasSubstr("<trt:Profiles token=\"plain-mjpeg\" fixed=\"true\">"));
+    const std::string one = ask(soap("<c:GetProfiles/>"), "plain").text;
+    EXPECT_THAT(one, Not(HasSubstr("dome")));
+    EXPECT_THAT(one, Not(HasSubstr("PTZConfiguration")));
+    EXPECT_THAT(ask(soap("<a:GetServices/>"), "plain").text, Not(HasSubstr("/ptz/wsdl<")));
+    EXPECT_THAT(ask(soap("<a:GetServices/>"), "dome").text, HasSubstr("http://10.0.0.9:81/onvif/device_service"));
+    EXPECT_EQ(ask(ptz("GetStatus"), "plain").status, 400) << "the head of another device";
+    const std::string uri = "<c:GetStreamUri><c:ProfileToken>dome-mjpeg</c:ProfileToken></c:GetStreamUri>";
+    EXPECT_THAT(ask(soap(uri)).text, HasSubstr("<tt:Uri>rtsp://10.0.0.9:8554/dome/mjpeg</tt:Uri>"));
+}
+
+TEST_F(OnvifServiceTest, RightIsPositiveForClientsAndNegativeForTheHead) {
+    start({});
+    EXPECT_EQ(ask(ptz("AbsoluteMove", "<b:Position><PanTilt x=\"1\" y=\"-1\"/><Zoom x=\"1\"/></b:Position>")).status,
+              200);
+    std::promise<camera::PtzPosition> there;
+    rig.post(engine::Request<engine::GetCamera>{{"dome"}, [&there](const Result<engine::CameraReply>& reply) {
+                                                    there.set_value((*reply->camera.head())->at(60 * ns_per_s));
+                                                }});
+    EXPECT_EQ(there.get_future().get(), (camera::PtzPosition{-90, -60, 30}));
+    EXPECT_THAT(ask(ptz("GetStatus")).text, HasSubstr("<tt:MoveStatus><tt:PanTilt>MOVING</tt:PanTilt>"));
+}
+
+TEST_F(OnvifServiceTest, PresetsAreThoseOfTheHeadAndGetNumbersWhereTheyGetNoNames) {
+    start({});
+    EXPECT_THAT(ask(ptz("SetPreset")).text, HasSubstr("<tptz:PresetToken>1</tptz:PresetToken>"));
+    EXPECT_THAT(ask(ptz("SetPreset")).text, HasSubstr("<tptz:PresetToken>2</tptz:PresetToken>"));
+    EXPECT_EQ(ask(ptz("SetPreset", "<b:PresetName>a&lt;b</b:PresetName>")).status, 200);
+    EXPECT_THAT(ask(ptz("GetPresets")).text, HasSubstr("<tptz:Preset token=\"a&lt;b\"><tt:Name>a&lt;b</tt:Name>"));
+    EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetName>a&lt;b</b:PresetName>")).text, HasSubstr("ter:PresetExist"));
+    EXPECT_EQ(ask(ptz("SetPreset", "<b:PresetToken>1</b:PresetToken>")).status, 200);
+    EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetToken>9</b:PresetToken>")).text, HasSubstr("ter:NoToken"));
+    EXPECT_EQ(ask(ptz("GotoPreset", "<b:PresetToken>home</b:PresetToken>")).status, 200);
+    EXPECT_EQ(ask(ptz("RemovePreset", "<b:PresetToken>1</b:PresetToken>")).status, 200);
+}
+
+TEST_F(OnvifServiceTest, MovesThatNoHeadCanMakeAreTheProperFaults) {
+    start({});
+    const auto fault = [&](const char* name, const std::string& inner) { return ask(ptz(name, inner)).text; };
+    EXPECT_THAT(fault("AbsoluteMove", ""), HasSubstr("ter:InvalidPosition"));
+    EXPECT_THAT(fault("AbsoluteMove", "<b:Position><PanTilt x=\"nan\" y=\"0\"/></b:Position>"),
+                HasSubstr("ter:InvalidPosition"));
+    EXPECT_THAT(fault("RelativeMove", "<b:Translation><PanTilt x=\"2\" y=\"0\"/></b:Translation>"),
+                HasSubstr("ter:InvalidTranslation"));
+    EXPECT_THAT(fault("ContinuousMove", "<b:Velocity><Zoom x=\"-1.1\"/></b:Velocity>"),
+                HasSubstr("ter:InvalidVelocity"));
+    EXPECT_THAT(fault("ContinuousMove", "<b:Velocity><Zoom x=\"0\"/></b:Velocity><b:Timeout>soon</b:Timeout>"),
+                HasSubstr("ter:TimeoutNotSupported"));
+    EXPECT_THAT(fault("ContinuousMove", "<b:Velocity><Zoom x=\"0\" space=\"urn:x\"/></b:Velocity>"),
+                HasSubstr("ter:SpaceNotSupported"));
+}
+
+TEST_F(OnvifServiceTest, WhoMayNotCommandIsRefusedButToldTheTime) {
+    start({.token = "a-good-token"});
+    const OnvifReply anonymous = ask(ptz("Stop"));
+    EXPECT_EQ(anonymous.status, 401);
+    EXPECT_TRUE(anonymous.asks_digest && !anonymous.is_refused);
+    const std::string wrong =
+        "<Security><UsernameToken><Username>a</Username><Password>a-bad-token</Password></UsernameToken></Security>";
+    const OnvifReply refused = ask(soap("<b:Stop><b:ProfileToken>dome</b:ProfileToken></b:Stop>", wrong));
+    EXPECT_EQ(refused.status, 400);
+    EXPECT_TRUE(refused.is_refused);
+    EXPECT_THAT(refused.text, HasSubstr("not Authorized"));
+    EXPECT_EQ(ask(soap("<a:GetSystemDateAndTime/>", wrong)).status, 200);
+    start({.may_command = false});
+    EXPECT_THAT(ask(ptz("Stop")).text, HasSubstr("--read-only"));
+    EXPECT_EQ(ask(ptz("GetStatus")).status, 200);
+}
+
+}  // namespace
+}  // namespace camrig::onvif
