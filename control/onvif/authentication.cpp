@@ -70,13 +70,13 @@ std::map<std::string, std::string, std::less<>> digest_fields(std::string_view t
 
 Authentication::Authentication(std::string token) : token_(std::move(token)), secret_(random_bytes()) {}
 
-bool Authentication::remember(const std::string& nonce) {
+bool Authentication::remember(const std::string& digest) {
     const std::lock_guard lock(mutex_);
-    if (!nonces_.insert(nonce).second) return false;
-    nonces_by_age_.push_back(nonce);
-    if (nonces_by_age_.size() > max_nonces) {
-        nonces_.erase(nonces_by_age_.front());
-        nonces_by_age_.pop_front();
+    if (!digests_.insert(digest).second) return false;
+    digests_by_age_.push_back(digest);
+    if (digests_by_age_.size() > max_digests) {
+        digests_.erase(digests_by_age_.front());
+        digests_by_age_.pop_front();
     }
     return true;
 }
@@ -92,7 +92,8 @@ bool Authentication::is_good(const UsernameToken& token, TimeNs now_ns) {
     hashed.append(token.created).append(token_);
     const std::string digest = hash(EVP_sha1(), hashed);
     if (!equal_tokens(token.password, base64_encode(std::as_bytes(std::span(digest))))) return false;
-    return remember(std::string(token.nonce) + ' ' + std::string(token.created));
+    // Not the texts: the same nonce can be written in several ways.
+    return remember(digest);
 }
 
 std::string Authentication::http_nonce(TimeNs now_s) const {
@@ -111,8 +112,9 @@ bool Authentication::is_good_http(std::string_view method, std::string_view targ
     const std::string& nonce = fields["nonce"];
     TimeNs made_s = 0;
     std::from_chars(nonce.data(), nonce.data() + nonce.size(), made_s);
-    const TimeNs age_s = now_ns / ns_per_s - made_s;
-    if (age_s < 0 || age_s > max_skew_ns / ns_per_s || !equal_tokens(nonce, http_nonce(made_s))) return false;
+    const TimeNs now_s = now_ns / ns_per_s;
+    if (made_s < 0 || made_s > now_s || now_s - made_s > max_skew_ns / ns_per_s) return false;
+    if (!equal_tokens(nonce, http_nonce(made_s))) return false;
     if (fields["realm"] != realm || fields["uri"] != target) return false;
     std::string hashed = md5(fields["username"] + ":" + std::string(realm) + ":" + token_) + ":" + nonce + ":";
     if (!fields["qop"].empty()) hashed += fields["nc"] + ":" + fields["cnonce"] + ":" + fields["qop"] + ":";
@@ -121,7 +123,9 @@ bool Authentication::is_good_http(std::string_view method, std::string_view targ
 }
 
 std::optional<TimeNs> time_of_text(std::string_view text) {
-    const std::string date(text.substr(0, 40));
+    constexpr std::size_t longest = 40;
+    if (text.size() > longest) return std::nullopt;
+    const std::string date(text);
     int year = 0, used = 0;
     unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0;
     if (std::sscanf(date.c_str(), "%4d-%2u-%2uT%2u:%2u:%2u%n", &year, &month, &day, &hour, &minute, &second, &used) !=

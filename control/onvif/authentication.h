@@ -15,9 +15,10 @@ namespace camrig::onvif {
 /// (RFC 7616 with MD5, which is what clients of cameras know). Any thread.
 class Authentication {
 public:
-    /// Messages older or newer than this are refused, and no nonce is taken twice meanwhile.
+    /// Messages older or newer than this are refused, and of the last max_digests none is taken twice. An answer to an
+    /// HTTP challenge is good for as long, for any message to the same target.
     static constexpr TimeNs max_skew_ns = 300 * ns_per_s;
-    static constexpr std::size_t max_nonces = 16'384;
+    static constexpr std::size_t max_digests = 16'384;
 
     /// An empty token: everybody may.
     explicit Authentication(std::string token);
@@ -32,14 +33,14 @@ public:
 
 private:
     /// False: it was there already.
-    bool remember(const std::string& nonce);
+    bool remember(const std::string& digest);
     std::string http_nonce(TimeNs now_s) const;
 
     const std::string token_;
     const std::string secret_;  ///< what our nonces are made from; nobody else knows it
     std::mutex mutex_;
-    std::set<std::string, std::less<>> nonces_;
-    std::deque<std::string> nonces_by_age_;
+    std::set<std::string, std::less<>> digests_;
+    std::deque<std::string> digests_by_age_;
 };
 
 /// "2026-11-23T20:00:00Z", with or without a fraction of a second, which is of no account; nullopt: it is none.

@@ -29,7 +29,7 @@ void OnvifPorts::update(const stream::CameraStream& camera, bool is_there) {
     const auto port_of = [](const OutputSpec& output) {
         return static_cast<std::uint16_t>(options_of<OnvifOutput>(output).port);
     };
-    for (const OutputSpec& output : change.gone) doors_.close(port_of(output));
+    for (const OutputSpec& output : change.gone) doors_.close(camera.name, port_of(output));
     for (const OutputSpec& output : change.added) doors_.open(camera.name, port_of(output));
 }
 

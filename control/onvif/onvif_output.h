@@ -23,7 +23,7 @@ public:
     /// Neither waits, and both outlive the bus's last word to this.
     struct Doors {
         std::function<void(const std::string& camera, std::uint16_t port)> open;
-        std::function<void(std::uint16_t port)> close;
+        std::function<void(const std::string& camera, std::uint16_t port)> close;
     };
     /// The bus outlives this.
     OnvifPorts(stream::FrameBus& bus, Doors doors);

@@ -41,6 +41,11 @@ constexpr std::string_view home_preset = "home";  ///< that clients return to; e
 struct Axis {
     double middle = 0.0, half = 180.0;
     double degrees(double generic) const { return middle + generic * half; }
+    /// What middle and half do not give to the last bit at the ends is not beyond the limits.
+    double degrees(double generic, const std::optional<camera::PtzLimits>& limits) const {
+        const bool is_inside = limits && std::abs(generic) <= 1.0;
+        return is_inside ? std::clamp(degrees(generic), limits->low, limits->high) : degrees(generic);
+    }
     double generic(double degrees) const { return half > 0.0 ? std::clamp((degrees - middle) / half, -1.0, 1.0) : 0.0; }
 };
 
@@ -152,8 +157,8 @@ Orders absolute_move(const Asked& asked) {
     if (!to) return std::unexpected(to.error());
     const PtzSpec& head = head_of(asked);
     camera::PtzMove move{.mode = PtzMode::absolute, .speed = speed_of(asked.request.child("Speed"))};
-    if (to->x) move.pan_deg = pan_axis(head).degrees(*to->x);
-    if (to->y) move.tilt_deg = axis_of(head.tilt_limits_deg).degrees(*to->y);
+    if (to->x) move.pan_deg = pan_axis(head).degrees(*to->x, head.pan_limits_deg);
+    if (to->y) move.tilt_deg = axis_of(head.tilt_limits_deg).degrees(*to->y, head.tilt_limits_deg);
     if (to->zoom) move.zoom = std::min(zoom_factor(head, *to->zoom), head.zoom_max);
     return std::vector<PtzCommand>{engine::MovePtz{name_of(asked), move}};
 }

@@ -17,15 +17,16 @@ glm::dquat about(const glm::dvec3& axis, double degrees) {
 }  // namespace
 
 bool is_over(const Pose& base, const PtzPosition& head) {
-    return std::abs(glm::degrees(angles_of(base.orientation).tilt) + head.tilt_deg) > 90.0;
+    constexpr double straight_deg = 90.0 + 1e-6;  // what rounding adds to straight up or down is not past it
+    return std::abs(glm::degrees(angles_of(base.orientation).tilt) + head.tilt_deg) > straight_deg;
 }
 
-Pose turned_by(const Pose& base, const PtzPosition& head, bool flips) {
+Pose turned_by(const Pose& base, const PtzPosition& head, bool is_turned_over) {
     if (head.pan_deg == 0.0 && head.tilt_deg == 0.0) return base;
     const double roll = glm::degrees(angles_of(base.orientation).roll);
     const glm::dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     // base is pan * tilt * roll: the roll is taken off, the tilt added and the roll put on again.
-    const double over = flips && is_over(base, head) ? 180.0 : 0.0;
+    const double over = is_turned_over ? 180.0 : 0.0;
     const glm::dquat tilted = base.orientation * about(x, -roll) * about(y, -head.tilt_deg) * about(x, roll + over);
     return {base.position, glm::normalize(about(z, head.pan_deg) * tilted)};
 }

@@ -12,9 +12,9 @@ namespace camrig::camera {
 /// It looks past straight up or down.
 bool is_over(const Pose& base, const PtzPosition& head);
 
-/// world_from_link at these angles; exactly `base` at pan and tilt 0. flips: where it is over, turned by half a turn
-/// about where it looks, so that what is up stays up.
-Pose turned_by(const Pose& base, const PtzPosition& head, bool flips = false);
+/// world_from_link at these angles; exactly `base` at pan and tilt 0. is_turned_over: by half a turn about where it
+/// looks, so that past straight up or down what is up stays up (e-flip).
+Pose turned_by(const Pose& base, const PtzPosition& head, bool is_turned_over = false);
 
 /// The angles of a head that looks along a direction, in that frame, on the side of straight up and down where it is
 /// now. Straight up or down any pan will do; the present one stays.

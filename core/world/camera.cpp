@@ -80,7 +80,8 @@ Result<camera::PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) con
     if (!ideal) return error(ErrorKind::invalid_argument, "x: the lens shows nothing there");
     const glm::dvec3 seen = camera::link_from_optical() * lens->direction_from_ideal(*ideal);
     const camera::Pose base = place_.at(world_ns).pose;
-    return aimed_along(base, turned_by(base, now, (*head)->spec().flips).orientation * seen, now);
+    const bool over = (*head)->spec().flips && is_over(base, now);
+    return aimed_along(base, turned_by(base, now, over).orientation * seen, now);
 }
 
 Camera Camera::in_another_world(const Snapshot& last) const {
@@ -110,7 +111,10 @@ camera::CameraState Camera::at(const Snapshot& world) const {
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
         state.head = head->status(world.world_ns);
         const camera::PtzPosition& turned = state.head->true_position;
-        state.pose = turned_by(state.pose, turned, head->spec().flips);
+        // By the angles that it believes in, as its commands: what it is off would turn a picture that looks straight
+        // down over and over.
+        const bool over = head->spec().flips && is_over(state.pose, state.head->position);
+        state.pose = turned_by(state.pose, turned, over);
         state.intrinsics.fx *= turned.zoom;
         state.intrinsics.fy *= turned.zoom;
     }

@@ -189,6 +189,7 @@ std::optional<Reply> HttpConnection::check_device_access(const Message& message,
     const std::string_view given = token_of(authorization, request.target.find("token"), "");
     request.call.shows_token = token.empty() || equal_tokens(given, token) ||
                                hooks.shows_token(origin.method, view(message.target()), authorization);
+    request.call.shows_wrong = !request.call.shows_token && (!given.empty() || !authorization.empty());
     request.call.device = *device_;
     request.call.host = std::string(*origin.host);
     if (request.call.shows_token || request.target.path.starts_with("/onvif/")) return std::nullopt;

@@ -151,12 +151,13 @@ asio::awaitable<Reply> rpc(ServerState& state, AsyncEventRef event, const HttpRe
 asio::awaitable<Reply> device(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     const auto& hooks = state.options.hooks.device;
     DeviceCall call = request.call;
+    const bool shows_wrong = call.shows_wrong;
     call.body = request.body;
     const auto slot = make_answer_slot<DeviceAnswer>(event);
     hooks.call(std::move(call), [slot](DeviceAnswer made) { slot->put(std::move(made)); });
     auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
     if (!got) co_return error_reply(got.error());
-    if (got->is_refused) {
+    if (got->is_refused || (got->asks_digest && shows_wrong)) {
         ++state.counts.connections.wrong_tokens;
         asio::steady_timer pause(co_await asio::this_coro::executor, state.options.limits.wrong_token);
         co_await pause.async_wait(asio::as_tuple(asio::use_awaitable));

@@ -35,6 +35,7 @@ struct DeviceCall {
     std::string device;        ///< what the port was opened for
     std::string host;          ///< as the client calls us: name or address, and the port
     bool shows_token = false;  ///< by HTTP digest, or none is asked for
+    bool shows_wrong = false;  ///< something in its place
     std::string body;
 };
 struct DeviceAnswer {

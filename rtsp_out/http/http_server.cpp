@@ -81,7 +81,7 @@ struct HttpServer::Impl final : stream::CameraObserver {
     asio::awaitable<void> accept_all(DoorRef door);
     void admit(tcp::socket socket, const std::optional<std::string>& device);
     Result<std::uint16_t> open_device_port(std::string device, std::uint16_t wanted);
-    void close_device_port(std::uint16_t closed);
+    void close_device_port(const std::string& device, std::uint16_t closed);
     /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must.
     bool make_room(const asio::ip::address& peer);
     void refuse(tcp::socket socket, const Error& why);
@@ -122,14 +122,15 @@ Result<HttpServer::Impl::DoorRef> HttpServer::Impl::listen(std::uint16_t wanted,
 
 Result<std::uint16_t> HttpServer::Impl::open_device_port(std::string device, std::uint16_t wanted) {
     if (state.stopping) return error(ErrorKind::unavailable, "http: the server ends");
-    auto door = listen(wanted, "--onvif", std::move(device));
+    const char* const port_option = device.empty() ? "--onvif" : "onvif port=";
+    auto door = listen(wanted, port_option, std::move(device));
     if (!door) return std::unexpected(door.error());
     return (*door)->port;
 }
 
-void HttpServer::Impl::close_device_port(std::uint16_t closed) {
-    std::erase_if(doors, [closed](const DoorRef& door) {
-        if (!door->device || door->port != closed) return false;
+void HttpServer::Impl::close_device_port(const std::string& device, std::uint16_t closed) {
+    std::erase_if(doors, [&](const DoorRef& door) {
+        if (door->device != device || door->port != closed) return false;
         Failure ignored;
         door->acceptor.close(ignored);
         door->pause.cancel();
@@ -254,8 +255,9 @@ void HttpServer::open_device_port(std::string device, std::uint16_t port,
     });
 }
 
-void HttpServer::close_device_port(std::uint16_t port) {
-    asio::post(impl_->io, [impl = impl_.get(), port] { impl->close_device_port(port); });
+void HttpServer::close_device_port(std::string device, std::uint16_t port) {
+    asio::post(impl_->io,
+               [impl = impl_.get(), device = std::move(device), port] { impl->close_device_port(device, port); });
 }
 
 void HttpServer::stop() {

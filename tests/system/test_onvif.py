@@ -18,6 +18,7 @@ import zeep.exceptions
 from lxml import etree
 
 import camrig
+from conftest import wait_until
 
 TOKEN = "onvif-test-token"
 WSDL = pathlib.Path(onvif.__file__).parent / "wsdl"
@@ -37,6 +38,11 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+def listens(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 def post(port, operation, header="", fields=()):
@@ -72,6 +78,7 @@ def guarded(tmp_path):
 def test_an_unmodified_client_reads_turns_and_follows_a_camera(guarded):
     rig, port = guarded, free_port()
     cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz=HEAD, position=(2, 3, 2.8), outputs=[{"kind": "onvif", "port": port}])
+    wait_until(lambda: listens(port), what="the camera's port")
 
     async def client():
         device = onvif.ONVIFCamera("127.0.0.1", port, "viewer", TOKEN)

@@ -213,7 +213,7 @@ onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http) {
                         if (!opened) spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
                     });
                 },
-            .close = [&http](std::uint16_t port) { http.close_device_port(port); }};
+            .close = [&http](const std::string& camera, std::uint16_t port) { http.close_device_port(camera, port); }};
 }
 
 http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,

@@ -57,7 +57,7 @@ TEST(PtzAxes, PastStraightDownAHeadThatFlipsHasUpUp) {
     for (const double tilt : {-59.0, -61.0, -90.0, -120.0}) {
         const PtzPosition head{40.0, tilt, 1.0};
         const glm::dvec3 up(0, 0, 1), forward(1, 0, 0);
-        const Pose plain = turned_by(base, head), flipped = turned_by(base, head, true);
+        const Pose plain = turned_by(base, head), flipped = turned_by(base, head, is_over(base, head));
         EXPECT_EQ(is_over(base, head), tilt < -60.0);
         EXPECT_GT((flipped.orientation * up).z, 0.0) << tilt;
         EXPECT_EQ((plain.orientation * up).z > 0.0, tilt > -60.0) << tilt;

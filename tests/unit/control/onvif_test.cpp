@@ -102,6 +102,9 @@ TEST(OnvifAuthentication, ADigestIsThatOfTheStandardAndGoodOnceAndSoon) {
     EXPECT_FALSE(access.is_good(known, then - Authentication::max_skew_ns - ns_per_s));
     EXPECT_TRUE(access.is_good(known, then + 10 * ns_per_s));
     EXPECT_FALSE(access.is_good(known, then + 11 * ns_per_s)) << "replayed";
+    UsernameToken respelt = known;
+    respelt.nonce = "LKqI6G/AikKCQrN0zqZFlh==";  // the same bytes: of the last letter two bits count
+    EXPECT_FALSE(access.is_good(respelt, then + 11 * ns_per_s)) << "replayed in another spelling";
     EXPECT_FALSE(Authentication("another").is_good(known, then));
     EXPECT_TRUE(Authentication("").is_good(known, 0)) << "without a token everybody may";
     UsernameToken text{.password = "userpassword", .nonce = {}, .created = {}};
@@ -119,6 +122,13 @@ TEST(OnvifAuthentication, MadeUpNoncesOfHttpAreRefused) {
                                      "uri=\"/a\", response=\"00\"",
                                      now));
     EXPECT_FALSE(access.is_good_http("GET", "/a", "Digest ===,,\"", now));
+    for (const char* time : {"-9223372036854775808", "9223372036854775807", "1900000000", "0"}) {
+        const std::string nonce = std::string(time) + "-00";
+        EXPECT_FALSE(access.is_good_http(
+            "GET", "/a",
+            "Digest username=\"u\", realm=\"camrig\", nonce=\"" + nonce + "\", uri=\"/a\", response=\"00\"", now))
+            << time;
+    }
     EXPECT_FALSE(access.is_good_http("GET", "/a", "", now));
 }
 
@@ -181,6 +191,26 @@ TEST_F(OnvifServiceTest, RightIsPositiveForClientsAndNegativeForTheHead) {
                                                 }});
     EXPECT_EQ(there.get_future().get(), (camera::PtzPosition{-90, -60, 30}));
     EXPECT_THAT(ask(ptz("GetStatus")).text, HasSubstr("<tt:MoveStatus><tt:PanTilt>MOVING</tt:PanTilt>"));
+}
+
+TEST_F(OnvifServiceTest, TheEndsOfAnAxisAreWithinItsLimitsToTheLastBit) {
+    start({});
+    world::CameraPatch patch;
+    patch.change([](world::CameraSpec& spec) {
+        spec.ptz = camera::ptz_preset(camera::PtzPreset::ideal);
+        spec.ptz->pan_limits_deg = camera::PtzLimits{-15.2, 86.4};
+        spec.ptz->tilt_limits_deg = {-15.2, 86.4};
+    });
+    rig.post(engine::Request<engine::CreateCamera>{{"odd", {}, patch}, [](const auto& made) { ASSERT_TRUE(made); }});
+    for (const char* end : {"x=\"1\" y=\"-1\"", "x=\"-1\" y=\"1\""}) {
+        const std::string to = std::string("<b:Position><PanTilt ") + end + "/></b:Position>";
+        const std::string move = "<b:AbsoluteMove><b:ProfileToken>odd</b:ProfileToken>" + to + "</b:AbsoluteMove>";
+        EXPECT_EQ(ask(soap(move)).status, 200) << end;
+    }
+    EXPECT_THAT(ask(soap("<b:AbsoluteMove><b:ProfileToken>odd</b:ProfileToken><b:Position><PanTilt x=\"1.1\" "
+                         "y=\"0\"/></b:Position></b:AbsoluteMove>"))
+                    .text,
+                HasSubstr("ter:InvalidPosition"));
 }
 
 TEST_F(OnvifServiceTest, PresetsAreThoseOfTheHeadAndGetNumbersWhereTheyGetNoNames) {

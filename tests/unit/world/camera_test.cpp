@@ -141,6 +141,22 @@ TEST(Camera, OnAnotherMountOrHeadItsPastStaysWhatItWas) {
     EXPECT_EQ(x_at(10 * ns_per_ms), 3.0);
 }
 
+TEST(Camera, LookingStraightDownIsNotPastItHoweverInexactTheHead) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        CameraPatch patch;
+        patch.change([&](CameraSpec& spec) {
+            spec.ptz = camera::ptz_preset(camera::PtzPreset::dome);
+            spec.ptz->tilt_limits_deg = {-180.0, 0.0};
+            spec.ptz->repeatability_deg = 0.05;
+            spec.ptz->seed = seed;
+        });
+        Camera camera = Camera().changed(patch, 0, 0).value();
+        camera = camera.with_head([](camera::PtzHead& head) { return head.move({.tilt_deg = -90.0}, 0); }).value();
+        const camera::Pose pose = camera.at(time(60 * ns_per_s)).pose;
+        EXPECT_GT((pose.orientation * glm::dvec3(0, 0, 1)).x, 0.9) << "the upper edge of the picture is ahead";
+    }
+}
+
 TEST(Camera, WhereItsHeadHasFlippedTiltIsAsThePictureShowsIt) {
     for (const bool flips : {true, false}) {
         CameraPatch patch;

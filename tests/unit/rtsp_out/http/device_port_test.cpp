@@ -108,7 +108,9 @@ TEST_F(DevicePort, APortThatIsTakenIsAnErrorAndOneThatIsClosedIsFree) {
     const auto taken = open("hall", port);
     ASSERT_FALSE(taken);
     EXPECT_EQ(taken.error().kind, ErrorKind::unavailable);
-    server->close_device_port(port);
+    server->close_device_port("hall", port);  // which it never had
+    EXPECT_EQ(post(port, "").status, 200);
+    server->close_device_port("lobby", port);
     EXPECT_TRUE(open("hall", port));
     EXPECT_EQ(post(port, "").status, 200);
     EXPECT_EQ(calls.back().device, "hall");
