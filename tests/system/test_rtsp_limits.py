@@ -214,9 +214,14 @@ def test_a_stopped_client_is_closed_and_its_memory_comes_back(rig, process):
 
     stop_one()  # the allocator keeps what one needs for the next
     before = process.rss_kib()
-    stop_one()
-    # Its packets go when the stream's next ones have gone out, and the client itself two seconds after its connection.
-    wait_until(lambda: count_for([other], 0.2) or process.rss_kib() - before < 16 * 1024, what="the memory of another stopped client")
+    left = []
+    for _ in range(3):  # and may keep more now and then; what a client leaves behind is there after each of them
+        stop_one()
+        left.append(process.rss_kib() - before)
+        if left[-1] < 16 * 1024:
+            break
+    print(f"stopped clients left {left} KiB")
+    assert left[-1] < 16 * 1024
     other.socket.close()
     wait_until(lambda: camera_stats(rig, "heavy")["outputs"] == [], what="the stream to end")
 
