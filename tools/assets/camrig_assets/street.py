@@ -13,9 +13,10 @@ LANE_Y = 1.65
 KERB_Y, PARK_Y, FRONT_Y = 3.3, 5.4, 9.6  # edge of the lanes, of the parking bays, the houses
 ROAD_Z = -0.10
 END_X = 63.0  # where the houses end
+FAR_KERB_X, FAR_FRONT_X = 74.6, 78.0  # across the ends: edge of the road, the houses
 BULGE_X = 7.0  # the pavement reaches the lanes beside the crossing
 ZEBRA_X, RAMP_X = 2.0, 4.4
-WHITE = (0.80, 0.80, 0.78)
+WHITE, KERB, PAVING = (0.80, 0.80, 0.78), (0.30, 0.295, 0.285), (0.80, 0.80, 0.80)
 
 TREES = [(x, side * 6.2) for side in (1, -1) for x in (-40.5, -28, -15.5, 15.5, 28, 40.5)]
 LAMPS = [(x, side * 5.75) for side in (1, -1) for x in (-34, -9.5, 9.5, 34)]
@@ -60,12 +61,18 @@ def _ground(builder):
     def road(x0, x1, y0, y1, z=ROAD_Z, cell=1.2):
         builder.add(scaled(slab(x0, x1, y0, y1, z, cell), ASPHALT_M), "asphalt", (0.62, 0.62, 0.62))
 
+    # Under all of it: where a surface meets one that is cut otherwise, a gap of rounding lets a pixel through now and then.
+    builder.add(slab(-FAR_FRONT_X, FAR_FRONT_X, -FRONT_Y - 0.3, FRONT_Y + 0.3, ROAD_Z - 0.05, 4), "plain", KERB)
     road(-END_X, -RAMP_X, -KERB_Y, KERB_Y)
     road(RAMP_X, END_X, -KERB_Y, KERB_Y)
     for side in (1, -1):
-        # Out to the houses across its ends, and a little under them.
-        a, b = sorted((side * 53, side * 78.5))
+        # Across its ends a road, and before the houses there a pavement that goes on a little under them.
+        a, b = sorted((side * 53, side * (FAR_KERB_X + 0.15)))
         road(a, b, -50, 50, ROAD_Z - 0.001, 4)
+        a, b = sorted((side * FAR_KERB_X, side * (FAR_KERB_X + 0.15)))
+        builder.add(block((a, -50, ROAD_Z - 0.05), (b, 50, 0.004), cells=1), "plain", KERB)
+        a, b = sorted((side * (FAR_KERB_X + 0.15), side * (FAR_FRONT_X + 0.5)))
+        builder.add(scaled(slab(a, b, -50, 50, 0.0, 4), PAVING_M), "paving", PAVING)
         # Crossing on a table with ramps.
         ramp = slab(side * ZEBRA_X, side * RAMP_X, -KERB_Y, KERB_Y, 0.0, 0.6)
         if side < 0:
@@ -89,17 +96,17 @@ def _ground(builder):
 
         def strip(x0, x1, y0, y1, side=side, cell=0.8):
             a, b = sorted((side * y0, side * y1))
-            builder.add(scaled(slab(x0, x1, a, b, 0.0, cell), PAVING_M), "paving", (0.80, 0.80, 0.80))
+            builder.add(scaled(slab(x0, x1, a, b, 0.0, cell), PAVING_M), "paving", PAVING)
 
         strip(-END_X, END_X, PARK_Y + 0.2, FRONT_Y)
         pieces = [(-END_X, -48), (-BULGE_X, BULGE_X), (48, END_X)]
         for x0, x1 in pieces:
             strip(x0, x1, KERB_Y + 0.15, PARK_Y + 0.2)
             a, b = sorted((side * KERB_Y, side * (KERB_Y + 0.15)))
-            builder.add(block((x0, a, ROAD_Z - 0.05), (x1, b, 0.004), cells=(1)), "plain", (0.30, 0.295, 0.285))
+            builder.add(block((x0, a, ROAD_Z - 0.05), (x1, b, 0.004), cells=(1)), "plain", KERB)
             for x in (x0, x1):
                 a, b = sorted((side * KERB_Y, side * (PARK_Y + 0.2)))
-                builder.add(block((x - 0.075, a, ROAD_Z - 0.05), (x + 0.075, b, 0.004)), "plain", (0.30, 0.295, 0.285))
+                builder.add(block((x - 0.075, a, ROAD_Z - 0.05), (x + 0.075, b, 0.004)), "plain", KERB)
         for x0, x1 in ((-48, -BULGE_X), (BULGE_X, 48)):
             a, b = sorted((side * KERB_Y, side * PARK_Y))
             builder.add(scaled(slab(x0, x1, a, b, ROAD_Z, 0.8), 2.4), "setts", (0.52, 0.52, 0.53))
@@ -108,7 +115,7 @@ def _ground(builder):
                 builder.add(
                     block((x0 + (x1 - x0) * k / 40, a, ROAD_Z - 0.05), (x0 + (x1 - x0) * (k + 1) / 40, b, 0.004), ("front", "back", "top")),
                     "plain",
-                    (0.30, 0.295, 0.285),
+                    KERB,
                 )
 
 
@@ -118,7 +125,7 @@ def _houses(builder):
         order = HOUSES if number == 0 else HOUSES[4:] + HOUSES[:4]
         for k, (bays, storeys, look) in enumerate(order):
             s = row.house(s, bays, storeys, look, 100 * number + k + 1, shops=k % 3 != 2)
-    for row, number in ((Row(builder, (78, 33), (0, -1)), 3), (Row(builder, (-78, -33), (0, 1)), 4)):
+    for row, number in ((Row(builder, (FAR_FRONT_X, 33), (0, -1)), 3), (Row(builder, (-FAR_FRONT_X, -33), (0, 1)), 4)):
         s = 0.0
         for k, (bays, storeys, look) in enumerate(HOUSES[number : number + 5]):
             s = row.house(s, bays, storeys, look, 100 * number + k, shops=False)
