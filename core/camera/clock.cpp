@@ -75,10 +75,17 @@ Clock::Segment Clock::following(const Segment& before, const std::optional<Clock
         fresh.begin_ns = begin_ns;
         return fresh;
     }
-    Segment next{.begin_ns = begin_ns, .since_ns = begin_ns, .spec = spec};
-    next.stepped_ns = before.stepped_ns + spec->offset_ns - before.spec->offset_ns;
-    next.carried_ns =
-        (error_ns(before, begin_ns) - before.spec->offset_ns) - (error_ns(next, begin_ns) - spec->offset_ns);
+    const ClockSpec& old = *before.spec;
+    Segment next = before;
+    next.begin_ns = begin_ns;
+    next.spec = spec;
+    next.stepped_ns += spec->offset_ns - old.offset_ns;
+    const bool runs_on = spec->state == old.state && spec->drift_ppb == old.drift_ppb && spec->walk_ns == old.walk_ns &&
+                         spec->seed == old.seed;
+    if (runs_on) return next;
+    next.since_ns = begin_ns;
+    next.carried_ns = 0;
+    next.carried_ns = (error_ns(before, begin_ns) - old.offset_ns) - (error_ns(next, begin_ns) - spec->offset_ns);
     if (is_kept(spec->state) && std::abs(next.carried_ns) > set_from_ns) {
         next.stepped_ns -= next.carried_ns;
         next.carried_ns = 0;

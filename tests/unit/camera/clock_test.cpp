@@ -37,8 +37,10 @@ TEST(Clock, ItsMonotonicClockKnowsNothingOfSteps) {
     EXPECT_EQ(at(clock, 10 * s - 1).stamp_error_ns, 3 * ms + 9'999);
     EXPECT_EQ(at(clock, 10 * s).stamp_error_ns, 3 * ms + 10'000 - 90 * s);
     EXPECT_EQ(at(clock, 10 * s).steady_error_ns, 3 * ms + 10'000);
-    clock.set(ClockSpec{.offset_ns = 5 * s, .drift_ppb = 1000}, 20 * s);
-    EXPECT_EQ(at(clock, 20 * s), (ClockReading{5 * s + 20'000, 3 * ms + 20'000}));
+    clock.set(ClockSpec{.offset_ns = 5 * s, .drift_ppb = 1000}, 20 * s + 1);
+    EXPECT_EQ(at(clock, 20 * s + 1), (ClockReading{5 * s + 20'000, 3 * ms + 20'000}));
+    clock.set(ClockSpec{.offset_ns = 5 * s, .drift_ppb = 1000, .jitter_ns = 0, .phase_ns = 7}, 30 * s + 999'999);
+    EXPECT_EQ(at(clock, 31 * s), (ClockReading{5 * s + 31'000, 3 * ms + 31'000}));  // nothing lost by rounding
 }
 
 TEST(Clock, AnotherDriftBendsItWhereItIs) {
