@@ -26,6 +26,8 @@ Frame frame_of(const json& answer) {
         frame.sequence = answer.at("sequence").get<std::int64_t>();
         frame.time_ns = answer.at("time_ns").get<std::int64_t>();
         frame.monotonic_ns = answer.at("monotonic_ns").get<std::int64_t>();
+        frame.stamp_ns = answer.value("stamp_ns", frame.time_ns);
+        frame.steady_ns = answer.value("steady_ns", frame.monotonic_ns);
         frame.data = std::move(*bytes);
         return frame;
     } catch (const json::exception& problem) {

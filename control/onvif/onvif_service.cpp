@@ -46,7 +46,8 @@ struct OnvifService::Task {
     const Operation* operation;
     Asked asked;
     std::vector<PtzCommand> orders = {};
-    std::size_t given = 0;  ///< of the orders
+    bool is_to_be_judged = false;  ///< by the camera's clock, when it is known
+    std::size_t given = 0;         ///< of the orders
     std::function<void(OnvifReply)> done;
 
     void finish(const Answer& answer) const {
@@ -69,7 +70,11 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
     if (!message) return done(reply_of(message.error()));
     const Operation* operation = find_operation((*message)->operation);
     if (!operation) return done(reply_of(not_implemented()));
-    if (auto refused = refuse(*operation, **message, call.shows_token)) return done(std::move(*refused));
+    // A camera judges the age of a message by its own clock.
+    const bool by_camera = !call.device.empty() && !call.shows_token && (*message)->token;
+    const TimeNs now_ns = realtime_now_ns();
+    if (!by_camera)
+        if (auto refused = refuse(*operation, **message, call.shows_token, now_ns)) return done(std::move(*refused));
     const XmlElement request = (*message)->operation;
     auto task = std::make_shared<Task>(Task{.message = std::move(*message),
                                             .operation = operation,
@@ -78,17 +83,18 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
                                                       .host = call.host,
                                                       .device = call.device,
                                                       .cameras = {},
-                                                      .utc_ns = realtime_now_ns()},
+                                                      .utc_ns = now_ns},
+                                            .is_to_be_judged = by_camera,
                                             .done = std::move(done)});
     if (operation->orders) return ask_head(task);
     ask_cameras(task);
 }
 
-std::optional<OnvifReply> OnvifService::refuse(const Operation& operation, const SoapMessage& message,
-                                               bool shows_token) {
+std::optional<OnvifReply> OnvifService::refuse(const Operation& operation, const SoapMessage& message, bool shows_token,
+                                               TimeNs now_ns) {
     if (operation.access == Access::open) return std::nullopt;
-    const bool is_known = shows_token || authentication_.is_open() ||
-                          (message.token && authentication_.is_good(*message.token, realtime_now_ns()));
+    const bool is_known =
+        shows_token || authentication_.is_open() || (message.token && authentication_.is_good(*message.token, now_ns));
     if (!is_known) {
         OnvifReply reply = reply_of(not_authorized());
         reply.is_refused = message.token.has_value();
@@ -125,9 +131,7 @@ void OnvifService::ask_cameras(const TaskRef& task) {
 
 void OnvifService::ask_head(const TaskRef& task) {
     const Asked& asked = task->asked;
-    const std::string name(camera_of_token(asked.request.text("ProfileToken")));
-    if (!asked.device.empty() && name != asked.device)
-        return task->finish(invalid_argument("NoProfile", "there is no such profile"));
+    const std::string name(asked.device.empty() ? camera_of_token(asked.request.text("ProfileToken")) : asked.device);
     commands_.post(engine::Request<engine::GetCamera>{{name}, on_reply(task, &OnvifService::take_camera)});
 }
 
@@ -138,7 +142,13 @@ void OnvifService::take_cameras(const TaskRef& task, std::vector<engine::CameraR
 
 void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) {
     task->asked.cameras = {camera.camera.spec()};
+    if (camera.now.clock) task->asked.utc_ns += camera.now.clock->stamp_error_ns;
+    if (task->is_to_be_judged)
+        if (auto refused = refuse(*task->operation, *task->message, false, task->asked.utc_ns))
+            return task->done(std::move(*refused));
     if (!task->operation->orders) return answer(task);
+    if (camera_of_token(task->asked.request.text("ProfileToken")) != camera.camera.spec()->name)
+        return task->finish(invalid_argument("NoProfile", "there is no such profile"));
     if (!camera.camera.spec()->ptz) return task->finish(std::unexpected(not_implemented("PTZNotSupported")));
     task->asked.camera = std::make_shared<const world::Camera>(std::move(camera.camera));
     auto orders = task->operation->orders(task->asked);

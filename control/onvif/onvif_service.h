@@ -48,8 +48,9 @@ private:
     struct Task;
     using TaskRef = std::shared_ptr<Task>;
 
-    /// nullopt: it may be answered.
-    std::optional<OnvifReply> refuse(const Operation& operation, const SoapMessage& message, bool shows_token);
+    /// nullopt: it may be answered. `now_ns`: since 1970, as the clock has it that the message's age is judged by.
+    std::optional<OnvifReply> refuse(const Operation& operation, const SoapMessage& message, bool shows_token,
+                                     TimeNs now_ns);
     void ask_cameras(const TaskRef& task);
     void ask_head(const TaskRef& task);
     void answer(const TaskRef& task);

@@ -31,6 +31,10 @@ std::vector<SharedObject> shared_objects() {
             "A pan/tilt/zoom head under the camera. `pose` is where it looks with the head at pan and tilt 0, and "
             "zoom multiplies the camera's focal length; world_pose is where it looks now. The methods ptz.* move "
             "it; a change of these figures puts it back to its begin."),
+        object_of("clock",
+                  "A clock of the camera's own, which is wrong. What it says (state to step_at_ns) is in stamp_ns and "
+                  "steady_ns and in what outputs stamp pictures with; when the camera exposes (phase_ns to "
+                  "trigger_jitter_ns) is in time_ns. docs/clocks.md says what each output shows."),
         object_of(
             "intrinsics",
             "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 "

@@ -109,6 +109,10 @@ Result<RpcResult> frame_result(const stream::MediaUnit& unit, const FrameQuestio
                 {"format", json_of(question.format)},
                 {"encoding", question.encoding},
                 {"bytes", bytes.size()}};
+    if (info.clock) {
+        fields["stamp_ns"] = info.stamp_ns();
+        fields["steady_ns"] = info.steady_ns();
+    }
     if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
     RpcResult result(std::move(fields), question.as_bytes()
                                             ? std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())
@@ -166,6 +170,11 @@ std::vector<Method> frame_methods(RpcContext& context) {
                         {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
                         {"time_ns", "integer", "world time it shows", false, "ns"},
                         {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
+                        {"stamp_ns", "integer",
+                         "of a camera with a clock: the instant as that has it, beside `time_ns`", false, "ns"},
+                        {"steady_ns", "integer",
+                         "of a camera with a clock: the instant as its monotonic clock has it, beside `monotonic_ns`",
+                         false, "ns"},
                         {"size", "[width, height]", "size of the picture", false, "px"},
                         {"kind", "string", "as asked"},
                         {"format", "string", "as asked"},

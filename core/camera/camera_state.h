@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/base/clock_reading.h"
 #include "core/base/time.h"
 #include "core/camera/intrinsics.h"
 #include "core/camera/pose.h"
@@ -14,7 +15,8 @@ struct CameraState {
     TimeNs world_ns = 0;  ///< the time; frames that show it are stamped with it
     Pose pose;            ///< world_from_link
     Intrinsics intrinsics;
-    std::optional<PtzStatus> head;  ///< of a camera that is on one; pose and intrinsics are what it makes of them
+    std::optional<PtzStatus> head;      ///< of a camera that is on one; pose and intrinsics are what it makes of them
+    std::optional<ClockReading> clock;  ///< what its own clock says; nullopt: it has none
     friend bool operator==(const CameraState&, const CameraState&) = default;
 };
 

@@ -48,11 +48,11 @@ Result<CameraEntry*> CameraDesk::add_camera(world::CameraSpec spec) {
 
 void CameraDesk::start_camera(CameraEntry& entry) {
     // Its first picture shows the moment it was made, with the number just before that of its next grid point: at world
-    // time 0 that is frame 0 itself.
+    // time 0 that is frame 0 itself, or, of a camera that is due later, a frame 0 before its first grid point.
     const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
-    const Rate& rate = entry.spec().rate;
-    const std::int64_t next = rate.frames_until(now_ns);
-    rig_.schedule.set(entry.id, rate, now_ns, next);
+    const camera::ExposureTimes times = entry.exposure_times();
+    const std::int64_t next = std::max<std::int64_t>(1, times.frames_until(now_ns));
+    rig_.schedule.set(entry.id, times, now_ns, next);
     renew_latest(entry, next - 1);
     rig_.bus.add_camera(stream_of(entry));
 }
@@ -118,15 +118,15 @@ Result<CameraReply> CameraDesk::run(SetCamera& command) {
     if (auto good = check_new_outputs(*changed->spec(), old->outputs); !good) return std::unexpected(good.error());
     if (auto good = rig_.cameras.replace(entry, std::move(*changed)); !good) return std::unexpected(good.error());
 
-    if (entry.spec().rate != old->rate)
-        rig_.schedule.set(entry.id, entry.spec().rate, now_ns, rig_.schedule.next_sequence(entry.id));
+    if (entry.exposure_times() != exposure_times_of(*old))
+        rig_.schedule.set(entry.id, entry.exposure_times(), now_ns, rig_.schedule.next_sequence(entry.id));
     TimeNs applied_ns = rig_.schedule.next_due_ns(entry.id);
     // Nothing falls due while the world stands still, yet the change must show. In real time it is a frame more. In
     // lockstep readers are sent what is due and nothing else: who asks gets the frame that is there, drawn anew.
     const bool stands_still = !rig_.clock.running() && rig_.options.mode == RunMode::realtime;
     if (!rig_.clock.running()) {
         const std::int64_t next = rig_.schedule.next_sequence(entry.id);
-        if (stands_still) rig_.schedule.set(entry.id, entry.spec().rate, now_ns, next + 1);
+        if (stands_still) rig_.schedule.set(entry.id, entry.exposure_times(), now_ns, next + 1);
         renew_latest(entry, stands_still ? next : entry.latest.sequence);
         applied_ns = entry.latest.state.world_ns;
     }
@@ -284,7 +284,7 @@ void CameraDesk::begin_world() {
     std::vector<CameraEntry*> stayed;
     for (auto& [id, entry] : rig_.cameras.all()) {
         if (std::ranges::find(added_, id) != added_.end()) continue;
-        rig_.schedule.set(id, entry.spec().rate, 0, rig_.schedule.next_sequence(id) + 1);
+        rig_.schedule.set(id, entry.exposure_times(), 0, rig_.schedule.next_sequence(id) + 1);
         entry.applied_ns = 0;
         stayed.push_back(&entry);
     }

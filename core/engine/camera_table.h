@@ -42,6 +42,7 @@ struct CameraEntry {
     std::shared_ptr<truth::StandingObjects> standing = std::make_shared<truth::StandingObjects>();
 
     const world::CameraSpec& spec() const { return *camera.spec(); }
+    camera::ExposureTimes exposure_times() const { return world::exposure_times_of(spec()); }
     TimeNs applied_ns = 0;  ///< world time from which its last command shows
     std::uint64_t due = 0, rendered = 0, idle = 0;
     std::array<std::uint64_t, stream::drop_reason_count> dropped{};  ///< by DropReason

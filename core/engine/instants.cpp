@@ -79,10 +79,10 @@ void Instants::account_skipped(TimeNs instant_ns) {
         } else {
             entry.idle += frames;
         }
-        const Rate& rate = entry.spec().rate;
-        const std::int64_t first = rate.first_frame_at_or_after(skipped.first_ns);
+        const camera::ExposureTimes times = entry.exposure_times();
+        const std::int64_t first = times.first_frame_at_or_after(skipped.first_ns);
         for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
-            instants.insert(rate.time_of_frame(first + i));
+            instants.insert(times.time_of_frame(first + i));
         most = std::max(most, skipped.frames);
     }
     const auto count = std::max(static_cast<std::uint64_t>(most), static_cast<std::uint64_t>(instants.size()));

@@ -62,6 +62,7 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
                              .spec = view.spec,
                              .pose = view.pose,
                              .head = view.head,
+                             .clock = view.clock,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
                             *due.snapshot, pictures, find_silhouettes, &standing);

@@ -31,6 +31,7 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.spec_revision = latest.spec_revision;
     view.pose = latest.state.pose;
     view.head = latest.state.head;
+    view.clock = latest.state.clock;
     view.quality = latest.spec->quality.value_or(options.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;

@@ -4,10 +4,10 @@
 
 namespace camrig::engine {
 
-void Schedule::set(CameraId camera, const Rate& rate, TimeNs after_ns, std::int64_t first_sequence) {
+void Schedule::set(CameraId camera, const camera::ExposureTimes& times, TimeNs after_ns, std::int64_t first_sequence) {
     Entry& entry = entries_[camera];
-    entry.rate = rate;
-    entry.next = rate.frames_until(after_ns);
+    entry.times = times;
+    entry.next = times.frames_until(after_ns);
     entry.sequence_offset = first_sequence - entry.next;
 }
 
@@ -40,7 +40,7 @@ TimeNs Schedule::choose_instant(TimeNs now_ns) const {
     TimeNs chosen = max_time_ns;
     for (const auto& [camera, entry] : entries_) {
         if (entry.next_ns() > now_ns) continue;
-        const TimeNs newest = entry.rate.time_of_frame(entry.rate.frames_until(now_ns) - 1);
+        const TimeNs newest = entry.times.time_of_frame(entry.times.frames_until(now_ns) - 1);
         chosen = std::min(chosen, newest);
     }
     return chosen;
@@ -49,7 +49,7 @@ TimeNs Schedule::choose_instant(TimeNs now_ns) const {
 std::vector<Schedule::Skipped> Schedule::skip_before(TimeNs world_ns) {
     std::vector<Skipped> skipped;
     for (auto& [camera, entry] : entries_) {
-        const std::int64_t next = entry.rate.first_frame_at_or_after(world_ns);
+        const std::int64_t next = entry.times.first_frame_at_or_after(world_ns);
         if (next <= entry.next) continue;
         skipped.push_back({camera, next - entry.next, entry.next_ns()});
         entry.next = next;

@@ -5,16 +5,16 @@
 #include <vector>
 
 #include "core/base/ids.h"
-#include "core/base/rate.h"
 #include "core/base/time.h"
+#include "core/camera/exposure_times.h"
 
 namespace camrig::engine {
 
 /// Which camera is due when. Pure arithmetic on world time; knows no clock.
 ///
 /// Every camera runs on the grid of its rate from world time 0, so cameras of one rate are due together whenever they
-/// were made. Sequence numbers rise by one per grid point, for the whole life of a camera, also across a change of
-/// rate. Thread: the engine's.
+/// were made, unless a clock of their own moves them (ExposureTimes). Sequence numbers rise by one per grid point, for
+/// the whole life of a camera, also across a change of rate. Thread: the engine's.
 class Schedule {
 public:
     struct Due {
@@ -29,7 +29,7 @@ public:
     };
 
     /// The camera is due first at its first grid point after `after_ns`, with sequence number `first_sequence`.
-    void set(CameraId camera, const Rate& rate, TimeNs after_ns, std::int64_t first_sequence);
+    void set(CameraId camera, const camera::ExposureTimes& times, TimeNs after_ns, std::int64_t first_sequence);
     void remove(CameraId camera) { entries_.erase(camera); }
     bool empty() const { return entries_.empty(); }
 
@@ -51,10 +51,10 @@ public:
 
 private:
     struct Entry {
-        Rate rate;
+        camera::ExposureTimes times;
         std::int64_t next = 0;             ///< grid index of the next due frame
         std::int64_t sequence_offset = 0;  ///< sequence = grid index + offset
-        TimeNs next_ns() const { return rate.time_of_frame(next); }
+        TimeNs next_ns() const { return times.time_of_frame(next); }
     };
     std::map<CameraId, Entry> entries_;
 };

@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/base/clock_reading.h"
 #include "core/base/ids.h"
 #include "core/base/image_size.h"
 #include "core/base/named.h"
@@ -37,7 +39,13 @@ struct FrameInfo {
     ImageSize size;
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
-    Damage damage{};  ///< since an earlier frame of this camera, kind and size, by its sequence
+    Damage damage{};                      ///< since an earlier frame of this camera, kind and size, by its sequence
+    std::optional<ClockReading> clock{};  ///< of a camera that has its own: what it says of this instant
+
+    /// The instant as the camera's time of day has it, where world time is the true one.
+    TimeNs stamp_ns() const { return world_ns + (clock ? clock->stamp_error_ns : 0); }
+    /// The same as its monotonic clock has it, where CLOCK_MONOTONIC is the true one.
+    TimeNs steady_ns() const { return monotonic_ns + (clock ? clock->steady_error_ns : 0); }
 };
 
 /// Whether `info.damage` is the damage since this earlier frame.

@@ -25,6 +25,7 @@ struct View {
     std::uint64_t spec_revision = 0;  ///< changes whenever spec does; with the camera id the key of per-camera caches
     camera::Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
     std::optional<camera::PtzStatus> head;  ///< what it says of itself goes with the pose, for ground truth
+    std::optional<ClockReading> clock;      ///< goes with the frame
     world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
     std::uint32_t camera_number = 0;                                           ///< what the code strip carries

@@ -33,7 +33,8 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                          .monotonic_ns = monotonic_ns,
                          .size = view.spec->size,
                          .kind = kind,
-                         .format = format});
+                         .format = format,
+                         .clock = view.clock});
 }
 
 void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame) {

@@ -18,6 +18,7 @@ struct TruthView {
     std::shared_ptr<const world::CameraSpec> spec;
     camera::Pose pose;  ///< world_from_link at the snapshot's instant
     std::optional<camera::PtzStatus> head = {};
+    std::optional<ClockReading> clock = {};
     std::int64_t sequence = 0;
     TimeNs monotonic_ns = 0;
 };

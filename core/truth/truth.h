@@ -11,6 +11,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "core/base/clock_reading.h"
 #include "core/base/ids.h"
 #include "core/base/time.h"
 #include "core/camera/pose.h"
@@ -69,6 +70,7 @@ struct TruthOfFrame {
     camera::Lens lens;
     camera::Pose pose;                             ///< world_from_link at that instant
     std::optional<camera::PtzStatus> head;         ///< of a camera on a pan/tilt/zoom head
+    std::optional<ClockReading> clock;             ///< of a camera with one of its own
     std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
     std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
 };

@@ -57,17 +57,23 @@ json truth_to_json(const TruthOfFrame& truth) {
     for (const auto& [number, name] : truth.classes) classes[name] = number;
     for (const ObjectTruth& object : truth.objects) objects.push_back(object_json(object));
     const camera::Intrinsics& k = truth.intrinsics;
-    return {{"camera", truth.camera},
-            {"sequence", truth.sequence},
-            {"time_ns", truth.world_ns},
-            {"monotonic_ns", truth.monotonic_ns},
-            {"size", {truth.size.width, truth.size.height}},
-            {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
-            {"lens", world::lens_to_json(truth.lens)},
-            {"pose", {{"position", array_of(truth.pose.position)}, {"orientation", array_of(truth.pose.orientation)}}},
-            {"ptz", truth.head ? world::ptz_to_json(*truth.head) : json(nullptr)},
-            {"classes", std::move(classes)},
-            {"objects", std::move(objects)}};
+    json value{
+        {"camera", truth.camera},
+        {"sequence", truth.sequence},
+        {"time_ns", truth.world_ns},
+        {"monotonic_ns", truth.monotonic_ns},
+        {"size", {truth.size.width, truth.size.height}},
+        {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
+        {"lens", world::lens_to_json(truth.lens)},
+        {"pose", {{"position", array_of(truth.pose.position)}, {"orientation", array_of(truth.pose.orientation)}}},
+        {"ptz", truth.head ? world::ptz_to_json(*truth.head) : json(nullptr)},
+        {"classes", std::move(classes)},
+        {"objects", std::move(objects)}};
+    if (truth.clock) {
+        value["stamp_ns"] = truth.world_ns + truth.clock->stamp_error_ns;
+        value["steady_ns"] = truth.monotonic_ns + truth.clock->steady_error_ns;
+    }
+    return value;
 }
 
 }  // namespace camrig::truth

@@ -12,7 +12,8 @@ static_assert(camera::Timeline<camera::Pose>::kept_ns >= StepHistory::span_ns);
 Camera::Camera(CameraSpec spec)
     : spec_(std::make_shared<const CameraSpec>(std::move(spec))),
       place_({spec_->mount, spec_->pose}),
-      intrinsics_(spec_->intrinsics) {
+      intrinsics_(spec_->intrinsics),
+      clock_(spec_->clock) {
     if (spec_->ptz) head_.emplace(*spec_->ptz);
 }
 
@@ -39,6 +40,7 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
         next.head_since_ns_ = begin_ns;
         next.head_ = after.ptz ? std::optional<camera::PtzHead>(*after.ptz) : std::nullopt;
     }
+    if (after.clock != before.clock) next.clock_.set(after.clock, begin_ns);
     const camera::Intrinsics &from = before.intrinsics, &to = after.intrinsics;
     if ((patch.optics || patch.zoom) && after.size == before.size)
         next.intrinsics_.go_to(to, begin_ns, from.cx == to.cx && from.cy == to.cy ? duration_ns : 0);
@@ -107,7 +109,8 @@ camera::Pose Camera::frame_in(const Snapshot& world, const Mount& mount) const {
 
 camera::CameraState Camera::at(const Snapshot& world) const {
     const Place place = place_.at(world.world_ns);
-    camera::CameraState state{world.world_ns, place.pose, intrinsics_.at(world.world_ns), {}};
+    camera::CameraState state{
+        world.world_ns, place.pose, intrinsics_.at(world.world_ns), {}, clock_.at(world.world_ns)};
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
         state.head = head->status(world.world_ns);
         const camera::PtzPosition& turned = state.head->true_position;

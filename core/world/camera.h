@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/camera/camera_state.h"
+#include "core/camera/clock.h"
 #include "core/camera/ptz_head.h"
 #include "core/camera/timeline.h"
 #include "core/world/camera_spec.h"
@@ -65,6 +66,7 @@ private:
     camera::Timeline<camera::Intrinsics> intrinsics_;  ///< without its head
     std::optional<camera::PtzHead> head_, head_before_;
     TimeNs head_since_ns_ = 0;  ///< until then head_before_ was there
+    camera::Clock clock_;
     camera::Timeline<camera::Pose> left_{
         camera::Pose{}};  ///< world_from_mount while what it is mounted on is not there
 };

@@ -200,6 +200,11 @@ std::vector<Entry> make_camera_fields() {
             .null = "no head",
             .shape = "Ptz",
         }),
+        camera_at<&CameraSpec::clock>(
+            {.name = "clock",
+             .doc = "its own clock, see clock: what its stamps say and when it exposes, each wrong on its own",
+             .null = "none, it is right",
+             .shape = "Clock"}),
         {.field = {.name = "lens",
                    .type = "object",
                    .doc = "see lens",

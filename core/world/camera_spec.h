@@ -12,6 +12,7 @@
 #include "core/base/output_spec.h"
 #include "core/base/rate.h"
 #include "core/base/result.h"
+#include "core/camera/exposure_times.h"
 #include "core/camera/intrinsics.h"
 #include "core/camera/lens.h"
 #include "core/camera/pose.h"
@@ -55,7 +56,8 @@ struct CameraSpec {
     /// at pan and tilt 0.
     camera::Pose pose;
     std::optional<Mount> mount;
-    std::optional<camera::PtzSpec> ptz;  ///< the head that turns and zooms it; nullopt: none
+    std::optional<camera::PtzSpec> ptz;      ///< the head that turns and zooms it; nullopt: none
+    std::optional<camera::ClockSpec> clock;  ///< nullopt: none of its own, it is right
     camera::Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::automatic;
@@ -72,6 +74,11 @@ struct CameraSpec {
 
 /// What the camera's antialias means at a level of quality; never `automatic`.
 Antialias antialias_of(const CameraSpec& spec, Quality quality);
+
+/// When the camera is due.
+inline camera::ExposureTimes exposure_times_of(const CameraSpec& spec) {
+    return {spec.rate, spec.clock};
+}
 
 /// What camera.create and camera.set change. Members that depend on others are named; what is empty stays as it is.
 struct CameraPatch {

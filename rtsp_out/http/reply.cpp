@@ -1,8 +1,11 @@
 #include "rtsp_out/http/reply.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include <nlohmann/json.hpp>
+
+#include "core/base/clock.h"
 
 namespace camrig::http {
 namespace {
@@ -28,6 +31,13 @@ constexpr std::string_view reason_of(int status) {
     for (const auto& [number, reason] : known)
         if (number == status) return reason;
     return "Internal Server Error";
+}
+
+/// The time of day that the camera's clock has, in seconds since 1970 with microseconds, as mjpg-streamer writes it.
+std::string unix_time_of(const frame::FrameInfo& info) {
+    const TimeNs utc_ns = realtime_now_ns() - monotonic_now_ns() + info.monotonic_ns + info.stamp_ns() - info.world_ns;
+    const std::string sign = utc_ns < 0 ? "-" : "", us = std::to_string(std::abs(utc_ns) % ns_per_s / ns_per_us);
+    return sign + std::to_string(std::abs(utc_ns) / ns_per_s) + "." + std::string(6 - us.size(), '0') + us;
 }
 
 }  // namespace
@@ -105,9 +115,14 @@ std::string head_of(const Reply& reply, unsigned version, bool keep_alive) {
 }
 
 std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info) {
-    return {{"X-Sequence", std::to_string(info.sequence)},
-            {"X-World-Time-Ns", std::to_string(info.world_ns)},
-            {"X-Monotonic-Ns", std::to_string(info.monotonic_ns)}};
+    std::vector<std::pair<std::string, std::string>> fields{{"X-Sequence", std::to_string(info.sequence)},
+                                                            {"X-World-Time-Ns", std::to_string(info.world_ns)},
+                                                            {"X-Monotonic-Ns", std::to_string(info.monotonic_ns)}};
+    if (info.clock) {
+        fields.emplace_back("X-Stamp-Ns", std::to_string(info.stamp_ns()));
+        fields.emplace_back("X-Timestamp", unix_time_of(info));
+    }
+    return fields;
 }
 
 std::string etag_of(const frame::FrameInfo& info) {

@@ -172,15 +172,26 @@ Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
 
 void MediaFeed::close() noexcept {}
 
+RtpTimeline::SenderTime MediaFeed::sender_time(TimeNs now_ns) {
+    std::lock_guard lock(mutex_);
+    return options_.timeline.sender_time(now_ns, clock_);
+}
+
+/// The stream time of a picture that is stamped so, by its camera's clock. With the mutex held.
+TimeNs MediaFeed::next_pts(const frame::FrameInfo& info, TimeNs stamp_ns) {
+    const ClockReading reading = info.clock.value_or(ClockReading{});
+    if (!first_clock_error_ns_) first_clock_error_ns_ = reading.steady_error_ns;
+    clock_ = {.rtp_error_ns = reading.steady_error_ns - *first_clock_error_ns_, .ntp_error_ns = reading.stamp_error_ns};
+    return last_pts_ = std::max(options_.timeline.pts_of(stamp_ns) + clock_.rtp_error_ns, last_pts_ + min_pts_step_ns);
+}
+
 /// With the mutex held.
 void MediaFeed::push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending) {
-    const TimeNs pts = options_.timeline.pts_of(stamp_ns);
     const frame::FrameInfo& info = unit.info;
+    const TimeNs pts = next_pts(info, stamp_ns);
+    const TimeNs realtime_ns = options_.timeline.realtime_of(info.monotonic_ns) + info.stamp_ns() - info.world_ns;
     on_way_.push_back(
-        {pts,
-         {info.sequence, info.world_ns, info.monotonic_ns, options_.timeline.realtime_of(info.monotonic_ns)},
-         unit.bytes,
-         std::move(pending)});
+        {pts, {info.sequence, info.world_ns, info.monotonic_ns, realtime_ns}, unit.bytes, std::move(pending)});
     if (on_way_.size() > max_on_way) on_way_.pop_front();
     GstBuffer* buffer = buffer_of(unit);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pts);

@@ -45,6 +45,8 @@ public:
     ~MediaFeed() override;
 
     const RtpTimeline& timeline() const { return options_.timeline; }
+    /// What a sender report that goes now says: the timeline, as the camera's clock has it. Any thread.
+    RtpTimeline::SenderTime sender_time(TimeNs now_ns);
     const std::string& path() const { return options_.path; }
 
     /// A client has joined: the next picture is a key frame, and one comes at once if the world stands still.
@@ -70,6 +72,8 @@ public:
     void close() noexcept override;
 
 private:
+    /// Two pictures never share a tick of the RTP clock.
+    static constexpr TimeNs min_pts_step_ns = ns_per_s / RtpTimeline::ticks_per_s + 1;
     /// The books of one picture on its way: delivered, or dropped when it never left the encoder.
     struct PendingPicture;
     struct Entry {
@@ -83,6 +87,7 @@ private:
     void start();
     void first_picture(Result<stream::MediaUnit> unit);
     void keep(const stream::MediaUnit& unit);
+    TimeNs next_pts(const frame::FrameInfo& info, TimeNs stamp_ns);
     void push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
     GstBuffer* buffer_of(const stream::MediaUnit& unit) const;
     GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
@@ -106,6 +111,9 @@ private:
     std::shared_ptr<stream::ReaderStats> stats_;
     std::optional<stream::MediaUnit> last_;  ///< without its latch; there once a stamp was given
     PictureStamps stamps_{options_.timeline.base_ns()};
+    StreamClock clock_;                           ///< at the last picture
+    std::optional<TimeNs> first_clock_error_ns_;  ///< at the first one, where RTP time is right
+    TimeNs last_pts_ = -min_pts_step_ns;
     std::deque<Entry> on_way_;  ///< in the order of their stamps
 
     std::mutex tcp_mutex_;

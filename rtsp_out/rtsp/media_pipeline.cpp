@@ -16,11 +16,7 @@ namespace {
 /// Reports come every 0.1 to 0.3 s (RFC 3550 randomises around this, and the first one comes after half of it).
 constexpr guint64 report_interval_ns = 250 * ns_per_ms;
 /// What an element that gst-rtsp-server adds may need.
-struct Setup {
-    RtpTimeline timeline;
-    PipelineQuestions ask;
-};
-using SetupRef = std::shared_ptr<const Setup>;
+using SetupRef = std::shared_ptr<const PipelineQuestions>;
 
 /// User data of a signal or probe, freed with it.
 SetupRef* kept(const SetupRef& setup) {
@@ -32,7 +28,7 @@ void free_kept(void* setup) {
 void free_with_closure(void* setup, GClosure*) {
     free_kept(setup);
 }
-const Setup& setup_of(void* kept_setup) {
+const PipelineQuestions& questions_of(void* kept_setup) {
     return **static_cast<SetupRef*>(kept_setup);
 }
 
@@ -41,7 +37,7 @@ bool is_made_by(GstElement* element, std::string_view factory_name) {
     return factory && factory_name == gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory));
 }
 
-/// Writes the timeline's RTP time and absolute time into a sender report.
+/// Writes the stream's RTP time and absolute time into a sender report.
 ///
 /// rtpsession's own are from two clocks read one after the other, and from the time of the last packet; on a busy
 /// machine two streams disagree by what lies between.
@@ -57,7 +53,7 @@ GstPadProbeReturn rewrite_report(GstPad*, GstPadProbeInfo* info, void* setup) {
         guint32 ssrc = 0, rtp = 0, packets = 0, octets = 0;
         guint64 ntp = 0;
         gst_rtcp_packet_sr_get_sender_info(&packet, &ssrc, &ntp, &rtp, &packets, &octets);
-        const auto time = setup_of(setup).timeline.sender_time(monotonic_now_ns());
+        const auto time = questions_of(setup).sender_time(monotonic_now_ns());
         gst_rtcp_packet_sr_set_sender_info(&packet, ssrc, time.ntp, time.rtp, packets, octets);
     }
     gst_rtcp_buffer_unmap(&rtcp);
@@ -75,7 +71,7 @@ bool is_report(GstPadProbeInfo* info) {
 }
 
 GstPadProbeReturn leave_out_if_stuck(GstPad*, GstPadProbeInfo* info, void* setup) {
-    return is_report(info) || setup_of(setup).ask.tcp_readers_take() ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
+    return is_report(info) || questions_of(setup).tcp_readers_take() ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
 }
 
 void on_element_added(GstBin*, GstBin*, GstElement* element, void* setup) {
@@ -93,19 +89,19 @@ void on_element_added(GstBin*, GstBin*, GstElement* element, void* setup) {
         const GObjectHandle<GstPad> pad(gst_element_get_static_pad(element, "sink"));
         constexpr int packets = GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST;
         gst_pad_add_probe(pad.get(), static_cast<GstPadProbeType>(packets), leave_out_if_stuck, kept(own), free_kept);
-        send_flush_buffers(pad.get(), [own] { return own->ask.is_lockstep(); });
+        send_flush_buffers(pad.get(), [own] { return own->is_lockstep(); });
     }
 }
 
 }  // namespace
 
-void set_up_media_pipeline(GstPipeline* pipeline, const RtpTimeline& timeline, PipelineQuestions questions) {
+void set_up_media_pipeline(GstPipeline* pipeline, TimeNs base_ns, PipelineQuestions questions) {
     GstClock* clock = gst_system_clock_obtain();  // CLOCK_MONOTONIC, as the stamps of frames
     gst_pipeline_use_clock(pipeline, clock);
     gst_object_unref(clock);
     gst_element_set_start_time(GST_ELEMENT(pipeline), GST_CLOCK_TIME_NONE);  // the base time stays as it is
-    gst_element_set_base_time(GST_ELEMENT(pipeline), static_cast<GstClockTime>(timeline.base_ns()));
-    const auto setup = std::make_shared<const Setup>(Setup{timeline, std::move(questions)});
+    gst_element_set_base_time(GST_ELEMENT(pipeline), static_cast<GstClockTime>(base_ns));
+    const auto setup = std::make_shared<const PipelineQuestions>(std::move(questions));
     g_signal_connect_data(pipeline, "deep-element-added", G_CALLBACK(on_element_added), kept(setup), free_with_closure,
                           GConnectFlags{});
 }

@@ -22,6 +22,12 @@ private:
     TimeNs offset_ns_;
 };
 
+/// What the clock of a stream's camera says now, against the true time.
+struct StreamClock {
+    TimeNs rtp_error_ns = 0;  ///< of the clock that counts RTP time
+    TimeNs ntp_error_ns = 0;  ///< of the time of day in sender reports
+};
+
 /// What RTP and RTCP say of time, for one stream.
 ///
 /// RTP time is counted on one grid for all streams of the machine: tick k is at CLOCK_MONOTONIC k / 90000 s, whatever
@@ -45,8 +51,8 @@ public:
         std::uint64_t ntp = 0;  ///< seconds since 1900, 32.32 fixed point
         std::uint32_t rtp = 0;
     };
-    /// The last tick at now_ns, as RTP time and as absolute time.
-    SenderTime sender_time(TimeNs now_ns) const;
+    /// The last tick of the camera's clock at now_ns, as RTP time and as that clock's absolute time.
+    SenderTime sender_time(TimeNs now_ns, const StreamClock& clock = {}) const;
 
 private:
     std::int64_t ticks_at(TimeNs monotonic_ns) const;
@@ -56,7 +62,8 @@ private:
     TimeNs wall_offset_ns_;
 };
 
-/// Nanoseconds since 1970 as NTP time, to the nearest 2^-32 s.
+/// Nanoseconds since 1970 as NTP time, to the nearest 2^-32 s. Of any time: NTP's 32 bits of seconds begin again in
+/// 2036 (RFC 5905, 6).
 std::uint64_t ntp_from_realtime(TimeNs realtime_ns);
 
 }  // namespace camrig::rtsp

@@ -90,9 +90,13 @@ void RtspMount::on_media(GstRTSPMediaFactory*, GstRTSPMedia* media, void* mount)
         const auto alive = weak.lock();
         return alive ? (alive.get()->*question)() : without_feed;
     };
-    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline,
+    const auto sender_time = [weak, timeline](TimeNs now_ns) {
+        const auto alive = weak.lock();
+        return alive ? alive->sender_time(now_ns) : timeline.sender_time(now_ns);
+    };
+    set_up_media_pipeline(GST_PIPELINE(pipeline.get()), timeline.base_ns(),
                           {[ask] { return ask(&MediaFeed::tcp_readers_take, true); },
-                           [ask] { return ask(&MediaFeed::is_lockstep, false); }});
+                           [ask] { return ask(&MediaFeed::is_lockstep, false); }, sender_time});
     std::erase_if(self->feeds_, [](const auto& old) { return old.expired(); });
     self->feeds_.push_back(feed);
 

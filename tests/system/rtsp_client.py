@@ -11,6 +11,7 @@ import threading
 from typing import NamedTuple, Optional
 
 import numpy as np
+import pytest
 
 import camrig
 from conftest import REPOSITORY
@@ -99,6 +100,16 @@ def stepping(rig, seconds: float = 0.2):
         thread.join()
     if failures:
         raise failures[0]
+
+
+@pytest.fixture(scope="module")
+def libav_program(tmp_path_factory):
+    """The reader made of ffmpeg's libraries, compiled."""
+    program = tmp_path_factory.mktemp("libav") / "rtsp_libav_reader"
+    flags = run("pkg-config", "--cflags", "--libs", "libavformat", "libavcodec", "libavutil").stdout.decode().split()
+    made = run("cc", "-O1", "-Wall", "-Wextra", "-Werror", "-o", str(program), str(pathlib.Path(__file__).with_name("rtsp_libav_reader.c")), *flags)
+    assert made.returncode == 0, made.stderr.decode()
+    return program
 
 
 class LibavFrame(NamedTuple):

@@ -1,7 +1,6 @@
 """RTP stamps, sender reports and messages in the picture tell when a frame was taken; streams end and come back."""
 
 import itertools
-import pathlib
 import re
 import socket
 import struct
@@ -14,7 +13,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY, wait_until
-from rtsp_client import LibavReader, RtspReader, assert_gst_read_to_the_end, ended, gst_launch, read_aside, run, stepping, strictly_rising, take, unwrapped
+from rtsp_client import LibavReader, RtspReader, assert_gst_read_to_the_end, ended, gst_launch, libav_program, read_aside, run, stepping, strictly_rising, take, unwrapped
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -40,16 +39,6 @@ def test_two_cameras_give_one_instant_the_same_time(rig, kind):
             left, right = by_report[0][a], by_report[1][b]
             assert (left.world_ns, left.monotonic_ns, left.realtime_ns) == (right.world_ns, right.monotonic_ns, right.realtime_ns)
             assert 0 <= left.realtime_ns - a <= TICK_NS + 2
-
-
-@pytest.fixture(scope="module")
-def libav_program(tmp_path_factory):
-    """The reader made of ffmpeg's libraries, compiled."""
-    program = tmp_path_factory.mktemp("libav") / "rtsp_libav_reader"
-    flags = run("pkg-config", "--cflags", "--libs", "libavformat", "libavcodec", "libavutil").stdout.decode().split()
-    made = run("cc", "-O1", "-Wall", "-Wextra", "-Werror", "-o", str(program), str(pathlib.Path(__file__).with_name("rtsp_libav_reader.c")), *flags)
-    assert made.returncode == 0, made.stderr.decode()
-    return program
 
 
 @pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])

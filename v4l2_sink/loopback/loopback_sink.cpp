@@ -29,7 +29,7 @@ Result<void> LoopbackSink::write(const stream::MediaUnit& unit) {
         return {};
     }
     const TimeNs now_ns = monotonic_now_ns();
-    const std::int64_t instant_us = std::min(unit.info.monotonic_ns, now_ns) / ns_per_us;
+    const std::int64_t instant_us = std::min(unit.info.steady_ns(), now_ns) / ns_per_us;
     in_lockstep_ = unit.latch != nullptr;
     if (const auto shown = show(unit, std::max(instant_us, last_stamp_us_ + 1), now_ns); !shown)
         return error(ErrorKind::internal, shown.error().message);  // not "unavailable", which the Output would retry
@@ -53,7 +53,7 @@ Result<void> LoopbackSink::refresh(const stream::MediaUnit& unit, TimeNs monoton
     // A subscription was faster, or the world stands still: what is shown is as new.
     if (last_ && unit.info.sequence <= last_->info.sequence) return {};
     const bool is_recent = monotonic_ns - unit.info.monotonic_ns < silence_ns;
-    const TimeNs instant_ns = is_recent ? std::min(unit.info.monotonic_ns, monotonic_ns) : monotonic_ns - repeat_age_ns;
+    const TimeNs instant_ns = is_recent ? std::min(unit.info.steady_ns(), monotonic_ns) : monotonic_ns - repeat_age_ns;
     return show(unit, std::max(instant_ns / ns_per_us, last_stamp_us_ + 1), monotonic_ns);
 }
 

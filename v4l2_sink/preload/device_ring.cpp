@@ -168,7 +168,8 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
         return {};
     }
     in_lockstep_ = unit.latch != nullptr;
-    publish(bytes, sequence, unit.info.monotonic_ns, unit.latch);
+    clock_error_ns_ = unit.info.steady_ns() - unit.info.monotonic_ns;
+    publish(bytes, sequence, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
     if (stats_) {
         ++stats_->delivered;
         stats_->bytes += bytes.size();
@@ -177,12 +178,12 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
     return {};
 }
 
-void DeviceRing::publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns,
+void DeviceRing::publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns, TimeNs stamp_ns,
                          const std::shared_ptr<stream::DeliveryLatch>& latch) {
     const std::uint64_t number = published_++;
     const std::uint32_t index = static_cast<std::uint32_t>(number % header().slots);
     camrig_ring_slot& slot = header().slot[index];
-    last_stamp_ns_ = std::max(monotonic_ns, last_stamp_ns_ + ns_per_us);  // strictly rising, also in microseconds
+    last_stamp_ns_ = std::max(stamp_ns, last_stamp_ns_ + ns_per_us);  // strictly rising, also in microseconds
 
     __atomic_store_n(&slot.version, 2 * number + 1, __ATOMIC_RELAXED);
     std::atomic_thread_fence(std::memory_order_release);
@@ -203,7 +204,8 @@ void DeviceRing::repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns) {
     if (published_ == 0 || in_lockstep_ || monotonic_ns - last_write_ns_ < idle_ns) return;
     const std::uint32_t index = static_cast<std::uint32_t>((published_ - 1) % header().slots);
     const std::byte* last = memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride;
-    publish({last, header().slot[index].bytes}, static_cast<std::uint32_t>(++last_sequence_), monotonic_ns, nullptr);
+    publish({last, header().slot[index].bytes}, static_cast<std::uint32_t>(++last_sequence_), monotonic_ns,
+            monotonic_ns + clock_error_ns_, nullptr);
 }
 
 camrig_ring_place DeviceRing::attach(const std::shared_ptr<RingReader>& reader) {

@@ -94,8 +94,9 @@ private:
     DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate);
 
     camrig_ring_header& header() const { return *reinterpret_cast<camrig_ring_header*>(memory_.data()); }
-    /// Writes one picture and tells the readers. Call with mutex_ held.
-    void publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns,
+    /// Writes one picture, of an instant that the camera's clock has as stamp_ns, and tells the readers. Call with
+    /// mutex_ held.
+    void publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns, TimeNs stamp_ns,
                  const std::shared_ptr<stream::DeliveryLatch>& latch);
     std::uint32_t next_sequence(const frame::FrameInfo& info);
 
@@ -110,6 +111,7 @@ private:
     std::int64_t sequence_offset_ = 0;
     std::int64_t last_sequence_ = -1;
     TimeNs last_stamp_ns_ = 0;
+    TimeNs clock_error_ns_ = 0;  ///< at the last picture
     TimeNs last_write_ns_ = 0;
     bool in_lockstep_ = false;
 };

@@ -31,6 +31,8 @@ struct Frame {
     std::int64_t sequence = 0;      ///< a gap is a dropped frame
     std::int64_t time_ns = 0;       ///< world time that it shows
     std::int64_t monotonic_ns = 0;  ///< CLOCK_MONOTONIC time of that instant, on the rig's machine
+    std::int64_t stamp_ns = 0;      ///< time_ns as the camera's clock says it; the same unless it has one
+    std::int64_t steady_ns = 0;     ///< monotonic_ns as its monotonic clock says it
     std::vector<std::byte> data = {};
 };
 

@@ -100,6 +100,36 @@ struct Ptz {
     }
 };
 
+/// Of a camera: clock.
+struct Clock {
+    std::optional<std::string> state = {};  ///< `free`, `ntp`, `ptp`, `ptp_lost` or `tai`: what keeps it right: nothing, a server by NTP, a master by PTP, no longer a master; tai: a master by PTP whose TAI it takes for UTC
+    std::optional<std::int64_t> offset_ns = {};  ///< ns; -2e18 to 2e18: it says so much more than the true time
+    std::optional<int> drift_ppb = {};  ///< ppb; -1e6 to 1e6: so many billionths faster, from world time 0 on; of state free
+    std::optional<int> walk_ns = {};  ///< ns; 0 to 1e6: standard deviation of its random walk after a second; grows with the root of the time; of state free
+    std::optional<std::int64_t> jitter_ns = {};  ///< ns; 0 to 1e9: standard deviation of each stamp on its own; at most 3.5 of it
+    std::optional<std::int64_t> step_ns = {};  ///< ns; -2e18 to 2e18: somebody sets it: so much is added from step_at_ns on
+    std::optional<std::int64_t> step_at_ns = {};  ///< ns; 0 to 4.6e18: world time of that
+    std::optional<std::int64_t> phase_ns = {};  ///< ns; 0 to 1e10: the camera exposes so much later than cameras of its rate do
+    std::optional<int> rate_ppb = {};  ///< ppb; -1e6 to 1e6: it exposes so many billionths more often than `fps` says
+    std::optional<std::int64_t> trigger_jitter_ns = {};  ///< ns; 0 to 1e9: each exposure is late by 0 to this, at most half a period
+    std::optional<std::uint64_t> seed = {};  ///< at least 0: of all that is random in it
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("state", self.state);
+        visit("offset_ns", self.offset_ns);
+        visit("drift_ppb", self.drift_ppb);
+        visit("walk_ns", self.walk_ns);
+        visit("jitter_ns", self.jitter_ns);
+        visit("step_ns", self.step_ns);
+        visit("step_at_ns", self.step_at_ns);
+        visit("phase_ns", self.phase_ns);
+        visit("rate_ppb", self.rate_ppb);
+        visit("trigger_jitter_ns", self.trigger_jitter_ns);
+        visit("seed", self.seed);
+    }
+};
+
 /// Of a camera: lens.
 struct Lens {
     std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
@@ -189,6 +219,7 @@ struct CameraOptions {
     std::optional<Quaternion> orientation = {};  ///< quaternion of the body frame: x forward, y left, z up
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<std::optional<Ptz>> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
+    std::optional<std::optional<Clock>> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
     std::optional<Lens> lens = {};  ///< see lens
     std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -217,6 +248,7 @@ struct CameraOptions {
         visit("orientation", self.orientation);
         visit("mount", self.mount);
         visit("ptz", self.ptz);
+        visit("clock", self.clock);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -242,6 +274,7 @@ struct CameraState {
     Pose pose = {};  ///< see pose; in the frame of its mount, if it has one
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<Ptz> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
+    std::optional<Clock> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
     Lens lens = {};  ///< see lens
     std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -275,6 +308,7 @@ struct CameraState {
         visit("pose", self.pose);
         visit("mount", self.mount);
         visit("ptz", self.ptz);
+        visit("clock", self.clock);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -348,6 +382,7 @@ inline CameraOptions CameraState::options() const {
     options.orientation = pose.orientation;
     options.mount = mount;
     options.ptz = ptz;
+    options.clock = clock;
     options.lens = lens;
     options.antialias = antialias;
     options.near = near;

@@ -18,6 +18,8 @@ class Frame:
 
     ``image`` is HxWx3 uint8 BGR for color, HxW float32 metres for depth (inf where nothing is), HxW uint32 for instance
     and semantic (0 where nothing is), HxWx3 float32 for normal. Cameras due at one instant have the same ``time_ns``.
+    ``stamp_ns`` and ``steady_ns`` are that instant as the camera's own clock says it, beside ``time_ns`` and
+    ``monotonic_ns``: the same unless it has a ``clock``.
     """
 
     image: np.ndarray
@@ -26,6 +28,8 @@ class Frame:
     sequence: int
     camera: str
     kind: str = "color"
+    stamp_ns: int = 0
+    steady_ns: int = 0
 
 
 #: dtype and numbers per pixel of the raw pixel formats.
@@ -60,13 +64,16 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
             image = _raw(data, str(reply.get("pixels", _FORMAT_OF_KIND[kind])), width, height)
         else:
             image = decode_image(data)
+        time_ns, monotonic_ns = int(reply["time_ns"]), int(reply["monotonic_ns"])
         return Frame(
             image=image,
-            time_ns=int(reply["time_ns"]),
-            monotonic_ns=int(reply["monotonic_ns"]),
+            time_ns=time_ns,
+            monotonic_ns=monotonic_ns,
             sequence=int(reply["sequence"]),
             camera=str(reply.get("camera", camera)),
             kind=kind,
+            stamp_ns=int(reply.get("stamp_ns", time_ns)),
+            steady_ns=int(reply.get("steady_ns", monotonic_ns)),
         )
     except (KeyError, TypeError, ValueError) as problem:
         raise CamrigError("internal", f"frame.get: the answer is not as expected: {problem!r}") from None

@@ -87,6 +87,33 @@ class Ptz(TypedDict, total=False):
     """at least 0: of where it stops"""
 
 
+class Clock(TypedDict, total=False):
+    """Of a camera: clock."""
+
+    state: Literal["free", "ntp", "ptp", "ptp_lost", "tai"]
+    """`free`, `ntp`, `ptp`, `ptp_lost` or `tai`: what keeps it right: nothing, a server by NTP, a master by PTP, no longer a master; tai: a master by PTP whose TAI it takes for UTC"""
+    offset_ns: int
+    """ns; -2e18 to 2e18: it says so much more than the true time"""
+    drift_ppb: int
+    """ppb; -1e6 to 1e6: so many billionths faster, from world time 0 on; of state free"""
+    walk_ns: int
+    """ns; 0 to 1e6: standard deviation of its random walk after a second; grows with the root of the time; of state free"""
+    jitter_ns: int
+    """ns; 0 to 1e9: standard deviation of each stamp on its own; at most 3.5 of it"""
+    step_ns: int
+    """ns; -2e18 to 2e18: somebody sets it: so much is added from step_at_ns on"""
+    step_at_ns: int
+    """ns; 0 to 4.6e18: world time of that"""
+    phase_ns: int
+    """ns; 0 to 1e10: the camera exposes so much later than cameras of its rate do"""
+    rate_ppb: int
+    """ppb; -1e6 to 1e6: it exposes so many billionths more often than `fps` says"""
+    trigger_jitter_ns: int
+    """ns; 0 to 1e9: each exposure is late by 0 to this, at most half a period"""
+    seed: int
+    """at least 0: of all that is random in it"""
+
+
 class Lens(TypedDict, total=False):
     """Of a camera: lens."""
 
@@ -181,6 +208,8 @@ class CameraOptions(TypedDict, total=False):
     """see mount; null: on nothing, where `pose` is in the world; default null"""
     ptz: Union[Ptz, None]
     """the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head; default null"""
+    clock: Union[Clock, None]
+    """its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right; default null"""
     lens: Union[Lens, str, tuple[str, Vector]]
     """see lens; default pinhole"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
@@ -226,6 +255,8 @@ class CameraState(TypedDict):
     """see mount; null: on nothing, where `pose` is in the world"""
     ptz: Union[Ptz, None]
     """the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head"""
+    clock: Union[Clock, None]
+    """its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right"""
     lens: Lens
     """see lens"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
@@ -370,6 +401,7 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "orientation": ("[x, y, z, w]", "pose"),
     "mount": ("object or null", ""),
     "ptz": ("object or null", ""),
+    "clock": ("object or null", ""),
     "lens": ("object", ""),
     "antialias": ("string", ""),
     "near": ("number", ""),

@@ -3,6 +3,12 @@
 #include <type_traits>
 
 namespace camrig::control {
+namespace {
+
+/// What its cameras' clocks say: replies have all their fields.
+constexpr ClockReading clock_that_lies{.stamp_error_ns = -7'000, .steady_error_ns = 500};
+
+}  // namespace
 
 void FakeRig::post(engine::Command command) {
     if (drops_) return;
@@ -249,6 +255,7 @@ Result<truth::TruthRef> FakeRig::run(engine::GetTruth& command) {
     const auto camera = find(command.camera);
     if (!camera) return std::unexpected(camera.error());
     auto truth = std::make_shared<truth::TruthOfFrame>();
+    truth->clock = clock_that_lies;
     truth->camera = command.camera;
     truth->sequence = 4;
     truth->world_ns = std::max<TimeNs>(command.min_ns, 160'000'000);
@@ -284,6 +291,7 @@ void FakeRig::fetch(stream::FetchRequest request, std::function<void(Result<stre
     unit.info.sequence = 4;
     unit.info.world_ns = 160'000'000;
     unit.info.monotonic_ns = 12'345;
+    unit.info.clock = clock_that_lies;
     unit.info.size = camera->camera.spec()->size;
     unit.info.format = request.format.pixels;
     std::vector<std::byte> bytes(picture_bytes_, std::byte{0xab});

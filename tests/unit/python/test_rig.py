@@ -84,6 +84,7 @@ def test_a_raw_frame_is_bgr_and_knows_its_instant(client_rig, fake):
     assert frame.image.flags.c_contiguous and frame.image.flags.writeable
     np.testing.assert_array_equal(frame.image, fake.picture[:, :, 2::-1])
     assert (frame.time_ns, frame.monotonic_ns, frame.sequence) == (200_000_000, 200_001_000, 5)
+    assert (frame.stamp_ns, frame.steady_ns) == (200_000_000, 200_001_000)
     assert (frame.camera, frame.kind) == ("lobby", "color")
 
 

@@ -42,6 +42,27 @@ TEST(RtpTimeline, TwoStreamsGiveOneInstantTheSameTimeToTheNanosecond) {
     }
 }
 
+TEST(RtpTimeline, AnyReportGivesAPictureTheTimeThatItsCameraSays) {
+    const TimeNs wall_ns = 1'790'000'000'123'456'789, offset_ns = -4 * ns_per_s, began_ns = 1000 * ns_per_s;
+    const RtpTimeline timeline(began_ns, 0xffff0000U, wall_ns);
+    // Its clock is fast by 100 ppm since 400 s before the stream; RTP time begins right.
+    const auto clock_at = [&](TimeNs now_ns) {
+        const TimeNs drift_ns = (now_ns - began_ns + 400 * ns_per_s) / 10'000;
+        return StreamClock{.rtp_error_ns = drift_ns - 400 * ns_per_s / 10'000, .ntp_error_ns = offset_ns + drift_ns};
+    };
+    for (TimeNs instant_ns = began_ns; instant_ns < began_ns + 3000 * ns_per_s; instant_ns += 777'777'777) {
+        const StreamClock clock = clock_at(instant_ns);
+        const std::uint32_t stamp = timeline.sender_time(instant_ns + clock.rtp_error_ns).rtp;
+        for (const TimeNs later_ns : {-3 * ns_per_s, 7 * ns_per_ms, 200 * ns_per_s}) {
+            const TimeNs reported_ns = instant_ns + later_ns;
+            const auto report = timeline.sender_time(reported_ns, clock_at(reported_ns));
+            const TimeNs error_ns = instant_ns + wall_ns + clock.ntp_error_ns - capture_time_ns(stamp, report);
+            ASSERT_GE(error_ns, -2) << instant_ns;
+            ASSERT_LE(error_ns, 11'113) << instant_ns;
+        }
+    }
+}
+
 TEST(RtpTimeline, StampsAreThoseOfAPayloaderThatRoundsDown) {
     const RtpTimeline timeline(100 * ns_per_s + 7, 0xfffffff0U, 0);
     EXPECT_EQ(timeline.base_ns(), 98 * ns_per_s);
@@ -55,6 +76,8 @@ TEST(RtpTimeline, NtpTimeCountsFrom1900) {
     EXPECT_EQ(ntp_from_realtime(0), std::uint64_t{2'208'988'800} << 32);
     EXPECT_EQ(ntp_from_realtime(ns_per_s / 2) & 0xffffffffU, 0x80000000U);
     EXPECT_EQ(ntp_from_realtime(2 * ns_per_s - 0), (std::uint64_t{2'208'988'802} << 32));
+    EXPECT_EQ(ntp_from_realtime(-ns_per_s / 4), (std::uint64_t{2'208'988'799} << 32) + 0xc0000000U);
+    EXPECT_EQ(ntp_from_realtime(std::int64_t{2'085'978'496} * ns_per_s), 0u);  // 2036-02-07 06:28:16, RFC 5905
 }
 
 TEST(WallOffset, IsTheRealTimeClockMinusTheMonotonicOne) {

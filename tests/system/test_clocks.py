@@ -1,0 +1,228 @@
+"""Cameras whose clocks lie: what stock clients read off them is what was asked for, and truth says both times."""
+
+import calendar
+import os
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+
+import numpy as np
+import pytest
+
+import camrig
+from conftest import wait_until
+from rtsp_client import LibavReader, RtspReader, libav_program, strictly_rising, take  # noqa: F401 (a fixture)
+from test_onvif import TOKEN, free_port, listens, post, security
+
+SECONDS = float(os.environ.get("CAMRIG_CLOCK_SECONDS", "4"))  # docs/clocks.md has the figures of 60
+TICK_NS = 10**9 / 90_000
+
+DEVICE_READER = """
+import cv2, sys
+import camrig
+capture = cv2.VideoCapture(sys.argv[1], cv2.CAP_V4L2)
+for _ in range(int(sys.argv[2])):
+    ok, image = capture.read()
+    assert ok
+    print(round(capture.get(cv2.CAP_PROP_POS_MSEC) * 1000), camrig.read_code(image).time_ns)
+"""
+
+
+def line_through(world_ns, error_ns):
+    """Drift in ppb and error at the middle, by least squares."""
+    middle = sum(world_ns) // len(world_ns)
+    slope, at_middle = np.polyfit([(t - middle) / 1e9 for t in world_ns], error_ns, 1)
+    return slope, at_middle, middle
+
+
+def realtime_minus_monotonic():
+    pairs = []
+    for _ in range(50):
+        before, real, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        pairs.append((after - before, real - (before + after) // 2))
+    return min(pairs)[1]
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_device_shows_offset_and_drift_and_no_step(rig):
+    offset_ns, drift_ppb = -250_000_000, 80_000
+    cam = rig.create_camera("lobby", size=(256, 64), fps=50, code_strip=True, outputs=[{"kind": "device", "number": 7}],
+                            clock={"offset_ns": offset_ns, "drift_ppb": drift_ppb})
+    frame = rig.call("frame.get", camera="lobby")
+    monotonic_at_0 = frame["monotonic_ns"] - frame["time_ns"]
+    reader = subprocess.Popen([os.environ["CAMRIG_BIN"], "exec", "--control", rig.call("server.info")["control"], "--",
+                               sys.executable, "-c", DEVICE_READER, "/dev/video7", str(int(50 * SECONDS))], stdout=subprocess.PIPE, text=True)
+    readers = lambda: [r for c in rig.stats()["cameras"] for o in c["outputs"] for r in o["readers"] if r["delivered"] > 20]
+    wait_until(readers, what="a program that reads the device")
+    cam.set(clock={"step_ns": -3600 * 10**9, "step_at_ns": rig.status()["world_ns"] + 10**9})
+    out, _ = reader.communicate(timeout=60 + SECONDS)
+    assert reader.returncode == 0
+    rows = [tuple(map(int, line.split())) for line in out.splitlines()]
+    assert strictly_rising([stamp for stamp, _ in rows])
+    errors = [stamp * 1000 - (world + monotonic_at_0) for stamp, world in rows]
+    drift, at_middle, middle = line_through([world for _, world in rows], errors)
+    off = at_middle - (offset_ns + drift_ppb * middle / 1e9)
+    print(f"device: {len(rows)} frames, drift {drift:.1f} ppb, off by {off:.0f} ns")
+    assert abs(drift - drift_ppb) < 100
+    assert abs(off) < 1000
+    truth = cam.truth()  # the time of day was set, meanwhile
+    assert truth["stamp_ns"] == truth["time_ns"] + offset_ns + drift_ppb * truth["time_ns"] // 10**9 - 3600 * 10**9
+    assert truth["steady_ns"] == truth["monotonic_ns"] + offset_ns + drift_ppb * truth["time_ns"] // 10**9
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+@pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
+def test_sender_reports_tell_the_cameras_time_of_day(rig, libav_program, kind):
+    offset_ns, drift_ppb, step_ns = 12_345_678_901, -70_000, 3600 * 10**9
+    cam = rig.create_camera("lobby", size=(256, 64), fps=50, code_strip=True, clock={"offset_ns": offset_ns, "drift_ppb": drift_ppb})
+    frame = rig.call("frame.get", camera="lobby")
+    realtime_at_0 = frame["monotonic_ns"] - frame["time_ns"] + realtime_minus_monotonic()
+    reader = LibavReader(libav_program, cam.url(kind))
+    wait_until(lambda: len(reader.timed()) >= 50 * SECONDS, 60 + SECONDS, "frames with absolute times")
+    before = reader.timed()
+    cam.set(clock={"offset_ns": offset_ns + step_ns})
+    wait_until(lambda: reader.timed()[-1].wall_us - before[-1].wall_us > 3000 * 10**6, 30, "the step")
+    after = reader.timed()[-1]
+    reader.close()
+    fresh = {frame.code.time_ns: frame for frame in before if frame.code}  # the last sending of each
+    assert strictly_rising([frame.pts for frame in reader.frames])
+    world = list(fresh)[1:]
+    errors = [fresh[t].wall_us * 1000 - (t + realtime_at_0) for t in world]
+    drift, at_middle, middle = line_through(world, errors)
+    off = at_middle - (offset_ns + drift_ppb * middle / 1e9)
+    ticks, _, _ = line_through(world, [fresh[t].pts * TICK_NS - t for t in world])
+    print(f"{kind}: {len(world)} frames, drift {drift:.1f} ppb, off by {off:.0f} ns; RTP time drifts {ticks:.1f} ppb")
+    coarse = 4 / SECONDS  # a tick is 11 us: one in ten million shows after a minute only
+    assert abs(drift - drift_ppb) < max(100, 2000 * coarse)
+    assert abs(ticks - drift_ppb) < max(100, 2000 * coarse)
+    assert abs(off) < TICK_NS
+    late = after.wall_us * 1000 - (after.code.time_ns + realtime_at_0) - step_ns
+    assert abs(late - (offset_ns + drift_ppb * after.code.time_ns / 1e9)) < 2 * TICK_NS
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_the_message_in_the_picture_and_its_stamp_are_on_the_cameras_clock(rig):
+    offset_ns = -5 * 10**9
+    right = rig.create_camera("right", size=(160, 120))
+    wrong = rig.create_camera("wrong", size=(160, 120), clock={"offset_ns": offset_ns, "drift_ppb": 100_000})
+    told, = {p.times.realtime_ns - p.times.monotonic_ns for p in take(RtspReader(right.url("rtsp")), 3)}
+    pictures = [p for p in take(RtspReader(wrong.url("rtsp")), 40) if p.realtime_ns]
+    assert len(pictures) > 20
+    for p in pictures[5:]:
+        assert p.times.realtime_ns == p.times.monotonic_ns + told + offset_ns + p.times.world_ns // 10_000
+        assert 0 <= p.times.realtime_ns - p.realtime_ns <= TICK_NS + 2
+
+
+NOISY = {"offset_ns": 3_000_000, "drift_ppb": 40_000, "walk_ns": 2_000, "jitter_ns": 50_000, "phase_ns": 5_000_000, "rate_ppb": -200_000,
+         "trigger_jitter_ns": 400_000, "seed": 11}
+
+
+def run_of_a_noisy_camera():
+    """Times and pictures, step by step."""
+    with camrig.start("scenes/minimal.json", mode="lockstep") as rig:
+        rig.create_camera("right", size=(160, 120), fps=25, code_strip=True)
+        cam = rig.create_camera("wrong", size=(160, 120), fps=25, code_strip=True, clock=NOISY)
+        rows = []
+        for step in range(40):
+            rig.step(seconds=0.05)
+            if step == 15:
+                cam.set(clock={"state": "ntp"})
+            if step == 25:
+                cam.set(clock={"state": "free", "drift_ppb": -9_000, "rate_ppb": 5_000})
+            frame, truth = cam.frame(), cam.truth()
+            assert (frame.time_ns, frame.stamp_ns) == (truth["time_ns"], truth["stamp_ns"])
+            rows.append((frame.sequence, frame.time_ns, frame.stamp_ns, frame.image.tobytes()))
+        return rows
+
+
+def test_a_run_with_all_that_is_random_replays_to_the_byte():
+    first = run_of_a_noisy_camera()
+    assert first == run_of_a_noisy_camera()
+    assert len({stamp - at for _, at, stamp, _ in first}) > 30
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_phase_and_rate_move_the_exposures_and_not_the_stamps(rig):
+    """Every frame of 20 s, as a reader of the device has them; the books say that there was no other."""
+    rig.create_camera("right", size=(256, 64), fps=25, code_strip=True)
+    cam = rig.create_camera("wrong", size=(256, 64), fps=25, code_strip=True, outputs=[{"kind": "mjpeg"}],
+                            clock={"phase_ns": 7_000_001, "rate_ppb": 1_000_000})
+    instants = [7_000_001 + n * 10**18 // (25 * (10**9 + 10**6)) for n in range(520)]
+    with urllib.request.urlopen(cam.url("mjpeg"), timeout=20) as stream:
+        seen = []
+
+        def parts():
+            fields = {}
+            for line in stream:
+                name, _, value = line.decode("latin-1").strip().partition(": ")
+                fields[name] = value
+                if name == "X-Stamp-Ns":
+                    seen.append((int(fields["X-World-Time-Ns"]), int(value)))
+                if len(seen) > 501:
+                    return
+
+        thread = threading.Thread(target=parts)
+        thread.start()
+        wait_until(lambda: seen, what="the first picture")
+        rig.step(seconds=20.007)
+        books = next(c for c in rig.stats()["cameras"] if c["name"] == "wrong")
+        due = sum(t <= 20_007_000_000 for t in instants)
+        assert books["due"] == due == 501 and books["dropped"] == 0
+        wait_until(lambda: len(seen) > 501, what="all pictures")
+        thread.join(20)
+    assert [t for t, _ in seen[1:]] == instants[:501]
+    assert all(stamp == t for t, stamp in seen)
+    reply = rig.call("frame.get", camera="right")
+    assert reply["time_ns"] % 40_000_000 == 0 and "stamp_ns" not in reply
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_without_a_clock_nothing_is_told_of_one(rig):
+    cam = rig.create_camera("lobby", size=(160, 120), clock={"offset_ns": 5})
+    get = lambda: urllib.request.urlopen(cam.url("mjpeg").replace("stream.mjpg", "snapshot.jpg"), timeout=20)
+    with get() as reply:
+        assert int(reply.headers["X-Stamp-Ns"]) - int(reply.headers["X-World-Time-Ns"]) == 5
+        assert abs(float(reply.headers["X-Timestamp"]) - time.time()) < 60
+        pixels = reply.read()
+    cam.set(clock=None)
+    assert cam.get()["clock"] is None
+    with get() as reply:
+        assert not {"X-Stamp-Ns", "X-Timestamp"} & set(reply.headers)
+        assert reply.read() == pixels
+    assert not {"stamp_ns", "steady_ns"} & (set(cam.truth()) | set(rig.call("frame.get", camera="lobby")))
+
+
+@pytest.mark.parametrize("clock, where", [({"rate_ppb": 1_000_001}, "clock.rate_ppb"), ({"phase_ns": -1}, "clock.phase_ns"),
+                                          ({"state": "gps"}, "clock.state"), ({"offset_ns": 0.5}, "clock.offset_ns"),
+                                          ({"offset_ns": 3 * 10**18}, "clock.offset_ns"), ({"drift": 3}, "clock.drift")])
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_what_no_clock_is_gets_an_error_that_says_where(rig, clock, where):
+    with pytest.raises(camrig.CamrigError, match=where) as caught:
+        rig.create_camera("lobby", clock=clock)
+    assert caught.value.kind == "invalid_argument"
+
+
+def test_an_onvif_device_tells_the_cameras_time_and_judges_by_it(tmp_path):
+    """Clients whose logins fail because the camera's clock is wrong are met in the field; so is asking it for its time first."""
+    token_file, port = tmp_path / "token", free_port()
+    token_file.write_text(TOKEN + "\n")
+    with camrig.start("minimal", mode="lockstep", args=["--token-file", str(token_file)]) as rig:
+        cam = rig.create_camera("dome", size=(160, 120), clock={"offset_ns": 400 * 10**9}, outputs=[{"kind": "onvif", "port": port}])
+        wait_until(lambda: listens(port), what="the camera's port")
+
+        def told():
+            status, text, _ = post(port, "<tds:GetSystemDateAndTime/>")
+            assert status == 200
+            values = dict(part.split(">", 1) for part in text.replace("tt:", "").split("<") if part[:3] in ("Yea", "Mon", "Day", "Hou", "Min", "Sec"))
+            return calendar.timegm(tuple(int(values[name]) for name in ("Year", "Month", "Day", "Hour", "Minute", "Second")))
+
+        asks = lambda age_s, nonce: post(port, "<trt:GetProfiles/>", security(TOKEN, nonce, age_s))[0]
+        assert abs(told() - time.time() - 400) < 5
+        assert asks(0, b"a" * 16) == 400
+        assert asks(-400, b"b" * 16) == 200  # a client that has asked for the time
+        cam.set(clock={"offset_ns": 0})
+        assert abs(told() - time.time()) < 5
+        assert asks(0, b"c" * 16) == 200
+        assert asks(-400, b"d" * 16) == 400
