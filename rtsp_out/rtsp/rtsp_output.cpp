@@ -8,6 +8,7 @@
 namespace camrig::rtsp {
 namespace {
 
+constexpr double bits_per_pixel = 0.15;
 constexpr int min_default_kbps = 200;
 
 constexpr const char* size_schema =
@@ -119,7 +120,7 @@ FieldTable<RtspOutput> fields_of(std::type_identity<RtspOutput>) {
         fps_field(),
         field_at<&O::quality>({.name = "quality", .doc = "JPEG quality", .range = {1, 100}}),
         field_at<&O::bitrate_kbps>({.name = "bitrate_kbps",
-                                    .doc = "with h264 and h265; by default 0.15 and 0.1 bits per pixel",
+                                    .doc = "with h264 and h265; by default 0.15 bits per pixel",
                                     .unit = "kbit/s",
                                     .range = {16, 200'000}}),
         field_at<&O::key_interval_s>({.name = "key_interval_s",
@@ -165,16 +166,14 @@ std::vector<StreamSettings> streams_of(const std::vector<OutputSpec>& outputs, I
         StreamSettings stream{.size = is_sub ? options.size.value_or(half_of(size, options.codec)) : size,
                               .rate = options.fps.value_or(is_sub ? half_of(rate) : rate)};
         if (is_slower(rate, stream.rate)) stream.rate = rate;
-        stream.bitrate_kbps =
-            options.bitrate_kbps.value_or(default_bitrate_kbps(options.codec, stream.size, stream.rate));
+        stream.bitrate_kbps = options.bitrate_kbps.value_or(default_bitrate_kbps(stream.size, stream.rate));
         stream.options = std::move(options);
         streams.push_back(std::move(stream));
     }
     return streams;
 }
 
-int default_bitrate_kbps(RtspCodec codec, ImageSize size, const Rate& rate) {
-    const double bits_per_pixel = codec == RtspCodec::h265 ? 0.1 : 0.15;
+int default_bitrate_kbps(ImageSize size, const Rate& rate) {
     const double bits = static_cast<double>(size.pixels()) * rate.hertz() * bits_per_pixel;
     return std::max(min_default_kbps, static_cast<int>(std::lround(bits / 1000)));
 }

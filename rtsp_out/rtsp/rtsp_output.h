@@ -50,8 +50,7 @@ struct StreamSettings {
 /// The three streams of a camera of this size and rate that has these outputs: main, sub, mjpeg. Pure.
 std::vector<StreamSettings> streams_of(const std::vector<OutputSpec>& outputs, ImageSize size, const Rate& rate);
 
-/// At least 200 kbit/s, else 0.15 bits per pixel with H.264 (1.2 Mbit/s for 640x480 at 25, 7.8 Mbit/s for 1920x1080 at
-/// 25) and 0.1 with H.265.
-int default_bitrate_kbps(RtspCodec codec, ImageSize size, const Rate& rate);
+/// 0.15 bits per pixel, at least 200 kbit/s: 1.2 Mbit/s for 640x480 at 25, 7.8 Mbit/s for 1920x1080 at 25.
+int default_bitrate_kbps(ImageSize size, const Rate& rate);
 
 }  // namespace camrig::rtsp

@@ -116,7 +116,7 @@ TEST_F(RtspMountPlan, H265HasItsOwnEncoderAndPayload) {
     EXPECT_EQ(made->path, "/lobby");
     EXPECT_THAT(made->launch, HasSubstr("x265enc"));
     EXPECT_THAT(made->launch, HasSubstr("rtph265pay"));
-    EXPECT_THAT(made->launch, HasSubstr("bitrate=768 "));
+    EXPECT_THAT(made->launch, HasSubstr("bitrate=1152 "));
     EXPECT_THAT(made->launch, HasSubstr("key-int-max=25 "));
     EXPECT_NE(*made, *plan(""));
 }
