@@ -135,10 +135,12 @@ void Camera::snapshot(const std::filesystem::path& file) const {
 
 std::string Camera::url(const std::string& kind) const {
     if (kind == "rtsp") return connections_->url_of("rtsp") + "/" + name_;
+    if (kind == "rtsp-sub") return connections_->url_of("rtsp") + "/" + name_ + "/sub";
     if (kind == "rtsp-mjpeg") return connections_->url_of("rtsp") + "/" + name_ + "/mjpeg";
     const std::string file = kind == "mjpeg" ? "stream.mjpg" : kind == "jpg" || kind == "png" ? "snapshot." + kind : "";
     if (file.empty())
-        throw Error("invalid_argument", "url: kind is '" + kind + "'; it is mjpeg, jpg, png, rtsp or rtsp-mjpeg");
+        throw Error("invalid_argument",
+                    "url: kind is '" + kind + "'; it is mjpeg, jpg, png, rtsp, rtsp-sub or rtsp-mjpeg");
     const std::string& token = connections_->options().token;
     return connections_->url_of("http") + "/cameras/" + name_ + "/" + file + (token.empty() ? "" : "?token=" + token);
 }

@@ -11,6 +11,7 @@ namespace camrig::onvif {
 namespace {
 
 constexpr std::string_view media_space = "http://www.onvif.org/ver10/media/wsdl";
+constexpr std::string_view media2_space = "http://www.onvif.org/ver20/media/wsdl";
 constexpr std::string_view ptz_space = "http://www.onvif.org/ver20/ptz/wsdl";
 constexpr std::string_view imaging_space = "http://www.onvif.org/ver20/imaging/wsdl";
 constexpr std::string_view device_space = "http://www.onvif.org/ver10/device/wsdl";
@@ -85,6 +86,7 @@ Answer get_services(const Asked& asked) {
     };
     add(device_space);
     add(media_space);
+    add(media2_space);
     if (asked.has_heads()) add(ptz_space);
     add(imaging_space);
     return response("tds:GetServices", all);

@@ -11,7 +11,8 @@ namespace {
 constexpr std::size_t max_replies_waiting = 1024;
 
 const Operation* find_operation(const XmlElement& asked) {
-    static const Service services[] = {device_service(), media_service(), ptz_service(), imaging_service()};
+    static const Service services[] = {device_service(), media_service(), media2_service(), ptz_service(),
+                                       imaging_service()};
     const auto service = std::ranges::find(services, asked.space(), &Service::space);
     if (service == std::end(services)) return nullptr;
     const auto found = std::ranges::find(service->operations, asked.name(), &Operation::name);
@@ -23,13 +24,14 @@ OnvifReply reply_of(const Fault& fault) {
 }
 
 /// What the engine says of a request that was well formed.
-Fault fault_of(const Error& why, bool is_of_camera, const PtzCommand* order) {
+Fault fault_of(const Error& why, const Operation& operation, const PtzCommand* order) {
     const auto sent = [&](std::string_view detail) { return Fault{true, "InvalidArgVal", detail, why.message}; };
     const bool is_about_presets = order && std::holds_alternative<engine::PtzPresets>(*order);
     switch (why.kind) {
         case ErrorKind::not_found:
-            return sent(is_of_camera ? "NoProfile" : "NoToken");
+            return sent(!order ? "NoProfile" : "NoToken");
         case ErrorKind::invalid_argument:
+            if (operation.change) return sent("ConfigModify");
             return sent(order && std::holds_alternative<engine::AimPtz>(*order) ? "InvalidTranslation"
                                                                                 : "InvalidPosition");
         case ErrorKind::unsupported:
@@ -115,7 +117,7 @@ auto OnvifService::on_reply(const TaskRef& task, void (OnvifService::*next)(cons
         std::function<void()> job = [this, task, next, shared] {
             if (*shared) return (this->*next)(task, std::move(**shared));
             const PtzCommand* order = task->given > 0 ? &task->orders[task->given - 1] : nullptr;
-            task->finish(std::unexpected(fault_of(shared->error(), !order, order)));
+            task->finish(std::unexpected(fault_of(shared->error(), *task->operation, order)));
         };
         if (!replies_.post(std::move(job)))
             task->finish(std::unexpected(Fault{false, "Action", {}, "too many messages are in work; try again"}));
@@ -158,6 +160,14 @@ void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) 
 }
 
 void OnvifService::answer(const TaskRef& task) {
+    const Operation& operation = *task->operation;
+    if (!operation.change) return task->finish(operation.answer(task->asked));
+    auto change = operation.change(task->asked);
+    if (!change) return task->finish(std::unexpected(change.error()));
+    commands_.post(engine::Request<engine::SetCamera>{std::move(*change), on_reply(task, &OnvifService::take_changed)});
+}
+
+void OnvifService::take_changed(const TaskRef& task, engine::CameraReply) {
     task->finish(task->operation->answer(task->asked));
 }
 

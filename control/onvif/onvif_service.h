@@ -60,6 +60,7 @@ private:
     auto on_reply(const TaskRef& task, void (OnvifService::*next)(const TaskRef&, T));
     void take_cameras(const TaskRef& task, std::vector<engine::CameraReply> cameras);
     void take_camera(const TaskRef& task, engine::CameraReply camera);
+    void take_changed(const TaskRef& task, engine::CameraReply camera);
     void take_ptz(const TaskRef& task, engine::PtzReply reply);
 
     engine::CommandPort& commands_;

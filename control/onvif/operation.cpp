@@ -10,11 +10,6 @@ bool Asked::has_heads() const {
     return std::ranges::any_of(cameras, [](const CameraSpecRef& spec) { return spec->ptz.has_value(); });
 }
 
-std::string_view camera_of_token(std::string_view token) {
-    if (token.ends_with(jpeg_ending)) token.remove_suffix(jpeg_ending.size());
-    return token;
-}
-
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail) {
     const std::string_view name = camera_of_token(asked.request.text(child));
     for (const CameraSpecRef& spec : asked.cameras)

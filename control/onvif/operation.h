@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "control/onvif/soap.h"
+#include "control/onvif/video_stream.h"
 #include "core/engine/command.h"
 
 namespace camrig::onvif {
@@ -16,6 +18,9 @@ struct Site {
     std::string version;
     std::string rtsp_scheme = "rtsp";
     std::uint16_t rtsp_port = 0;
+    /// A camera's RTSP streams as they are, main first; empty: there are none.
+    std::function<std::vector<VideoStream>(const world::CameraSpec&)> streams = {};
+    bool has_h265 = false;  ///< streams can have that codec
 };
 
 /// Who may ask for an operation (ONVIF Core, "Access classes"): everybody; who shows the token; who may command too.
@@ -40,7 +45,8 @@ struct Asked {
 /// What heads are told, by the same commands as the methods ptz.* give.
 using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::AimPtz, engine::StopPtz, engine::PtzPresets>;
 
-/// An operation either answers from what is known of the cameras, or tells a head something and answers from that.
+/// An operation answers from what is known of the cameras, once it has changed one of them if that is what it does; or
+/// it tells a head something and answers from that.
 struct Operation {
     std::string_view name;
     Answer (*answer)(const Asked&) = nullptr;
@@ -48,6 +54,7 @@ struct Operation {
     /// For the head of the profile that the request names; in this order, at least one.
     Answered<std::vector<PtzCommand>> (*orders)(const Asked&) = nullptr;
     std::string (*reply)(const Asked&, const engine::PtzReply&) = nullptr;  ///< to the last of them
+    Answered<engine::SetCamera> (*change)(const Asked&) = nullptr;          ///< done before it answers
 };
 
 /// The operations of a service, by the namespace of their requests.
@@ -57,13 +64,12 @@ struct Service {
 };
 Service device_service();
 Service media_service();
+Service media2_service();
 Service ptz_service();
 Service imaging_service();
 
-// Tokens. A camera's source, configurations and node bear its name, and so does the profile of its H.264 stream; that
-// of its JPEG stream has an ending that no name of a camera has.
-inline constexpr std::string_view jpeg_ending = "-mjpeg";
-std::string_view camera_of_token(std::string_view token);
+// Tokens. A camera's source, head's configuration and node bear its name, and so do profile and encoder's configuration
+// of its main stream; those of its other streams have an ending that no name of a camera has (camera_of_token()).
 /// The device's camera whose token is the request's child of that name; else the fault with this detail.
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail);
 /// The PTZ configuration and node of a camera with a head.

@@ -45,7 +45,8 @@ std::string envelope(std::string_view body) {
         "\n"
         R"(<s:Envelope xmlns:s="http://www.w3.org/2003/05/soap-envelope")"
         R"( xmlns:tt="http://www.onvif.org/ver10/schema" xmlns:tds="http://www.onvif.org/ver10/device/wsdl")"
-        R"( xmlns:trt="http://www.onvif.org/ver10/media/wsdl" xmlns:tptz="http://www.onvif.org/ver20/ptz/wsdl")"
+        R"( xmlns:trt="http://www.onvif.org/ver10/media/wsdl" xmlns:tr2="http://www.onvif.org/ver20/media/wsdl")"
+        R"( xmlns:tptz="http://www.onvif.org/ver20/ptz/wsdl")"
         R"( xmlns:timg="http://www.onvif.org/ver20/imaging/wsdl" xmlns:ter="http://www.onvif.org/ver10/error">)"
         "<s:Body>";
     return std::string(begin).append(body).append("</s:Body></s:Envelope>");

@@ -63,6 +63,12 @@ XmlElement XmlElement::child(std::string_view name) const {
     return {};
 }
 
+bool XmlElement::has_child_of_text(std::string_view name, std::string_view text) const {
+    for (const pugi::xml_node one : node_.children())
+        if (local_name(one.name()) == name && XmlElement(one).text() == text) return true;
+    return false;
+}
+
 XmlElement XmlElement::first_child() const {
     for (const pugi::xml_node one : node_.children())
         if (one.type() == pugi::node_element) return XmlElement(one);

@@ -30,6 +30,8 @@ public:
     /// The first child element of that name, whatever its namespace: clients are careless with those of inner elements.
     XmlElement child(std::string_view name) const;
     XmlElement first_child() const;
+    /// Whether one of its children has that name and that text.
+    bool has_child_of_text(std::string_view name, std::string_view text) const;
     /// Of the child of that name: its text without blanks around it; empty: there is no such child.
     std::string_view text(std::string_view child) const { return this->child(child).text(); }
     std::string_view text() const;

@@ -47,6 +47,7 @@ json all_options_of(const OutputSpec& output) {
 
 json key_of(const OutputSpec& output) {
     const OutputFamily& family = family_of(output);
+    if (family.identity) return family.identity(output);
     if (family.key.empty()) return nullptr;
     return all_options_of(output).at(family.key);
 }
@@ -101,7 +102,7 @@ Result<void> check_outputs(const std::vector<OutputSpec>& outputs, ImageSize siz
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const std::string place = "outputs[" + std::to_string(i) + "]";
         const auto& fits = family_of(outputs[i]).fits;
-        if (const auto good = fits ? fits(size) : Result<void>(); !good) return at(place, good.error());
+        if (const auto good = fits ? fits(outputs[i], size) : Result<void>(); !good) return at(place, good.error());
         for (std::size_t earlier = 0; earlier < i; ++earlier)
             if (is_same_output(outputs[earlier], outputs[i]))
                 return error(ErrorKind::invalid_argument,

@@ -22,9 +22,11 @@ struct OutputFamily {
     Kind<nlohmann::json> kind;  ///< reads to the options that are given; see output_kind()
     /// The option that tells two of its outputs apart: a camera has one output for each value. Empty: it has one.
     std::string key = {};
+    /// Where several options together tell two outputs apart: a value that is equal for equal ones. Empty: `key` does.
+    std::function<nlohmann::json(const OutputSpec&)> identity = {};
     bool is_key_of_rig = false;  ///< the whole rig has one output for each value, as of a device number
-    /// Whether a camera of this size can have one. Empty: any can.
-    std::function<Result<void>(ImageSize)> fits = {};
+    /// Whether a camera of this size can have this one. Empty: any can.
+    std::function<Result<void>(const OutputSpec&, ImageSize)> fits = {};
     /// Whether this machine can open this one for the camera of that name; the engine's thread asks before a command
     /// changes a camera's outputs, and must not wait. Empty: it can.
     std::function<Result<void>(const OutputSpec&, const std::string& camera)> can_open = {};
@@ -65,7 +67,7 @@ const std::vector<OutputFamily>& output_families();
 const OutputFamily& family_of(const OutputSpec& output);
 /// Its options, with the defaults of those that were not given.
 nlohmann::json all_options_of(const OutputSpec& output);
-/// The value of its family's key, given or by default; null where the family has none.
+/// What tells it from others of its family: the value of the key, given or by default; null where there is none.
 nlohmann::json key_of(const OutputSpec& output);
 /// Are both of one family, with the same key?
 bool is_same_output(const OutputSpec& a, const OutputSpec& b);

@@ -1,6 +1,7 @@
 #include "core/world/camera_fields.h"
 
 #include "core/base/output_family.h"
+#include "core/base/picture_fields.h"
 #include "core/world/camera_json.h"
 
 namespace camrig::world {
@@ -141,7 +142,7 @@ std::vector<Entry> make_camera_fields() {
                    .fallback = "[640, 480]",
                    .schema = size_schema},
          .read = read_size,
-         .write = [](const CameraSpec& spec) { return json{spec.size.width, spec.size.height}; }},
+         .write = [](const CameraSpec& spec) { return size_to_json(spec.size); }},
         {.field = {.name = "fps",
                    .type = "number or \"num/den\"",
                    .doc = "1/10 to 1000",
@@ -150,10 +151,7 @@ std::vector<Entry> make_camera_fields() {
                    .label = "frame rate",
                    .schema = fps_schema},
          .read = read_rate,
-         .write =
-             [](const CameraSpec& spec) {
-                 return spec.rate.den() == 1 ? json(spec.rate.num()) : json(spec.rate.to_string());
-             }},
+         .write = [](const CameraSpec& spec) { return rate_to_json(spec.rate); }},
         {.field = {.name = "vfov_deg",
                    .type = "number",
                    .doc = "vertical field of view, edge to edge; give hfov_deg or intrinsics instead",

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "core/base/picture_fields.h"
 #include "core/world/camera_fields.h"
 
 namespace camrig::world {
@@ -50,27 +51,11 @@ bool same_turn(const glm::dquat& a, const glm::dquat& b) {
 }  // namespace
 
 void read_size(JsonReader& reader, CameraPatch& patch) {
-    const json* value = reader.find("size");
-    if (!value) return;
-    const bool good =
-        value->is_array() && value->size() == 2 && (*value)[0].is_number_integer() && (*value)[1].is_number_integer();
-    if (!good) return reader.fail("size", "expected [width, height] in pixels");
-    const auto in_range = [](const json& side) {
-        // A first fence against numbers that do not fit an int; the exact range is patch_camera_spec's.
-        return side.get<double>() >= 0 && side.get<double>() <= 1e6 ? side.get<int>() : 1'000'000;
-    };
-    patch.size = ImageSize{in_range((*value)[0]), in_range((*value)[1])};
+    patch.size = camrig::read_size(reader, "size");
 }
 
 void read_rate(JsonReader& reader, CameraPatch& patch) {
-    const json* value = reader.find("fps");
-    if (!value) return;
-    if (value->is_string())
-        patch.rate = take(reader, "fps", Rate::parse(value->get_ref<const std::string&>()));
-    else if (value->is_number())
-        patch.rate = take(reader, "fps", Rate::from_number(value->get<double>()));
-    else
-        reader.fail("fps", "expected a number or \"num/den\"");
+    patch.rate = camrig::read_rate(reader, "fps");
 }
 
 void read_optics(JsonReader& reader, CameraPatch& patch) {

@@ -9,15 +9,24 @@
 
 namespace camrig::rtsp {
 
-/// A NAL unit's place in a byte stream (ITU-T H.264, Annex B).
+/// Whose NAL units: their headers differ.
+enum class NalCodec : std::uint8_t { h264, h265 };
+
+/// A NAL unit's place in a byte stream (ITU-T H.264 and H.265, Annex B).
 struct Nal {
     std::size_t begin = 0;  ///< of its start code, with the zero byte that may come before it
     std::size_t header = 0;
     std::size_t end = 0;
-    std::uint8_t type = 0;
+    std::uint8_t first_byte = 0;  ///< of the header, which has one byte in H.264 and two in H.265
 
-    static constexpr std::uint8_t sei = 6;
-    bool is_slice() const { return type >= 1 && type <= 5; }
+    /// H.264, table 7-1; H.265, table 7-1, where SEI that comes before the slices is a type of its own.
+    static constexpr std::uint8_t h264_sei = 6, h265_prefix_sei = 39;
+    std::uint8_t type(NalCodec codec) const {
+        return codec == NalCodec::h264 ? first_byte & 0x1f : (first_byte >> 1) & 0x3f;
+    }
+    bool is_slice(NalCodec codec) const {
+        return codec == NalCodec::h264 ? type(codec) >= 1 && type(codec) <= 5 : type(codec) < 32;
+    }
 };
 
 /// The NAL unit whose start code is the first at or after `from`.
@@ -34,7 +43,7 @@ inline std::optional<Nal> next_nal(std::span<const std::byte> data, std::size_t 
     nal.begin = at > from && data[at - 1] == std::byte{0} ? at - 1 : at;
     nal.header = at + code.size();
     nal.end = find_code(nal.header);
-    nal.type = std::to_integer<std::uint8_t>(data[nal.header]) & 0x1f;
+    nal.first_byte = std::to_integer<std::uint8_t>(data[nal.header]);
     return nal;
 }
 

@@ -77,13 +77,13 @@ std::shared_ptr<MediaFeed> MediaFeed::create(Options options, GstElement* bin) {
 
 MediaFeed::MediaFeed(Options options, GstElement* bin)
     : options_(std::move(options)),
-      shown_(options_.camera.size),
+      shown_(options_.size),
       source_(child_of(bin, "src")),
       encoder_(child_of(bin, "enc")),
       payloader_(child_of(bin, "pay0")) {
     CHECK(source_ != nullptr && payloader_ != nullptr);
     if (encoder_) shown_ = {shown_.width & ~1, shown_.height & ~1};
-    const GstCapsHandle caps = caps_of(options_.format, shown_, options_.camera.rate);
+    const GstCapsHandle caps = caps_of(options_.format, shown_, options_.rate);
     g_object_set(source_.get(), "caps", caps.get(), "format", GST_FORMAT_TIME, "is-live", TRUE, "do-timestamp", FALSE,
                  "max-buffers", guint64{2}, "max-bytes", guint64{0}, "leaky-type", GST_APP_LEAKY_TYPE_DOWNSTREAM,
                  nullptr);
@@ -106,7 +106,9 @@ void MediaFeed::start() {
         if (std::exchange(started_, true) || stopped_) return;
     }
     const std::weak_ptr<MediaFeed> weak = weak_from_this();
-    auto subscription = options_.bus->subscribe(options_.camera.name, options_.format, {"rtsp", options_.path, {}},
+    std::optional<Rate> rate;
+    if (options_.rate != options_.camera.rate) rate = options_.rate;
+    auto subscription = options_.bus->subscribe(options_.camera.name, options_.format, {"rtsp", options_.path, rate},
                                                 shared_from_this(), [weak](const Error& why) {
                                                     spdlog::info("rtsp: a stream ends: {}", why.message);
                                                     if (const auto self = weak.lock()) self->end();
@@ -135,12 +137,12 @@ void MediaFeed::first_picture(Result<stream::MediaUnit> unit) {
         return;  // the next due frame will do
     }
     std::lock_guard lock(mutex_);
-    if (stopped_ || last_ || unit->info.size != options_.camera.size) return;
+    if (stopped_ || last_ || unit->info.size != options_.size) return;
     push(*unit, stamps_.of_first(unit->info.monotonic_ns, monotonic_now_ns()), nullptr);
 }
 
 Result<void> MediaFeed::open(const stream::StreamInfo& info) {
-    if (info.size != options_.camera.size) return error(ErrorKind::not_found, "the camera has another size now");
+    if (info.size != options_.size) return error(ErrorKind::not_found, "the camera has another size now");
     std::lock_guard lock(mutex_);
     stats_ = info.stats;
     return {};
@@ -195,7 +197,7 @@ void MediaFeed::push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared
     if (on_way_.size() > max_on_way) on_way_.pop_front();
     GstBuffer* buffer = buffer_of(unit);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pts);
-    GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(options_.camera.rate.period_ns());
+    GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(options_.rate.period_ns());
     keep(unit);
     // Never blocks: the oldest waiting picture gives way. Fails only when the pipeline is going.
     gst_app_src_push_buffer(GST_APP_SRC(source_.get()), buffer);
@@ -235,7 +237,7 @@ GstPadProbeReturn MediaFeed::on_encoded(GstPad* pad, GstPadProbeInfo* info, void
     return GST_PAD_PROBE_OK;
 }
 
-/// The encoded picture in memory that carries its books, with its times inside if it is H.264.
+/// The encoded picture in memory that carries its books, with its times inside unless it is JPEG.
 GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
     // An encoder may shift its stamps and its segment alike; running time stays.
     GstEvent* event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
@@ -251,7 +253,8 @@ GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
         GstMapInfo map;
         if (!gst_buffer_map(encoded, &map, GST_MAP_READ)) return nullptr;
         const std::span bytes(reinterpret_cast<const std::byte*>(map.data), map.size);
-        entry->bytes = std::make_shared<const std::vector<std::byte>>(with_frame_times(bytes, entry->times));
+        entry->bytes =
+            std::make_shared<const std::vector<std::byte>>(with_frame_times(bytes, entry->times, options_.codec));
         gst_buffer_unmap(encoded, &map);
     }
     if (entry->pending) entry->pending->sent_bytes = entry->bytes->size();

@@ -36,7 +36,10 @@ public:
         stream::FrameFetcher* fetcher = nullptr;
         stream::CameraStream camera;
         stream::MediaFormat format;
-        std::string path;  ///< for messages and statistics
+        ImageSize size;                   ///< of the stream, as `format` has it
+        Rate rate;                        ///< at most the camera's
+        NalCodec codec = NalCodec::h264;  ///< unless the pictures are JPEG
+        std::string path;                 ///< for messages and statistics
         RtpTimeline timeline;
     };
 

@@ -12,42 +12,30 @@ constexpr const char* feed_key = "camrig-feed";
 constexpr int max_jpeg_side = 2040;
 constexpr int jpeg_side_unit = 8;
 
-/// What the camera's output of this codec says, or the defaults.
-RtspOutput options_for(const stream::CameraStream& camera, RtspCodec codec) {
-    for (const OutputSpec& output : camera.outputs) {
-        if (output.kind != "rtsp") continue;
-        if (auto options = options_of<RtspOutput>(output); options.codec == codec) return options;
-    }
-    return {.codec = codec};
-}
-
 }  // namespace
 
-std::string RtspMount::path_of(RtspCodec codec, const std::string& camera) {
-    return "/" + camera + (codec == RtspCodec::mjpeg ? "/mjpeg" : "");
-}
-
-Result<RtspMount::Plan> RtspMount::plan(RtspCodec codec, const stream::CameraStream& camera,
+Result<RtspMount::Plan> RtspMount::plan(const StreamSettings& stream, const stream::CameraStream& camera,
                                         const RtspOptions& options) {
-    Plan plan{path_of(codec, camera.name), "", camera, {}};
-    const RtspOutput output = options_for(camera, codec);
-    if (codec == RtspCodec::h264) {
-        const auto encoder = choose_h264_encoder(options.h264_elements, output, camera.size, camera.rate);
+    Plan plan{"/" + camera.name + std::string(path_ending(stream.options)), "", camera, {}, stream};
+    if (stream.size != camera.size) plan.format.size = stream.size;
+    if (stream.options.codec != RtspCodec::mjpeg) {
+        const auto encoder = choose_video_encoder(options.h264_elements, stream);
         if (!encoder) return std::unexpected(encoder.error());
         plan.format.pixels = encoder->pixels;
-        plan.launch = "( appsrc name=src ! " + encoder->launch +
-                      " ! rtph264pay name=pay0 pt=96 config-interval=-1 aggregate-mode=zero-latency )";
+        const char* const payloader = stream.options.codec == RtspCodec::h265 ? "rtph265pay" : "rtph264pay";
+        plan.launch = "( appsrc name=src ! " + encoder->launch + " ! " + payloader +
+                      " name=pay0 pt=96 config-interval=-1 aggregate-mode=zero-latency )";
         return plan;
     }
-    const auto [width, height] = camera.size;
+    const auto [width, height] = stream.size;
     if (width > max_jpeg_side || height > max_jpeg_side || width % jpeg_side_unit != 0 ||
         height % jpeg_side_unit != 0) {
         return error(ErrorKind::unsupported, "RTP carries JPEG of sizes in multiples of 8 up to 2040, not " +
-                                                 camera.size.to_string() + "; use H.264 at /" + camera.name +
+                                                 stream.size.to_string() + "; use H.264 at /" + camera.name +
                                                  " or MJPEG over HTTP at /cameras/" + camera.name + "/stream.mjpg");
     }
     plan.format.codec = codec::Codec::jpeg;
-    plan.format.quality = output.quality;
+    plan.format.quality = stream.options.quality;
     plan.launch = "( appsrc name=src ! rtpjpegpay name=pay0 pt=26 )";
     return plan;
 }
@@ -82,8 +70,17 @@ void RtspMount::on_media(GstRTSPMediaFactory*, GstRTSPMedia* media, void* mount)
     const GObjectHandle<GstObject> pipeline(gst_object_get_parent(GST_OBJECT(bin.get())));
     CHECK(pipeline != nullptr);
     const RtpTimeline timeline(monotonic_now_ns(), g_random_int(), self->wall_->current());
-    auto feed = MediaFeed::create({self->options_.bus, self->options_.fetcher, self->plan_.camera, self->plan_.format,
-                                   self->plan_.path, timeline},
+    const Plan& plan = self->plan_;
+    const bool is_h265 = plan.settings.options.codec == RtspCodec::h265;
+    auto feed = MediaFeed::create({.bus = self->options_.bus,
+                                   .fetcher = self->options_.fetcher,
+                                   .camera = plan.camera,
+                                   .format = plan.format,
+                                   .size = plan.settings.size,
+                                   .rate = plan.settings.rate,
+                                   .codec = is_h265 ? NalCodec::h265 : NalCodec::h264,
+                                   .path = plan.path,
+                                   .timeline = timeline},
                                   bin.get());
     const std::weak_ptr<MediaFeed> weak = feed;
     const auto ask = [weak](bool (MediaFeed::*question)(), bool without_feed) {

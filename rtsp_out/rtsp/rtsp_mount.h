@@ -13,27 +13,29 @@
 
 namespace camrig::rtsp {
 
-/// One path of the server, "/NAME" or "/NAME/mjpeg": makes the stream when somebody comes, shares it among all who
-/// come, and lets it go when the last one left.
+/// One path of the server, "/NAME", "/NAME/sub" or "/NAME/mjpeg": makes the stream when somebody comes, shares it among
+/// all who come, and lets it go when the last one left.
 ///
 /// A mount never changes: when its camera does, it is ended and another one takes its place. Server thread; what the
 /// media's own thread calls is guarded.
 class RtspMount {
 public:
-    /// How the mount of this codec is to be, from the camera's output options. unsupported: the camera's pictures do
+    /// How the mount of this one of the camera's streams is to be. unsupported: the camera's pictures do
     /// not fit the format, or nothing is there to encode them; the message names what works.
     struct Plan {
         std::string path;
         std::string launch;
         stream::CameraStream camera;
         stream::MediaFormat format;
+        StreamSettings settings;
         friend bool operator==(const Plan& a, const Plan& b) {
             return a.path == b.path && a.launch == b.launch && a.format == b.format && a.camera.id == b.camera.id &&
-                   a.camera.size == b.camera.size && a.camera.rate == b.camera.rate;
+                   a.camera.size == b.camera.size && a.camera.rate == b.camera.rate &&
+                   a.settings.size == b.settings.size && a.settings.rate == b.settings.rate;
         }
     };
-    static Result<Plan> plan(RtspCodec codec, const stream::CameraStream& camera, const RtspOptions& options);
-    static std::string path_of(RtspCodec codec, const std::string& camera);
+    static Result<Plan> plan(const StreamSettings& stream, const stream::CameraStream& camera,
+                             const RtspOptions& options);
 
     /// `addresses`: where it may send from by UDP, and the groups it may send to.
     RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts,

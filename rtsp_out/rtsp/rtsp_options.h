@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/stream/frame_bus.h"
-#include "rtsp_out/rtsp/h264_encoder.h"
 #include "rtsp_out/rtsp/request_bounds.h"
+#include "rtsp_out/rtsp/video_encoder.h"
 
 namespace camrig::rtsp {
 

@@ -27,7 +27,6 @@ constexpr int first_udp_port = 20'000;
 constexpr int udp_ports = 1'000;
 /// Free for a new stream, which takes some twenty.
 constexpr int descriptors_of_a_stream = 40;
-constexpr std::array codecs = {RtspCodec::h264, RtspCodec::mjpeg};
 
 using Task = std::function<void()>;
 
@@ -162,14 +161,14 @@ void RtspServer::Impl::run() {
 }
 
 void RtspServer::Impl::mount(const stream::CameraStream& camera, bool is_there) {
-    for (const RtspCodec codec : codecs) {
-        const std::string path = RtspMount::path_of(codec, camera.name);
+    for (const StreamSettings& stream : streams_of(camera.outputs, camera.size, camera.rate)) {
+        const std::string path = "/" + camera.name + std::string(path_ending(stream.options));
         refused.erase(path);
         if (!is_there) {
             unmount(path);
             continue;
         }
-        auto plan = RtspMount::plan(codec, camera, options);
+        auto plan = RtspMount::plan(stream, camera, options);
         if (!plan) {
             unmount(path);
             refused.emplace(path, plan.error());

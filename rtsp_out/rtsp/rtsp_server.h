@@ -9,7 +9,8 @@
 
 namespace camrig::rtsp {
 
-/// Every camera as a network camera: rtsp://HOST:PORT/NAME (H.264) and /NAME/mjpeg, by UDP, TCP and multicast.
+/// Every camera as a network camera: rtsp://HOST:PORT/NAME (H.264 or H.265), /NAME/sub and /NAME/mjpeg, by UDP, TCP and
+/// multicast.
 ///
 /// gst-rtsp-server speaks the protocol on one thread with a main loop of its own; each stream that is watched has a
 /// pipeline with its own threads. Cameras that come, change or go are taken up by themselves.

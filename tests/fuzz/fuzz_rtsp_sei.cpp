@@ -9,11 +9,13 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace camrig;
     const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
-    const auto there = rtsp::find_frame_times(bytes);
-    const rtsp::FrameTimes times{static_cast<std::int64_t>(size), 2, 3, 4};
-    const auto unit = with_frame_times(bytes, times);
-    if (unit.size() == size) return 0;  // no slice
-    const auto found = rtsp::find_frame_times(unit);
-    if (!found || *found != (there ? *there : times)) std::abort();
+    for (const rtsp::NalCodec codec : {rtsp::NalCodec::h264, rtsp::NalCodec::h265}) {
+        const auto there = rtsp::find_frame_times(bytes, codec);
+        const rtsp::FrameTimes times{static_cast<std::int64_t>(size), 2, 3, 4};
+        const auto unit = with_frame_times(bytes, times, codec);
+        if (unit.size() == size) continue;  // no slice
+        const auto found = rtsp::find_frame_times(unit, codec);
+        if (!found || *found != (there ? *there : times)) std::abort();
+    }
     return 0;
 }

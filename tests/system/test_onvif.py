@@ -88,8 +88,9 @@ def test_an_unmodified_client_reads_turns_and_follows_a_camera(guarded):
             assert (await management.GetDeviceInformation()).Manufacturer == "camrig"
             assert re.fullmatch("02(:[0-9a-f]{2}){5}", (await management.GetNetworkInterfaces())[0].Info.HwAddress)
             media = await device.create_media_service()
-            main, jpeg = await media.GetProfiles()
+            main, sub, jpeg = await media.GetProfiles()
             assert (main.token, main.VideoEncoderConfiguration.Encoding) == ("dome", "H264")
+            assert (sub.token, sub.VideoEncoderConfiguration.Resolution.Width) == ("dome-sub", 160)
             assert (jpeg.token, jpeg.VideoEncoderConfiguration.Encoding) == ("dome-mjpeg", "JPEG")
             assert main.VideoEncoderConfiguration.Resolution.Width == 320
             uri = (await media.GetStreamUri({"StreamSetup": {"Stream": "RTP-Unicast", "Transport": {"Protocol": "RTSP"}}, "ProfileToken": "dome"})).Uri

@@ -82,10 +82,14 @@ Result<json> lens_of(const std::string& text) {
     return lens;
 }
 
-/// A number, a text, a truth value; of parameters that may be null, "none" is null.
+/// A number, a text, a truth value, a size; of parameters that may be null, "none" is null.
 json scalar_of(const Field& field, const std::string& text) {
     const bool is_none = field.is_nullable() && text == "none";
     if (is_none) return nullptr;
+    if (field.type == "[width, height]") {
+        const auto size = parse_size(text);
+        return size ? *size : json(text);  // which the rig refuses, with the option's name
+    }
     return field.type.starts_with("string") ? json(text) : number_or_text(text);
 }
 

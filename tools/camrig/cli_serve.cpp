@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "rtsp_out/http/asking_page.h"
-#include "rtsp_out/rtsp/h264_encoder.h"
+#include "rtsp_out/rtsp/video_encoder.h"
 #include "tools/camrig/cli_commands.h"
 
 namespace camrig::cli {

@@ -206,6 +206,32 @@ Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& 
     return opened.get_future().get();
 }
 
+/// The streams of a camera as ONVIF tells them.
+std::vector<onvif::VideoStream> onvif_streams(const world::CameraSpec& camera) {
+    std::vector<onvif::VideoStream> streams;
+    for (const rtsp::StreamSettings& stream : rtsp::streams_of(camera.outputs, camera.size, camera.rate)) {
+        std::string_view ending = rtsp::path_ending(stream.options);
+        if (!ending.empty()) ending.remove_prefix(1);
+        streams.push_back({.ending = std::string(ending),
+                           .codec = std::string(to_string(stream.options.codec)),
+                           .size = stream.size,
+                           .rate = stream.rate,
+                           .bitrate_kbps = stream.bitrate_kbps,
+                           .key_interval_s = stream.options.key_interval_s,
+                           .profile = stream.options.profile,
+                           .quality = stream.options.quality});
+    }
+    return streams;
+}
+
+onvif::Site onvif_site(const rtsp::RtspServer& rtsp) {
+    return {.version = version,
+            .rtsp_scheme = rtsp.scheme(),
+            .rtsp_port = rtsp.port(),
+            .streams = onvif_streams,
+            .has_h265 = rtsp::has_h265_encoder()};
+}
+
 onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http) {
     return {.open =
                 [&http](const std::string& camera, std::uint16_t port) {
@@ -322,10 +348,8 @@ int run_serve(const ServeOptions& options) {
     if (!rtsp) return fail(rtsp.error());
     facts.add("rtsp", (*rtsp)->port());
 
-    onvif::OnvifService onvif(
-        **engine, {.site = {.version = version, .rtsp_scheme = (*rtsp)->scheme(), .rtsp_port = (*rtsp)->port()},
-                   .token = *token,
-                   .may_command = !options.read_only});
+    onvif::OnvifService onvif(**engine,
+                              {.site = onvif_site(**rtsp), .token = *token, .may_command = !options.read_only});
     auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
     hooks.device = device_hooks(onvif);
     auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));

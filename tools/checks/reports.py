@@ -26,7 +26,7 @@ PAGES = {
     "mutations.md": "mutations",
     "quality.md": "pictures cost",
     "speed.md": "targets cameras sizes outputs load overload sharing limits kernels peers soak",
-    "streams.md": "opening latency h264 clients",
+    "streams.md": "opening latency h264 h265 sub clients",
     "truth.md": "cost",
 }
 MARK = re.compile(r"<!-- (?:part|end of) (\w+)")

@@ -39,10 +39,11 @@ OutputFamily loopback_family() {
                 check_subsampling),
             .key = "number",
             .is_key_of_rig = true,
-            .fits = check_loopback_size,
-            .can_open = [](const OutputSpec& output, const std::string& camera) {
-                return check_loopback(options_of<LoopbackOutput>(output).number, camera);
-            }};
+            .fits = [](const OutputSpec&, ImageSize size) { return check_loopback_size(size); },
+            .can_open =
+                [](const OutputSpec& output, const std::string& camera) {
+                    return check_loopback(options_of<LoopbackOutput>(output).number, camera);
+                }};
 }
 
 }  // namespace camrig::device

@@ -68,7 +68,7 @@ public:
     PtzHead ptz() const { return PtzHead(connections_, name_); }
     /// Writes the latest due frame, as the rig encodes it, to a .jpg, .jpeg or .png file.
     void snapshot(const std::filesystem::path& file) const;
-    /// Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (H.264) or rtsp-mjpeg.
+    /// Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (main), rtsp-sub or rtsp-mjpeg.
     std::string url(const std::string& kind = "mjpeg") const;
 
 private:

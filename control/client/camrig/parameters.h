@@ -178,11 +178,14 @@ struct Output {
     std::optional<int> number = {};  ///< 0 to 255: of v4l2 and device: N of /dev/videoN
     std::optional<std::string> format = {};  ///< `YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2
     std::optional<std::string> subsampling = {};  ///< `4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG
-    std::optional<std::string> codec = {};  ///< `h264` or `mjpeg`: of rtsp
+    std::optional<std::string> codec = {};  ///< `h264`, `h265` or `mjpeg`: of rtsp: main with mjpeg is a stream beside that of h264 or h265
+    std::optional<std::string> stream = {};  ///< `main` or `sub`: of rtsp
+    std::optional<Size> size = {};  ///< px; of rtsp: with stream sub, at most the camera's; by default half of it
+    std::optional<Rate> fps = {};  ///< 1/s; of rtsp: 1/10 to 1000, at most the camera's; by default the camera's, of sub half of it
     std::optional<int> quality = {};  ///< 1 to 100: of rtsp and mjpeg: JPEG quality
-    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp: with h264; by default 0.15 bits per pixel
-    std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp: with h264: a key frame at least so often
-    std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264
+    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp: with h264 and h265; by default 0.15 and 0.1 bits per pixel
+    std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp: with h264 and h265: a key frame at least so often
+    std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264 and h265
     std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp: with h264
     std::optional<int> port = {};  ///< 1 to 65535: of onvif: TCP port of the device, on the host of HTTP
 
@@ -193,6 +196,9 @@ struct Output {
         visit("format", self.format);
         visit("subsampling", self.subsampling);
         visit("codec", self.codec);
+        visit("stream", self.stream);
+        visit("size", self.size);
+        visit("fps", self.fps);
         visit("quality", self.quality);
         visit("bitrate_kbps", self.bitrate_kbps);
         visit("key_interval_s", self.key_interval_s);

@@ -106,15 +106,15 @@ class Camera:
         return path
 
     def url(self, kind: str = "mjpeg", fps: float | None = None, quality: int | None = None) -> str:
-        """Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (H.264) or rtsp-mjpeg."""
+        """Where a program finds this camera: kind is mjpeg, jpg, png, rtsp (the main stream), rtsp-sub or rtsp-mjpeg."""
         query: dict[str, Any] = _optional(fps=fps, quality=quality)
-        if kind in ("rtsp", "rtsp-mjpeg"):
+        if kind in ("rtsp", "rtsp-sub", "rtsp-mjpeg"):
             if query:
                 raise CamrigError("invalid_argument", f"url: fps and quality are for HTTP, not for {kind}")
-            return f"{self._rig.rtsp_url}/{self.name}" + ("/mjpeg" if kind == "rtsp-mjpeg" else "")
+            return f"{self._rig.rtsp_url}/{self.name}" + {"rtsp": "", "rtsp-sub": "/sub", "rtsp-mjpeg": "/mjpeg"}[kind]
         files = {"mjpeg": "stream.mjpg", "jpg": "snapshot.jpg", "png": "snapshot.png"}
         if kind not in files:
-            raise CamrigError("invalid_argument", f"url: kind is '{kind}'; it is mjpeg, jpg, png, rtsp or rtsp-mjpeg")
+            raise CamrigError("invalid_argument", f"url: kind is '{kind}'; it is mjpeg, jpg, png, rtsp, rtsp-sub or rtsp-mjpeg")
         if self._rig.token:
             query["token"] = self._rig.token
         url = f"{self._rig.http_url}/cameras/{self.name}/{files[kind]}"

@@ -161,16 +161,22 @@ class Output(TypedDict, total=False):
     """`YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2"""
     subsampling: Literal["4:2:2", "4:2:0"]
     """`4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG"""
-    codec: Literal["h264", "mjpeg"]
-    """`h264` or `mjpeg`: of rtsp"""
+    codec: Literal["h264", "h265", "mjpeg"]
+    """`h264`, `h265` or `mjpeg`: of rtsp: main with mjpeg is a stream beside that of h264 or h265"""
+    stream: Literal["main", "sub"]
+    """`main` or `sub`: of rtsp"""
+    size: list[int]
+    """px; of rtsp: with stream sub, at most the camera's; by default half of it"""
+    fps: Union[int, str]
+    """1/s; of rtsp: 1/10 to 1000, at most the camera's; by default the camera's, of sub half of it"""
     quality: int
     """1 to 100: of rtsp and mjpeg: JPEG quality"""
     bitrate_kbps: int
-    """kbit/s; 16 to 200000: of rtsp: with h264; by default 0.15 bits per pixel"""
+    """kbit/s; 16 to 200000: of rtsp: with h264 and h265; by default 0.15 and 0.1 bits per pixel"""
     key_interval_s: float
-    """s; 0.01 to 60: of rtsp: with h264: a key frame at least so often"""
+    """s; 0.01 to 60: of rtsp: with h264 and h265: a key frame at least so often"""
     preset: Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"]
-    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264"""
+    """`ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264 and h265"""
     profile: Literal["baseline", "main", "high"]
     """`baseline`, `main` or `high`: of rtsp: with h264"""
     port: int

@@ -43,7 +43,7 @@ protected:
         set_output_families({{.kind = output_kind<Lamp>({.name = "lamp", .doc = "shines"}, check_lamp),
                               .key = "pin",
                               .is_key_of_rig = true,
-                              .fits = [](ImageSize size) -> Result<void> {
+                              .fits = [](const OutputSpec&, ImageSize size) -> Result<void> {
                                   if (size.width <= 640) return {};
                                   return error(ErrorKind::invalid_argument, "too wide for a lamp");
                               }},

@@ -159,6 +159,15 @@ protected:
     }
     void start(OnvifService::Options options) {
         options.site.rtsp_port = 8554;
+        options.site.streams = [](const world::CameraSpec& camera) {
+            std::vector<VideoStream> streams;
+            for (const std::string_view ending : stream_endings)
+                streams.push_back({.ending = std::string(ending),
+                                   .codec = ending == "mjpeg" ? "mjpeg" : "h264",
+                                   .size = camera.size,
+                                   .rate = camera.rate});
+            return streams;
+        };
         service = std::make_unique<OnvifService>(rig, std::move(options));
     }
 

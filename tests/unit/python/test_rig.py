@@ -154,6 +154,7 @@ def test_urls(client_rig):
     assert cam.url(fps=5, quality=80) == "http://127.0.0.1:8123/cameras/lobby/stream.mjpg?fps=5&quality=80"
     assert cam.url("png") == "http://127.0.0.1:8123/cameras/lobby/snapshot.png"
     assert cam.url("rtsp") == "rtsp://127.0.0.1:8555/lobby"
+    assert cam.url("rtsp-sub") == "rtsp://127.0.0.1:8555/lobby/sub"
     assert cam.url("rtsp-mjpeg") == "rtsp://127.0.0.1:8555/lobby/mjpeg"
     client_rig.token = "t0ken+token"
     assert cam.url().endswith("?token=t0ken%2Btoken")

@@ -152,13 +152,14 @@ def _v4l2_camera(state: CameraState, reply: Mapping[str, Any], result: FileSet) 
 
 
 def _gscam2(rig: Rig, state: CameraState, reply: Mapping[str, Any]) -> dict[str, Any]:
-    """RTSP where the rig serves it, H.264 unless the camera's output says MJPEG; else the HTTP stream."""
+    """RTSP where the rig serves it, the main stream unless the camera's output says MJPEG; else the HTTP stream."""
     camera = Camera(rig, state.name)
     by_rtsp = bool(rig.info().get("rtsp"))
     if by_rtsp:
-        as_mjpeg = any(output.get("kind") == "rtsp" and output.get("codec") == "mjpeg" for output in reply.get("outputs", []))
+        codecs = {output.get("codec", "h264") for output in reply.get("outputs", []) if output.get("kind") == "rtsp" and output.get("stream", "main") == "main"}
+        as_mjpeg = "mjpeg" in codecs
         login = f" user-id={_RTSP_USER} user-pw={rig.token}" if rig.token else ""
-        decode = "rtpjpegdepay ! jpegdec" if as_mjpeg else "rtph264depay ! avdec_h264"
+        decode = "rtpjpegdepay ! jpegdec" if as_mjpeg else "rtph265depay ! avdec_h265" if "h265" in codecs else "rtph264depay ! avdec_h264"
         url = camera.url("rtsp-mjpeg" if as_mjpeg else "rtsp")
         source = f"rtspsrc location={url} protocols=tcp latency=0{login} ! {decode}"
     else:

@@ -58,11 +58,14 @@ inline std::optional<FrameTimes> message_in(std::span<const std::byte> sei) {
 }
 
 /// The message of an access unit, if it has one. Reads any bytes.
-inline std::optional<FrameTimes> find_frame_times(std::span<const std::byte> access_unit) {
+inline std::optional<FrameTimes> find_frame_times(std::span<const std::byte> access_unit,
+                                                  NalCodec codec = NalCodec::h264) {
+    const std::size_t header_bytes = codec == NalCodec::h264 ? 1 : 2;
     for (auto nal = next_nal(access_unit, 0); nal; nal = next_nal(access_unit, nal->end)) {
-        if (nal->is_slice()) return std::nullopt;
-        if (nal->type != Nal::sei) continue;
-        const auto payload = unescaped(access_unit.subspan(nal->header + 1, nal->end - nal->header - 1));
+        if (nal->is_slice(codec)) return std::nullopt;
+        if (nal->type(codec) != (codec == NalCodec::h264 ? Nal::h264_sei : Nal::h265_prefix_sei)) continue;
+        const auto payload = unescaped(access_unit.subspan(std::min(nal->header + header_bytes, nal->end),
+                                                           nal->end - std::min(nal->header + header_bytes, nal->end)));
         if (auto found = message_in(payload)) return found;
     }
     return std::nullopt;

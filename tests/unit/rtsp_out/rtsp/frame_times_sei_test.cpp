@@ -37,6 +37,22 @@ TEST(FrameTimesSei, ItStandsBeforeTheFirstSliceAndAfterTheParameterSets) {
         std::equal(before.begin() + slice, before.end(), unit.end() - static_cast<long>(before.size() - slice)));
 }
 
+TEST(FrameTimesSei, OfH265ItIsASeiUnitBeforeTheFirstSliceToo) {
+    // VPS, SPS, PPS (32, 33, 34), an IDR slice (19).
+    const auto before =
+        bytes({0, 0, 0, 1, 0x40, 1, 7, 0, 0, 0, 1, 0x42, 1, 8, 0, 0, 0, 1, 0x44, 1, 9, 0, 0, 1, 0x26, 1, 5});
+    const FrameTimes times{1234, 0, 77'123'456'789, 1'790'000'000'000'000'001};
+    const auto unit = with_frame_times(before, times, NalCodec::h265);
+    EXPECT_EQ(find_frame_times(unit, NalCodec::h265), times);
+    EXPECT_EQ(find_frame_times(before, NalCodec::h265), std::nullopt);
+    const std::size_t slice = 21;
+    EXPECT_TRUE(std::equal(before.begin(), before.begin() + slice, unit.begin()));
+    EXPECT_EQ(unit[slice + 4], std::byte{0x4e});  // type 39
+    EXPECT_EQ(unit[slice + 5], std::byte{1});
+    EXPECT_TRUE(
+        std::equal(before.begin() + slice, before.end(), unit.end() - static_cast<long>(before.size() - slice)));
+}
+
 TEST(FrameTimesSei, NoStartCodeEverAppearsInsideTheMessage) {
     constexpr auto least = std::numeric_limits<std::int64_t>::min();
     const auto slice = bytes({0, 0, 0, 1, 0x41, 1});
