@@ -2,11 +2,13 @@
 
 import asyncio
 import base64
+import concurrent.futures
 import datetime
 import hashlib
 import pathlib
 import re
 import socket
+import time
 import urllib.error
 import urllib.request
 
@@ -251,3 +253,48 @@ def test_a_rig_that_only_looks_turns_no_head_by_onvif(rig):
     status, text, _ = post(port, "<tptz:Stop><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:Stop>")
     assert status == 400 and "--read-only" in text
     assert post(port, "<tptz:GetStatus><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:GetStatus>")[0] == 200
+
+
+@pytest.mark.camrig(scene="minimal", mode="realtime")
+def test_a_thousand_looks_at_the_head_a_second_cost_no_frame_and_move_nothing(rig):
+    port, seconds, connections = free_port(), 5, 4
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz={**HEAD, "speed_deg_s": 10}, position=(-6, 0, 2.5), outputs=[{"kind": "onvif", "port": port}])
+    wait_until(lambda: listens(port), what="the camera's port")
+    reader = cv2.VideoCapture(cam.url())
+    assert reader.read()[0]
+    wait_until(lambda: rig.stats()["cameras"][-1]["rendered"] > 10, what="the first pictures")  # a new camera's first may come late
+    body = f'<e:Envelope xmlns:e="{SOAP}"><e:Body><GetStatus xmlns="{SERVICES["tptz"][0]}"><ProfileToken>dome</ProfileToken></GetStatus></e:Body></e:Envelope>'
+    message = f"POST /onvif/device_service HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/soap+xml\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode()
+
+    def look(told):
+        """Asks 250 times a second on a connection of its own; the answers' numbers of pan, in their order."""
+        with socket.create_connection(("127.0.0.1", port)) as connection, connection.makefile("rb") as answers:
+            begin = time.monotonic()
+            for number in range(1000 // connections * seconds):
+                time.sleep(max(0.0, begin + number / (1000 / connections) - time.monotonic()))
+                connection.sendall(message)
+                assert b" 200 " in answers.readline()
+                length = 0
+                while (line := answers.readline().strip()):
+                    if line.lower().startswith(b"content-length:"):
+                        length = int(line.split(b":")[1])
+                told.append(float(re.search(rb'PanTilt x="([^"]*)"', answers.read(length)).group(1)))
+
+    def books():
+        camera = next(one for one in rig.stats()["cameras"] if one["name"] == "dome")
+        return camera["rendered"], camera["dropped"]
+
+    status = cam.ptz.move(pan_deg=30)
+    (drawn, lost), begin, told = books(), time.monotonic(), [[] for _ in range(connections)]
+    with concurrent.futures.ThreadPoolExecutor(connections + 1) as pool:
+        reading = pool.submit(lambda: [reader.read()[0] for _ in range(25 * seconds - 5)])
+        for done in [pool.submit(look, one) for one in told]:
+            done.result()
+        took = time.monotonic() - begin
+        assert all(reading.result())
+    assert sum(map(len, told)) / took > 900
+    drawn_since, lost_since = books()
+    assert lost_since == lost and drawn_since - drawn >= 24 * seconds
+    # Each connection saw one motion, from rest to rest, as if it alone had looked; and it ended when the head had said that it would.
+    assert all(one == sorted(one, reverse=True) and one[-1] == pytest.approx(-30 / 90) for one in told)
+    assert cam.ptz.status()["true"]["pan_deg"] == 30 and cam.ptz.status()["arrives_ns"] in (None, status["arrives_ns"])

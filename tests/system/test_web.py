@@ -118,6 +118,52 @@ def test_a_head_is_driven_aimed_and_remembers_places(rig, page):
     assert camera.get()["pose"] == base
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_guard_tours_are_made_of_presets_started_stopped_and_removed(rig, browser):
+    from axe_playwright_python.sync_playwright import Axe
+
+    camera = rig.create_camera("dome", size=(320, 240), position=(12, 9, 2.8), look_at=(2, 3, 1), ptz={"preset": "ideal"})
+    for name, pan in (("door", 40), ("desk", -40)):
+        camera.ptz.move(pan_deg=pan)
+        wait_until(lambda: camera.ptz.status()["true"]["pan_deg"] == pan, what="the place")
+        camera.ptz.preset_set(name)
+    camera.ptz.home_goto()
+    with opened(browser, rig.page_url) as page:
+        assert page.is_hidden("#tours")
+        page.click(".tile[data-camera=dome]")
+        page.click("#tours summary")
+        tours = page.locator("#tours")
+        until(page, "document.querySelector('#tours [name=preset]').options.length === 2")
+        for preset, dwell in (("door", "1.5"), ("desk", "4"), ("door", "30")):
+            tours.get_by_label("Stop at").select_option(preset)
+            tours.get_by_label("for").fill(dwell)
+            tours.get_by_role("button", name="Add stop").click()
+        tours.get_by_role("button", name="Leave out stop 3").click()
+        tours.get_by_label("New tour").fill("round")
+        tours.get_by_role("button", name="Make tour").click()
+        until(page, "document.getElementById('tour-list').textContent.includes('round: door 1.5 s → desk 4 s')")
+        assert camera.ptz.status()["tours"] == {"round": [{"preset": "door", "dwell_s": 1.5, "speed": 1}, {"preset": "desk", "dwell_s": 4, "speed": 1}]}
+        assert page.eval_on_selector_all("#tour-stops li", "all => all.length") == 0
+
+        tours.get_by_role("button", name="Start tour round").click()
+        for pan in (40, -40):
+            wait_until(lambda: camera.ptz.status()["true"]["pan_deg"] == pytest.approx(pan), what="a stop of the tour")
+        until(page, "document.querySelector('#tour-list li[aria-current]')")
+        found = Axe().run(page, context="#stage", options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}).response
+        assert [(one["id"], [node["html"][:160] for node in one["nodes"]]) for one in found["violations"]] == []
+        tours.get_by_role("button", name="Stop tour round").click()
+        wait_until(lambda: camera.ptz.status()["tour"] is None, what="its stop")
+        until(page, "!document.querySelector('#tour-list li[aria-current]')")
+
+        # A stop that is gone is said in the rig's words.
+        camera.ptz.preset_remove("desk")
+        tours.get_by_role("button", name="Start tour round").click()
+        page.wait_for_selector("#messages .error")
+        tours.get_by_role("button", name="Remove tour round").click()
+        wait_until(lambda: camera.ptz.status()["tours"] == {}, what="its end")
+        until(page, "document.querySelectorAll('#tour-list li').length === 0")
+
+
 def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):
     page.click("#create")
     page.fill("#new-camera [name=name]", "main")
@@ -322,7 +368,7 @@ def test_every_control_has_a_name_a_place_in_the_order_of_keys_and_enough_contra
     from axe_playwright_python.sync_playwright import Axe
 
     page.wait_for_selector("#map .actor")
-    page.click("summary")
+    page.click("#events summary")
     found = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}).response
     assert [(one["id"], [node["html"][:160] for node in one["nodes"]]) for one in found["violations"]] == []
     assert len(found["passes"]) > 10

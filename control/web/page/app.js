@@ -2,6 +2,7 @@
 import './cameras.js';
 import './fields.js';
 import './head.js';
+import './tours.js';
 import './links.js';
 import './map.js';
 import './rates.js';

@@ -29,7 +29,8 @@ function onlyMoved(params) {
   return { ...rest, ...(pan_deg || tilt_deg ? { pan_deg, tilt_deg } : {}), ...(zoom === 1 ? {} : { zoom }) };
 }
 
-async function tellHead(name, method, params) {
+/** Commands go to a head one after the other; what it answers is shown. */
+export async function tellHead(name, method, params) {
   const command = [method, params];
   const queue = waiting.get(name);
   if (queue) {
@@ -83,8 +84,13 @@ export function haltHead() {
 /** What the picture shows there, -1 to 1 to the right and upwards, comes to its middle. */
 export function aimHead(camera, x, y) { tellHead(camera.name, 'ptz.aim', { x, y }); }
 
+const statusListeners = [];
+/** `run(status)` with every ptz.status of the selected camera's head. */
+export const onStatus = (run) => statusListeners.push(run);
+
 function show(name, status) {
   if (selectedCamera()?.name !== name) return;
+  for (const run of statusListeners) run(status);
   const number = (value, digits) => String(Number(value.toFixed(digits)));
   facts.textContent = `pan ${number(status.pan_deg, 1)}° · tilt ${number(status.tilt_deg, 1)}° · zoom ${number(status.zoom, 2)} · ` +
     (status.turning || status.zooming ? 'moving' : 'stands');
