@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/black_body.h"
 #include "core/frame/srgb.h"
 
 namespace camrig::frame {
@@ -12,28 +13,14 @@ namespace {
 
 using ToneCurve = std::array<std::uint8_t, 256>;
 
-/// Linear sRGB of a black body of this temperature, 1667 to 25000 K, at luminance 1 (Kim et al. 2002, US 7024034 B2:
-/// cubic splines of the Planckian locus).
-std::array<double, 3> black_body(double kelvin) {
-    const double t = 1000 / kelvin;
-    const double x = kelvin <= 4000 ? -0.2661239 * t * t * t - 0.2343589 * t * t + 0.8776956 * t + 0.179910
-                                    : -3.0258469 * t * t * t + 2.1070379 * t * t + 0.2226347 * t + 0.240390;
-    const double y = kelvin <= 2222   ? -1.1063814 * x * x * x - 1.34811020 * x * x + 2.18555832 * x - 0.20219683
-                     : kelvin <= 4000 ? -0.9549476 * x * x * x - 1.37418593 * x * x + 2.09137015 * x - 0.16748867
-                                      : 3.0817580 * x * x * x - 5.87338670 * x * x + 3.75112997 * x - 0.37001483;
-    const double big_x = x / y, big_z = (1 - x - y) / y;
-    return {3.2404542 * big_x - 1.5371385 - 0.4985314 * big_z, -0.9692660 * big_x + 1.8760108 + 0.0415560 * big_z,
-            0.0556434 * big_x - 0.2040259 + 1.0572252 * big_z};
-}
-
 /// What each channel's light is multiplied by. Green keeps its value when the white balance changes.
 std::array<double, 3> factors_of(const ImageControls& controls) {
     const double exposure = controls.auto_exposure ? 1 : std::exp2(controls.exposure_ev);
     const double light = exposure * std::pow(10, controls.gain_db / 20);
     std::array<double, 3> factors{light, light, light};
     if (controls.auto_white_balance) return factors;
-    const auto neutral = black_body(ImageControls{}.white_balance_k), taken = black_body(controls.white_balance_k);
-    for (std::size_t i : {0u, 2u}) factors[i] *= neutral[i] / taken[i] * taken[1] / neutral[1];
+    const auto balance = white_balance_of(controls.white_balance_k);
+    for (std::size_t i : {0u, 2u}) factors[i] *= balance[i];
     return factors;
 }
 

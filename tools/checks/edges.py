@@ -20,6 +20,7 @@ import tempfile
 ALLOWED: dict[str, list[str]] = {
     "core/base": [],
     "core/camera": ["core/base"],
+    "core/sensor": ["core/base", "core/camera"],
     "core/world": ["core/base", "core/camera"],
     "core/frame": ["core/base"],
     "core/codec": ["core/base", "core/frame"],
@@ -134,6 +135,7 @@ GOOD = [
 BAD = [
     ("core/base/a.h", '#include "core/frame/frame.h"', "core/base may use only nothing of ours"),
     ("core/camera/a.h", '#include "core/world/world.h"', "core/camera may use only core/base"),
+    ("core/sensor/a.h", '#include "core/render/renderer.h"', "core/sensor may use only core/base, core/camera"),
     ("core/truth/a.h", '#include "core/render/renderer.h"', "core/truth may use only"),
     ("core/world/a.h", '  #  include <core/render/renderer.h>', "core/world may use only"),
     ("core/render/a.cpp", "#include <GL/gl.h>", "only core/render/gl"),

@@ -1,0 +1,130 @@
+#include "core/sensor/sensor.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "core/base/field_of.h"
+#include "core/base/portable_math.h"
+#include "core/base/random.h"
+#include "core/sensor/bayer.h"
+
+namespace camrig::sensor {
+namespace {
+
+/// More than any well holds, and finite when multiplied by an exposure.
+constexpr float most_light = 1e12f;
+
+float clean(float light) {
+    return light > 0.0f ? std::min(light, most_light) : 0.0f;
+}
+
+std::vector<Sensor::HotPixel> hot_pixels_of(const SensorSpec& spec, ImageSize size) {
+    constexpr std::uint64_t place_stream = 0x686f7400, current_stream = 0x686f7401;  // "hot"
+    std::vector<Sensor::HotPixel> hot;
+    const auto sites = static_cast<std::uint64_t>(size.pixels() * spec.planes());
+    const auto count =
+        static_cast<std::uint64_t>(std::llround(spec.hot_pixels_ppm * 1e-6 * static_cast<double>(sites)));
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const auto at = static_cast<std::int64_t>((random_bits(spec.seed, place_stream, i) >> 32) * sites >> 32);
+        const double u = random_unit(spec.seed, current_stream, i);
+        const auto in_plane = at % size.pixels();
+        hot.push_back({static_cast<int>(at / size.pixels()), static_cast<int>(in_plane / size.width),
+                       static_cast<int>(in_plane % size.width), -portable::log(1.0 - u) * spec.hot_e_per_s});
+    }
+    std::ranges::sort(hot, {}, [](const Sensor::HotPixel& h) { return std::tuple(h.plane, h.y, h.x, h.e_per_s); });
+    return hot;
+}
+
+double factor_of_db(double db) {
+    return portable::exp(db * 0.11512925464970229);  // ln(10) / 20
+}
+
+}  // namespace
+
+Result<Sensor> Sensor::create(const SensorSpec& spec, ImageSize size, const camera::Intrinsics& intrinsics) {
+    if (auto valid = check_fields(fields_of(std::type_identity<SensorSpec>{}), spec); !valid)
+        return std::unexpected(valid.error());
+    if (spec.black() > (spec.max_number() + 1) / 4)
+        return error(ErrorKind::invalid_argument,
+                     "black_level: must be at most " + std::to_string((spec.max_number() + 1) / 4) +
+                         ", a quarter of the range of " + std::to_string(spec.bits) + " bits");
+    if (size.width < 1 || size.height < 1 || size.width > max_row || size.height > max_row)
+        return error(ErrorKind::invalid_argument, "size: must be 1x1 to 8192x8192");
+    return Sensor(spec, size, intrinsics);
+}
+
+Sensor::Sensor(const SensorSpec& spec, ImageSize size, const camera::Intrinsics& intrinsics)
+    : spec_(spec), size_(size), intrinsics_(intrinsics), hot_(hot_pixels_of(spec, size)) {}
+
+RowExposure Sensor::row_of(const Shot& shot, int plane, int y) const {
+    const double root = std::sqrt(spec_.vignetting);
+    const double v = root * (y - intrinsics_.cy) / intrinsics_.fy;
+    const auto number = [](double value) { return static_cast<float>(value); };
+    RowExposure row;
+    row.padded_width = (size_.width + row_piece - 1) / row_piece * row_piece;
+    row.electrons = number(std::min(spec_.electrons_per_s() * shot.exposure_s, 1e20));
+    row.u0 = number(-root * intrinsics_.cx / intrinsics_.fx);
+    row.u_step = number(root / intrinsics_.fx);
+    row.v2 = number(v * v);
+    row.prnu = number(spec_.prnu);
+    row.dark_e = number(spec_.dark_e_per_s * shot.exposure_s);
+    row.limit_e = number(spec_.full_well_e + 10.0 * std::sqrt(spec_.full_well_e) + 100.0);
+    row.full_well_e = number(spec_.full_well_e);
+    row.read_noise_e = number(spec_.read_noise_e);
+    row.dsnu_e = number(spec_.dsnu_e);
+    row.row_e = number(spec_.row_noise_e) * RowNoise::of_row(spec_.seed, plane, shot.frame, y);
+    row.numbers_per_e = number(spec_.numbers_per_e() * factor_of_db(shot.gain_db));
+    row.black = number(spec_.black());
+    row.max_number = number(spec_.max_number());
+    row.noise = RowNoise::of(spec_.seed, RowNoise::Purpose::picture, plane, shot.frame, y);
+    row.fixed = RowNoise::of(spec_.seed, RowNoise::Purpose::fixed_pattern, plane, 0, y);
+    return row;
+}
+
+void Sensor::gather_light(const Light& light, int plane, int y, float* to) const {
+    const std::ptrdiff_t at = y * light.stride;
+    if (spec_.filter == ColorFilter::rgb) {
+        const float* const from = light.planes[plane] + at;
+        for (int x = 0; x < size_.width; ++x) to[x] = clean(from[x]);
+    } else if (spec_.filter == ColorFilter::mono) {
+        const float *const r = light.planes[0] + at, *const g = light.planes[1] + at, *const b = light.planes[2] + at;
+        // Luminance of Rec. 709 primaries.
+        for (int x = 0; x < size_.width; ++x) to[x] = clean(0.2126f * r[x] + 0.7152f * g[x] + 0.0722f * b[x]);
+    } else {
+        const auto responses = spec_.responses();
+        for (int parity = 0; parity < 2; ++parity) {
+            const auto color = static_cast<std::size_t>(color_at(spec_.filter, parity, y));
+            const float* const from = light.planes[color] + at;
+            const auto response = static_cast<float>(responses[color]);
+            for (int x = parity; x < size_.width; x += 2) to[x] = clean(from[x]) * response;
+        }
+    }
+}
+
+void Sensor::expose(const Light& light, const Shot& shot, int first_row, int end_row, std::span<std::uint16_t> numbers,
+                    bool wide) const {
+    CHECK(numbers.size() == count() && 0 <= first_row && first_row <= end_row && end_row <= size_.height);
+    thread_local std::array<float, max_row> lit, mean_e;
+    thread_local std::array<std::uint16_t, max_row> made;
+    for (int plane = 0; plane < spec_.planes(); ++plane) {
+        for (int y = first_row; y < end_row; ++y) {
+            const RowExposure row = row_of(shot, plane, y);
+            std::fill(lit.begin() + size_.width, lit.begin() + row.padded_width, 0.0f);
+            gather_light(light, plane, y, lit.data());
+            expect_electrons(row, lit.data(), mean_e.data(), wide);
+            const auto [hot, end] = std::ranges::equal_range(hot_, std::pair(plane, y), {},
+                                                             [](const HotPixel& h) { return std::pair(h.plane, h.y); });
+            for (const HotPixel& pixel : std::ranges::subrange(hot, end)) {
+                float& mean = mean_e[static_cast<std::size_t>(pixel.x)];
+                mean = std::min(mean + static_cast<float>(pixel.e_per_s * shot.exposure_s), row.limit_e);
+            }
+            count_electrons(row, mean_e.data(), made.data(), wide);
+            std::copy_n(made.data(), size_.width,
+                        numbers.data() + (std::ptrdiff_t{plane} * size_.height + y) * size_.width);
+        }
+    }
+}
+
+}  // namespace camrig::sensor
