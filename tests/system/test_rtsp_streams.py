@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import pathlib
 import re
 import socket
 import time
@@ -190,3 +191,19 @@ def test_settings_that_cannot_be_are_refused(rig):
     with pytest.raises(camrig.CamrigError, match="is the same output as"):
         cam.set(outputs=[{"kind": "rtsp"}, {"kind": "rtsp", "codec": "h265"}])
     assert cam.get()["outputs"] == []
+
+
+def test_without_its_encoder_a_stream_says_what_to_install(scenes, tmp_path, monkeypatch):
+    where = pathlib.Path(run("pkg-config", "--variable=pluginsdir", "gstreamer-1.0").stdout.decode().strip())
+    plugins = tmp_path / "plugins"
+    plugins.mkdir()
+    for plugin in where.glob("libgst*.so"):
+        if plugin.name != "libgstx265.so":
+            (plugins / plugin.name).symlink_to(plugin)
+    monkeypatch.setenv("GST_PLUGIN_SYSTEM_PATH_1_0", str(plugins))
+    monkeypatch.setenv("GST_REGISTRY_1_0", str(tmp_path / "registry.bin"))
+    with camrig.start(str(scenes / "minimal.json"), mode="realtime", args=["--onvif", "0"]) as rig:
+        cam = rig.create_camera("lobby", size=(320, 240), fps=25, outputs=[{"kind": "rtsp", "codec": "h265"}])
+        done = run("ffprobe", "-v", "error", cam.url("rtsp"))
+        assert done.returncode != 0 and b"415" in done.stderr and b"gstreamer1.0-plugins-bad" in done.stderr
+        assert run("ffprobe", "-v", "error", cam.url("rtsp-sub")).returncode == 0

@@ -183,7 +183,7 @@ struct Output {
     std::optional<Size> size = {};  ///< px; of rtsp: with stream sub, at most the camera's; by default half of it
     std::optional<Rate> fps = {};  ///< 1/s; of rtsp: 1/10 to 1000, at most the camera's; by default the camera's, of sub half of it
     std::optional<int> quality = {};  ///< 1 to 100: of rtsp and mjpeg: JPEG quality
-    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp: with h264 and h265; by default 0.15 and 0.1 bits per pixel
+    std::optional<int> bitrate_kbps = {};  ///< kbit/s; 16 to 200000: of rtsp: with h264 and h265; by default 0.15 bits per pixel
     std::optional<double> key_interval_s = {};  ///< s; 0.01 to 60: of rtsp: with h264 and h265: a key frame at least so often
     std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264 and h265
     std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp: with h264

@@ -172,7 +172,7 @@ class Output(TypedDict, total=False):
     quality: int
     """1 to 100: of rtsp and mjpeg: JPEG quality"""
     bitrate_kbps: int
-    """kbit/s; 16 to 200000: of rtsp: with h264 and h265; by default 0.15 and 0.1 bits per pixel"""
+    """kbit/s; 16 to 200000: of rtsp: with h264 and h265; by default 0.15 bits per pixel"""
     key_interval_s: float
     """s; 0.01 to 60: of rtsp: with h264 and h265: a key frame at least so often"""
     preset: Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow"]
