@@ -164,7 +164,7 @@ if __name__ == "__main__":
     parser.add_argument("--user", default="camrig")
     parser.add_argument("--password", default="")
     parser.add_argument("--seconds", type=float, default=60, help="from when somebody is found")
-    parser.add_argument("--age", type=float, default=0.15, help="s from what a picture shows to its arrival here")
+    parser.add_argument("--age", type=float, default=0.05, help="s from what a picture shows to its arrival here")
     parser.add_argument("--truth", metavar="CAMERA", help="of a camrig rig on this machine: say how well it went")
     arguments = parser.parse_args()
     if arguments.truth:

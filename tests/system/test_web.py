@@ -257,7 +257,7 @@ def test_time_stands_still_and_goes_by_steps_and_events_are_told(rig, page):
     page.wait_for_selector("#messages .error")
     assert "not JSON" in page.text_content("#messages")
 
-    page.click("summary")
+    page.click("#events summary")
     page.fill("#add-event [name=name]", "tick")
     page.fill("#add-event [name=when]", '{"every_s": 0.5}')
     page.click("#add-event button")
