@@ -120,8 +120,8 @@ struct RowLoops {
             sum += p;
         }
         CAMRIG_ROW_LOOP Floats counts() const {
-            // A sum that rounding keeps below 1 would count on: no more than 1e-9 of all have.
-            const Floats made = floats_of(count), bound = few + 6.0f * root_of(few) + 6.0f;
+            // A sum that rounding keeps below 1 would count on: of 5e7 about one has more.
+            const Floats made = floats_of(count), bound = few * 2.5f + 9.0f;
             return made < bound ? made : bound;
         }
     };

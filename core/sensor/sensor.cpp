@@ -120,9 +120,10 @@ void Sensor::expose(const Light& light, const Shot& shot, int first_row, int end
                 float& mean = mean_e[static_cast<std::size_t>(pixel.x)];
                 mean = std::min(mean + static_cast<float>(pixel.e_per_s * shot.exposure_s), row.limit_e);
             }
-            count_electrons(row, mean_e.data(), made.data(), wide);
-            std::copy_n(made.data(), size_.width,
-                        numbers.data() + (std::ptrdiff_t{plane} * size_.height + y) * size_.width);
+            std::uint16_t* const to = numbers.data() + (std::ptrdiff_t{plane} * size_.height + y) * size_.width;
+            const bool is_whole = row.padded_width == size_.width;
+            count_electrons(row, mean_e.data(), is_whole ? to : made.data(), wide);
+            if (!is_whole) std::copy_n(made.data(), size_.width, to);
         }
     }
 }

@@ -73,6 +73,13 @@ TEST(AutoExposure, ANewCameraIsRightAfterItsFirstFrames) {
     EXPECT_NEAR(take(loop, sensor, scene(0.25), 9), 0.16, 0.16 * 0.03);
 }
 
+TEST(AutoExposure, ANewCameraThatSeesWhiteOnlyHurries) {
+    const Sensor sensor = sensor_of(mono(), size);
+    AutoExposure loop({.least_highlights = 0.0});
+    for (std::int64_t frame = 0; frame < 11; ++frame) take(loop, sensor, scene(40.0), frame);
+    EXPECT_NEAR(take(loop, sensor, scene(40.0), 11), 0.16, 0.16 * 0.05);
+}
+
 TEST(AutoExposure, HighlightsMakeADarkPictureBrighter) {
     const Sensor sensor = sensor_of(mono(), size);
     AutoExposure loop({});
@@ -91,6 +98,15 @@ TEST(AutoExposure, StaysWithinItsLimits) {
     EXPECT_NEAR(dark.setting().gain_db, 12.0, 1e-6);
     EXPECT_NEAR(bright.setting().exposure_s, 20e-6, 20e-6 * 0.02);
     EXPECT_NEAR(bright.setting().gain_db, 0.0, 1e-6);
+}
+
+TEST(AutoExposure, GainTakesOverWhereExposureEnds) {
+    const Sensor sensor = sensor_of(mono(), size);
+    AutoExposure loop({.max_exposure_s = 0.005});
+    for (std::int64_t frame = 0; frame < 20; ++frame) take(loop, sensor, scene(0.1), frame);
+    EXPECT_NEAR(loop.setting().exposure_s, 0.005, 1e-9);
+    EXPECT_GT(loop.setting().gain_db, 6.0);
+    EXPECT_NEAR(loop.measured(), 0.16, 0.16 * 0.03);
 }
 
 TEST(AutoExposure, EvadesFlickerByWholePeriods) {
