@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "control/onvif/operation.h"
+#include "control/onvif/ptz_description.h"
 
 // ONVIF Media (ver10): profiles, which put together a camera's source, one of its two streams and its head; and where
 // streams and pictures are.

@@ -66,9 +66,6 @@ inline constexpr std::string_view jpeg_ending = "-mjpeg";
 std::string_view camera_of_token(std::string_view token);
 /// The device's camera whose token is the request's child of that name; else the fault with this detail.
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail);
-/// The PTZ configuration and node of a camera with a head.
-std::string ptz_configuration(const world::CameraSpec& spec, std::string_view tag);
-
 /// <PREFIX:NAMEResponse>content</...>
 std::string response(std::string_view operation, std::string_view content);
 /// An xs:duration of whole and parts of days, hours, minutes and seconds; nullopt: it is none, or over a day.
