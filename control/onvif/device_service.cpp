@@ -87,6 +87,7 @@ Answer get_services(const Asked& asked) {
     add(media_space);
     if (asked.has_heads()) add(ptz_space);
     add(imaging_space);
+    add(event_space);
     return response("tds:GetServices", all);
 }
 
@@ -100,7 +101,13 @@ Answer get_service_capabilities(const Asked&) {
 
 Answer get_capabilities(const Asked& asked) {
     const std::string here = text_element("tt:XAddr", asked.device_url());
-    std::string all = element("tt:Device", here) + element("tt:Imaging", here) +
+    std::string all = element("tt:Device", here) +
+                      element("tt:Events", here +
+                                               "<tt:WSSubscriptionPolicySupport>false</tt:WSSubscriptionPolicySupport>"
+                                               "<tt:WSPullPointSupport>true</tt:WSPullPointSupport>"
+                                               "<tt:WSPausableSubscriptionManagerInterfaceSupport>false"
+                                               "</tt:WSPausableSubscriptionManagerInterfaceSupport>") +
+                      element("tt:Imaging", here) +
                       element("tt:Media", here +
                                               "<tt:StreamingCapabilities><tt:RTPMulticast>false</tt:RTPMulticast>"
                                               "<tt:RTP_TCP>true</tt:RTP_TCP><tt:RTP_RTSP_TCP>true</tt:RTP_RTSP_TCP>"

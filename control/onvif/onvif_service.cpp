@@ -11,7 +11,8 @@ namespace {
 constexpr std::size_t max_replies_waiting = 1024;
 
 const Operation* find_operation(const XmlElement& asked) {
-    static const Service services[] = {device_service(), media_service(), ptz_service(), imaging_service()};
+    static const Service services[] = {device_service(),  media_service(), ptz_service(),
+                                       imaging_service(), event_service(), subscription_service()};
     const auto service = std::ranges::find(services, asked.space(), &Service::space);
     if (service == std::end(services)) return nullptr;
     const auto found = std::ranges::find(service->operations, asked.name(), &Operation::name);
@@ -54,14 +55,20 @@ struct OnvifService::Task {
     }
 };
 
-OnvifService::OnvifService(engine::CommandPort& commands, Options options)
+OnvifService::OnvifService(engine::CommandPort& commands, stream::FrameFetcher& frames, Options options)
     : commands_(commands),
       options_(std::move(options)),
       authentication_(options_.token),
-      replies_(1, max_replies_waiting) {}
+      replies_(1, max_replies_waiting),
+      events_(commands, frames) {}
 
 OnvifService::~OnvifService() {
     stop();
+}
+
+void OnvifService::stop() {
+    replies_.stop();
+    events_.stop();
 }
 
 void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)> done) {
@@ -77,10 +84,13 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
                                                       .request = request,
                                                       .host = call.host,
                                                       .device = call.device,
+                                                      .path = call.path,
                                                       .cameras = {},
                                                       .utc_ns = realtime_now_ns()},
                                             .done = std::move(done)});
     if (operation->orders) return ask_head(task);
+    if (operation->on_events)
+        return operation->on_events(task->asked, events_, [task](const Answer& answer) { task->finish(answer); });
     ask_cameras(task);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,6 +30,7 @@ struct Asked {
     XmlElement request;
     std::string host;                                  ///< as the client calls us, with the port
     std::string device;                                ///< the device's camera; empty: the device has all of the rig
+    std::string path;                                  ///< of the URL that was posted to
     std::vector<CameraSpecRef> cameras;                ///< of the device; of an operation on a head, its only
     std::shared_ptr<const world::Camera> camera = {};  ///< of an operation on a head
     TimeNs utc_ns = 0;
@@ -40,7 +42,10 @@ struct Asked {
 /// What heads are told, by the same commands as the methods ptz.* give.
 using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::AimPtz, engine::StopPtz, engine::PtzPresets>;
 
-/// An operation either answers from what is known of the cameras, or tells a head something and answers from that.
+class EventDesk;
+
+/// An operation answers from what is known of the cameras, or tells a head something and answers from that, or asks
+/// the desk of events, which may answer later.
 struct Operation {
     std::string_view name;
     Answer (*answer)(const Asked&) = nullptr;
@@ -48,6 +53,8 @@ struct Operation {
     /// For the head of the profile that the request names; in this order, at least one.
     Answered<std::vector<PtzCommand>> (*orders)(const Asked&) = nullptr;
     std::string (*reply)(const Asked&, const engine::PtzReply&) = nullptr;  ///< to the last of them
+    /// `asked` may be read until it returns; `done` is called once, from any thread.
+    void (*on_events)(const Asked&, EventDesk&, std::function<void(Answer)> done) = nullptr;
 };
 
 /// The operations of a service, by the namespace of their requests.
@@ -59,6 +66,10 @@ Service device_service();
 Service media_service();
 Service ptz_service();
 Service imaging_service();
+inline constexpr std::string_view event_space = "http://www.onvif.org/ver10/events/wsdl";
+Service event_service();
+/// Of WS-BaseNotification: what is done about a subscription.
+Service subscription_service();
 
 // Tokens. A camera's source, configurations and node bear its name, and so does the profile of its H.264 stream; that
 // of its JPEG stream has an ending that no name of a camera has.

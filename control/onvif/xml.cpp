@@ -13,12 +13,6 @@ std::string_view local_name(std::string_view name) {
     return name.substr(name.find(':') + 1);  // npos + 1 is 0
 }
 
-std::string_view trimmed(std::string_view text) {
-    const std::size_t begin = text.find_first_not_of(blanks);
-    if (begin == std::string_view::npos) return {};
-    return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
-}
-
 Error bad(const char* why) {
     return {ErrorKind::invalid_argument, std::string("the message is no XML that this camera reads: ") + why};
 }
@@ -42,6 +36,12 @@ std::size_t character_bytes(std::string_view text) {
 }
 
 }  // namespace
+
+std::string_view trimmed(std::string_view text) {
+    const std::size_t begin = text.find_first_not_of(blanks);
+    if (begin == std::string_view::npos) return {};
+    return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
+}
 
 std::string_view XmlElement::name() const {
     return local_name(node_.name());

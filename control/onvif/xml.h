@@ -43,6 +43,8 @@ private:
 /// invalid_argument: no XML, a document type, or beyond the bounds above.
 Result<void> parse_xml(std::string_view text, pugi::xml_document& document);
 
+/// Without blanks around it.
+std::string_view trimmed(std::string_view text);
 /// For text and attributes; what XML cannot say becomes '?'.
 std::string escaped(std::string_view text);
 /// Six decimals, a point, no exponent, no negative zero, in every locale.

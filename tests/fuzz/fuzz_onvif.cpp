@@ -15,10 +15,13 @@ void require(bool condition) {
 }
 
 /// Answers with a camera, and with where its head is.
-class StandingRig final : public engine::CommandPort {
+class StandingRig final : public engine::CommandPort, public stream::FrameFetcher {
 public:
     void post(engine::Command command) override {
         std::visit([this](auto& request) { answer(request); }, command);
+    }
+    void fetch(stream::FetchRequest, std::function<void(Result<stream::MediaUnit>)> done) override {
+        done(error(ErrorKind::unavailable, "no"));
     }
 
 private:

@@ -1,12 +1,8 @@
 """Cameras as ONVIF devices, as an unmodified client of such devices has them."""
 
 import asyncio
-import base64
 import datetime
-import hashlib
-import pathlib
 import re
-import socket
 import urllib.error
 import urllib.request
 
@@ -19,52 +15,10 @@ from lxml import etree
 
 import camrig
 from conftest import wait_until
+from onvif_messages import SERVICES, SOAP, TOKEN, free_port, listens, post, schemas, security
 
-TOKEN = "onvif-test-token"
-WSDL = pathlib.Path(onvif.__file__).parent / "wsdl"
-SERVICES = {
-    "tds": ("http://www.onvif.org/ver10/device/wsdl", "devicemgmt.wsdl"),
-    "trt": ("http://www.onvif.org/ver10/media/wsdl", "media.wsdl"),
-    "tptz": ("http://www.onvif.org/ver20/ptz/wsdl", "ptz.wsdl"),
-    "timg": ("http://www.onvif.org/ver20/imaging/wsdl", "imaging.wsdl"),
-}
-SOAP = "http://www.w3.org/2003/05/soap-envelope"
-TT = "http://www.onvif.org/ver10/schema"
 FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-def listens(port):
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
-def post(port, operation, header="", fields=()):
-    """The status and the answer to a message whose body is `operation`, with prefixes of our own."""
-    spaces = "".join(f' xmlns:{prefix}="{space}"' for prefix, (space, _) in SERVICES.items())
-    text = f'<e:Envelope xmlns:e="{SOAP}" xmlns:tt="{TT}"{spaces}><e:Header>{header}</e:Header><e:Body>{operation}</e:Body></e:Envelope>'
-    request = urllib.request.Request(f"http://127.0.0.1:{port}/onvif/device_service", text.encode(), dict(fields))
-    try:
-        with urllib.request.urlopen(request, timeout=20) as answer:
-            return answer.status, answer.read().decode(), answer.headers
-    except urllib.error.HTTPError as refused:
-        return refused.code, refused.read().decode(), refused.headers
-
-
-def security(password, nonce=b"0123456789abcdef", age_s=0):
-    created = (datetime.datetime.now(datetime.timezone.utc) - datetime.timedelta(seconds=age_s)).strftime("%Y-%m-%dT%H:%M:%S.000Z")
-    digest = base64.b64encode(hashlib.sha1(nonce + created.encode() + password.encode()).digest()).decode()
-    return (
-        '<Security xmlns="http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-wssecurity-secext-1.0.xsd"><UsernameToken><Username>viewer</Username>'
-        f'<Password Type="http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-username-token-profile-1.0#PasswordDigest">{digest}</Password>'
-        f"<Nonce>{base64.b64encode(nonce).decode()}</Nonce><Created>{created}</Created></UsernameToken></Security>"
-    )
 
 
 @pytest.fixture
@@ -164,17 +118,13 @@ READ = """
     tptz:GetCompatibleConfigurations/ProfileToken tptz:GetConfigurationOptions/ConfigurationToken tptz:GetStatus/ProfileToken tptz:GetPresets/ProfileToken
     tptz:Stop/ProfileToken tptz:SetPreset/ProfileToken tptz:GotoHomePosition/ProfileToken tptz:SetHomePosition/ProfileToken
     timg:GetServiceCapabilities timg:GetImagingSettings/VideoSourceToken timg:GetOptions/VideoSourceToken timg:GetMoveOptions/VideoSourceToken timg:GetStatus/VideoSourceToken
+    tev:GetServiceCapabilities tev:GetEventProperties tev:CreatePullPointSubscription
 """.split()
 
 
 def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
     guarded.create_camera("dome", size=(320, 240), ptz=HEAD)
-    schemas = {}
-    for prefix, (_, name) in SERVICES.items():
-        tree = etree.fromstring((WSDL / name).read_bytes(), base_url=str(WSDL / name))
-        (schema,) = tree.iterfind(".//{http://www.w3.org/2001/XMLSchema}schema")
-        # As a document of its own; what it imports lies beside it.
-        schemas[prefix] = etree.XMLSchema(etree.fromstring(etree.tostring(schema), base_url=str(WSDL / name)))
+    of_service = schemas()
     port = guarded.call("server.info")["onvif"]
     for line in READ:
         operation, _, token = line.partition("/")
@@ -184,7 +134,7 @@ def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
         assert status == 200, (line, text)
         (answer,) = etree.fromstring(text.encode()).find(f"{{{SOAP}}}Body")
         assert etree.QName(answer) == f"{{{SERVICES[prefix][0]}}}{name}Response"
-        schemas[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
+        of_service[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
 
 
 def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):

@@ -185,7 +185,11 @@ http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
     };
     hooks.challenge = [&onvif] { return onvif.authentication().http_challenge(realtime_now_ns()); };
     hooks.call = [&onvif](http::DeviceCall call, std::function<void(http::DeviceAnswer)> reply) {
-        onvif.handle({std::move(call.device), std::move(call.host), call.shows_token, std::move(call.body)},
+        onvif.handle({.device = std::move(call.device),
+                      .host = std::move(call.host),
+                      .path = std::move(call.path),
+                      .shows_token = call.shows_token,
+                      .body = std::move(call.body)},
                      [reply = std::move(reply)](onvif::OnvifReply made) {
                          reply({.status = made.status,
                                 .content_type = "application/soap+xml; charset=utf-8",
@@ -323,9 +327,10 @@ int run_serve(const ServeOptions& options) {
     facts.add("rtsp", (*rtsp)->port());
 
     onvif::OnvifService onvif(
-        **engine, {.site = {.version = version, .rtsp_scheme = (*rtsp)->scheme(), .rtsp_port = (*rtsp)->port()},
-                   .token = *token,
-                   .may_command = !options.read_only});
+        **engine, **engine,
+        {.site = {.version = version, .rtsp_scheme = (*rtsp)->scheme(), .rtsp_port = (*rtsp)->port()},
+         .token = *token,
+         .may_command = !options.read_only});
     auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
     hooks.device = device_hooks(onvif);
     auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));

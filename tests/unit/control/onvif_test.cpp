@@ -148,9 +148,10 @@ protected:
         }
     }
 
-    OnvifReply ask(const std::string& text, const std::string& device = {}) {
+    OnvifReply ask(const std::string& text, const std::string& device = {},
+                   const std::string& path = "/onvif/device_service") {
         std::promise<OnvifReply> answer;
-        service->handle({device, "10.0.0.9:81", false, text},
+        service->handle({device, "10.0.0.9:81", path, false, text},
                         [&answer](OnvifReply reply) { answer.set_value(std::move(reply)); });
         return answer.get_future().get();
     }
@@ -159,7 +160,7 @@ protected:
     }
     void start(OnvifService::Options options) {
         options.site.rtsp_port = 8554;
-        service = std::make_unique<OnvifService>(rig, std::move(options));
+        service = std::make_unique<OnvifService>(rig, rig, std::move(options));
     }
 
     control::FakeRig rig;
