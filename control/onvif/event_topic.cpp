@@ -20,7 +20,7 @@ struct TopicRow {
 };
 
 /// By EventTopic; of one parent, one after the other.
-constexpr std::array<TopicRow, event_topic_count> rows{{
+constexpr std::array<TopicRow, event_topic_count> topic_rows{{
     {"VideoSource/MotionAlarm", "Source", "State"},
     {"VideoSource/GlobalSceneChange/ImagingService", "Source", "State"},
     {"VideoSource/ImageTooBlurry/ImagingService", "Source", "State"},
@@ -32,7 +32,7 @@ constexpr std::array<TopicRow, event_topic_count> rows{{
 }};
 
 const TopicRow& row_of(EventTopic topic) {
-    return rows[static_cast<std::size_t>(topic)];
+    return topic_rows[static_cast<std::size_t>(topic)];
 }
 
 std::vector<std::string_view> split(std::string_view text, char mark) {
@@ -106,7 +106,7 @@ std::string topic_set() {
     const auto close_to = [&](std::size_t depth) {
         for (; open.size() > depth; open.pop_back()) text += "</" + name(open.size() - 1) + ">";
     };
-    for (const TopicRow& row : rows) {
+    for (const TopicRow& row : topic_rows) {
         const auto parts = split(row.path, '/');
         close_to(static_cast<std::size_t>(std::ranges::mismatch(open, parts).in1 - open.begin()));
         while (open.size() < parts.size()) {
@@ -136,8 +136,8 @@ Answered<EventTopics> read_filter(XmlElement filter) {
         return refuse("wsnt:InvalidTopicExpressionFault", "a topic expression is at most 1024 bytes");
     EventTopics topics;
     for (const std::string_view one : split(text, '|'))
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            if (fits(trimmed(one), rows[i].path)) topics.set(i);
+        for (std::size_t i = 0; i < topic_rows.size(); ++i)
+            if (fits(trimmed(one), topic_rows[i].path)) topics.set(i);
     if (topics.none()) return refuse("wsnt:TopicNotSupportedFault", "none of the topics that are told of is named");
     return topics;
 }

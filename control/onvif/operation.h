@@ -17,6 +17,7 @@ struct Site {
     std::string version;
     std::string rtsp_scheme = "rtsp";
     std::uint16_t rtsp_port = 0;
+    bool is_discoverable = false;  ///< by WS-Discovery
 };
 
 /// Who may ask for an operation (ONVIF Core, "Access classes"): everybody; who shows the token; who may command too.

@@ -13,6 +13,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "control/onvif/discovery_server.h"
 #include "control/onvif/onvif_output.h"
 #include "control/onvif/onvif_service.h"
 #include "control/rpc/rpc_server.h"
@@ -210,14 +211,20 @@ Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& 
     return opened.get_future().get();
 }
 
-onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http) {
+/// `discovery` is told of what can be found; nullptr: nobody is.
+onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, onvif::DiscoveryServer* discovery) {
     return {.open =
-                [&http](const std::string& camera, std::uint16_t port) {
-                    http.open_device_port(camera, port, [camera](const Result<std::uint16_t>& opened) {
-                        if (!opened) spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
+                [&http, discovery](const std::string& camera, std::uint16_t port) {
+                    http.open_device_port(camera, port, [camera, discovery](const Result<std::uint16_t>& opened) {
+                        if (!opened) return spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
+                        if (discovery) discovery->add(camera, *opened);
                     });
                 },
-            .close = [&http](const std::string& camera, std::uint16_t port) { http.close_device_port(camera, port); }};
+            .close =
+                [&http, discovery](const std::string& camera, std::uint16_t port) {
+                    http.close_device_port(camera, port);
+                    if (discovery) discovery->remove(camera, port);
+                }};
 }
 
 http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
@@ -326,11 +333,19 @@ int run_serve(const ServeOptions& options) {
     if (!rtsp) return fail(rtsp.error());
     facts.add("rtsp", (*rtsp)->port());
 
-    onvif::OnvifService onvif(
-        **engine, **engine,
-        {.site = {.version = version, .rtsp_scheme = (*rtsp)->scheme(), .rtsp_port = (*rtsp)->port()},
-         .token = *token,
-         .may_command = !options.read_only});
+    onvif::OnvifService onvif(**engine, **engine,
+                              {.site = {.version = version,
+                                        .rtsp_scheme = (*rtsp)->scheme(),
+                                        .rtsp_port = (*rtsp)->port(),
+                                        .is_discoverable = !options.onvif_discovery.empty()},
+                               .token = *token,
+                               .may_command = !options.read_only});
+    std::unique_ptr<onvif::DiscoveryServer> discovery;  // the HTTP server tells it of ports
+    if (!options.onvif_discovery.empty()) {
+        auto made = onvif::DiscoveryServer::create(options.onvif_discovery, options.host, **engine);
+        if (!made) return fail(made.error());
+        discovery = std::move(*made);
+    }
     auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
     hooks.device = device_hooks(onvif);
     auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));
@@ -339,7 +354,8 @@ int run_serve(const ServeOptions& options) {
     const auto onvif_port = open_onvif(options, **http);
     if (!onvif_port) return fail(onvif_port.error());
     if (options.onvif_port) facts.add("onvif", *onvif_port);
-    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, onvif_doors(**http));
+    if (discovery && options.onvif_port) discovery->add("", *onvif_port);
+    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, onvif_doors(**http, discovery.get()));
 
     auto control = control::ControlServer::create({.unix_path = options.control,
                                                    .host = options.host,
@@ -365,6 +381,7 @@ int run_serve(const ServeOptions& options) {
     (*rtsp)->stop();
     onvif_ports.reset();
     (*http)->stop();
+    if (discovery) discovery->stop();
     onvif.stop();
     rpc.stop();
     truth_text.stop();
