@@ -11,6 +11,7 @@ namespace {
 
 using Done = std::function<void(Answer)>;
 
+constexpr TimeNs longest_asked_ns = 366 * day_ns;  ///< what is granted is PullPoints' matter
 constexpr std::string_view subscription_path = "/onvif/sub/";
 
 /// In UTC, of an end by CLOCK_MONOTONIC.
@@ -22,12 +23,12 @@ std::string end_text(TimeNs utc_ns, TimeNs ends_ns) {
 Answered<TimeNs> life_of(const Asked& asked, std::string_view child) {
     const std::string_view text = asked.request.text(child);
     if (text.empty()) return PullPoints::default_life_ns;
-    if (const auto lasts = duration_of(text)) return *lasts;
+    if (const auto lasts = duration_of(text, longest_asked_ns)) return *lasts;
     if (const auto until = time_of_text(text); until && *until > asked.utc_ns) return *until - asked.utc_ns;
     return std::unexpected(Fault{true,
                                  "wsnt:UnacceptableTerminationTimeFault",
                                  {},
-                                 std::string(child) + " is a duration as PT60S, a day at most, or a time to come"});
+                                 std::string(child) + " is a duration as PT60S, or a time to come"});
 }
 
 /// 0, which none has: the path is that of no subscription.
@@ -56,7 +57,7 @@ void create(const Asked& asked, EventDesk& desk, Done done) {
 
 void pull(const Asked& asked, EventDesk& desk, Done done) {
     const std::string_view given = asked.request.text("Timeout"), limit_text = asked.request.text("MessageLimit");
-    const auto wait = given.empty() ? std::optional(PullPoints::max_pull_ns) : duration_of(given);
+    const auto wait = given.empty() ? std::optional(PullPoints::max_pull_ns) : duration_of(given, longest_asked_ns);
     std::size_t limit = PullPoints::max_messages;
     const auto [end, failed] = std::from_chars(limit_text.data(), limit_text.data() + limit_text.size(), limit);
     if (!wait || (!limit_text.empty() && (failed != std::errc{} || end != limit_text.data() + limit_text.size())))

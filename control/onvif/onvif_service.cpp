@@ -9,6 +9,7 @@ namespace camrig::onvif {
 namespace {
 
 constexpr std::size_t max_replies_waiting = 1024;
+constexpr int max_retries = 16;
 
 const Operation* find_operation(const XmlElement& asked) {
     static const Service services[] = {device_service(),  media_service(), ptz_service(),
@@ -26,17 +27,18 @@ OnvifReply reply_of(const Fault& fault) {
 /// What the engine says of a request that was well formed.
 Fault fault_of(const Error& why, bool is_of_camera, const PtzCommand* order) {
     const auto sent = [&](std::string_view detail) { return Fault{true, "InvalidArgVal", detail, why.message}; };
-    const bool is_about_presets = order && std::holds_alternative<engine::PtzPresets>(*order);
     switch (why.kind) {
         case ErrorKind::not_found:
             return sent(is_of_camera ? "NoProfile" : "NoToken");
         case ErrorKind::invalid_argument:
             return sent(order && std::holds_alternative<engine::AimPtz>(*order) ? "InvalidTranslation"
                                                                                 : "InvalidPosition");
+        case ErrorKind::already_exists:
+            return sent("PresetExist");
         case ErrorKind::unsupported:
             return not_implemented("PTZNotSupported");
         default:
-            return {false, "Action", is_about_presets ? "TooManyPresets" : "", why.message};
+            return {false, "Action", "", why.message};
     }
 }
 
@@ -48,6 +50,7 @@ struct OnvifService::Task {
     Asked asked;
     std::vector<PtzCommand> orders = {};
     std::size_t given = 0;  ///< of the orders
+    int retries = 0;
     std::function<void(OnvifReply)> done;
 
     void finish(const Answer& answer) const {
@@ -119,6 +122,7 @@ auto OnvifService::on_reply(const TaskRef& task, void (OnvifService::*next)(cons
         std::function<void()> job = [this, task, next, shared] {
             if (*shared) return (this->*next)(task, std::move(**shared));
             const PtzCommand* order = task->given > 0 ? &task->orders[task->given - 1] : nullptr;
+            if (shared->error().kind == ErrorKind::already_exists && retry(task)) return;
             task->finish(std::unexpected(fault_of(shared->error(), !order, order)));
         };
         if (!replies_.post(std::move(job)))
@@ -139,6 +143,14 @@ void OnvifService::ask_head(const TaskRef& task) {
     if (!asked.device.empty() && name != asked.device)
         return task->finish(invalid_argument("NoProfile", "there is no such profile"));
     commands_.post(engine::Request<engine::GetCamera>{{name}, on_reply(task, &OnvifService::take_camera)});
+}
+
+bool OnvifService::retry(const TaskRef& task) {
+    // Somebody else took the number that was free; a name that the client gave stays taken.
+    if (!task->asked.request.text("PresetName").empty() || ++task->retries > max_retries) return false;
+    task->given = 0;
+    ask_head(task);
+    return true;
 }
 
 void OnvifService::take_cameras(const TaskRef& task, std::vector<engine::CameraReply> cameras) {

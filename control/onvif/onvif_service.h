@@ -56,6 +56,8 @@ private:
     void ask_head(const TaskRef& task);
     void answer(const TaskRef& task);
     void give_next_order(const TaskRef& task);
+    /// Whether an order that came too late is given once more, from what is so now.
+    bool retry(const TaskRef& task);
     /// Hands what the engine answered to the thread that makes text of it.
     template <typename T>
     auto on_reply(const TaskRef& task, void (OnvifService::*next)(const TaskRef&, T));

@@ -80,7 +80,8 @@ std::string_view camera_of_token(std::string_view token);
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail);
 /// <PREFIX:NAMEResponse>content</...>
 std::string response(std::string_view operation, std::string_view content);
-/// An xs:duration of whole and parts of days, hours, minutes and seconds; nullopt: it is none, or over a day.
-std::optional<TimeNs> duration_of(std::string_view text);
+inline constexpr TimeNs day_ns = 86'400 * ns_per_s;
+/// An xs:duration of whole and parts of days, hours, minutes and seconds; nullopt: it is none, or over the longest.
+std::optional<TimeNs> duration_of(std::string_view text, TimeNs longest_ns = day_ns);
 
 }  // namespace camrig::onvif

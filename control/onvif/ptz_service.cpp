@@ -115,9 +115,11 @@ Orders set_preset(const Asked& asked) {
     if (by_token && !is_there && preset != home_preset)
         return invalid_argument("NoToken", "there is no preset of this token");
     if (!by_token && is_there) return invalid_argument("PresetExist", "there is a preset of this name");
-    if (preset.size() > max_preset_name || escaped(preset).contains('?'))
+    if (preset.size() > max_preset_name || !is_xml_text(preset))
         return invalid_argument("InvalidPresetName", "a preset's name is text of at most 64 bytes");
-    return preset_order(asked, preset, engine::PtzPresets::Action::set);
+    if (!is_there && presets_of(asked).size() >= camera::PtzHead::max_presets)
+        return std::unexpected(Fault{false, "Action", "TooManyPresets", "the head has as many presets as it may have"});
+    return preset_order(asked, preset, by_token ? engine::PtzPresets::Action::set : engine::PtzPresets::Action::add);
 }
 
 Orders goto_preset(const Asked& asked) {

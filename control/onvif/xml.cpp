@@ -75,7 +75,7 @@ std::string_view XmlElement::text() const {
 
 std::optional<std::string_view> XmlElement::attribute(std::string_view name) const {
     for (const pugi::xml_attribute one : node_.attributes())
-        if (local_name(one.name()) == name) return one.value();
+        if (one.name() == name) return one.value();
     return std::nullopt;
 }
 
@@ -102,6 +102,15 @@ Result<void> parse_xml(std::string_view text, pugi::xml_document& document) {
         if (at) at = at.next_sibling();
     }
     return {};
+}
+
+bool is_xml_text(std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t bytes = character_bytes(text);
+        if (bytes == 0) return false;
+        text.remove_prefix(bytes);
+    }
+    return true;
 }
 
 std::string escaped(std::string_view text) {

@@ -3,6 +3,7 @@
 import asyncio
 import datetime
 import re
+import socket
 import urllib.error
 import urllib.request
 
@@ -160,6 +161,18 @@ def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
         urllib.request.urlopen(f"http://127.0.0.1:{port}/cameras/dome/snapshot.jpg")
     with pytest.raises(urllib.error.HTTPError, match="404"):
         opener.open(f"http://127.0.0.1:{port}/cameras")
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_a_port_that_another_program_has_is_an_error_to_who_asks_for_it(rig):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        taken = other.getsockname()[1]
+        with pytest.raises(camrig.CamrigError, match=f"{taken}"):
+            rig.create_camera("dome", size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])
+    # One that moves from camera to camera is the rig's own all the time.
+    for name in ("one", "two", "three"):
+        camera = rig.create_camera(name, size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])
+        camera.delete()
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])

@@ -212,13 +212,16 @@ Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& 
 }
 
 /// `discovery` is told of what can be found; nullptr: nobody is.
-onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, onvif::DiscoveryServer* discovery) {
+onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, std::shared_ptr<onvif::DevicePorts> ports,
+                                     onvif::DiscoveryServer* discovery) {
     return {.open =
-                [&http, discovery](const std::string& camera, std::uint16_t port) {
-                    http.open_device_port(camera, port, [camera, discovery](const Result<std::uint16_t>& opened) {
-                        if (!opened) return spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
-                        if (discovery) discovery->add(camera, *opened);
-                    });
+                [&http, ports = std::move(ports), discovery](const std::string& camera, std::uint16_t port) {
+                    http.open_device_port(
+                        camera, port, [camera, ports, discovery](const Result<std::uint16_t>& opened) {
+                            if (!opened) return spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
+                            ports->had(*opened);
+                            if (discovery) discovery->add(camera, *opened);
+                        });
                 },
             .close =
                 [&http, discovery](const std::string& camera, std::uint16_t port) {
@@ -295,6 +298,8 @@ int run_serve(const ServeOptions& options) {
     if (!access) return fail(access.error());
     auto folder = RigFolder::claim(options.control);
     if (!folder) return fail(folder.error());
+    const auto device_ports = std::make_shared<onvif::DevicePorts>(options.host);
+    register_outputs(device_ports);
     auto scene = load_scene(options.scene, options.scene_options);
     if (!scene) return fail(scene.error());
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
@@ -355,7 +360,8 @@ int run_serve(const ServeOptions& options) {
     if (!onvif_port) return fail(onvif_port.error());
     if (options.onvif_port) facts.add("onvif", *onvif_port);
     if (discovery && options.onvif_port) discovery->add("", *onvif_port);
-    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, onvif_doors(**http, discovery.get()));
+    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus,
+                                                 onvif_doors(**http, device_ports, discovery.get()));
 
     auto control = control::ControlServer::create({.unix_path = options.control,
                                                    .host = options.host,
