@@ -16,7 +16,7 @@ from lxml import etree
 
 import camrig
 from conftest import wait_until
-from onvif_messages import SERVICES, SOAP, TOKEN, free_port, listens, post, schemas, security
+from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, free_port, listens, post, schemas, security
 
 FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
@@ -213,3 +213,26 @@ def test_a_rig_that_only_looks_turns_no_head_by_onvif(rig):
     status, text, _ = post(port, "<tptz:Stop><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:Stop>")
     assert status == 400 and "--read-only" in text
     assert post(port, "<tptz:GetStatus><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:GetStatus>")[0] == 200
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])
+def test_what_is_not_there_is_the_proper_fault_in_every_service(rig):
+    """Of all operations that the schemas of ONVIF have for these services: an answer, or a fault that says why not."""
+    rig.create_camera("dome", size=(320, 240), ptz=HEAD)
+    port = rig.call("server.info")["onvif"]
+    counts = {"answered": 0, "refused": 0, "absent": 0}
+    for prefix in ("tds", "tptz", "timg", "tev"):
+        space, name = SERVICES[prefix]
+        tree = etree.fromstring((WSDL / name).read_bytes())
+        for operation in sorted({one.get("name") for one in tree.iter("{http://schemas.xmlsoap.org/wsdl/}operation")}):
+            status, text, _ = post(port, f'<o:{operation} xmlns:o="{space}"/>')
+            subcodes = re.findall("<s:Value>([a-z-]+:[A-Za-z]+)<", text)
+            if status == 200:
+                counts["answered"] += 1
+            elif "ter:ActionNotSupported" in subcodes:
+                assert status == 500 and subcodes[0] == "s:Receiver", operation
+                counts["absent"] += 1
+            else:
+                assert status == 400 and subcodes[0] == "s:Sender" and len(subcodes) >= 2, (operation, text)
+                counts["refused"] += 1
+    assert counts["absent"] > 50 and counts["answered"] > 20 and counts["refused"] > 5, counts
