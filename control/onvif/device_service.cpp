@@ -1,9 +1,6 @@
 #include <chrono>
-#include <cstdint>
-#include <cstdio>
 
-#include <unistd.h>
-
+#include "control/onvif/device_identity.h"
 #include "control/onvif/operation.h"
 
 // ONVIF Core, "Device management": what the device is, and where its services are.
@@ -15,38 +12,6 @@ constexpr std::string_view media2_space = "http://www.onvif.org/ver20/media/wsdl
 constexpr std::string_view ptz_space = "http://www.onvif.org/ver20/ptz/wsdl";
 constexpr std::string_view imaging_space = "http://www.onvif.org/ver20/imaging/wsdl";
 constexpr std::string_view device_space = "http://www.onvif.org/ver10/device/wsdl";
-
-std::string host_name() {
-    char name[256] = {};
-    return ::gethostname(name, sizeof name - 1) == 0 ? name : "camrig";
-}
-
-/// A number of the device, the same each time: clients know a device again by what is made of it. FNV-1a.
-std::uint64_t number_of(const Asked& asked) {
-    std::uint64_t number = 0xcbf29ce484222325;
-    for (const char one : host_name() + "/" + asked.device)
-        number = (number ^ static_cast<unsigned char>(one)) * 0x100000001b3;
-    return number;
-}
-
-std::string hex_of(std::uint64_t number, int digits) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%0*llx", digits,
-                  static_cast<unsigned long long>(digits == 16 ? number : number & ((1ull << 4 * digits) - 1)));
-    return text;
-}
-
-/// Of a locally administered address, which no maker of devices has.
-std::string hardware_address(const Asked& asked) {
-    const std::string digits = hex_of(number_of(asked), 10);
-    std::string text = "02";
-    for (std::size_t i = 0; i < digits.size(); i += 2) text += ":" + digits.substr(i, 2);
-    return text;
-}
-
-std::string device_name(const Asked& asked) {
-    return asked.device.empty() ? "camrig" : asked.device;
-}
 
 /// Without brackets and port.
 std::string address_of(std::string_view host) {
@@ -89,20 +54,30 @@ Answer get_services(const Asked& asked) {
     add(media2_space);
     if (asked.has_heads()) add(ptz_space);
     add(imaging_space);
+    add(event_space);
     return response("tds:GetServices", all);
 }
 
-Answer get_service_capabilities(const Asked&) {
+Answer get_service_capabilities(const Asked& asked) {
+    const std::string discovers = asked.site.is_discoverable ? "true" : "false";
     return response("tds:GetServiceCapabilities",
                     R"(<tds:Capabilities><tds:Network IPFilter="false" ZeroConfiguration="false" IPVersion6="true")"
                     R"( DynDNS="false"/><tds:Security TLS1.0="false" UsernameToken="true" HttpDigest="true"/>)"
-                    R"(<tds:System DiscoveryResolve="false" DiscoveryBye="false" RemoteDiscovery="false")"
-                    R"( SystemBackup="false" SystemLogging="false" FirmwareUpgrade="false"/></tds:Capabilities>)");
+                    R"(<tds:System DiscoveryResolve=")" +
+                        discovers + R"(" DiscoveryBye=")" + discovers +
+                        R"(" RemoteDiscovery="false")"
+                        R"( SystemBackup="false" SystemLogging="false" FirmwareUpgrade="false"/></tds:Capabilities>)");
 }
 
 Answer get_capabilities(const Asked& asked) {
     const std::string here = text_element("tt:XAddr", asked.device_url());
-    std::string all = element("tt:Device", here) + element("tt:Imaging", here) +
+    std::string all = element("tt:Device", here) +
+                      element("tt:Events", here +
+                                               "<tt:WSSubscriptionPolicySupport>false</tt:WSSubscriptionPolicySupport>"
+                                               "<tt:WSPullPointSupport>true</tt:WSPullPointSupport>"
+                                               "<tt:WSPausableSubscriptionManagerInterfaceSupport>false"
+                                               "</tt:WSPausableSubscriptionManagerInterfaceSupport>") +
+                      element("tt:Imaging", here) +
                       element("tt:Media", here +
                                               "<tt:StreamingCapabilities><tt:RTPMulticast>false</tt:RTPMulticast>"
                                               "<tt:RTP_TCP>true</tt:RTP_TCP><tt:RTP_RTSP_TCP>true</tt:RTP_RTSP_TCP>"
@@ -115,7 +90,7 @@ Answer get_device_information(const Asked& asked) {
     return response("tds:GetDeviceInformation",
                     "<tds:Manufacturer>camrig</tds:Manufacturer><tds:Model>virtual camera</tds:Model>" +
                         text_element("tds:FirmwareVersion", asked.site.version) +
-                        text_element("tds:SerialNumber", hex_of(number_of(asked), 16)) +
+                        text_element("tds:SerialNumber", serial_number(asked.device)) +
                         text_element("tds:HardwareId", "camrig"));
 }
 
@@ -123,7 +98,7 @@ Answer get_network_interfaces(const Asked& asked) {
     const std::string address = address_of(asked.host);
     const bool is_ipv4 = !address.empty() && address.find_first_not_of("0123456789.") == std::string::npos;
     const std::string info =
-        element("tt:Info", "<tt:Name>eth0</tt:Name>" + text_element("tt:HwAddress", hardware_address(asked)) +
+        element("tt:Info", "<tt:Name>eth0</tt:Name>" + text_element("tt:HwAddress", hardware_address(asked.device)) +
                                "<tt:MTU>1500</tt:MTU>");
     const std::string manual =
         is_ipv4 ? element("tt:Manual", text_element("tt:Address", address) + "<tt:PrefixLength>24</tt:PrefixLength>")
@@ -147,16 +122,8 @@ Answer get_network_protocols(const Asked& asked) {
 
 Answer get_scopes(const Asked& asked) {
     std::string all;
-    const auto add = [&](const std::string& scope) {
-        all += element("tds:Scopes", "<tt:ScopeDef>Fixed</tt:ScopeDef>" +
-                                         text_element("tt:ScopeItem", "onvif://www.onvif.org/" + scope));
-    };
-    add("Profile/Streaming");
-    add("type/video_encoder");
-    if (asked.has_heads()) add("type/ptz");
-    add("name/" + device_name(asked));
-    add("hardware/camrig");
-    add("MAC/" + hardware_address(asked));
+    for (const std::string& scope : scopes_of(asked.device, asked.has_heads()))
+        all += element("tds:Scopes", "<tt:ScopeDef>Fixed</tt:ScopeDef>" + text_element("tt:ScopeItem", scope));
     return response("tds:GetScopes", all);
 }
 
@@ -166,13 +133,7 @@ Answer get_hostname(const Asked&) {
 }
 
 Answer get_endpoint_reference(const Asked& asked) {
-    const std::uint64_t number = number_of(asked);
-    const std::string digits = hex_of(number * 0x9e3779b97f4a7c15, 16) + hex_of(number, 16);
-    // A UUID of version 8, "custom" (RFC 9562, 5.8).
-    return response(
-        "tds:GetEndpointReference",
-        text_element("tds:GUID", "urn:uuid:" + digits.substr(0, 8) + "-" + digits.substr(8, 4) + "-8" +
-                                     digits.substr(13, 3) + "-8" + digits.substr(17, 3) + "-" + digits.substr(20)));
+    return response("tds:GetEndpointReference", text_element("tds:GUID", endpoint_address(asked.device)));
 }
 
 /// What many ask for and little depends on.
@@ -201,8 +162,9 @@ const Operation operations[] = {
          return response("tds:GetNetworkDefaultGateway", element("tds:NetworkGateway", ""));
      }},
     {"GetDiscoveryMode",
-     [](const Asked&) -> Answer {
-         return response("tds:GetDiscoveryMode", "<tds:DiscoveryMode>NonDiscoverable</tds:DiscoveryMode>");
+     [](const Asked& asked) -> Answer {
+         const char* const mode = asked.site.is_discoverable ? "Discoverable" : "NonDiscoverable";
+         return response("tds:GetDiscoveryMode", element("tds:DiscoveryMode", mode));
      }},
     {"GetUsers", [](const Asked&) -> Answer { return response("tds:GetUsers", ""); }},
     {"GetRelayOutputs", [](const Asked&) -> Answer { return response("tds:GetRelayOutputs", ""); }},

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "control/onvif/media.h"
+#include "control/onvif/ptz_description.h"
 
 // ONVIF Media (ver10): profiles, which put together a camera's source, one of its streams and its head; and where
 // streams and pictures are. It knows no H.265: an encoder of that codec is seen and set by Media2, and by this service

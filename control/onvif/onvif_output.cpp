@@ -1,5 +1,7 @@
 #include "control/onvif/onvif_output.h"
 
+#include "core/base/tcp_listener.h"
+
 namespace camrig::onvif {
 
 FieldTable<OnvifOutput> fields_of(std::type_identity<OnvifOutput>) {
@@ -8,12 +10,32 @@ FieldTable<OnvifOutput> fields_of(std::type_identity<OnvifOutput>) {
     return table;
 }
 
-OutputFamily onvif_family() {
+Result<void> DevicePorts::check(std::uint16_t port) {
+    const std::lock_guard lock(mutex_);
+    if (had_.contains(port)) return {};
+    const auto tried = listen_tcp({.name = "onvif",
+                                   .port_option = "another port of the output",
+                                   .host = host_,
+                                   .port = port,
+                                   .asks_for_token = true});
+    if (!tried) return std::unexpected(tried.error());
+    return {};
+}
+
+void DevicePorts::had(std::uint16_t port) {
+    const std::lock_guard lock(mutex_);
+    had_.insert(port);
+}
+
+OutputFamily onvif_family(std::shared_ptr<DevicePorts> ports) {
     return {.kind = output_kind<OnvifOutput>(
                 {.name = "onvif",
                  .doc = "the camera as an ONVIF device of its own, at http://HOST:PORT/onvif/device_service"}),
             .key = "port",
-            .is_key_of_rig = true};
+            .is_key_of_rig = true,
+            .can_open = [ports = std::move(ports)](const OutputSpec& output, const std::string&) {
+                return ports->check(static_cast<std::uint16_t>(options_of<OnvifOutput>(output).port));
+            }};
 }
 
 OnvifPorts::OnvifPorts(stream::FrameBus& bus, Doors doors) : bus_(bus), doors_(std::move(doors)) {

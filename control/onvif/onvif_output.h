@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
 #include <string>
 
 #include "core/base/output_family.h"
@@ -15,7 +18,21 @@ struct OnvifOutput {
 };
 FieldTable<OnvifOutput> fields_of(std::type_identity<OnvifOutput>);
 
-OutputFamily onvif_family();
+/// Which ports this rig can have, on the host that it listens on. Any thread.
+class DevicePorts {
+public:
+    explicit DevicePorts(std::string host) : host_(std::move(host)) {}
+    /// unavailable: another program has it. One that the rig had once is not asked for, as it may be about to close it.
+    Result<void> check(std::uint16_t port);
+    void had(std::uint16_t port);
+
+private:
+    const std::string host_;
+    std::mutex mutex_;
+    std::set<std::uint16_t> had_;
+};
+
+OutputFamily onvif_family(std::shared_ptr<DevicePorts> ports);
 
 /// Opens and closes the ports of the outputs {kind: "onvif"} as cameras come, change and go.
 class OnvifPorts final : public stream::CameraObserver {

@@ -9,10 +9,11 @@ namespace camrig::onvif {
 namespace {
 
 constexpr std::size_t max_replies_waiting = 1024;
+constexpr int max_retries = 16;
 
 const Operation* find_operation(const XmlElement& asked) {
-    static const Service services[] = {device_service(), media_service(), media2_service(), ptz_service(),
-                                       imaging_service()};
+    static const Service services[] = {device_service(),  media_service(), media2_service(),      ptz_service(),
+                                       imaging_service(), event_service(), subscription_service()};
     const auto service = std::ranges::find(services, asked.space(), &Service::space);
     if (service == std::end(services)) return nullptr;
     const auto found = std::ranges::find(service->operations, asked.name(), &Operation::name);
@@ -26,7 +27,6 @@ OnvifReply reply_of(const Fault& fault) {
 /// What the engine says of a request that was well formed.
 Fault fault_of(const Error& why, const Operation& operation, const PtzCommand* order) {
     const auto sent = [&](std::string_view detail) { return Fault{true, "InvalidArgVal", detail, why.message}; };
-    const bool is_about_presets = order && std::holds_alternative<engine::PtzPresets>(*order);
     switch (why.kind) {
         case ErrorKind::not_found:
             return sent(!order ? "NoProfile" : "NoToken");
@@ -34,10 +34,12 @@ Fault fault_of(const Error& why, const Operation& operation, const PtzCommand* o
             if (operation.change) return sent("ConfigModify");
             return sent(order && std::holds_alternative<engine::AimPtz>(*order) ? "InvalidTranslation"
                                                                                 : "InvalidPosition");
+        case ErrorKind::already_exists:
+            return sent("PresetExist");
         case ErrorKind::unsupported:
             return not_implemented("PTZNotSupported");
         default:
-            return {false, "Action", is_about_presets ? "TooManyPresets" : "", why.message};
+            return {false, "Action", "", why.message};
     }
 }
 
@@ -50,6 +52,7 @@ struct OnvifService::Task {
     std::vector<PtzCommand> orders = {};
     bool is_to_be_judged = false;  ///< by the camera's clock, when it is known
     std::size_t given = 0;         ///< of the orders
+    int retries = 0;
     std::function<void(OnvifReply)> done;
 
     void finish(const Answer& answer) const {
@@ -57,14 +60,20 @@ struct OnvifService::Task {
     }
 };
 
-OnvifService::OnvifService(engine::CommandPort& commands, Options options)
+OnvifService::OnvifService(engine::CommandPort& commands, stream::FrameFetcher& frames, Options options)
     : commands_(commands),
       options_(std::move(options)),
       authentication_(options_.token),
-      replies_(1, max_replies_waiting) {}
+      replies_(1, max_replies_waiting),
+      events_(commands, frames) {}
 
 OnvifService::~OnvifService() {
     stop();
+}
+
+void OnvifService::stop() {
+    replies_.stop();
+    events_.stop();
 }
 
 void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)> done) {
@@ -84,6 +93,7 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
                                                       .request = request,
                                                       .host = call.host,
                                                       .device = call.device,
+                                                      .path = call.path,
                                                       .cameras = {},
                                                       .utc_ns = now_ns},
                                             .is_to_be_judged = by_camera,
@@ -117,6 +127,7 @@ auto OnvifService::on_reply(const TaskRef& task, void (OnvifService::*next)(cons
         std::function<void()> job = [this, task, next, shared] {
             if (*shared) return (this->*next)(task, std::move(**shared));
             const PtzCommand* order = task->given > 0 ? &task->orders[task->given - 1] : nullptr;
+            if (shared->error().kind == ErrorKind::already_exists && retry(task)) return;
             task->finish(std::unexpected(fault_of(shared->error(), *task->operation, order)));
         };
         if (!replies_.post(std::move(job)))
@@ -135,6 +146,14 @@ void OnvifService::ask_head(const TaskRef& task) {
     const Asked& asked = task->asked;
     const std::string name(asked.device.empty() ? camera_of_token(asked.request.text("ProfileToken")) : asked.device);
     commands_.post(engine::Request<engine::GetCamera>{{name}, on_reply(task, &OnvifService::take_camera)});
+}
+
+bool OnvifService::retry(const TaskRef& task) {
+    // Somebody else took the number that was free; a name that the client gave stays taken.
+    if (!task->asked.request.text("PresetName").empty() || ++task->retries > max_retries) return false;
+    task->given = 0;
+    ask_head(task);
+    return true;
 }
 
 void OnvifService::take_cameras(const TaskRef& task, std::vector<engine::CameraReply> cameras) {
@@ -161,6 +180,8 @@ void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) 
 
 void OnvifService::answer(const TaskRef& task) {
     const Operation& operation = *task->operation;
+    if (operation.on_events)
+        return operation.on_events(task->asked, events_, [task](const Answer& answer) { task->finish(answer); });
     if (!operation.change) return task->finish(operation.answer(task->asked));
     auto change = operation.change(task->asked);
     if (!change) return task->finish(std::unexpected(change.error()));

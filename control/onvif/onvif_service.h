@@ -4,6 +4,7 @@
 #include <string>
 
 #include "control/onvif/authentication.h"
+#include "control/onvif/event_desk.h"
 #include "control/onvif/operation.h"
 #include "core/stream/worker_pool.h"
 
@@ -13,6 +14,7 @@ namespace camrig::onvif {
 struct OnvifCall {
     std::string device;        ///< name of its camera; empty: a device with all cameras of the rig
     std::string host;          ///< as the client calls us, with the port
+    std::string path;          ///< of the URL that was posted to
     bool shows_token = false;  ///< over HTTP already
     std::string body;
 };
@@ -32,8 +34,8 @@ public:
         std::string token = {};   ///< empty: everybody may
         bool may_command = true;  ///< else heads are only looked at
     };
-    /// The port outlives stop(), and no command is in work when the service goes.
-    OnvifService(engine::CommandPort& commands, Options options);
+    /// The first two outlive stop(), and no command is in work when the service goes.
+    OnvifService(engine::CommandPort& commands, stream::FrameFetcher& frames, Options options);
     ~OnvifService();
     OnvifService(const OnvifService&) = delete;
     OnvifService& operator=(const OnvifService&) = delete;
@@ -41,8 +43,8 @@ public:
     /// `done` gets the answer, once, from any thread.
     void handle(const OnvifCall& call, std::function<void(OnvifReply)> done);
     Authentication& authentication() { return authentication_; }
-    /// Takes no more replies of the engine. Twice is fine.
-    void stop() { replies_.stop(); }
+    /// Takes no more replies of the engine and ends subscriptions. Twice is fine.
+    void stop();
 
 private:
     struct Task;
@@ -55,6 +57,8 @@ private:
     void ask_head(const TaskRef& task);
     void answer(const TaskRef& task);
     void give_next_order(const TaskRef& task);
+    /// Whether an order that came too late is given once more, from what is so now.
+    bool retry(const TaskRef& task);
     /// Hands what the engine answered to the thread that makes text of it.
     template <typename T>
     auto on_reply(const TaskRef& task, void (OnvifService::*next)(const TaskRef&, T));
@@ -67,6 +71,7 @@ private:
     const Options options_;
     Authentication authentication_;
     stream::WorkerPool replies_;
+    EventDesk events_;
 };
 
 }  // namespace camrig::onvif

@@ -21,21 +21,29 @@ std::string response(std::string_view operation, std::string_view content) {
     return element(std::string(operation) + "Response", content);
 }
 
-std::optional<TimeNs> duration_of(std::string_view text) {
-    constexpr double longest_s = 86'400;
-    if (!text.starts_with("PT") || text.size() < 3) return std::nullopt;
-    text.remove_prefix(2);
+std::optional<TimeNs> duration_of(std::string_view text, TimeNs longest_ns) {
+    if (!text.starts_with('P')) return std::nullopt;
+    text.remove_prefix(1);
     double seconds = 0.0;
-    for (const auto& [unit, factor] : {std::pair{'H', 3600.0}, {'M', 60.0}, {'S', 1.0}}) {
+    bool has_any = false;
+    // "nD", of what comes before 'T', and then hours, minutes and seconds.
+    const auto take = [&](char unit, double factor) {
         const std::size_t at = text.find(unit);
-        if (at == std::string_view::npos) continue;
+        if (at == std::string_view::npos) return true;
         double value = 0.0;
         const auto [end, failed] = std::from_chars(text.data(), text.data() + at, value, std::chars_format::fixed);
-        if (failed != std::errc{} || end != text.data() + at || !(value >= 0.0)) return std::nullopt;
+        if (failed != std::errc{} || end != text.data() + at || !(value >= 0.0)) return false;
         seconds += value * factor;
+        has_any = true;
         text.remove_prefix(at + 1);
+        return true;
+    };
+    if (!text.starts_with('T') && !take('D', 86'400.0)) return std::nullopt;
+    if (text.starts_with('T')) {
+        text.remove_prefix(1);
+        if (text.empty() || !take('H', 3600.0) || !take('M', 60.0) || !take('S', 1.0)) return std::nullopt;
     }
-    if (!text.empty() || !(seconds <= longest_s)) return std::nullopt;
+    if (!has_any || !text.empty() || !(seconds * 1e9 <= static_cast<double>(longest_ns))) return std::nullopt;
     return static_cast<TimeNs>(std::llround(seconds * 1e9));
 }
 

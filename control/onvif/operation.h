@@ -21,6 +21,7 @@ struct Site {
     /// A camera's RTSP streams as they are, main first; empty: there are none.
     std::function<std::vector<VideoStream>(const world::CameraSpec&)> streams = {};
     bool has_h265 = false;  ///< streams can have that codec
+    bool is_discoverable = false;  ///< by WS-Discovery
 };
 
 /// Who may ask for an operation (ONVIF Core, "Access classes"): everybody; who shows the token; who may command too.
@@ -34,6 +35,7 @@ struct Asked {
     XmlElement request;
     std::string host;                                  ///< as the client calls us, with the port
     std::string device;                                ///< the device's camera; empty: the device has all of the rig
+    std::string path;                                  ///< of the URL that was posted to
     std::vector<CameraSpecRef> cameras;                ///< of the device; of an operation on a head, its only
     std::shared_ptr<const world::Camera> camera = {};  ///< of an operation on a head
     TimeNs utc_ns = 0;
@@ -45,8 +47,10 @@ struct Asked {
 /// What heads are told, by the same commands as the methods ptz.* give.
 using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::AimPtz, engine::StopPtz, engine::PtzPresets>;
 
+class EventDesk;
+
 /// An operation answers from what is known of the cameras, once it has changed one of them if that is what it does; or
-/// it tells a head something and answers from that.
+/// it tells a head something and answers from that; or it asks the desk of events, which may answer later.
 struct Operation {
     std::string_view name;
     Answer (*answer)(const Asked&) = nullptr;
@@ -55,6 +59,8 @@ struct Operation {
     Answered<std::vector<PtzCommand>> (*orders)(const Asked&) = nullptr;
     std::string (*reply)(const Asked&, const engine::PtzReply&) = nullptr;  ///< to the last of them
     Answered<engine::SetCamera> (*change)(const Asked&) = nullptr;          ///< done before it answers
+    /// `asked` may be read until it returns; `done` is called once, from any thread.
+    void (*on_events)(const Asked&, EventDesk&, std::function<void(Answer)> done) = nullptr;
 };
 
 /// The operations of a service, by the namespace of their requests.
@@ -67,17 +73,19 @@ Service media_service();
 Service media2_service();
 Service ptz_service();
 Service imaging_service();
+inline constexpr std::string_view event_space = "http://www.onvif.org/ver10/events/wsdl";
+Service event_service();
+/// Of WS-BaseNotification: what is done about a subscription.
+Service subscription_service();
 
 // Tokens. A camera's source, head's configuration and node bear its name, and so do profile and encoder's configuration
 // of its main stream; those of its other streams have an ending that no name of a camera has (camera_of_token()).
 /// The device's camera whose token is the request's child of that name; else the fault with this detail.
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail);
-/// The PTZ configuration and node of a camera with a head.
-std::string ptz_configuration(const world::CameraSpec& spec, std::string_view tag);
-
 /// <PREFIX:NAMEResponse>content</...>
 std::string response(std::string_view operation, std::string_view content);
-/// An xs:duration of whole and parts of days, hours, minutes and seconds; nullopt: it is none, or over a day.
-std::optional<TimeNs> duration_of(std::string_view text);
+inline constexpr TimeNs day_ns = 86'400 * ns_per_s;
+/// An xs:duration of whole and parts of days, hours, minutes and seconds; nullopt: it is none, or over the longest.
+std::optional<TimeNs> duration_of(std::string_view text, TimeNs longest_ns = day_ns);
 
 }  // namespace camrig::onvif

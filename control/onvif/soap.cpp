@@ -47,13 +47,18 @@ std::string envelope(std::string_view body) {
         R"( xmlns:tt="http://www.onvif.org/ver10/schema" xmlns:tds="http://www.onvif.org/ver10/device/wsdl")"
         R"( xmlns:trt="http://www.onvif.org/ver10/media/wsdl" xmlns:tr2="http://www.onvif.org/ver20/media/wsdl")"
         R"( xmlns:tptz="http://www.onvif.org/ver20/ptz/wsdl")"
-        R"( xmlns:timg="http://www.onvif.org/ver20/imaging/wsdl" xmlns:ter="http://www.onvif.org/ver10/error">)"
+        R"( xmlns:timg="http://www.onvif.org/ver20/imaging/wsdl" xmlns:tev="http://www.onvif.org/ver10/events/wsdl")"
+        R"( xmlns:wsnt="http://docs.oasis-open.org/wsn/b-2" xmlns:wstop="http://docs.oasis-open.org/wsn/t-1")"
+        R"( xmlns:wsrf-rw="http://docs.oasis-open.org/wsrf/rw-2" xmlns:wsa5="http://www.w3.org/2005/08/addressing")"
+        R"( xmlns:tns1="http://www.onvif.org/ver10/topics" xmlns:xs="http://www.w3.org/2001/XMLSchema")"
+        R"( xmlns:ter="http://www.onvif.org/ver10/error">)"
         "<s:Body>";
     return std::string(begin).append(body).append("</s:Body></s:Envelope>");
 }
 
 std::string fault_envelope(const Fault& fault) {
-    std::string subcode = element("s:Value", "ter:" + std::string(fault.subcode));
+    const bool has_prefix = fault.subcode.contains(':');
+    std::string subcode = element("s:Value", (has_prefix ? "" : "ter:") + std::string(fault.subcode));
     if (!fault.detail.empty()) subcode += element("s:Subcode", element("s:Value", "ter:" + std::string(fault.detail)));
     return envelope(
         element("s:Fault", element("s:Code", element("s:Value", fault.is_senders ? "s:Sender" : "s:Receiver") +

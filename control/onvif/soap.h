@@ -13,7 +13,7 @@ namespace camrig::onvif {
 /// Why an operation is refused, in the terms of ONVIF Core (5.11, "Error handling"): the HTTP status follows.
 struct Fault {
     bool is_senders = true;    ///< or the receiver's, ours
-    std::string_view subcode;  ///< "InvalidArgVal"
+    std::string_view subcode;  ///< "InvalidArgVal"; of another namespace than ONVIF's, with its prefix
     std::string_view detail;   ///< "NoProfile"; empty: none
     std::string reason;
     int status() const { return is_senders ? 400 : 500; }

@@ -13,12 +13,6 @@ std::string_view local_name(std::string_view name) {
     return name.substr(name.find(':') + 1);  // npos + 1 is 0
 }
 
-std::string_view trimmed(std::string_view text) {
-    const std::size_t begin = text.find_first_not_of(blanks);
-    if (begin == std::string_view::npos) return {};
-    return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
-}
-
 Error bad(const char* why) {
     return {ErrorKind::invalid_argument, std::string("the message is no XML that this camera reads: ") + why};
 }
@@ -42,6 +36,12 @@ std::size_t character_bytes(std::string_view text) {
 }
 
 }  // namespace
+
+std::string_view trimmed(std::string_view text) {
+    const std::size_t begin = text.find_first_not_of(blanks);
+    if (begin == std::string_view::npos) return {};
+    return text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
+}
 
 std::string_view XmlElement::name() const {
     return local_name(node_.name());
@@ -81,7 +81,7 @@ std::string_view XmlElement::text() const {
 
 std::optional<std::string_view> XmlElement::attribute(std::string_view name) const {
     for (const pugi::xml_attribute one : node_.attributes())
-        if (local_name(one.name()) == name) return one.value();
+        if (one.name() == name) return one.value();
     return std::nullopt;
 }
 
@@ -108,6 +108,15 @@ Result<void> parse_xml(std::string_view text, pugi::xml_document& document) {
         if (at) at = at.next_sibling();
     }
     return {};
+}
+
+bool is_xml_text(std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t bytes = character_bytes(text);
+        if (bytes == 0) return false;
+        text.remove_prefix(bytes);
+    }
+    return true;
 }
 
 std::string escaped(std::string_view text) {

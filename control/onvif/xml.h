@@ -35,7 +35,7 @@ public:
     /// Of the child of that name: its text without blanks around it; empty: there is no such child.
     std::string_view text(std::string_view child) const { return this->child(child).text(); }
     std::string_view text() const;
-    /// Of that name without prefix; nullopt: there is none.
+    /// Of that name and no namespace, so written without a prefix, as those of ONVIF are; nullopt: there is none.
     std::optional<std::string_view> attribute(std::string_view name) const;
 
 private:
@@ -45,6 +45,10 @@ private:
 /// invalid_argument: no XML, a document type, or beyond the bounds above.
 Result<void> parse_xml(std::string_view text, pugi::xml_document& document);
 
+/// Without blanks around it.
+std::string_view trimmed(std::string_view text);
+/// Whether XML 1.0 can say it.
+bool is_xml_text(std::string_view text);
 /// For text and attributes; what XML cannot say becomes '?'.
 std::string escaped(std::string_view text);
 /// Six decimals, a point, no exponent, no negative zero, in every locale.

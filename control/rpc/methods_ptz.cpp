@@ -116,14 +116,11 @@ auto preset_name_at() {
         {.name = "preset", .doc = "name of the preset", .required = true, .range = {.low = 1, .high = 64}});
 }
 
-/// A method about a preset (or home), which is what the command's action says.
-Method preset_method(RpcContext& context, const char* name, const char* summary, engine::PtzPresets::Action action,
-                     const char* example) {
+/// A method whose command reads `table` and has this action.
+template <typename C>
+Method action_method(RpcContext& context, const char* name, const char* summary, std::vector<FieldOf<C>> table,
+                     typename C::Action action, const char* example) {
     using enum ErrorKind;
-    const bool is_home =
-        action == engine::PtzPresets::Action::set_home || action == engine::PtzPresets::Action::go_home;
-    std::vector<FieldOf<engine::PtzPresets>> table{camera_field<engine::PtzPresets>()};
-    if (!is_home) table.push_back(preset_name_at<&engine::PtzPresets::preset>());
     return {.name = name,
             .summary = summary,
             .params = descriptions_of(table),
@@ -138,6 +135,16 @@ Method preset_method(RpcContext& context, const char* name, const char* summary,
                 },
                 status_json),
             .example = example};
+}
+
+/// A method about a preset (or home), which is what the command's action says.
+Method preset_method(RpcContext& context, const char* name, const char* summary, engine::PtzPresets::Action action,
+                     const char* example) {
+    const bool is_home =
+        action == engine::PtzPresets::Action::set_home || action == engine::PtzPresets::Action::go_home;
+    std::vector<FieldOf<engine::PtzPresets>> table{camera_field<engine::PtzPresets>()};
+    if (!is_home) table.push_back(preset_name_at<&engine::PtzPresets::preset>());
+    return action_method(context, name, summary, std::move(table), action, example);
 }
 
 const std::vector<FieldOf<camera::PtzTourStop>>& stop_table() {
@@ -153,7 +160,6 @@ const std::vector<FieldOf<camera::PtzTourStop>>& stop_table() {
 /// A method about a tour, which is what the command's action says.
 Method tour_method(RpcContext& context, const char* name, const char* summary, engine::PtzTours::Action action,
                    const char* example) {
-    using enum ErrorKind;
     std::vector<FieldOf<engine::PtzTours>> table{
         camera_field<engine::PtzTours>(),
         field_at<&engine::PtzTours::tour>(
@@ -168,20 +174,7 @@ Method tour_method(RpcContext& context, const char* name, const char* summary, e
                 JsonReader reader(value, path);
                 return read_all(stop_table(), reader);
             }));
-    return {.name = name,
-            .summary = summary,
-            .params = descriptions_of(table),
-            .result = status_fields(),
-            .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
-            .handler = handler_of(
-                context,
-                [table, action](JsonReader& reader) {
-                    auto command = read_all(table, reader);
-                    if (command) command->action = action;
-                    return command;
-                },
-                status_json),
-            .example = example};
+    return action_method(context, name, summary, std::move(table), action, example);
 }
 
 }  // namespace

@@ -204,6 +204,10 @@ Result<PtzReply> CameraDesk::run(PtzPresets& command) {
     return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera&, TimeNs now_ns) -> Result<void> {
         switch (command.action) {
             using enum PtzPresets::Action;
+            case add:
+                if (head.presets().contains(command.preset))
+                    return error(ErrorKind::already_exists, "there is a preset '" + command.preset + "'");
+                [[fallthrough]];
             case set:
                 return head.set_preset(command.preset, now_ns);
             case go_to:

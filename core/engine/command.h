@@ -112,10 +112,10 @@ struct AimPtz {
     double x = 0.0, y = 0.0;
     double speed = 1.0;
 };
-/// What a head does with places that it remembers.
+/// What a head does with places that it remembers. `add` sets one that is not there yet, else already_exists.
 struct PtzPresets {
     using Reply = PtzReply;
-    enum class Action : std::uint8_t { set, go_to, remove, set_home, go_home };
+    enum class Action : std::uint8_t { set, add, go_to, remove, set_home, go_home };
     std::string camera;
     std::string preset = {};
     Action action = Action::go_to;

@@ -192,6 +192,7 @@ std::optional<Reply> HttpConnection::check_device_access(const Message& message,
     request.call.shows_wrong = !request.call.shows_token && (!given.empty() || !authorization.empty());
     request.call.device = *device_;
     request.call.host = std::string(*origin.host);
+    request.call.path = request.target.path;
     if (request.call.shows_token || request.target.path.starts_with("/onvif/")) return std::nullopt;
     Reply refused = error_reply(401, ErrorKind::unauthorized, "the token is needed as password of HTTP digest");
     refused.fields = {{"WWW-Authenticate", hooks.challenge()}};

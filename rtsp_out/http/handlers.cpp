@@ -155,7 +155,7 @@ asio::awaitable<Reply> device(ServerState& state, AsyncEventRef event, const Htt
     call.body = request.body;
     const auto slot = make_answer_slot<DeviceAnswer>(event);
     hooks.call(std::move(call), [slot](DeviceAnswer made) { slot->put(std::move(made)); });
-    auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
+    auto got = co_await wait_for_answer(slot, event, state.options.limits.device_time);
     if (!got) co_return error_reply(got.error());
     if (got->is_refused || (got->asks_digest && shows_wrong)) {
         ++state.counts.connections.wrong_tokens;

@@ -34,6 +34,7 @@ struct RpcText {
 struct DeviceCall {
     std::string device;        ///< what the port was opened for
     std::string host;          ///< as the client calls us: name or address, and the port
+    std::string path;          ///< of the URL that was posted to
     bool shows_token = false;  ///< by HTTP digest, or none is asked for
     bool shows_wrong = false;  ///< something in its place
     std::string body;
@@ -88,6 +89,7 @@ struct HttpLimits {
     Duration request_time{10'000};       ///< a whole request, from the end of the last one
     Duration stalled_after{10'000};      ///< a client that takes no byte for so long is closed
     Duration reply_time{30'000};         ///< waiting for a picture, a truth or statistics
+    Duration device_time{90'000};        ///< waiting for a network camera's answer (events are waited for a minute)
     Duration rpc_time{600'000};          ///< waiting for a JSON-RPC answer (world.step may take long)
     Duration repeat_after{2'000};        ///< a stream without a new picture repeats the last one
     Duration wrong_token{250};           ///< before a wrong token is answered

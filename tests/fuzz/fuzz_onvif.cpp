@@ -1,3 +1,4 @@
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <future>
@@ -15,10 +16,13 @@ void require(bool condition) {
 }
 
 /// Answers with a camera, and with where its head is.
-class StandingRig final : public engine::CommandPort {
+class StandingRig final : public engine::CommandPort, public stream::FrameFetcher {
 public:
     void post(engine::Command command) override {
         std::visit([this](auto& request) { answer(request); }, command);
+    }
+    void fetch(stream::FetchRequest, std::function<void(Result<stream::MediaUnit>)> done) override {
+        done(error(ErrorKind::unavailable, "no"));
     }
 
 private:
@@ -44,15 +48,31 @@ private:
     }
 };
 
-void run(std::string text) {
+std::future<onvif::OnvifReply> ask(onvif::OnvifService& service, const std::string& text) {
+    auto answer = std::make_shared<std::promise<onvif::OnvifReply>>();
+    service.handle({.device = {}, .host = "localhost:80", .path = "/onvif/sub/1", .body = text},
+                   [answer](onvif::OnvifReply reply) { answer->set_value(std::move(reply)); });
+    return answer->get_future();
+}
+
+std::string envelope(const std::string& body) {
+    return "<e:Envelope xmlns:e=\"http://www.w3.org/2003/05/soap-envelope\"><e:Body>" + body + "</e:Body></e:Envelope>";
+}
+
+void run(const std::string& text) {
     static StandingRig rig;
     // Who shows a token is read too; the answers of those who must are refusals.
-    static onvif::OnvifService open(rig, {}), guarded(rig, {.token = "a-good-token"});
+    static onvif::OnvifService guarded(rig, rig, {.token = "a-good-token"});
+    onvif::OnvifService open(rig, rig, {});
+    // The first subscription, for what is done about one.
+    ask(open, envelope("<v:CreatePullPointSubscription xmlns:v=\"http://www.onvif.org/ver10/events/wsdl\"/>")).get();
     for (onvif::OnvifService* service : {&open, &guarded}) {
-        std::promise<onvif::OnvifReply> answer;
-        service->handle({"", "localhost:80", false, text},
-                        [&answer](onvif::OnvifReply reply) { answer.set_value(std::move(reply)); });
-        const onvif::OnvifReply reply = answer.get_future().get();
+        auto answer = ask(*service, text);
+        // A pull that waits is answered by the next one.
+        if (answer.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+            ask(*service, envelope("<v:PullMessages xmlns:v=\"http://www.onvif.org/ver10/events/wsdl\">"
+                                   "<v:Timeout>PT0S</v:Timeout></v:PullMessages>"));
+        const onvif::OnvifReply reply = answer.get();
         pugi::xml_document document;
         require(document.load_buffer(reply.text.data(), reply.text.size()));
     }

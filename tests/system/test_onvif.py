@@ -1,11 +1,8 @@
 """Cameras as ONVIF devices, as an unmodified client of such devices has them."""
 
 import asyncio
-import base64
 import concurrent.futures
 import datetime
-import hashlib
-import pathlib
 import re
 import socket
 import time
@@ -21,52 +18,10 @@ from lxml import etree
 
 import camrig
 from conftest import wait_until
+from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, free_port, listens, post, schemas, security
 
-TOKEN = "onvif-test-token"
-WSDL = pathlib.Path(onvif.__file__).parent / "wsdl"
-SERVICES = {
-    "tds": ("http://www.onvif.org/ver10/device/wsdl", "devicemgmt.wsdl"),
-    "trt": ("http://www.onvif.org/ver10/media/wsdl", "media.wsdl"),
-    "tptz": ("http://www.onvif.org/ver20/ptz/wsdl", "ptz.wsdl"),
-    "timg": ("http://www.onvif.org/ver20/imaging/wsdl", "imaging.wsdl"),
-}
-SOAP = "http://www.w3.org/2003/05/soap-envelope"
-TT = "http://www.onvif.org/ver10/schema"
 FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-def listens(port):
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
-def post(port, operation, header="", fields=()):
-    """The status and the answer to a message whose body is `operation`, with prefixes of our own."""
-    spaces = "".join(f' xmlns:{prefix}="{space}"' for prefix, (space, _) in SERVICES.items())
-    text = f'<e:Envelope xmlns:e="{SOAP}" xmlns:tt="{TT}"{spaces}><e:Header>{header}</e:Header><e:Body>{operation}</e:Body></e:Envelope>'
-    request = urllib.request.Request(f"http://127.0.0.1:{port}/onvif/device_service", text.encode(), dict(fields))
-    try:
-        with urllib.request.urlopen(request, timeout=20) as answer:
-            return answer.status, answer.read().decode(), answer.headers
-    except urllib.error.HTTPError as refused:
-        return refused.code, refused.read().decode(), refused.headers
-
-
-def security(password, nonce=b"0123456789abcdef", age_s=0):
-    created = (datetime.datetime.now(datetime.timezone.utc) - datetime.timedelta(seconds=age_s)).strftime("%Y-%m-%dT%H:%M:%S.000Z")
-    digest = base64.b64encode(hashlib.sha1(nonce + created.encode() + password.encode()).digest()).decode()
-    return (
-        '<Security xmlns="http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-wssecurity-secext-1.0.xsd"><UsernameToken><Username>viewer</Username>'
-        f'<Password Type="http://docs.oasis-open.org/wss/2004/01/oasis-200401-wss-username-token-profile-1.0#PasswordDigest">{digest}</Password>'
-        f"<Nonce>{base64.b64encode(nonce).decode()}</Nonce><Created>{created}</Created></UsernameToken></Security>"
-    )
 
 
 @pytest.fixture
@@ -167,17 +122,13 @@ READ = """
     tptz:GetCompatibleConfigurations/ProfileToken tptz:GetConfigurationOptions/ConfigurationToken tptz:GetStatus/ProfileToken tptz:GetPresets/ProfileToken
     tptz:Stop/ProfileToken tptz:SetPreset/ProfileToken tptz:GotoHomePosition/ProfileToken tptz:SetHomePosition/ProfileToken
     timg:GetServiceCapabilities timg:GetImagingSettings/VideoSourceToken timg:GetOptions/VideoSourceToken timg:GetMoveOptions/VideoSourceToken timg:GetStatus/VideoSourceToken
+    tev:GetServiceCapabilities tev:GetEventProperties tev:CreatePullPointSubscription
 """.split()
 
 
 def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
     guarded.create_camera("dome", size=(320, 240), ptz=HEAD)
-    schemas = {}
-    for prefix, (_, name) in SERVICES.items():
-        tree = etree.fromstring((WSDL / name).read_bytes(), base_url=str(WSDL / name))
-        (schema,) = tree.iterfind(".//{http://www.w3.org/2001/XMLSchema}schema")
-        # As a document of its own; what it imports lies beside it.
-        schemas[prefix] = etree.XMLSchema(etree.fromstring(etree.tostring(schema), base_url=str(WSDL / name)))
+    of_service = schemas()
     port = guarded.call("server.info")["onvif"]
     for line in READ:
         operation, _, token = line.partition("/")
@@ -187,7 +138,7 @@ def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
         assert status == 200, (line, text)
         (answer,) = etree.fromstring(text.encode()).find(f"{{{SOAP}}}Body")
         assert etree.QName(answer) == f"{{{SERVICES[prefix][0]}}}{name}Response"
-        schemas[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
+        of_service[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
 
 
 def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
@@ -213,6 +164,18 @@ def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
         urllib.request.urlopen(f"http://127.0.0.1:{port}/cameras/dome/snapshot.jpg")
     with pytest.raises(urllib.error.HTTPError, match="404"):
         opener.open(f"http://127.0.0.1:{port}/cameras")
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_a_port_that_another_program_has_is_an_error_to_who_asks_for_it(rig):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        taken = other.getsockname()[1]
+        with pytest.raises(camrig.CamrigError, match=f"{taken}"):
+            rig.create_camera("dome", size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])
+    # One that moves from camera to camera is the rig's own all the time.
+    for name in ("one", "two", "three"):
+        camera = rig.create_camera(name, size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])
+        camera.delete()
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])
@@ -298,3 +261,26 @@ def test_a_thousand_looks_at_the_head_a_second_cost_no_frame_and_move_nothing(ri
     # Each connection saw one motion, from rest to rest, as if it alone had looked; and it ended when the head had said that it would.
     assert all(one == sorted(one, reverse=True) and one[-1] == pytest.approx(-30 / 90) for one in told)
     assert cam.ptz.status()["true"]["pan_deg"] == 30 and cam.ptz.status()["arrives_ns"] in (None, status["arrives_ns"])
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])
+def test_what_is_not_there_is_the_proper_fault_in_every_service(rig):
+    """Of all operations that the schemas of ONVIF have for these services: an answer, or a fault that says why not."""
+    rig.create_camera("dome", size=(320, 240), ptz=HEAD)
+    port = rig.call("server.info")["onvif"]
+    counts = {"answered": 0, "refused": 0, "absent": 0}
+    for prefix in ("tds", "tptz", "timg", "tev"):
+        space, name = SERVICES[prefix]
+        tree = etree.fromstring((WSDL / name).read_bytes())
+        for operation in sorted({one.get("name") for one in tree.iter("{http://schemas.xmlsoap.org/wsdl/}operation")}):
+            status, text, _ = post(port, f'<o:{operation} xmlns:o="{space}"/>')
+            subcodes = re.findall("<s:Value>([a-z-]+:[A-Za-z]+)<", text)
+            if status == 200:
+                counts["answered"] += 1
+            elif "ter:ActionNotSupported" in subcodes:
+                assert status == 500 and subcodes[0] == "s:Receiver", operation
+                counts["absent"] += 1
+            else:
+                assert status == 400 and subcodes[0] == "s:Sender" and len(subcodes) >= 2, (operation, text)
+                counts["refused"] += 1
+    assert counts["absent"] > 50 and counts["answered"] > 20 and counts["refused"] > 5, counts

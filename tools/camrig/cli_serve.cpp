@@ -68,6 +68,8 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
                      "port of an ONVIF device with every camera (off by default); 0: any free one. Cameras with an "
                      "output onvif are devices of their own")
         ->check(is_port);
+    serve->add_option("--onvif-discovery", options->onvif_discovery,
+                      "interface, as eth0, on which clients find the ONVIF devices by WS-Discovery (off by default)");
     auto* open_loopback =
         serve->add_flag("--open-loopback", options->open_loopback,
                         "commands over loopback HTTP and TCP need no key: for containers and machines of "

@@ -33,14 +33,14 @@ struct {
     {device::device_family, open_device_outputs},
     {rtsp::rtsp_family, nullptr},
     {http::mjpeg_family, nullptr},
-    {onvif::onvif_family, nullptr},
 };
 
 }  // namespace
 
-void register_outputs() {
+void register_outputs(std::shared_ptr<onvif::DevicePorts> ports) {
     std::vector<OutputFamily> families;
     for (const auto& output : outputs) families.push_back(output.family());
+    families.push_back(onvif::onvif_family(std::move(ports)));  // whose ports are the HTTP server's
     set_output_families(std::move(families));
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "control/onvif/onvif_output.h"
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 
@@ -18,8 +19,9 @@ struct OutputHost {
     bool is_lockstep = false;
 };
 
-/// Makes the families of outputs known to all who read cameras. Before there are other threads.
-void register_outputs();
+/// Makes the families of outputs known to all who read cameras. Before there are other threads. `ports`: of cameras
+/// that are ONVIF devices.
+void register_outputs(std::shared_ptr<onvif::DevicePorts> ports = std::make_shared<onvif::DevicePorts>("127.0.0.1"));
 
 /// From now on, and until what it gives is destroyed, opens the outputs of the cameras of the bus, as cameras come,
 /// change and go.

@@ -13,6 +13,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include "control/onvif/discovery_server.h"
 #include "control/onvif/onvif_output.h"
 #include "control/onvif/onvif_service.h"
 #include "control/rpc/rpc_server.h"
@@ -185,7 +186,11 @@ http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
     };
     hooks.challenge = [&onvif] { return onvif.authentication().http_challenge(realtime_now_ns()); };
     hooks.call = [&onvif](http::DeviceCall call, std::function<void(http::DeviceAnswer)> reply) {
-        onvif.handle({std::move(call.device), std::move(call.host), call.shows_token, std::move(call.body)},
+        onvif.handle({.device = std::move(call.device),
+                      .host = std::move(call.host),
+                      .path = std::move(call.path),
+                      .shows_token = call.shows_token,
+                      .body = std::move(call.body)},
                      [reply = std::move(reply)](onvif::OnvifReply made) {
                          reply({.status = made.status,
                                 .content_type = "application/soap+xml; charset=utf-8",
@@ -224,22 +229,32 @@ std::vector<onvif::VideoStream> onvif_streams(const world::CameraSpec& camera) {
     return streams;
 }
 
-onvif::Site onvif_site(const rtsp::RtspServer& rtsp) {
+onvif::Site onvif_site(const rtsp::RtspServer& rtsp, bool is_discoverable) {
     return {.version = version,
             .rtsp_scheme = rtsp.scheme(),
             .rtsp_port = rtsp.port(),
             .streams = onvif_streams,
-            .has_h265 = rtsp::has_h265_encoder()};
+            .has_h265 = rtsp::has_h265_encoder(),
+            .is_discoverable = is_discoverable};
 }
 
-onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http) {
+/// `discovery` is told of what can be found; nullptr: nobody is.
+onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, std::shared_ptr<onvif::DevicePorts> ports,
+                                     onvif::DiscoveryServer* discovery) {
     return {.open =
-                [&http](const std::string& camera, std::uint16_t port) {
-                    http.open_device_port(camera, port, [camera](const Result<std::uint16_t>& opened) {
-                        if (!opened) spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
-                    });
+                [&http, ports = std::move(ports), discovery](const std::string& camera, std::uint16_t port) {
+                    http.open_device_port(
+                        camera, port, [camera, ports, discovery](const Result<std::uint16_t>& opened) {
+                            if (!opened) return spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
+                            ports->had(*opened);
+                            if (discovery) discovery->add(camera, *opened);
+                        });
                 },
-            .close = [&http](const std::string& camera, std::uint16_t port) { http.close_device_port(camera, port); }};
+            .close =
+                [&http, discovery](const std::string& camera, std::uint16_t port) {
+                    http.close_device_port(camera, port);
+                    if (discovery) discovery->remove(camera, port);
+                }};
 }
 
 http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
@@ -310,6 +325,8 @@ int run_serve(const ServeOptions& options) {
     if (!access) return fail(access.error());
     auto folder = RigFolder::claim(options.control);
     if (!folder) return fail(folder.error());
+    const auto device_ports = std::make_shared<onvif::DevicePorts>(options.host);
+    register_outputs(device_ports);
     auto scene = load_scene(options.scene, options.scene_options);
     if (!scene) return fail(scene.error());
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
@@ -348,8 +365,16 @@ int run_serve(const ServeOptions& options) {
     if (!rtsp) return fail(rtsp.error());
     facts.add("rtsp", (*rtsp)->port());
 
-    onvif::OnvifService onvif(**engine,
-                              {.site = onvif_site(**rtsp), .token = *token, .may_command = !options.read_only});
+    onvif::OnvifService onvif(**engine, **engine,
+                              {.site = onvif_site(**rtsp, !options.onvif_discovery.empty()),
+                               .token = *token,
+                               .may_command = !options.read_only});
+    std::unique_ptr<onvif::DiscoveryServer> discovery;  // the HTTP server tells it of ports
+    if (!options.onvif_discovery.empty()) {
+        auto made = onvif::DiscoveryServer::create(options.onvif_discovery, options.host, **engine);
+        if (!made) return fail(made.error());
+        discovery = std::move(*made);
+    }
     auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
     hooks.device = device_hooks(onvif);
     auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));
@@ -358,7 +383,9 @@ int run_serve(const ServeOptions& options) {
     const auto onvif_port = open_onvif(options, **http);
     if (!onvif_port) return fail(onvif_port.error());
     if (options.onvif_port) facts.add("onvif", *onvif_port);
-    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, onvif_doors(**http));
+    if (discovery && options.onvif_port) discovery->add("", *onvif_port);
+    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus,
+                                                 onvif_doors(**http, device_ports, discovery.get()));
 
     auto control = control::ControlServer::create({.unix_path = options.control,
                                                    .host = options.host,
@@ -384,6 +411,7 @@ int run_serve(const ServeOptions& options) {
     (*rtsp)->stop();
     onvif_ports.reset();
     (*http)->stop();
+    if (discovery) discovery->stop();
     onvif.stop();
     rpc.stop();
     truth_text.stop();

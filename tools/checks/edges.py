@@ -32,7 +32,7 @@ ALLOWED: dict[str, list[str]] = {
     "rtsp_out": ["core/base", "core/frame", "core/codec", "core/stream"],
     "control/rpc": ["core/base", "core/camera", "core/world", "core/frame", "core/codec", "core/stream",
                     "core/truth", "core/engine/command.h"],
-    "control/onvif": ["core/base", "core/camera", "core/world", "core/stream", "core/engine/command.h"],
+    "control/onvif": ["core/base", "core/camera", "core/world", "core/frame", "core/stream", "core/engine/command.h"],
     "control/server": ["core/base", "control/rpc"],
     "control/client": ["core/base"],
     "control/web": [],

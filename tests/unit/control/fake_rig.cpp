@@ -130,7 +130,11 @@ Result<engine::PtzReply> FakeRig::run(engine::AimPtz& command) {
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::PtzPresets& command) {
-    return tell_head(command.camera, [&](camera::PtzHead& head) { return head.set_preset(command.preset, 0); });
+    return tell_head(command.camera, [&](camera::PtzHead& head) -> Result<void> {
+        if (command.action == engine::PtzPresets::Action::add && head.presets().contains(command.preset))
+            return error(ErrorKind::already_exists, "there is a preset '" + command.preset + "'");
+        return head.set_preset(command.preset, 0);
+    });
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::PtzTours& command) {

@@ -57,7 +57,8 @@ TEST(OnvifXml, PrefixesStandForNamespacesWhereverTheyAreDeclared) {
     const XmlElement c = a.child("b").child("c");
     EXPECT_EQ(c.space(), "three");
     EXPECT_EQ(c.text(), "text");
-    EXPECT_EQ(c.attribute("e"), "2");
+    EXPECT_EQ(c.attribute("d"), " 1 ");
+    EXPECT_FALSE(c.attribute("e")) << "that is another one, of a namespace";
     EXPECT_FALSE(c.attribute("f"));
     EXPECT_FALSE(a.child("nothing").child("deeper"));
     EXPECT_EQ(a.child("nothing").space(), "");
@@ -76,6 +77,11 @@ TEST(OnvifXml, DurationsAreThoseOfXmlSchema) {
     EXPECT_EQ(duration_of("PT2.5S"), 2'500'000'000);
     EXPECT_EQ(duration_of("PT1M1S"), 61 * ns_per_s);
     EXPECT_EQ(duration_of("PT0S"), 0);
+    EXPECT_EQ(duration_of("P1D"), 86'400 * ns_per_s);
+    EXPECT_EQ(duration_of("P0DT2H"), 7200 * ns_per_s);
+    EXPECT_EQ(duration_of("P1DT2H", 2 * 86'400 * ns_per_s), 93'600 * ns_per_s);
+    for (const char* bad : {"P", "P1", "P1DT", "PT1D", "P1D2H", "P-1D", "P1DT2H", "P1Y"})
+        EXPECT_FALSE(duration_of(bad)) << bad;
     for (const char* bad : {"", "PT", "2S", "PTS", "PT-1S", "PT1D", "PT1S1M", "PT100H", "PT1e5S", "PTnanS"})
         EXPECT_FALSE(duration_of(bad)) << bad;
 }
@@ -148,9 +154,10 @@ protected:
         }
     }
 
-    OnvifReply ask(const std::string& text, const std::string& device = {}) {
+    OnvifReply ask(const std::string& text, const std::string& device = {},
+                   const std::string& path = "/onvif/device_service") {
         std::promise<OnvifReply> answer;
-        service->handle({device, "10.0.0.9:81", false, text},
+        service->handle({device, "10.0.0.9:81", path, false, text},
                         [&answer](OnvifReply reply) { answer.set_value(std::move(reply)); });
         return answer.get_future().get();
     }
@@ -168,7 +175,7 @@ protected:
                                    .rate = camera.rate});
             return streams;
         };
-        service = std::make_unique<OnvifService>(rig, std::move(options));
+        service = std::make_unique<OnvifService>(rig, rig, std::move(options));
     }
 
     control::FakeRig rig;
@@ -231,8 +238,52 @@ TEST_F(OnvifServiceTest, PresetsAreThoseOfTheHeadAndGetNumbersWhereTheyGetNoName
     EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetName>a&lt;b</b:PresetName>")).text, HasSubstr("ter:PresetExist"));
     EXPECT_EQ(ask(ptz("SetPreset", "<b:PresetToken>1</b:PresetToken>")).status, 200);
     EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetToken>9</b:PresetToken>")).text, HasSubstr("ter:NoToken"));
+    EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetName>where?</b:PresetName>")).text, HasSubstr(">where?<"));
     EXPECT_EQ(ask(ptz("GotoPreset", "<b:PresetToken>home</b:PresetToken>")).status, 200);
     EXPECT_EQ(ask(ptz("RemovePreset", "<b:PresetToken>1</b:PresetToken>")).status, 200);
+}
+
+/// A rig on which, between what a client is told of the presets and what it sets, another one was quicker.
+class OvertakenRig final : public engine::CommandPort {
+public:
+    OvertakenRig(control::FakeRig& rig, int times) : rig_(rig), times_(times) {}
+    void post(engine::Command command) override {
+        if (auto* set = std::get_if<engine::Request<engine::PtzPresets>>(&command); set && times_-- > 0)
+            rig_.post(engine::Request<engine::PtzPresets>{set->command, [](const auto&) {}});
+        rig_.post(std::move(command));
+    }
+
+private:
+    control::FakeRig& rig_;
+    int times_;
+};
+
+TEST_F(OnvifServiceTest, OfTwoThatSetPresetsAtOnceNeitherTakesTheOthers) {
+    OvertakenRig overtaken(rig, 2);
+    service = std::make_unique<OnvifService>(overtaken, rig, OnvifService::Options{});
+    EXPECT_THAT(ask(ptz("SetPreset")).text, HasSubstr("<tptz:PresetToken>3</tptz:PresetToken>"));
+    OvertakenRig again(rig, 1);
+    service = std::make_unique<OnvifService>(again, rig, OnvifService::Options{});
+    EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetName>door</b:PresetName>")).text, HasSubstr("ter:PresetExist"));
+}
+
+TEST_F(OnvifServiceTest, OnlyAFullHeadHasTooManyPresets) {
+    start({});
+    for (std::size_t i = 0; i < camera::PtzHead::max_presets; ++i) EXPECT_EQ(ask(ptz("SetPreset")).status, 200);
+    EXPECT_THAT(ask(ptz("SetPreset")).text, HasSubstr("ter:TooManyPresets"));
+    EXPECT_EQ(ask(ptz("SetPreset", "<b:PresetToken>1</b:PresetToken>")).status, 200);
+    struct BusyRig final : engine::CommandPort {
+        explicit BusyRig(control::FakeRig& port) : rig(port) {}
+        void post(engine::Command command) override {
+            if (auto* set = std::get_if<engine::Request<engine::PtzPresets>>(&command))
+                return set->done(error(ErrorKind::resource_exhausted, "too many commands wait"));
+            rig.post(std::move(command));
+        }
+        control::FakeRig& rig;
+    } busy(rig);
+    service = std::make_unique<OnvifService>(busy, rig, OnvifService::Options{});
+    const std::string refused = ask(ptz("SetPreset", "<b:PresetToken>1</b:PresetToken>")).text;
+    EXPECT_THAT(refused, testing::AllOf(HasSubstr("ter:Action<"), Not(HasSubstr("TooManyPresets"))));
 }
 
 TEST_F(OnvifServiceTest, MovesThatNoHeadCanMakeAreTheProperFaults) {
