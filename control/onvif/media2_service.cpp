@@ -2,6 +2,7 @@
 #include <iterator>
 
 #include "control/onvif/media.h"
+#include "control/onvif/ptz_description.h"
 
 // ONVIF Media2 (ver20): the same profiles as Media, with all codecs.
 namespace camrig::onvif {

@@ -20,7 +20,7 @@ struct Site {
     std::uint16_t rtsp_port = 0;
     /// A camera's RTSP streams as they are, main first; empty: there are none.
     std::function<std::vector<VideoStream>(const world::CameraSpec&)> streams = {};
-    bool has_h265 = false;  ///< streams can have that codec
+    bool has_h265 = false;         ///< streams can have that codec
     bool is_discoverable = false;  ///< by WS-Discovery
 };
 
