@@ -62,23 +62,23 @@ void sensor_measure(benchmark::State& state) {
 constexpr auto imx219 = static_cast<int>(sensor::SensorPreset::imx219);
 constexpr auto imx249 = static_cast<int>(sensor::SensorPreset::imx249);
 
-void sizes_and_light(benchmark::internal::Benchmark* bench) {
+void sensor_sizes_and_light(benchmark::internal::Benchmark* bench) {
     for (const int preset : {imx219, imx249})
         for (const int electrons : {5, 14, 1000})
             for (const auto& [width, height] : {std::pair{640, 480}, {1920, 1080}})
                 bench->Args({width, height, electrons, preset});
     bench->Unit(benchmark::kMillisecond);
 }
-void sizes(benchmark::internal::Benchmark* bench) {
+void sensor_sizes(benchmark::internal::Benchmark* bench) {
     for (const auto& [width, height] : {std::pair{640, 480}, {1920, 1080}})
         bench->Args({width, height, 1000, imx219})->Args({width, height, 1000, imx249});
     bench->Unit(benchmark::kMillisecond);
 }
 
-BENCHMARK_CAPTURE(sensor_noise, wide, sensor::has_wide_rows())->Apply(sizes_and_light);
-BENCHMARK_CAPTURE(sensor_noise, plain, false)->Apply(sizes_and_light);
-BENCHMARK(sensor_develop)->Apply(sizes);
-BENCHMARK(sensor_measure)->Apply(sizes);
+BENCHMARK_CAPTURE(sensor_noise, wide, sensor::has_wide_rows())->Apply(sensor_sizes_and_light);
+BENCHMARK_CAPTURE(sensor_noise, plain, false)->Apply(sensor_sizes_and_light);
+BENCHMARK(sensor_develop)->Apply(sensor_sizes);
+BENCHMARK(sensor_measure)->Apply(sensor_sizes);
 
 }  // namespace
 }  // namespace camrig::bench
