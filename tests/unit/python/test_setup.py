@@ -18,7 +18,7 @@ def program(path, text):
 
 
 def test_setup_installs_the_package_in_place_once_and_again_when_it_changes(tmp_path):
-    for file in ("tools/setup", "tools/requirements.txt", "control/python/pyproject.toml"):
+    for file in ("tools/setup", "tools/requirements.txt", "tools/requirements-beside.txt", "control/python/pyproject.toml"):
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(REPOSITORY / file, tmp_path / file)
     program(tmp_path / "bin" / "dpkg-query", "echo install ok installed")
@@ -31,7 +31,7 @@ def test_setup_installs_the_package_in_place_once_and_again_when_it_changes(tmp_
         (tmp_path / "installed").unlink(missing_ok=True)
         return [line.split()[-2:] for line in lines]
 
-    assert installed() == [["-r", "tools/requirements.txt"], ["-e", "control/python"]]
+    assert installed() == [["-r", "tools/requirements.txt"], ["-r", "tools/requirements-beside.txt"], ["-e", "control/python"]]
     assert installed() == []
     with (tmp_path / "control/python/pyproject.toml").open("a") as project:
         project.write("# changed\n")
