@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/output_family.h"
 #include "core/camera/camera_model.h"
 #include "core/world/camera_fields.h"
 
