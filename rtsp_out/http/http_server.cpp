@@ -103,7 +103,7 @@ Result<HttpServer::Impl::DoorRef> HttpServer::Impl::listen(std::uint16_t wanted,
         if (auto good = check_token(options.token); !good) return std::unexpected(good.error());
     auto listener = listen_tcp({.name = device ? "onvif" : "http",
                                 .port_option = port_option,
-                                .host = options.host,
+                                .host = address.empty() ? options.host : address,  // a name is looked up once
                                 .port = wanted,
                                 .asks_for_token = !options.token.empty()});
     if (!listener) return std::unexpected(listener.error());
