@@ -123,7 +123,7 @@ def test_the_decoded_h265_picture_is_the_snapshot_and_tells_when_it_was_taken(sc
         errors = {}
         for kind in ("rtsp", "rtsp-mjpeg"):
             png = tmp_path / f"{kind}.png"
-            done = run("ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", cam.url(kind), "-frames:v", "1",
+            done = run("ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-probesize", "32", "-analyzeduration", "0", "-i", cam.url(kind), "-frames:v", "1",
                        "-sws_flags", "accurate_rnd+full_chroma_int+bilinear", str(png))
             assert done.returncode == 0, done.stderr.decode()
             difference = cv2.imread(str(png)).astype(np.int32) - exact
