@@ -135,7 +135,7 @@ Answer get_encoder_options(const Asked& asked) {
     const auto chosen = first_configured(asked);
     if (!chosen) return std::unexpected(chosen.error());
     std::string all;
-    for (const std::string& codec : codecs_for(chosen->stream, asked.site.has_h265))
+    for (const std::string& codec : codecs_for(*chosen->camera, chosen->stream, asked.site.has_h265))
         all += options_with(*chosen, codec);
     return response("tr2:GetVideoEncoderConfigurationOptions", all);
 }

@@ -17,6 +17,14 @@ int frame_rate(const Rate& rate) {
     return std::max(1, static_cast<int>(std::lround(rate.hertz())));
 }
 
+/// The rate that clients mean by the number that this service tells for it; of other numbers themselves.
+double rate_meant(const CameraSpec& camera, double told) {
+    const auto rates = rates_for(camera);
+    const auto distance = [told](const Rate& rate) { return std::abs(rate.hertz() - told); };
+    const auto nearest = std::ranges::min_element(rates, {}, distance);
+    return nearest != rates.end() && frame_rate(*nearest) == told ? nearest->hertz() : told;
+}
+
 bool is_known(const VideoStream& stream) {
     return stream.codec != "h265";
 }
@@ -135,7 +143,7 @@ std::string options_with(const Chosen& chosen, const std::string& codec, std::st
 Answer get_encoder_options(const Asked& asked) {
     const auto chosen = chosen_for_options(asked);
     if (!chosen) return std::unexpected(chosen.error());
-    const auto codecs = codecs_for(chosen->stream, false);
+    const auto codecs = codecs_for(*chosen->camera, chosen->stream, false);
     std::string all = whole_range("tt:QualityRange", quality_range);
     for (const auto& [codec, tag] : {std::pair{"mjpeg", "tt:JPEG"}, {"h264", "tt:H264"}})  // the schema's order
         if (std::ranges::find(codecs, codec) != codecs.end()) all += options_with(*chosen, codec, tag);
@@ -148,6 +156,8 @@ Answered<engine::SetCamera> set_encoder_configuration(const Asked& asked) {
     if (!chosen) return std::unexpected(chosen.error());
     auto wish = wish_in(wanted, frame_rate(chosen->stream.rate));
     if (!wish) return std::unexpected(wish.error());
+    if (wish->frame_rate && *wish->frame_rate != wish->told_rate)
+        wish->frame_rate = rate_meant(*chosen->camera, *wish->frame_rate);
     const std::string_view encoding = wanted.text("Encoding");
     if (encoding != "H264" && encoding != "JPEG") return invalid_argument("ConfigModify", "Encoding is H264 or JPEG");
     wish->codec = encoding == "H264" ? "h264" : "mjpeg";

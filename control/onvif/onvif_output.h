@@ -18,18 +18,22 @@ struct OnvifOutput {
 };
 FieldTable<OnvifOutput> fields_of(std::type_identity<OnvifOutput>);
 
-/// Which ports this rig can have, on the host that it listens on. Any thread.
+/// Which ports this rig can have, on the address that it listens on. Any thread; nothing waits.
 class DevicePorts {
 public:
-    explicit DevicePorts(std::string host) : host_(std::move(host)) {}
-    /// unavailable: another program has it. One that the rig had once is not asked for, as it may be about to close it.
+    /// As a number (resolve_address()): no name is looked up.
+    explicit DevicePorts(std::string address) : address_(std::move(address)) {}
+    /// unavailable: another program has it. One that is held is not asked for: it is the rig's.
     Result<void> check(std::uint16_t port);
-    void had(std::uint16_t port);
+    /// From the wish to open it, before it is open, until it is closed or could not be opened. As one device may close
+    /// it after another has wished to open it, it is held as often as it was held and not released.
+    void hold(std::uint16_t port);
+    void release(std::uint16_t port);
 
 private:
-    const std::string host_;
+    const std::string address_;
     std::mutex mutex_;
-    std::set<std::uint16_t> had_;
+    std::multiset<std::uint16_t> held_;
 };
 
 OutputFamily onvif_family(std::shared_ptr<DevicePorts> ports);
@@ -37,13 +41,18 @@ OutputFamily onvif_family(std::shared_ptr<DevicePorts> ports);
 /// Opens and closes the ports of the outputs {kind: "onvif"} as cameras come, change and go.
 class OnvifPorts final : public stream::CameraObserver {
 public:
-    /// Neither waits, and both outlive the bus's last word to this.
+    using Done = std::function<void(bool)>;
+    /// None waits, and all outlive the bus's last word to this. What is done is done in the order of the calls.
     struct Doors {
-        std::function<void(const std::string& camera, std::uint16_t port)> open;
-        std::function<void(const std::string& camera, std::uint16_t port)> close;
+        /// `done` is told whether it is open.
+        std::function<void(const std::string& camera, std::uint16_t port, Done done)> open;
+        /// `done` is told whether it was open.
+        std::function<void(const std::string& camera, std::uint16_t port, Done done)> close;
+        /// Whether the camera can be found there, once that is so. Empty: nobody is told.
+        std::function<void(const std::string& camera, std::uint16_t port, bool is_there)> tell = {};
     };
     /// The bus outlives this.
-    OnvifPorts(stream::FrameBus& bus, Doors doors);
+    OnvifPorts(stream::FrameBus& bus, std::shared_ptr<DevicePorts> ports, Doors doors);
     ~OnvifPorts() override;
 
     void camera_added(const stream::CameraStream& camera) override { update(camera, true); }
@@ -52,8 +61,11 @@ public:
 
 private:
     void update(const stream::CameraStream& camera, bool is_there);
+    void open(const std::string& camera, std::uint16_t port);
+    void close(const std::string& camera, std::uint16_t port);
 
     stream::FrameBus& bus_;
+    const std::shared_ptr<DevicePorts> ports_;
     const Doors doors_;
     stream::CameraOutputs outputs_{"onvif"};
 };

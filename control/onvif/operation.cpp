@@ -11,7 +11,8 @@ bool Asked::has_heads() const {
 }
 
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail) {
-    const std::string_view name = camera_of_token(asked.request.text(child));
+    const std::string_view token = asked.request.text(child);
+    const std::string_view name = child == "ProfileToken" ? camera_of_token(token) : token;
     for (const CameraSpecRef& spec : asked.cameras)
         if (spec->name == name) return spec;
     return invalid_argument(detail, "there is no such " + std::string(child));

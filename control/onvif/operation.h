@@ -80,7 +80,8 @@ Service subscription_service();
 
 // Tokens. A camera's source, head's configuration and node bear its name, and so do profile and encoder's configuration
 // of its main stream; those of its other streams have an ending that no name of a camera has (camera_of_token()).
-/// The device's camera whose token is the request's child of that name; else the fault with this detail.
+/// The device's camera whose token is the request's child of that name, which as "ProfileToken" may be one of any of
+/// its streams; else the fault with this detail.
 Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, std::string_view detail);
 /// <PREFIX:NAMEResponse>content</...>
 std::string response(std::string_view operation, std::string_view content);

@@ -5,6 +5,7 @@
 
 #include "core/base/output_family.h"
 #include "core/base/picture_fields.h"
+#include "core/base/rtp_jpeg.h"
 
 namespace camrig::onvif {
 namespace {
@@ -16,7 +17,6 @@ using world::CameraSpec;
 constexpr double same_rate = 1e-3;
 constexpr int slowest_share = 10;  ///< of the camera's rate that is offered
 constexpr double key_interval_range_s[] = {0.01, 60.0};
-constexpr int jpeg_step = 8;  ///< RTP carries JPEG in blocks (RFC 2435)
 
 std::unexpected<Error> refused(std::string why) {
     return std::unexpected(Error{ErrorKind::invalid_argument, std::move(why)});
@@ -79,28 +79,30 @@ int gov_length(const VideoStream& stream) {
     return std::max(1, static_cast<int>(std::lround(stream.key_interval_s * stream.rate.hertz())));
 }
 
-std::vector<std::string> codecs_for(const VideoStream& stream, bool has_h265) {
+std::vector<std::string> codecs_for(const CameraSpec& camera, const VideoStream& stream, bool has_h265) {
     if (stream.ending == "mjpeg") return {"mjpeg"};
     std::vector<std::string> codecs{"h264"};
     if (has_h265) codecs.emplace_back("h265");
-    if (stream.ending == "sub") codecs.emplace_back("mjpeg");
+    if (stream.ending == "sub" && !sizes_for(camera, stream, "mjpeg").empty()) codecs.emplace_back("mjpeg");
     return codecs;
 }
 
 std::vector<ImageSize> sizes_for(const CameraSpec& camera, const VideoStream& stream, const std::string& codec) {
     if (stream.ending != "sub") return {camera.size};
-    const int step = codec == "mjpeg" ? jpeg_step : 2;
+    const bool is_jpeg = codec == "mjpeg";
+    const int step = is_jpeg ? rtp_jpeg_step : 2;
     std::vector<ImageSize> sizes;
     const auto add = [&](ImageSize size) {
         const bool fits = size.width >= min_image_size.width && size.height >= min_image_size.height &&
-                          size.width % step == 0 && size.height % step == 0;
+                          (is_jpeg ? fits_rtp_jpeg(size) : size.width % step == 0 && size.height % step == 0);
         if (fits && std::ranges::find(sizes, size) == sizes.end()) sizes.push_back(size);
     };
     for (const auto& [part, whole] : {std::pair{1, 1}, {3, 4}, {2, 3}, {1, 2}, {1, 3}, {1, 4}})
         add({camera.size.width * part / whole / step * step, camera.size.height * part / whole / step * step});
     add(stream.size);
+    if (sizes.empty() && codec == stream.codec) sizes.push_back(stream.size);
     std::ranges::sort(sizes, std::greater{});
-    return sizes.empty() ? std::vector{stream.size} : sizes;
+    return sizes;
 }
 
 std::vector<Rate> rates_for(const CameraSpec& camera) {
@@ -119,7 +121,7 @@ Result<OutputSpec> output_for(const CameraSpec& camera, const VideoStream& strea
                               bool has_h265) {
     json options = options_of_stream(camera, stream);
     const std::string codec = wish.codec.value_or(stream.codec);
-    const auto codecs = codecs_for(stream, has_h265);
+    const auto codecs = codecs_for(camera, stream, has_h265);
     if (std::ranges::find(codecs, codec) == codecs.end()) return refused("this stream has no such encoding");
     if (codec != stream.codec) choose_codec(options, codec);
 

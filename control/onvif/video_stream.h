@@ -35,8 +35,8 @@ std::string_view camera_of_token(std::string_view token);
 /// Pictures between two key frames.
 int gov_length(const VideoStream& stream);
 
-/// The codecs that a stream can have, and the sizes that it can have with one.
-std::vector<std::string> codecs_for(const VideoStream& stream, bool has_h265);
+/// The codecs that a stream can have, and the sizes that it can have with one: that which it has among them.
+std::vector<std::string> codecs_for(const world::CameraSpec& camera, const VideoStream& stream, bool has_h265);
 std::vector<ImageSize> sizes_for(const world::CameraSpec& camera, const VideoStream& stream, const std::string& codec);
 /// From the camera's rate downwards: every frame, every second, ..
 std::vector<Rate> rates_for(const world::CameraSpec& camera);

@@ -32,20 +32,31 @@ Endpoint endpoint_of(const sockaddr* address, socklen_t size) {
     return {host, static_cast<std::uint16_t>(std::stoi(port))};
 }
 
-}  // namespace
-
-Result<TcpListener> listen_tcp(const TcpListenerOptions& options) {
-    const std::string name = std::string(options.name) + ": ";
+Result<Addresses> resolve(const std::string& name, const std::string& host, std::uint16_t port) {
     addrinfo hints{};
     hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* resolved = nullptr;
-    const int failed =
-        ::getaddrinfo(number_of(options.host).c_str(), std::to_string(options.port).c_str(), &hints, &resolved);
-    const Addresses found(resolved, &::freeaddrinfo);
+    const int failed = ::getaddrinfo(number_of(host).c_str(), std::to_string(port).c_str(), &hints, &resolved);
     if (failed != 0)
         return error(ErrorKind::invalid_argument,
-                     name + "host '" + options.host + "' is not an address of this machine: " + ::gai_strerror(failed));
+                     name + ": host '" + host + "' is not an address of this machine: " + ::gai_strerror(failed));
+    return Addresses(resolved, &::freeaddrinfo);
+}
+
+}  // namespace
+
+Result<std::string> resolve_address(const char* name, const std::string& host) {
+    const auto found = resolve(name, host, 0);
+    if (!found) return std::unexpected(found.error());
+    return endpoint_of((*found)->ai_addr, (*found)->ai_addrlen).address;
+}
+
+Result<TcpListener> listen_tcp(const TcpListenerOptions& options) {
+    const std::string name = std::string(options.name) + ": ";
+    const auto resolved = resolve(options.name, options.host, options.port);
+    if (!resolved) return std::unexpected(resolved.error());
+    const Addresses& found = *resolved;
     const std::string asked = endpoint_of(found->ai_addr, found->ai_addrlen).address;
     if (!options.asks_for_token && !is_loopback_address(asked))
         return error(ErrorKind::invalid_argument, name + "host " + options.host +

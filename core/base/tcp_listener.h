@@ -29,6 +29,10 @@ struct TcpListener {
 /// unavailable: the port is taken.
 Result<TcpListener> listen_tcp(const TcpListenerOptions& options);
 
+/// The first address that a name stands for, as a number. It may ask the network and wait. invalid_argument, with
+/// `name` before the message: it stands for none.
+Result<std::string> resolve_address(const char* name, const std::string& host);
+
 /// 127.0.0.0/8, ::1 or "localhost": nobody else can reach it.
 bool is_loopback_address(const std::string& host);
 /// 0.0.0.0 or ::, all addresses of the machine.

@@ -266,7 +266,8 @@ Result<void> CameraDesk::add_cameras_of(const world::Scene& scene) {
     added_.clear();
     for (const world::CameraSpec& spec : scene.cameras) {
         if (rig_.cameras.find(spec.name)) continue;
-        const auto good = check_free(spec);
+        auto good = check_free(spec);
+        if (good) good = check_new_outputs(spec, {});
         const auto entry = good ? rig_.cameras.add(spec) : Result<CameraEntry*>(std::unexpected(good.error()));
         if (!entry) {
             for (const CameraId id : added_) std::ignore = rig_.cameras.remove(std::string(*rig_.cameras.at(id).name));

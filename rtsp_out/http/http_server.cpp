@@ -81,7 +81,7 @@ struct HttpServer::Impl final : stream::CameraObserver {
     asio::awaitable<void> accept_all(DoorRef door);
     void admit(tcp::socket socket, const std::optional<std::string>& device);
     Result<std::uint16_t> open_device_port(std::string device, std::uint16_t wanted);
-    void close_device_port(const std::string& device, std::uint16_t closed);
+    bool close_device_port(const std::string& device, std::uint16_t closed);
     /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must.
     bool make_room(const asio::ip::address& peer);
     void refuse(tcp::socket socket, const Error& why);
@@ -103,7 +103,7 @@ Result<HttpServer::Impl::DoorRef> HttpServer::Impl::listen(std::uint16_t wanted,
         if (auto good = check_token(options.token); !good) return std::unexpected(good.error());
     auto listener = listen_tcp({.name = device ? "onvif" : "http",
                                 .port_option = port_option,
-                                .host = options.host,
+                                .host = address.empty() ? options.host : address,  // a name is looked up once
                                 .port = wanted,
                                 .asks_for_token = !options.token.empty()});
     if (!listener) return std::unexpected(listener.error());
@@ -128,14 +128,15 @@ Result<std::uint16_t> HttpServer::Impl::open_device_port(std::string device, std
     return (*door)->port;
 }
 
-void HttpServer::Impl::close_device_port(const std::string& device, std::uint16_t closed) {
-    std::erase_if(doors, [&](const DoorRef& door) {
+bool HttpServer::Impl::close_device_port(const std::string& device, std::uint16_t closed) {
+    const auto count = std::erase_if(doors, [&](const DoorRef& door) {
         if (door->device != device || door->port != closed) return false;
         Failure ignored;
         door->acceptor.close(ignored);
         door->pause.cancel();
         return true;
     });
+    return count > 0;
 }
 
 asio::awaitable<void> HttpServer::Impl::accept_all(DoorRef door) {
@@ -255,9 +256,10 @@ void HttpServer::open_device_port(std::string device, std::uint16_t port,
     });
 }
 
-void HttpServer::close_device_port(std::string device, std::uint16_t port) {
-    asio::post(impl_->io,
-               [impl = impl_.get(), device = std::move(device), port] { impl->close_device_port(device, port); });
+void HttpServer::close_device_port(std::string device, std::uint16_t port, std::function<void(bool)> done) {
+    asio::post(impl_->io, [impl = impl_.get(), device = std::move(device), port, done = std::move(done)] {
+        done(impl->close_device_port(device, port));
+    });
 }
 
 void HttpServer::stop() {

@@ -31,8 +31,9 @@ public:
     /// Opens another port of the same host on which HttpHooks::device answers, for `device`, which its calls are given;
     /// 0 is any free one. `done` is told the port, or why it cannot be had, on the server's thread.
     void open_device_port(std::string device, std::uint16_t port, std::function<void(Result<std::uint16_t>)> done);
-    /// Closes the one of that device, if there is one. Its connections go on until they end.
-    void close_device_port(std::string device, std::uint16_t port);
+    /// Closes the one of that device, in the order of these calls. Its connections go on until they end. `done` is told
+    /// whether there was one, on the server's thread.
+    void close_device_port(std::string device, std::uint16_t port, std::function<void(bool)> done);
     /// Closes every connection and joins the thread. Twice is fine. Not from a hook.
     void stop();
 

@@ -8,9 +8,6 @@ namespace camrig::rtsp {
 namespace {
 
 constexpr const char* feed_key = "camrig-feed";
-/// RFC 2435, 3.1.5: width and height are sent as eighths, in a byte.
-constexpr int max_jpeg_side = 2040;
-constexpr int jpeg_side_unit = 8;
 
 }  // namespace
 
@@ -27,9 +24,7 @@ Result<RtspMount::Plan> RtspMount::plan(const StreamSettings& stream, const stre
                       " name=pay0 pt=96 config-interval=-1 aggregate-mode=zero-latency )";
         return plan;
     }
-    const auto [width, height] = stream.size;
-    if (width > max_jpeg_side || height > max_jpeg_side || width % jpeg_side_unit != 0 ||
-        height % jpeg_side_unit != 0) {
+    if (!can_be_carried(stream)) {
         return error(ErrorKind::unsupported, "RTP carries JPEG of sizes in multiples of 8 up to 2040, not " +
                                                  stream.size.to_string() + "; use H.264 at /" + camera.name +
                                                  " or MJPEG over HTTP at /cameras/" + camera.name + "/stream.mjpg");

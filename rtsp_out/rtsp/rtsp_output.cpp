@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/picture_fields.h"
+#include "core/base/rtp_jpeg.h"
 
 namespace camrig::rtsp {
 namespace {
@@ -75,18 +76,24 @@ FieldOf<RtspOutput> fps_field() {
             [](const RtspOutput& output) { return output.fps ? rate_to_json(*output.fps) : nlohmann::json(nullptr); }};
 }
 
-Result<void> check_size(const OutputSpec& output, ImageSize camera) {
-    const auto size = options_of<RtspOutput>(output).size;
-    if (!size || (size->width <= camera.width && size->height <= camera.height)) return {};
-    return error(ErrorKind::invalid_argument, "size: " + size->to_string() + " is more than the camera's " +
-                                                  camera.to_string() + "; the sub stream is the smaller one");
-}
-
-/// Half, in steps that the codec can have: chroma has half as many columns, and RTP carries JPEG in blocks of 8.
+/// Half, in steps that the codec can have: chroma has half as many columns, and RTP carries JPEG in blocks.
 ImageSize half_of(ImageSize camera, RtspCodec codec) {
-    const int step = codec == RtspCodec::mjpeg ? 8 : 2;
+    const int step = codec == RtspCodec::mjpeg ? rtp_jpeg_step : 2;
     const auto half = [step](int side) { return std::max(min_image_size.width, side / 2 / step * step); };
     return {half(camera.width), half(camera.height)};
+}
+
+Result<void> check_size(const OutputSpec& output, ImageSize camera) {
+    const auto options = options_of<RtspOutput>(output);
+    if (options.stream != RtspStream::sub) return {};
+    const ImageSize size = options.size.value_or(half_of(camera, options.codec));
+    if (options.size && (size.width > camera.width || size.height > camera.height))
+        return error(ErrorKind::invalid_argument, "size: " + size.to_string() + " is more than the camera's " +
+                                                      camera.to_string() + "; the sub stream is the smaller one");
+    if (!can_be_carried({.options = options, .size = size}))
+        return error(ErrorKind::invalid_argument, "size: RTP carries JPEG of sizes in multiples of 8 up to 2040, not " +
+                                                      size.to_string() + "; choose such a size, or codec h264");
+    return {};
 }
 
 bool is_slower(const Rate& a, const Rate& b) {
@@ -171,6 +178,10 @@ std::vector<StreamSettings> streams_of(const std::vector<OutputSpec>& outputs, I
         streams.push_back(std::move(stream));
     }
     return streams;
+}
+
+bool can_be_carried(const StreamSettings& stream) {
+    return stream.options.codec != RtspCodec::mjpeg || fits_rtp_jpeg(stream.size);
 }
 
 int default_bitrate_kbps(ImageSize size, const Rate& rate) {

@@ -50,6 +50,9 @@ struct StreamSettings {
 /// The three streams of a camera of this size and rate that has these outputs: main, sub, mjpeg. Pure.
 std::vector<StreamSettings> streams_of(const std::vector<OutputSpec>& outputs, ImageSize size, const Rate& rate);
 
+/// By RTP: JPEG has sizes that it cannot be sent in.
+bool can_be_carried(const StreamSettings& stream);
+
 /// 0.15 bits per pixel, at least 200 kbit/s: 1.2 Mbit/s for 640x480 at 25, 7.8 Mbit/s for 1920x1080 at 25.
 int default_bitrate_kbps(ImageSize size, const Rate& rate);
 

@@ -3,6 +3,7 @@
 import asyncio
 import concurrent.futures
 import datetime
+import json
 import re
 import socket
 import time
@@ -167,11 +168,24 @@ def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep")
-def test_a_port_that_another_program_has_is_an_error_to_who_asks_for_it(rig):
+def test_a_port_that_another_program_has_is_an_error_to_who_asks_for_it(rig, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
         taken = other.getsockname()[1]
         with pytest.raises(camrig.CamrigError, match=f"{taken}"):
             rig.create_camera("dome", size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])
+        # A scene that wants it is not loaded, nor is a rig started with it; what was there stays.
+        scene = tmp_path / "scene.json"
+        scene.write_text(json.dumps({"camrig_scene": 1, "name": "taken", "cameras": [
+            {"name": "other", "size": [320, 240], "pose": {"position": [0, 0, 2]}},
+            {"name": "dome", "size": [320, 240], "pose": {"position": [0, 0, 2]}, "outputs": [{"kind": "onvif", "port": taken}]}]}))
+        for ask in (lambda: rig.load(str(scene)), lambda: camrig.start(str(scene), mode="lockstep").__enter__()):
+            with pytest.raises(camrig.CamrigError, match=f"(?s)camera dome: outputs: onvif: cannot listen on 127.0.0.1 port {taken}: Address already in use"):
+                ask()
+        assert [one["name"] for one in rig.call("camera.list")["cameras"]] == ["main"] and rig.call("world.status")["scene"] == "minimal"
+    rig.load(str(scene))
+    wait_until(lambda: listens(taken), what="the port of the scene's camera, which is free now")
+    rig.load(str(scene))  # which it has
+    rig.camera("dome").delete()
     # One that moves from camera to camera is the rig's own all the time.
     for name in ("one", "two", "three"):
         camera = rig.create_camera(name, size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])

@@ -266,3 +266,42 @@ def test_two_who_set_two_streams_of_a_camera_at_once_undo_nothing(rig):
 async def together(port, messages):
     answers = await asyncio.gather(*(asyncio.to_thread(post, port, message) for message in messages))
     assert [status for status, _, _ in answers] == [200] * len(messages)
+
+
+def test_every_whole_rate_that_media_offers_is_a_rate_that_the_camera_can_have(rig):
+    port = device_port(rig)
+    for name, fps, shares in (("ntsc", "30000/1001", {30: "30000/1001", 15: "15000/1001", 10: "10000/1001", 8: 8}), ("half", 12.5, {13: "25/2", 12: 12, 6: "25/4"})):
+        cam = rig.create_camera(name, size=(320, 240), fps=fps)
+        options = post(port, f"<trt:GetVideoEncoderConfigurationOptions><trt:ConfigurationToken>{name}</trt:ConfigurationToken></trt:GetVideoEncoderConfigurationOptions>")[1]
+        (low, high), = re.findall(r"<tt:FrameRateRange><tt:Min>(\d+)</tt:Min><tt:Max>(\d+)</tt:Max>", options)
+        assert int(low) == 1 and int(high) == max(shares)
+        for rate in (*range(1, int(high) + 1), *range(int(high), 0, -1)):
+            control = f"<tt:Encoding>H264</tt:Encoding><tt:RateControl><tt:FrameRateLimit>{rate}</tt:FrameRateLimit></tt:RateControl>"
+            status, text, _ = post(port, setting("trt", name, control))
+            assert status == 200, (fps, rate, text)
+            if rate in shares:
+                assert [output["fps"] for output in cam.get()["outputs"]] == [shares[rate]]
+            told = re.findall(r"<tt:FrameRateLimit>(\d+)</tt:FrameRateLimit>", post(port, f"<trt:GetProfile><trt:ProfileToken>{name}</trt:ProfileToken></trt:GetProfile>")[1])
+            assert told == [str(rate)]
+
+
+def test_streams_that_rtp_cannot_carry_are_no_profiles_and_no_options(rig):
+    port = device_port(rig)
+    for name, size, has_jpeg in (("wide", (2048, 480), False), ("uneven", (332, 250), False), ("plain", (320, 240), True)):
+        cam = rig.create_camera(name, size=size, fps=25)
+        for prefix, space in (("trt", ""), ("tr2", f' xmlns:tr2="{TR2}"')):
+            tokens = re.findall(f'<{prefix}:Profiles token="({name}[^"]*)"', post(port, f"<{prefix}:GetProfiles{space}/>")[1])
+            assert tokens == [name, f"{name}-sub", f"{name}-mjpeg"][:3 if has_jpeg else 2]
+            for token in tokens:
+                uri = re.search("<t..?:Uri>(.*?)</", post(port, f"<{prefix}:GetStreamUri{space}><{prefix}:ProfileToken>{token}</{prefix}:ProfileToken></{prefix}:GetStreamUri>")[1])[1]
+                assert read_of(uri, 2)[0]["width"]
+        sizes = re.findall("<tt:JPEG>.*</tt:JPEG>", post(port, f"<trt:GetVideoEncoderConfigurationOptions><trt:ConfigurationToken>{name}-sub</trt:ConfigurationToken></trt:GetVideoEncoderConfigurationOptions>")[1])
+        for width, height in re.findall(r"<tt:Width>(\d+)</tt:Width><tt:Height>(\d+)</tt:Height>", "".join(sizes)):
+            inner = f"<tt:Encoding>JPEG</tt:Encoding><tt:Resolution><tt:Width>{width}</tt:Width><tt:Height>{height}</tt:Height></tt:Resolution>"
+            assert post(port, setting("trt", f"{name}-sub", inner))[0] == 200
+            assert read_of(cam.url("rtsp-sub"), 2)[0]["width"] == int(width)
+        assert sizes
+    inner = "<tt:Encoding>JPEG</tt:Encoding><tt:Resolution><tt:Width>2048</tt:Width><tt:Height>480</tt:Height></tt:Resolution>"
+    assert post(port, setting("trt", "wide-sub", inner))[0] == 400
+    status, text, _ = post(port, "<trt:GetStreamUri><trt:ProfileToken>wide-mjpeg</trt:ProfileToken></trt:GetStreamUri>")
+    assert status == 400 and "NoProfile" in text

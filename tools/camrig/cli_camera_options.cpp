@@ -108,7 +108,8 @@ Result<json> object_of(const Field& field, const std::vector<std::string>& given
         if (sign == 0 || (!is_text && !value.is_number() && !value.is_boolean() && !value.is_array()))
             return error(ErrorKind::invalid_argument, "--" + field.option_text() + ": \"" + text +
                                                           "\" must be NAME=VALUE with a number, true or false, e.g. " +
-                                                          field.parts.back().name + "=1");
+                                                          field.parts.back().name + "=1" +
+                                                          (field.is_nullable() ? ", or none, to take it away" : ""));
         object[name] = std::move(value);
     }
     return object;
@@ -141,6 +142,7 @@ void add_from_table(CLI::App& command, CameraOptions::FromTable& given) {
     if (!field.parts.empty()) {
         std::string names;
         for (const Field& part : field.parts) names += (names.empty() ? "" : ", ") + part.name;
+        if (field.is_nullable()) names += "; none: " + field.null;
         option->description("NAME=VALUE, more than once for more: " + names);
         return;
     }

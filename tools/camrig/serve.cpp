@@ -22,6 +22,7 @@
 #include "core/base/clock.h"
 #include "core/base/command_key.h"
 #include "core/base/descriptors.h"
+#include "core/base/tcp_listener.h"
 #include "core/base/token.h"
 #include "core/stream/local_frame_bus.h"
 #include "core/truth/truth_json.h"
@@ -211,10 +212,11 @@ Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& 
     return opened.get_future().get();
 }
 
-/// The streams of a camera as ONVIF tells them.
+/// The streams of a camera that can be read, as ONVIF tells them.
 std::vector<onvif::VideoStream> onvif_streams(const world::CameraSpec& camera) {
     std::vector<onvif::VideoStream> streams;
     for (const rtsp::StreamSettings& stream : rtsp::streams_of(camera.outputs, camera.size, camera.rate)) {
+        if (!rtsp::can_be_carried(stream)) continue;
         std::string_view ending = rtsp::path_ending(stream.options);
         if (!ending.empty()) ending.remove_prefix(1);
         streams.push_back({.ending = std::string(ending),
@@ -239,22 +241,24 @@ onvif::Site onvif_site(const rtsp::RtspServer& rtsp, bool is_discoverable) {
 }
 
 /// `discovery` is told of what can be found; nullptr: nobody is.
-onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, std::shared_ptr<onvif::DevicePorts> ports,
-                                     onvif::DiscoveryServer* discovery) {
-    return {.open =
-                [&http, ports = std::move(ports), discovery](const std::string& camera, std::uint16_t port) {
-                    http.open_device_port(
-                        camera, port, [camera, ports, discovery](const Result<std::uint16_t>& opened) {
-                            if (!opened) return spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
-                            ports->had(*opened);
-                            if (discovery) discovery->add(camera, *opened);
-                        });
-                },
-            .close =
-                [&http, discovery](const std::string& camera, std::uint16_t port) {
-                    http.close_device_port(camera, port);
-                    if (discovery) discovery->remove(camera, port);
-                }};
+onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, onvif::DiscoveryServer* discovery) {
+    onvif::OnvifPorts::Doors doors{
+        .open =
+            [&http](const std::string& camera, std::uint16_t port, onvif::OnvifPorts::Done done) {
+                http.open_device_port(camera, port,
+                                      [camera, done = std::move(done)](const Result<std::uint16_t>& opened) {
+                                          if (!opened)
+                                              spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
+                                          done(opened.has_value());
+                                      });
+            },
+        .close = [&http](const std::string& camera, std::uint16_t port,
+                         onvif::OnvifPorts::Done done) { http.close_device_port(camera, port, std::move(done)); }};
+    if (discovery)
+        doors.tell = [discovery](const std::string& camera, std::uint16_t port, bool is_there) {
+            is_there ? discovery->add(camera, port) : discovery->remove(camera, port);
+        };
+    return doors;
 }
 
 http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
@@ -325,7 +329,9 @@ int run_serve(const ServeOptions& options) {
     if (!access) return fail(access.error());
     auto folder = RigFolder::claim(options.control);
     if (!folder) return fail(folder.error());
-    const auto device_ports = std::make_shared<onvif::DevicePorts>(options.host);
+    auto address = resolve_address("http", options.host);
+    if (!address) return fail(address.error());
+    const auto device_ports = std::make_shared<onvif::DevicePorts>(std::move(*address));
     register_outputs(device_ports);
     auto scene = load_scene(options.scene, options.scene_options);
     if (!scene) return fail(scene.error());
@@ -384,8 +390,8 @@ int run_serve(const ServeOptions& options) {
     if (!onvif_port) return fail(onvif_port.error());
     if (options.onvif_port) facts.add("onvif", *onvif_port);
     if (discovery && options.onvif_port) discovery->add("", *onvif_port);
-    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus,
-                                                 onvif_doors(**http, device_ports, discovery.get()));
+    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, device_ports,
+                                                 onvif_doors(**http, discovery.get()));
 
     auto control = control::ControlServer::create({.unix_path = options.control,
                                                    .host = options.host,

@@ -21,6 +21,14 @@ TEST(TcpListener, TakesConnectionsWhereItSays) {
     }
 }
 
+TEST(TcpListener, NamesBecomeNumbers) {
+    EXPECT_EQ(resolve_address("http", "localhost"), "127.0.0.1");
+    for (const char* number : {"127.9.9.9", "0.0.0.0", "::1"}) EXPECT_EQ(resolve_address("http", number), number);
+    const auto none = resolve_address("http", "not an address");
+    EXPECT_EQ(none.error().kind, ErrorKind::invalid_argument);
+    EXPECT_TRUE(none.error().message.starts_with("http: host 'not an address' is not an address of this machine"));
+}
+
 TEST(TcpListener, OtherAddressesThanLoopbackNeedAToken) {
     for (const char* host : {"0.0.0.0", "::"}) {
         EXPECT_EQ(listen_tcp({.host = host}).error().kind, ErrorKind::invalid_argument) << host;

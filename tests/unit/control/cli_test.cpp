@@ -161,6 +161,20 @@ TEST_F(Cli, AnglesAndHorizontalFieldsOfViewAndPlaces) {
     EXPECT_EQ(json_of({"camera", "create", "b", "--place", "door", "--vfov-deg", "40"})["name"], "b");
 }
 
+TEST_F(Cli, NoneTakesAnObjectAwayAndOtherWordsSaySo) {
+    const json made = json_of(
+        {"camera", "create", "a", "--position", "0,0,2", "--ptz", "preset=ideal", "--clock", "drift_ppb=50000"});
+    EXPECT_TRUE(made["clock"].is_object());
+    EXPECT_TRUE(made["ptz"].is_object());
+    for (const char* field : {"clock", "ptz"}) {
+        const Outcome null = run({"camera", "set", "a", std::string("--") + field, "null"});
+        EXPECT_EQ(null.code, 2);
+        EXPECT_THAT(null.err, HasSubstr("or none, to take it away")) << field;
+        EXPECT_TRUE(json_of({"camera", "set", "a", std::string("--") + field, "none"})[field].is_null()) << field;
+    }
+    EXPECT_THAT(run({"camera", "set", "--help"}).out, HasSubstr("none: none, it is right"));
+}
+
 TEST_F(Cli, ATourHasPresetsAndOneDwellAndSpeedForAll) {
     json_of({"camera", "create", "dome", "--position", "0,0,2", "--ptz", "preset=ideal"});
     const json made =

@@ -197,6 +197,22 @@ TEST_F(OnvifServiceTest, ADeviceIsOneCameraOrHasThemAll) {
     EXPECT_THAT(ask(soap(uri)).text, HasSubstr("<tt:Uri>rtsp://10.0.0.9:8554/dome/mjpeg</tt:Uri>"));
 }
 
+TEST_F(OnvifServiceTest, OnlyProfilesHaveTokensOfStreams) {
+    start({});
+    const auto status = [&](const std::string& operation, const std::string& child, const std::string& token) {
+        return ask(soap("<" + operation + "><" + child + ">" + token + "</" + child + "></" + operation + ">")).status;
+    };
+    EXPECT_EQ(status("b:GetCompatibleConfigurations", "b:ProfileToken", "dome"), 200);
+    EXPECT_EQ(status("b:GetCompatibleConfigurations", "b:ProfileToken", "dome-sub"), 200);
+    for (const auto& [operation, child] : {std::pair{"b:GetNode", "b:NodeToken"},
+                                           {"b:GetConfiguration", "b:PTZConfigurationToken"},
+                                           {"b:GetConfigurationOptions", "b:ConfigurationToken"},
+                                           {"c:GetVideoSourceConfiguration", "c:ConfigurationToken"}}) {
+        EXPECT_EQ(status(operation, child, "dome"), 200) << operation;
+        EXPECT_EQ(status(operation, child, "dome-sub"), 400) << operation;
+    }
+}
+
 TEST_F(OnvifServiceTest, RightIsPositiveForClientsAndNegativeForTheHead) {
     start({});
     EXPECT_EQ(ask(ptz("AbsoluteMove", "<b:Position><PanTilt x=\"1\" y=\"-1\"/><Zoom x=\"1\"/></b:Position>")).status,

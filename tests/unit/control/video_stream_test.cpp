@@ -93,6 +93,22 @@ TEST_F(StreamWishes, SizesAreThoseThatAreOffered) {
     EXPECT_THAT(sizes_for(camera_, odd, "mjpeg"), testing::Not(testing::Contains(ImageSize{322, 240})));
 }
 
+TEST_F(StreamWishes, SizesOfJpegAreThoseThatRtpCanCarry) {
+    camera_.size = {4096, 2160};
+    for (const ImageSize size : sizes_for(camera_, sub(), "mjpeg")) EXPECT_LE(size.width, 2040);
+    EXPECT_THAT(sizes_for(camera_, sub(), "h264"), testing::Contains(camera_.size));
+    EXPECT_TRUE(options({.codec = "mjpeg", .size = ImageSize{1024, 536}}, sub()).is_object());
+    EXPECT_TRUE(options({.codec = "mjpeg", .size = ImageSize{2048, 1080}}, sub()).is_string());
+    // A stream of a picture so long that none of its shares can be carried is not offered as JPEG.
+    camera_.size = {8192, 16};
+    VideoStream strip = sub();
+    strip.size = {4096, 16};
+    EXPECT_THAT(codecs_for(camera_, strip, true), testing::ElementsAre("h264", "h265"));
+    EXPECT_THAT(options({.codec = "mjpeg"}, strip).dump(), HasSubstr("no such encoding"));
+    camera_.size = {640, 480};
+    EXPECT_THAT(codecs_for(camera_, sub(), true), testing::ElementsAre("h264", "h265", "mjpeg"));
+}
+
 TEST_F(StreamWishes, BitRatesBecomeTheNearestAndQualityIsOfJpegAlone) {
     EXPECT_EQ(options({.bitrate_kbps = 1e12}, main())["bitrate_kbps"], 200'000);
     EXPECT_EQ(options({.bitrate_kbps = -5}, main())["bitrate_kbps"], 16);

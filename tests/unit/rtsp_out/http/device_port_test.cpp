@@ -28,6 +28,11 @@ protected:
         server->open_device_port(device, port, [&](Result<std::uint16_t> made) { opened.set_value(std::move(made)); });
         return opened.get_future().get();
     }
+    bool close(const std::string& device, std::uint16_t port) {
+        std::promise<bool> closed;
+        server->close_device_port(device, port, [&](bool was_open) { closed.set_value(was_open); });
+        return closed.get_future().get();
+    }
     static TestClient::Reply ask(std::uint16_t port, std::string_view target, std::string_view fields = {}) {
         TestClient client(port);
         client.get(target, fields);
@@ -108,9 +113,10 @@ TEST_F(DevicePort, APortThatIsTakenIsAnErrorAndOneThatIsClosedIsFree) {
     const auto taken = open("hall", port);
     ASSERT_FALSE(taken);
     EXPECT_EQ(taken.error().kind, ErrorKind::unavailable);
-    server->close_device_port("hall", port);  // which it never had
+    EXPECT_FALSE(close("hall", port)) << "it never had it";
     EXPECT_EQ(post(port, "").status, 200);
-    server->close_device_port("lobby", port);
+    EXPECT_TRUE(close("lobby", port));
+    EXPECT_FALSE(close("lobby", port));
     EXPECT_TRUE(open("hall", port));
     EXPECT_EQ(post(port, "").status, 200);
     EXPECT_EQ(calls.back().device, "hall");

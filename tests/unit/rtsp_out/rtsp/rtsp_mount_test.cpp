@@ -137,6 +137,22 @@ TEST(RtspOutputs, TwoOfOneStreamAreOneTooManyAndASubStreamIsNoLargerThanItsCamer
     EXPECT_THAT(problem({{{"stream", "sub"}, {"size", {642, 480}}}}), HasSubstr("642x480 is more than the camera's"));
 }
 
+TEST(RtspOutputs, ASubStreamOfJpegHasASizeThatRtpCanCarry) {
+    set_output_families({rtsp_family()});
+    const auto problem = [](nlohmann::json options, ImageSize camera) {
+        options["stream"] = "sub";
+        const auto good = check_outputs({rtsp_output(std::move(options))}, camera);
+        return good ? "" : good.error().message;
+    };
+    const ImageSize large{8192, 4320};
+    EXPECT_THAT(problem({{"codec", "mjpeg"}, {"size", {2048, 1080}}}, large), HasSubstr("multiples of 8 up to 2040"));
+    EXPECT_THAT(problem({{"codec", "mjpeg"}, {"size", {324, 240}}}, large), HasSubstr("not 324x240"));
+    EXPECT_THAT(problem({{"codec", "mjpeg"}}, large), HasSubstr("not 4096x2160")) << "half of the camera's";
+    EXPECT_EQ(problem({{"codec", "mjpeg"}, {"size", {2040, 1080}}}, large), "");
+    EXPECT_EQ(problem({{"codec", "mjpeg"}}, {1366, 766}), "") << "half of it, in steps that can be had";
+    EXPECT_EQ(problem({{"size", {2048, 1082}}}, large), "") << "H.264 can";
+}
+
 TEST(RtspOutputs, OptionsOfAnotherStreamOrCodecAreRefused) {
     set_output_families({rtsp_family()});
     const auto problem = [](const char* text) {
