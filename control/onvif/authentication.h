@@ -22,8 +22,8 @@ namespace camrig::onvif {
 /// alone would need, a hash of name, realm and password, would not do, and is as good as the password to who steals it.
 class Authentication {
 public:
-    /// Messages older or newer than this are refused, and of the last max_digests none is taken twice. An answer to an
-    /// HTTP challenge is good for as long, for any message to the same target.
+    /// Messages older or newer than this are refused, and so are answers to an HTTP challenge that is older; of the
+    /// last max_digests of both none is taken twice.
     static constexpr TimeNs max_skew_ns = 300 * ns_per_s;
     static constexpr std::size_t max_digests = 16'384;
 
