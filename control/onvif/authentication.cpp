@@ -1,5 +1,6 @@
 #include "control/onvif/authentication.h"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cstdio>
@@ -18,11 +19,12 @@ namespace {
 constexpr std::string_view realm = "camrig";
 constexpr std::size_t max_nonce_bytes = 256;
 
-std::string hash(const EVP_MD* kind, std::string_view text) {
+/// nullopt: OpenSSL has no such hash, or may not make one.
+std::optional<std::string> hash(const EVP_MD* kind, std::string_view text) {
     unsigned char bytes[EVP_MAX_MD_SIZE];
     unsigned int size = 0;
-    CHECK(EVP_Digest(text.data(), text.size(), bytes, &size, kind, nullptr) == 1);
-    return {reinterpret_cast<const char*>(bytes), size};
+    if (EVP_Digest(text.data(), text.size(), bytes, &size, kind, nullptr) != 1) return std::nullopt;
+    return std::string(reinterpret_cast<const char*>(bytes), size);
 }
 
 std::string hex(std::string_view bytes) {
@@ -35,8 +37,20 @@ std::string hex(std::string_view bytes) {
     return text;
 }
 
-std::string md5(std::string_view text) {
-    return hex(hash(EVP_md5(), text));
+struct HttpAlgorithm {
+    std::string_view name;
+    const EVP_MD* kind;
+    std::optional<std::string> hash_of(std::string_view text) const {
+        const auto bytes = hash(kind, text);
+        return bytes ? std::optional(hex(*bytes)) : std::nullopt;
+    }
+};
+
+/// RFC 7616, 3.3: no name is MD5.
+std::optional<HttpAlgorithm> http_algorithm(std::string_view name) {
+    if (name.empty() || name == "MD5") return HttpAlgorithm{"MD5", EVP_md5()};
+    if (name == "SHA-256") return HttpAlgorithm{"SHA-256", EVP_sha256()};
+    return std::nullopt;
 }
 
 std::string random_bytes() {
@@ -68,7 +82,16 @@ std::map<std::string, std::string, std::less<>> digest_fields(std::string_view t
 
 }  // namespace
 
-Authentication::Authentication(std::string token) : token_(std::move(token)), secret_(random_bytes()) {}
+Authentication::Authentication(std::string token, std::vector<User> users)
+    : token_(std::move(token)), users_(std::move(users)), secret_(random_bytes()) {}
+
+template <typename IsRight>
+std::optional<Role> Authentication::find(std::string_view name, IsRight is_right) const {
+    const auto user = std::ranges::find(users_, name, &User::name);
+    if (user != users_.end() && is_right(user->password)) return user->role;
+    if (!token_.empty() && is_right(token_)) return Role::administrator;
+    return std::nullopt;
+}
 
 bool Authentication::remember(const std::string& digest) {
     const std::lock_guard lock(mutex_);
@@ -81,45 +104,62 @@ bool Authentication::remember(const std::string& digest) {
     return true;
 }
 
-bool Authentication::is_good(const UsernameToken& token, TimeNs now_ns) {
-    if (is_open()) return true;
-    if (!token.is_digest) return equal_tokens(token.password, token_);
+std::optional<Role> Authentication::role_of(const UsernameToken& token, TimeNs now_ns) {
+    if (is_open()) return Role::administrator;
+    if (!token.is_digest)
+        return find(token.name, [&](const std::string& password) { return equal_tokens(token.password, password); });
     const auto nonce = base64_decode(token.nonce);
     const auto created = time_of_text(token.created);
-    if (!nonce || nonce->size() > max_nonce_bytes || !created) return false;
-    if (*created < now_ns - max_skew_ns || *created > now_ns + max_skew_ns) return false;
-    std::string hashed(reinterpret_cast<const char*>(nonce->data()), nonce->size());
-    hashed.append(token.created).append(token_);
-    const std::string digest = hash(EVP_sha1(), hashed);
-    if (!equal_tokens(token.password, base64_encode(std::as_bytes(std::span(digest))))) return false;
+    if (!nonce || nonce->size() > max_nonce_bytes || !created) return std::nullopt;
+    if (*created < now_ns - max_skew_ns || *created > now_ns + max_skew_ns) return std::nullopt;
+    std::string begin(reinterpret_cast<const char*>(nonce->data()), nonce->size());
+    begin.append(token.created);
+    std::string right;
+    const auto role = find(token.name, [&](const std::string& password) {
+        const auto digest = hash(EVP_sha1(), begin + password);
+        if (!digest || !equal_tokens(token.password, base64_encode(std::as_bytes(std::span(*digest))))) return false;
+        right = *digest;
+        return true;
+    });
     // Not the texts: the same nonce can be written in several ways.
-    return remember(digest);
+    return role && remember(right) ? role : std::nullopt;
 }
 
-std::string Authentication::http_nonce(TimeNs now_s) const {
-    const std::string time = std::to_string(now_s);
-    return time + "-" + hex(hash(EVP_sha256(), time + secret_ + token_));
+std::string Authentication::http_nonce(TimeNs made_ns) const {
+    const std::string time = std::to_string(made_ns);
+    const auto made = hash(EVP_sha256(), time + secret_);
+    return made ? time + "-" + hex(*made) : "";
 }
 
-std::string Authentication::http_challenge(TimeNs now_ns) const {
-    return "Digest realm=\"" + std::string(realm) + "\", qop=\"auth\", nonce=\"" + http_nonce(now_ns / ns_per_s) +
-           "\", algorithm=MD5";
+std::string Authentication::http_challenge(TimeNs now_ns, bool is_stale) const {
+    const char* const algorithm = hash(EVP_md5(), "") ? "MD5" : "SHA-256";
+    return "Digest realm=\"" + std::string(realm) + "\", qop=\"auth\", nonce=\"" + http_nonce(now_ns) +
+           "\", algorithm=" + algorithm + (is_stale ? ", stale=true" : "");
 }
 
-bool Authentication::is_good_http(std::string_view method, std::string_view target, std::string_view authorization,
-                                  TimeNs now_ns) const {
+Authentication::HttpCaller Authentication::http_caller(std::string_view method, std::string_view target,
+                                                       std::string_view authorization, TimeNs now_ns) {
     auto fields = digest_fields(authorization);
     const std::string& nonce = fields["nonce"];
-    TimeNs made_s = 0;
-    std::from_chars(nonce.data(), nonce.data() + nonce.size(), made_s);
-    const TimeNs now_s = now_ns / ns_per_s;
-    if (made_s < 0 || made_s > now_s || now_s - made_s > max_skew_ns / ns_per_s) return false;
-    if (!equal_tokens(nonce, http_nonce(made_s))) return false;
-    if (fields["realm"] != realm || fields["uri"] != target) return false;
-    std::string hashed = md5(fields["username"] + ":" + std::string(realm) + ":" + token_) + ":" + nonce + ":";
-    if (!fields["qop"].empty()) hashed += fields["nc"] + ":" + fields["cnonce"] + ":" + fields["qop"] + ":";
-    hashed += md5(std::string(method) + ":" + std::string(target));
-    return equal_tokens(fields["response"], md5(hashed));
+    TimeNs made_ns = 0;
+    std::from_chars(nonce.data(), nonce.data() + nonce.size(), made_ns);
+    if (nonce.empty() || made_ns < 0 || made_ns > now_ns || !equal_tokens(nonce, http_nonce(made_ns))) return {};
+    if (fields["realm"] != realm || fields["uri"] != target) return {};
+    const auto algorithm = http_algorithm(fields["algorithm"]);
+    if (!algorithm) return {};
+    const std::string chosen =
+        fields["qop"].empty() ? "" : fields["nc"] + ":" + fields["cnonce"] + ":" + fields["qop"] + ":";
+    const auto asked = algorithm->hash_of(std::string(method) + ":" + std::string(target));
+    const std::string& name = fields["username"];
+    const auto role = find(name, [&](const std::string& password) {
+        const auto who = algorithm->hash_of(name + ":" + std::string(realm) + ":" + password);
+        if (!who || !asked) return false;
+        const auto expected = algorithm->hash_of(*who + ":" + nonce + ":" + chosen + *asked);
+        return expected && equal_tokens(fields["response"], *expected);
+    });
+    if (!role) return {};
+    if (now_ns - made_ns > max_skew_ns || !remember(fields["response"])) return {std::nullopt, true};
+    return {role};
 }
 
 std::optional<TimeNs> time_of_text(std::string_view text) {

@@ -60,13 +60,14 @@ Answer get_services(const Asked& asked) {
 
 Answer get_service_capabilities(const Asked& asked) {
     const std::string discovers = asked.site.is_discoverable ? "true" : "false";
-    return response("tds:GetServiceCapabilities",
-                    R"(<tds:Capabilities><tds:Network IPFilter="false" ZeroConfiguration="false" IPVersion6="true")"
-                    R"( DynDNS="false"/><tds:Security TLS1.0="false" UsernameToken="true" HttpDigest="true"/>)"
-                    R"(<tds:System DiscoveryResolve=")" +
-                        discovers + R"(" DiscoveryBye=")" + discovers +
-                        R"(" RemoteDiscovery="false")"
-                        R"( SystemBackup="false" SystemLogging="false" FirmwareUpgrade="false"/></tds:Capabilities>)");
+    return response(
+        "tds:GetServiceCapabilities",
+        R"(<tds:Capabilities><tds:Network IPFilter="false" ZeroConfiguration="false" IPVersion6="true")"
+        R"( DynDNS="false"/><tds:Security TLS1.0="false" UsernameToken="true" HttpDigest="true" DefaultAccessPolicy="true"/>)"
+        R"(<tds:System DiscoveryResolve=")" +
+            discovers + R"(" DiscoveryBye=")" + discovers +
+            R"(" RemoteDiscovery="false")"
+            R"( SystemBackup="false" SystemLogging="false" FirmwareUpgrade="false"/></tds:Capabilities>)");
 }
 
 Answer get_capabilities(const Asked& asked) {
@@ -136,37 +137,66 @@ Answer get_endpoint_reference(const Asked& asked) {
     return response("tds:GetEndpointReference", text_element("tds:GUID", endpoint_address(asked.device)));
 }
 
+/// Without their passwords, as the standard wants.
+Answer get_users(const Asked& asked) {
+    std::string all;
+    for (const User& user : asked.users) {
+        static constexpr std::string_view levels[] = {"User", "Operator", "Administrator"};
+        all += element("tds:User", text_element("tt:Username", user.name) +
+                                       element("tt:UserLevel", levels[static_cast<std::size_t>(user.role)]));
+    }
+    return response("tds:GetUsers", all);
+}
+
+/// The users are those of a file, which is read at the start; without one there are none that could be changed.
+Answer refuse_change_of_users(const Asked& asked, Fault fault) {
+    if (asked.users.empty()) return std::unexpected(not_implemented());
+    fault.reason = "the users are those of the file that --onvif-users names; it is read when the rig starts";
+    return std::unexpected(std::move(fault));
+}
+
 /// What many ask for and little depends on.
 constexpr const char* no_dhcp = "<tt:FromDHCP>false</tt:FromDHCP>";
 
 const Operation operations[] = {
-    {"GetSystemDateAndTime", get_system_date_and_time, Access::open},
-    {"GetServices", get_services, Access::open},
-    {"GetServiceCapabilities", get_service_capabilities, Access::open},
-    {"GetCapabilities", get_capabilities, Access::open},
-    {"GetHostname", get_hostname, Access::open},
-    {"GetEndpointReference", get_endpoint_reference, Access::open},
+    {"GetSystemDateAndTime", get_system_date_and_time, Access::pre_auth},
+    {"GetServices", get_services, Access::pre_auth},
+    {"GetServiceCapabilities", get_service_capabilities, Access::pre_auth},
+    {"GetCapabilities", get_capabilities, Access::pre_auth},
+    {"GetHostname", get_hostname, Access::pre_auth},
+    {"GetEndpointReference", get_endpoint_reference, Access::pre_auth},
     {"GetWsdlUrl",
      [](const Asked&) -> Answer {
          return response("tds:GetWsdlUrl", "<tds:WsdlUrl>http://www.onvif.org/</tds:WsdlUrl>");
      },
-     Access::open},
-    {"GetDeviceInformation", get_device_information},
-    {"GetNetworkInterfaces", get_network_interfaces},
-    {"GetNetworkProtocols", get_network_protocols},
-    {"GetScopes", get_scopes},
-    {"GetDNS", [](const Asked&) -> Answer { return response("tds:GetDNS", element("tds:DNSInformation", no_dhcp)); }},
-    {"GetNTP", [](const Asked&) -> Answer { return response("tds:GetNTP", element("tds:NTPInformation", no_dhcp)); }},
+     Access::pre_auth},
+    {"GetDeviceInformation", get_device_information, Access::read_system},
+    {"GetNetworkInterfaces", get_network_interfaces, Access::read_system},
+    {"GetNetworkProtocols", get_network_protocols, Access::read_system},
+    {"GetScopes", get_scopes, Access::read_system},
+    {"GetDNS", [](const Asked&) -> Answer { return response("tds:GetDNS", element("tds:DNSInformation", no_dhcp)); },
+     Access::read_system},
+    {"GetNTP", [](const Asked&) -> Answer { return response("tds:GetNTP", element("tds:NTPInformation", no_dhcp)); },
+     Access::read_system},
     {"GetNetworkDefaultGateway",
-     [](const Asked&) -> Answer {
-         return response("tds:GetNetworkDefaultGateway", element("tds:NetworkGateway", ""));
-     }},
+     [](const Asked&) -> Answer { return response("tds:GetNetworkDefaultGateway", element("tds:NetworkGateway", "")); },
+     Access::read_system},
     {"GetDiscoveryMode",
      [](const Asked& asked) -> Answer {
          const char* const mode = asked.site.is_discoverable ? "Discoverable" : "NonDiscoverable";
          return response("tds:GetDiscoveryMode", element("tds:DiscoveryMode", mode));
-     }},
-    {"GetUsers", [](const Asked&) -> Answer { return response("tds:GetUsers", ""); }},
+     },
+     Access::read_system},
+    {"GetUsers", get_users, Access::read_system_secret},
+    {"CreateUsers",
+     [](const Asked& asked) { return refuse_change_of_users(asked, {false, "Action", "TooManyUsers", {}}); },
+     Access::write_system},
+    {"SetUser",
+     [](const Asked& asked) { return refuse_change_of_users(asked, {true, "InvalidArgVal", "FixedUser", {}}); },
+     Access::write_system},
+    {"DeleteUsers",
+     [](const Asked& asked) { return refuse_change_of_users(asked, {true, "InvalidArgVal", "FixedUser", {}}); },
+     Access::write_system},
     {"GetRelayOutputs", [](const Asked&) -> Answer { return response("tds:GetRelayOutputs", ""); }},
 };
 

@@ -122,7 +122,7 @@ Answer get_service_capabilities(const Asked&) {
 }
 
 const Operation operations[] = {
-    {.name = "GetServiceCapabilities", .answer = get_service_capabilities, .access = Access::open},
+    {.name = "GetServiceCapabilities", .answer = get_service_capabilities, .access = Access::pre_auth},
     {.name = "GetEventProperties", .answer = get_event_properties},
     {.name = "CreatePullPointSubscription", .on_events = create},
     {.name = "PullMessages", .on_events = pull},

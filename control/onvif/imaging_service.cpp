@@ -15,7 +15,7 @@ const Operation operations[] = {
      [](const Asked&) -> Answer {
          return response("timg:GetServiceCapabilities", R"(<timg:Capabilities ImageStabilization="false"/>)");
      },
-     Access::open},
+     Access::pre_auth},
     {"GetImagingSettings",
      [](const Asked& asked) { return nothing_of_source(asked, "timg:GetImagingSettings", "<timg:ImagingSettings/>"); }},
     {"GetOptions",

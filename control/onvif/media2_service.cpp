@@ -203,7 +203,7 @@ Answer get_service_capabilities(const Asked& asked) {
 #define CAMRIG_EMPTY_ANSWER(NAME) {NAME, [](const Asked&) -> Answer { return response("tr2:" NAME, ""); }}
 
 const Operation operations[] = {
-    {"GetServiceCapabilities", get_service_capabilities, Access::open},
+    {"GetServiceCapabilities", get_service_capabilities, Access::pre_auth},
     {"GetProfiles", get_profiles},
     {"GetVideoSourceConfigurations", get_source_configurations},
     {"GetVideoSourceConfigurationOptions", get_source_options},
@@ -211,7 +211,7 @@ const Operation operations[] = {
     {"GetVideoEncoderConfigurationOptions", get_encoder_options},
     {.name = "SetVideoEncoderConfiguration",
      .answer = [](const Asked&) -> Answer { return response("tr2:SetVideoEncoderConfiguration", ""); },
-     .access = Access::command,
+     .access = Access::actuate,
      .change = set_encoder_configuration},
     {"GetVideoEncoderInstances", get_encoder_instances},
     {"GetStreamUri", get_stream_uri},

@@ -207,7 +207,7 @@ Answer get_service_capabilities(const Asked& asked) {
 #define CAMRIG_EMPTY_ANSWER(NAME) {NAME, [](const Asked&) -> Answer { return response("trt:" NAME, ""); }}
 
 const Operation operations[] = {
-    {"GetServiceCapabilities", get_service_capabilities, Access::open},
+    {"GetServiceCapabilities", get_service_capabilities, Access::pre_auth},
     {"GetProfiles", get_profiles},
     {"GetProfile", get_profile},
     {"GetVideoSources", get_video_sources},
@@ -225,7 +225,7 @@ const Operation operations[] = {
     {"GetVideoEncoderConfigurationOptions", get_encoder_options},
     {.name = "SetVideoEncoderConfiguration",
      .answer = [](const Asked&) -> Answer { return response("trt:SetVideoEncoderConfiguration", ""); },
-     .access = Access::command,
+     .access = Access::actuate,
      .change = set_encoder_configuration},
     {"GetGuaranteedNumberOfVideoEncoderInstances",
      [](const Asked&) -> Answer {

@@ -63,7 +63,7 @@ struct OnvifService::Task {
 OnvifService::OnvifService(engine::CommandPort& commands, stream::FrameFetcher& frames, Options options)
     : commands_(commands),
       options_(std::move(options)),
-      authentication_(options_.token),
+      authentication_(options_.token, options_.users),
       replies_(1, max_replies_waiting),
       events_(commands, frames) {}
 
@@ -82,10 +82,10 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
     const Operation* operation = find_operation((*message)->operation);
     if (!operation) return done(reply_of(not_implemented()));
     // A camera judges the age of a message by its own clock.
-    const bool by_camera = !call.device.empty() && !call.shows_token && (*message)->token;
+    const bool by_camera = !call.device.empty() && !call.role && (*message)->token;
     const TimeNs now_ns = realtime_now_ns();
     if (!by_camera)
-        if (auto refused = refuse(*operation, **message, call.shows_token, now_ns)) return done(std::move(*refused));
+        if (auto refused = refuse(*operation, **message, call.role, now_ns)) return done(std::move(*refused));
     const XmlElement request = (*message)->operation;
     auto task = std::make_shared<Task>(Task{.message = std::move(*message),
                                             .operation = operation,
@@ -95,27 +95,32 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
                                                       .device = call.device,
                                                       .path = call.path,
                                                       .cameras = {},
-                                                      .utc_ns = now_ns},
+                                                      .utc_ns = now_ns,
+                                                      .users = authentication_.users()},
                                             .is_to_be_judged = by_camera,
                                             .done = std::move(done)});
     if (operation->orders) return ask_head(task);
     ask_cameras(task);
 }
 
-std::optional<OnvifReply> OnvifService::refuse(const Operation& operation, const SoapMessage& message, bool shows_token,
-                                               TimeNs now_ns) {
-    if (operation.access == Access::open) return std::nullopt;
-    const bool is_known =
-        shows_token || authentication_.is_open() || (message.token && authentication_.is_good(*message.token, now_ns));
-    if (!is_known) {
+std::optional<OnvifReply> OnvifService::refuse(const Operation& operation, const SoapMessage& message,
+                                               std::optional<Role> by_http, TimeNs now_ns) {
+    if (operation.access == Access::pre_auth) return std::nullopt;
+    std::optional<Role> role = authentication_.is_open() ? Role::administrator : by_http;
+    if (!role && message.token) role = authentication_.role_of(*message.token, now_ns);
+    if (!role) {
         OnvifReply reply = reply_of(not_authorized());
         reply.is_refused = message.token.has_value();
         reply.asks_digest = !message.token;
         if (reply.asks_digest) reply.status = 401;
         return reply;
     }
-    if (operation.access == Access::look || options_.may_command) return std::nullopt;
     Fault fault = not_authorized();
+    if (*role < least_role(operation.access)) {
+        fault.reason += ": this user's role does not allow it";
+        return reply_of(fault);
+    }
+    if (!is_change(operation.access) || options_.may_command) return std::nullopt;
     fault.reason += ": this rig was started with --read-only";
     return reply_of(fault);
 }
@@ -165,7 +170,7 @@ void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) 
     task->asked.cameras = {camera.camera.spec()};
     if (camera.now.clock) task->asked.utc_ns += camera.now.clock->stamp_error_ns;
     if (task->is_to_be_judged)
-        if (auto refused = refuse(*task->operation, *task->message, false, task->asked.utc_ns))
+        if (auto refused = refuse(*task->operation, *task->message, std::nullopt, task->asked.utc_ns))
             return task->done(std::move(*refused));
     if (!task->operation->orders) return answer(task);
     if (camera_of_token(task->asked.request.text("ProfileToken")) != camera.camera.spec()->name)

@@ -12,10 +12,10 @@ namespace camrig::onvif {
 
 /// A message that came to a device.
 struct OnvifCall {
-    std::string device;        ///< name of its camera; empty: a device with all cameras of the rig
-    std::string host;          ///< as the client calls us, with the port
-    std::string path;          ///< of the URL that was posted to
-    bool shows_token = false;  ///< over HTTP already
+    std::string device;             ///< name of its camera; empty: a device with all cameras of the rig
+    std::string host;               ///< as the client calls us, with the port
+    std::string path;               ///< of the URL that was posted to
+    std::optional<Role> role = {};  ///< as HTTP told already
     std::string body;
 };
 struct OnvifReply {
@@ -31,8 +31,9 @@ class OnvifService {
 public:
     struct Options {
         Site site = {};
-        std::string token = {};   ///< empty: everybody may
-        bool may_command = true;  ///< else heads are only looked at
+        std::string token = {};        ///< as of Authentication
+        std::vector<User> users = {};  ///< the same
+        bool may_command = true;       ///< else heads are only looked at
     };
     /// The first two outlive stop(), and no command is in work when the service goes.
     OnvifService(engine::CommandPort& commands, stream::FrameFetcher& frames, Options options);
@@ -51,8 +52,8 @@ private:
     using TaskRef = std::shared_ptr<Task>;
 
     /// nullopt: it may be answered. `now_ns`: since 1970, as the clock has it that the message's age is judged by.
-    std::optional<OnvifReply> refuse(const Operation& operation, const SoapMessage& message, bool shows_token,
-                                     TimeNs now_ns);
+    std::optional<OnvifReply> refuse(const Operation& operation, const SoapMessage& message,
+                                     std::optional<Role> by_http, TimeNs now_ns);
     void ask_cameras(const TaskRef& task);
     void ask_head(const TaskRef& task);
     void answer(const TaskRef& task);

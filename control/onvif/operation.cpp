@@ -18,6 +18,27 @@ Answered<CameraSpecRef> camera_of(const Asked& asked, std::string_view child, st
     return invalid_argument(detail, "there is no such " + std::string(child));
 }
 
+Role least_role(Access access) {
+    switch (access) {
+        case Access::pre_auth:
+        case Access::read_system:
+        case Access::read_media:
+            return Role::user;
+        case Access::read_system_sensitive:
+        case Access::actuate:
+            return Role::op;
+        case Access::read_system_secret:
+        case Access::write_system:
+        case Access::unrecoverable:
+            return Role::administrator;
+    }
+    return Role::administrator;
+}
+
+bool is_change(Access access) {
+    return access == Access::actuate || access == Access::write_system || access == Access::unrecoverable;
+}
+
 std::string response(std::string_view operation, std::string_view content) {
     return element(std::string(operation) + "Response", content);
 }

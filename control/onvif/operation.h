@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "control/onvif/soap.h"
+#include "control/onvif/users.h"
 #include "control/onvif/video_stream.h"
 #include "core/engine/command.h"
 
@@ -24,8 +25,21 @@ struct Site {
     bool is_discoverable = false;  ///< by WS-Discovery
 };
 
-/// Who may ask for an operation (ONVIF Core, "Access classes"): everybody; who shows the token; who may command too.
-enum class Access : std::uint8_t { open, look, command };
+/// The access classes of ONVIF Core (5.9.4, "Access control"): what an operation does to the device.
+enum class Access : std::uint8_t {
+    pre_auth,               ///< PRE_AUTH: everybody may, known or not
+    read_system,            ///< READ_SYSTEM: what the device is and how it is set
+    read_system_sensitive,  ///< READ_SYSTEM_SENSITIVE: of that, what is not everybody's matter
+    read_system_secret,     ///< READ_SYSTEM_SECRET: of that, what is a secret, as who the users are
+    write_system,           ///< WRITE_SYSTEM: changes how the device is set
+    unrecoverable,          ///< UNRECOVERABLE: changes that cannot be taken back, as a reset
+    read_media,             ///< READ_MEDIA: profiles, streams, events, where heads are
+    actuate,                ///< ACTUATE: turns heads and changes streams
+};
+/// The least of the roles that may, by the standard's default access policy; of pre_auth, which is nobody's, user.
+Role least_role(Access access);
+/// Whether it does more than look.
+bool is_change(Access access);
 
 using CameraSpecRef = std::shared_ptr<const world::CameraSpec>;
 
@@ -39,6 +53,7 @@ struct Asked {
     std::vector<CameraSpecRef> cameras;                ///< of the device; of an operation on a head, its only
     std::shared_ptr<const world::Camera> camera = {};  ///< of an operation on a head
     TimeNs utc_ns = 0;
+    std::span<const User> users = {};
 
     std::string device_url() const { return "http://" + host + "/onvif/device_service"; }
     bool has_heads() const;
@@ -54,7 +69,7 @@ class EventDesk;
 struct Operation {
     std::string_view name;
     Answer (*answer)(const Asked&) = nullptr;
-    Access access = Access::look;
+    Access access = Access::read_media;
     /// For the head of the profile that the request names; in this order, at least one.
     Answered<std::vector<PtzCommand>> (*orders)(const Asked&) = nullptr;
     std::string (*reply)(const Asked&, const engine::PtzReply&) = nullptr;  ///< to the last of them

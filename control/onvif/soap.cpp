@@ -10,7 +10,7 @@ std::optional<UsernameToken> token_of(XmlElement envelope) {
     const XmlElement given = envelope.child("Header").child("Security").child("UsernameToken");
     if (!given) return std::nullopt;
     const XmlElement password = given.child("Password");
-    return UsernameToken{password.text(), given.text("Nonce"), given.text("Created"),
+    return UsernameToken{given.text("Username"), password.text(), given.text("Nonce"), given.text("Created"),
                          password.attribute("Type").value_or("").ends_with("#PasswordDigest")};
 }
 

@@ -32,7 +32,7 @@ Fault not_implemented(std::string_view detail = {});
 
 /// What a WS-UsernameToken says (OASIS WSS 1.1).
 struct UsernameToken {
-    std::string_view password, nonce, created;
+    std::string_view name, password, nonce, created;
     bool is_digest = false;
 };
 

@@ -130,7 +130,7 @@ asio::awaitable<bool> HttpConnection::serve_one() {
         co_return co_await send(std::move(*refused), request);
     }
     std::optional<Reply> reply = examine(parser.get(), request);
-    if (reply && reply->status == 401) co_await hold_back(parser.get(), request.target);
+    if (reply && reply->status == 401) co_await hold_back(parser.get(), request);
     const bool body_wanted = !reply && request.route.takes_post && request.method == "POST";
     if (body_wanted) reply = co_await read_body(parser, request);
     if (!reply) end_waiting();
@@ -187,15 +187,17 @@ std::optional<Reply> HttpConnection::check_device_access(const Message& message,
         return error_reply(good.error(), 403);
     const std::string_view authorization = field(message, http::field::authorization).value_or("");
     const std::string_view given = token_of(authorization, request.target.find("token"), "");
-    request.call.shows_token = token.empty() || equal_tokens(given, token) ||
-                               hooks.shows_token(origin.method, view(message.target()), authorization);
-    request.call.shows_wrong = !request.call.shows_token && (!given.empty() || !authorization.empty());
+    auto caller = hooks.caller(origin.method, view(message.target()), authorization,
+                               !token.empty() && equal_tokens(given, token));
     request.call.device = *device_;
     request.call.host = std::string(*origin.host);
     request.call.path = request.target.path;
-    if (request.call.shows_token || request.target.path.starts_with("/onvif/")) return std::nullopt;
-    Reply refused = error_reply(401, ErrorKind::unauthorized, "the token is needed as password of HTTP digest");
-    refused.fields = {{"WWW-Authenticate", hooks.challenge()}};
+    request.call.rank = caller.rank;
+    request.call.shows_wrong = !caller.rank && !caller.is_stale && (!given.empty() || !authorization.empty());
+    request.call.challenge = std::move(caller.challenge);
+    if (request.call.rank || request.target.path.starts_with("/onvif/")) return std::nullopt;
+    Reply refused = error_reply(401, ErrorKind::unauthorized, "a user and password are needed, by HTTP digest");
+    refused.fields = {{"WWW-Authenticate", request.call.challenge}};
     return refused;
 }
 
@@ -323,12 +325,12 @@ asio::awaitable<bool> HttpConnection::send(Reply reply, const HttpRequest& reque
     co_return keep_alive && !failed;
 }
 
-asio::awaitable<void> HttpConnection::hold_back(const Message& message, const Target& target) {
+asio::awaitable<void> HttpConnection::hold_back(const Message& message, const HttpRequest& request) {
     const std::string_view authorization = field(message, http::field::authorization).value_or("");
-    const bool shows_one =
-        !token_of(authorization, target.find("token"), field(message, http::field::cookie).value_or("")).empty() ||
-        (device_ && !authorization.empty());
-    if (!shows_one) co_return;
+    const std::string_view cookie = field(message, http::field::cookie).value_or("");
+    const bool shows_wrong =
+        device_ ? request.call.shows_wrong : !token_of(authorization, request.target.find("token"), cookie).empty();
+    if (!shows_wrong) co_return;
     ++state_.counts.connections.wrong_tokens;
     if (state_.token_log.due(monotonic_now_ns()))
         spdlog::warn("http: {} has sent a wrong token; {} since the start", peer_,

@@ -72,7 +72,7 @@ private:
     void begin_waiting();
     void end_waiting();
     /// Guessing tokens is slow, and told in the log once a second at most.
-    boost::asio::awaitable<void> hold_back(const Message& message, const Target& target);
+    boost::asio::awaitable<void> hold_back(const Message& message, const HttpRequest& request);
 
     const boost::asio::ip::address peer_address_;
     const std::string peer_;

@@ -164,7 +164,7 @@ asio::awaitable<Reply> device(ServerState& state, AsyncEventRef event, const Htt
     }
     Reply reply = text_reply(std::move(got->content_type), std::move(got->text));
     reply.status = got->status;
-    if (got->asks_digest) reply.fields.emplace_back("WWW-Authenticate", hooks.challenge());
+    if (got->asks_digest) reply.fields.emplace_back("WWW-Authenticate", request.call.challenge);
     co_return reply;
 }
 

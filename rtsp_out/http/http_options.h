@@ -32,11 +32,12 @@ struct RpcText {
 
 /// A message to a network camera, which came on a port of HttpServer::open_device_port().
 struct DeviceCall {
-    std::string device;        ///< what the port was opened for
-    std::string host;          ///< as the client calls us: name or address, and the port
-    std::string path;          ///< of the URL that was posted to
-    bool shows_token = false;  ///< by HTTP digest, or none is asked for
-    bool shows_wrong = false;  ///< something in its place
+    std::string device;            ///< what the port was opened for
+    std::string host;              ///< as the client calls us: name or address, and the port
+    std::string path;              ///< of the URL that was posted to
+    std::optional<int> rank = {};  ///< of who asks, by HTTP: as DeviceHooks::caller says
+    bool shows_wrong = false;      ///< what is shown is not right
+    std::string challenge = {};    ///< WWW-Authenticate, should one be asked to show something
     std::string body;
 };
 struct DeviceAnswer {
@@ -46,11 +47,18 @@ struct DeviceAnswer {
     bool asks_digest = false;  ///< the client is to come again with HTTP digest
 };
 
-/// What network cameras answer (ONVIF). All or none are given; the first two answer at once.
+/// What network cameras answer (ONVIF). Both or none are given; the first answers at once.
 struct DeviceHooks {
-    /// Whether an Authorization field of this request shows the token by HTTP digest.
-    std::function<bool(std::string_view method, std::string_view target, std::string_view authorization)> shows_token;
-    std::function<std::string()> challenge;  ///< WWW-Authenticate
+    struct Caller {
+        std::optional<int> rank = {};  ///< whatever it means to `call`; nullopt: nobody who may see pictures
+        bool is_stale = false;         ///< has shown what was right a while ago
+        std::string challenge = {};    ///< WWW-Authenticate, for who has no rank
+    };
+    /// Who asks, by the Authorization field of this request, which may be empty.
+    /// `shows_token`: the rig's, as on its other ports.
+    std::function<Caller(std::string_view method, std::string_view target, std::string_view authorization,
+                         bool shows_token)>
+        caller;
     std::function<void(DeviceCall, std::function<void(DeviceAnswer)> reply)> call;
 };
 

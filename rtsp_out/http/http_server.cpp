@@ -250,7 +250,7 @@ HttpCounts HttpServer::counts() const {
 void HttpServer::open_device_port(std::string device, std::uint16_t port,
                                   std::function<void(Result<std::uint16_t>)> done) {
     const auto& hooks = impl_->state.options.hooks.device;
-    CHECK(hooks.shows_token && hooks.challenge && hooks.call);
+    CHECK(hooks.caller && hooks.call);
     asio::post(impl_->io, [impl = impl_.get(), device = std::move(device), port, done = std::move(done)]() mutable {
         done(impl->open_device_port(std::move(device), port));
     });

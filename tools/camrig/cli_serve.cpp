@@ -70,6 +70,9 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
         ->check(is_port);
     serve->add_option("--onvif-discovery", options->onvif_discovery,
                       "interface, as eth0, on which clients find the ONVIF devices by WS-Discovery (off by default)");
+    serve->add_option("--onvif-users", options->onvif_users,
+                      "file of mode 0600 with a line NAME ROLE PASSWORD for each user of ONVIF devices; roles are "
+                      "administrator, operator and user");
     auto* open_loopback =
         serve->add_flag("--open-loopback", options->open_loopback,
                         "commands over loopback HTTP and TCP need no key: for containers and machines of "

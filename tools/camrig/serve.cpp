@@ -182,15 +182,20 @@ http::HttpHooks http_hooks(control::RpcServer& rpc, control::Authority granted, 
 /// What ONVIF devices answer over HTTP.
 http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
     http::DeviceHooks hooks;
-    hooks.shows_token = [&onvif](std::string_view method, std::string_view target, std::string_view authorization) {
-        return onvif.authentication().is_good_http(method, target, authorization, realtime_now_ns());
+    hooks.caller = [&onvif](std::string_view method, std::string_view target, std::string_view authorization,
+                            bool shows_token) -> http::DeviceHooks::Caller {
+        onvif::Authentication& access = onvif.authentication();
+        if (access.is_open() || shows_token) return {.rank = static_cast<int>(onvif::Role::administrator)};
+        const TimeNs now_ns = realtime_now_ns();
+        const auto told = access.http_caller(method, target, authorization, now_ns);
+        if (told.role) return {.rank = static_cast<int>(*told.role)};
+        return {.is_stale = told.is_stale, .challenge = access.http_challenge(now_ns, told.is_stale)};
     };
-    hooks.challenge = [&onvif] { return onvif.authentication().http_challenge(realtime_now_ns()); };
     hooks.call = [&onvif](http::DeviceCall call, std::function<void(http::DeviceAnswer)> reply) {
         onvif.handle({.device = std::move(call.device),
                       .host = std::move(call.host),
                       .path = std::move(call.path),
-                      .shows_token = call.shows_token,
+                      .role = call.rank ? std::optional(static_cast<onvif::Role>(*call.rank)) : std::nullopt,
                       .body = std::move(call.body)},
                      [reply = std::move(reply)](onvif::OnvifReply made) {
                          reply({.status = made.status,
@@ -325,6 +330,9 @@ int run_serve(const ServeOptions& options) {
 
     auto token = options.token_file.empty() ? Result<std::string>(std::string()) : read_token_file(options.token_file);
     if (!token) return fail(at("--token-file", token.error()).error());
+    auto users =
+        options.onvif_users.empty() ? Result<std::vector<onvif::User>>() : onvif::read_users_file(options.onvif_users);
+    if (!users) return fail(at("--onvif-users", users.error()).error());
     auto access = network_access(options, *token);
     if (!access) return fail(access.error());
     auto folder = RigFolder::claim(options.control);
@@ -374,6 +382,7 @@ int run_serve(const ServeOptions& options) {
     onvif::OnvifService onvif(**engine, **engine,
                               {.site = onvif_site(**rtsp, !options.onvif_discovery.empty()),
                                .token = *token,
+                               .users = std::move(*users),
                                .may_command = !options.read_only});
     std::unique_ptr<onvif::DiscoveryServer> discovery;  // the HTTP server tells it of ports
     if (!options.onvif_discovery.empty()) {

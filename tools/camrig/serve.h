@@ -21,6 +21,7 @@ struct ServeOptions {
     std::optional<std::uint16_t> tcp_port;
     std::optional<std::uint16_t> onvif_port;  ///< of an ONVIF device with every camera
     std::string onvif_discovery;              ///< interface on which devices are found; empty: none
+    std::filesystem::path onvif_users;        ///< file of users with roles; empty: none
     std::filesystem::path token_file;
     bool open_loopback = false;                 ///< commands over loopback need no key
     bool read_only = false;                     ///< no commands over HTTP and TCP at all

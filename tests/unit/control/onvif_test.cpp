@@ -96,7 +96,8 @@ TEST(OnvifXml, TimesAreThoseOfUtc) {
 }
 
 /// The example of the WS-UsernameToken profile 1.1 as ONVIF's programmer's guide (6.1.1) has it.
-constexpr UsernameToken known{.password = "tuOSpGlFlIXsozq4HFNeeGeFLEI=",
+constexpr UsernameToken known{.name = "user",
+                              .password = "tuOSpGlFlIXsozq4HFNeeGeFLEI=",
                               .nonce = "LKqI6G/AikKCQrN0zqZFlg==",
                               .created = "2010-09-16T07:50:45Z",
                               .is_digest = true};
@@ -104,38 +105,43 @@ constexpr UsernameToken known{.password = "tuOSpGlFlIXsozq4HFNeeGeFLEI=",
 TEST(OnvifAuthentication, ADigestIsThatOfTheStandardAndGoodOnceAndSoon) {
     const TimeNs then = *time_of_text(known.created);
     Authentication access("userpassword");
-    EXPECT_FALSE(access.is_good(known, then + Authentication::max_skew_ns + ns_per_s));
-    EXPECT_FALSE(access.is_good(known, then - Authentication::max_skew_ns - ns_per_s));
-    EXPECT_TRUE(access.is_good(known, then + 10 * ns_per_s));
-    EXPECT_FALSE(access.is_good(known, then + 11 * ns_per_s)) << "replayed";
+    EXPECT_FALSE(access.role_of(known, then + Authentication::max_skew_ns + ns_per_s));
+    EXPECT_FALSE(access.role_of(known, then - Authentication::max_skew_ns - ns_per_s));
+    EXPECT_TRUE(access.role_of(known, then + 10 * ns_per_s));
+    EXPECT_FALSE(access.role_of(known, then + 11 * ns_per_s)) << "replayed";
     UsernameToken respelt = known;
     respelt.nonce = "LKqI6G/AikKCQrN0zqZFlh==";  // the same bytes: of the last letter two bits count
-    EXPECT_FALSE(access.is_good(respelt, then + 11 * ns_per_s)) << "replayed in another spelling";
-    EXPECT_FALSE(Authentication("another").is_good(known, then));
-    EXPECT_TRUE(Authentication("").is_good(known, 0)) << "without a token everybody may";
-    UsernameToken text{.password = "userpassword", .nonce = {}, .created = {}};
-    EXPECT_TRUE(access.is_good(text, then));
+    EXPECT_FALSE(access.role_of(respelt, then + 11 * ns_per_s)) << "replayed in another spelling";
+    EXPECT_FALSE(Authentication("another").role_of(known, then));
+    EXPECT_TRUE(Authentication("").role_of(known, 0)) << "without a token everybody may";
+    UsernameToken text{.name = {}, .password = "userpassword", .nonce = {}, .created = {}};
+    EXPECT_TRUE(access.role_of(text, then));
     text.password = "userpasswor";
-    EXPECT_FALSE(access.is_good(text, then));
+    EXPECT_FALSE(access.role_of(text, then));
 }
 
 TEST(OnvifAuthentication, MadeUpNoncesOfHttpAreRefused) {
-    const Authentication access("userpassword");
+    Authentication access("userpassword");
     const TimeNs now = 1'800'000'000 * ns_per_s;
     EXPECT_THAT(access.http_challenge(now), StartsWith("Digest realm=\"camrig\""));
-    EXPECT_FALSE(access.is_good_http("GET", "/a",
-                                     "Digest username=\"u\", realm=\"camrig\", nonce=\"1800000000-00\", "
-                                     "uri=\"/a\", response=\"00\"",
-                                     now));
-    EXPECT_FALSE(access.is_good_http("GET", "/a", "Digest ===,,\"", now));
+    EXPECT_FALSE(access
+                     .http_caller("GET", "/a",
+                                  "Digest username=\"u\", realm=\"camrig\", nonce=\"1800000000-00\", "
+                                  "uri=\"/a\", response=\"00\"",
+                                  now)
+                     .role);
+    EXPECT_FALSE(access.http_caller("GET", "/a", "Digest ===,,\"", now).role);
     for (const char* time : {"-9223372036854775808", "9223372036854775807", "1900000000", "0"}) {
         const std::string nonce = std::string(time) + "-00";
-        EXPECT_FALSE(access.is_good_http(
-            "GET", "/a",
-            "Digest username=\"u\", realm=\"camrig\", nonce=\"" + nonce + "\", uri=\"/a\", response=\"00\"", now))
+        EXPECT_FALSE(access
+                         .http_caller("GET", "/a",
+                                      "Digest username=\"u\", realm=\"camrig\", nonce=\"" + nonce +
+                                          "\", uri=\"/a\", response=\"00\"",
+                                      now)
+                         .role)
             << time;
     }
-    EXPECT_FALSE(access.is_good_http("GET", "/a", "", now));
+    EXPECT_FALSE(access.http_caller("GET", "/a", "", now).role);
 }
 
 class OnvifServiceTest : public testing::Test {
@@ -157,7 +163,7 @@ protected:
     OnvifReply ask(const std::string& text, const std::string& device = {},
                    const std::string& path = "/onvif/device_service") {
         std::promise<OnvifReply> answer;
-        service->handle({device, "10.0.0.9:81", path, false, text},
+        service->handle({device, "10.0.0.9:81", path, std::nullopt, text},
                         [&answer](OnvifReply reply) { answer.set_value(std::move(reply)); });
         return answer.get_future().get();
     }

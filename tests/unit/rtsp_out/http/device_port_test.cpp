@@ -10,17 +10,20 @@ namespace {
 class DevicePort : public ServerTest {
 protected:
     DevicePort() {
-        options.hooks.device = {
-            .shows_token =
-                [](std::string_view method, std::string_view target, std::string_view authorization) {
-                    return authorization == "Digest " + std::string(method) + std::string(target);
-                },
-            .challenge = [] { return std::string("Digest realm=\"test\""); },
-            .call =
-                [this](DeviceCall call, std::function<void(DeviceAnswer)> reply) {
-                    reply(answer);
-                    calls.push_back(std::move(call));
-                }};
+        options.hooks.device = {.caller =
+                                    [this](std::string_view method, std::string_view target,
+                                           std::string_view authorization, bool shows_token) {
+                                        const bool is_right =
+                                            options.token.empty() || shows_token ||
+                                            authorization == "Digest " + std::string(method) + std::string(target);
+                                        return DeviceHooks::Caller{.rank = is_right ? std::optional(7) : std::nullopt,
+                                                                   .challenge = "Digest realm=\"test\""};
+                                    },
+                                .call =
+                                    [this](DeviceCall call, std::function<void(DeviceAnswer)> reply) {
+                                        reply(answer);
+                                        calls.push_back(std::move(call));
+                                    }};
         fetcher.make = [](const stream::FetchRequest& request) { return jpeg_unit(request.camera, 12); };
     }
     Result<std::uint16_t> open(const std::string& device, std::uint16_t port = 0) {
@@ -60,7 +63,7 @@ TEST_F(DevicePort, HasMessagesAndPicturesOfItsCameraAndNothingElse) {
     EXPECT_EQ(calls[0].device, "lobby");
     EXPECT_EQ(calls[0].host, "localhost:8081");
     EXPECT_EQ(calls[0].body, "<question/>");
-    EXPECT_TRUE(calls[0].shows_token);
+    EXPECT_EQ(calls[0].rank, 7);
     EXPECT_EQ(ask(port, "/cameras/lobby/snapshot.jpg").status, 200);
     EXPECT_EQ(ask(port, "/cameras/hall/snapshot.jpg").status, 404) << "another camera";
     for (const char* path : {"/", "/cameras", "/cameras/lobby/stream.mjpg", "/cameras/lobby/truth", "/rpc", "/metrics"})
@@ -81,9 +84,9 @@ TEST_F(DevicePort, TheTokenIsShownByDigestAndMessagesSayThemselvesWhoSendsThem) 
         ask(port, "/cameras/lobby/snapshot.jpg", "Authorization: Digest GET/cameras/lobby/snapshot.jpg\r\n").status,
         200);
     EXPECT_EQ(post(port, "").status, 200);
-    EXPECT_FALSE(calls.back().shows_token);
+    EXPECT_FALSE(calls.back().rank);
     EXPECT_EQ(post(port, "", "Authorization: Digest POST/onvif/device_service\r\n").status, 200);
-    EXPECT_TRUE(calls.back().shows_token);
+    EXPECT_EQ(calls.back().rank, 7);
     answer.status = 401;
     answer.asks_digest = true;
     EXPECT_EQ(post(port, "").fields.at("WWW-Authenticate"), "Digest realm=\"test\"");
