@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <limits>
+#include <system_error>
 #include <utility>
 
 #include <pthread.h>
@@ -65,8 +66,15 @@ void EventDesk::stop() {
 Answered<PullPoints::Subscribed> EventDesk::subscribe(const std::string& device, EventTopics topics, TimeNs life_ns) {
     const std::lock_guard lock(inbox_->mutex);
     if (is_stopped_) return std::unexpected(Fault{false, "Action", {}, "the rig ends"});
+    try {
+        if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+    } catch (const std::system_error& why) {
+        return std::unexpected(Fault{false,
+                                     "wsnt:SubscribeCreationFailedFault",
+                                     {},
+                                     std::string("no thread can be had to watch the rig: ") + why.what()});
+    }
     auto made = points_.subscribe(device, topics, life_ns, monotonic_now_ns());
-    if (made && !thread_.joinable()) thread_ = std::thread([this] { run(); });
     next_look_ns_ = 0;
     inbox_->changed.notify_one();
     return made;
@@ -117,6 +125,7 @@ void EventDesk::run() {
     while (!is_stopped_) {
         points_.expire(monotonic_now_ns(), due_);
         if (points_.empty()) rest();
+        if ((points_.wanted({}) & picture_topics()).none()) forget_pictures();
         if (const auto cameras = std::exchange(inbox_->cameras, {})) {
             lists_ = false;
             if (*cameras) take_cameras(**cameras);
@@ -129,7 +138,7 @@ void EventDesk::run() {
         end_pulses(monotonic_now_ns());
         for (auto pictures = std::exchange(inbox_->pictures, {}); const Inbox::Picture& one : pictures) {
             --fetches_;
-            if (one.round != round_) continue;
+            if (one.round != picture_round_) continue;
             lock.unlock();
             // Only this thread touches cameras_.
             take_picture(one.camera, one.made);
@@ -162,12 +171,19 @@ TimeNs EventDesk::next_ns() const {
 }
 
 void EventDesk::rest() {
-    if (cameras_.empty() && pulses_.empty() && !waits_) return;
-    cameras_.clear();
+    if (pulses_.empty() && !waits_ && !last_event_) return;
     pulses_.clear();
     last_event_.reset();
     waits_ = false;
     ++round_;
+}
+
+/// A picture of before is no measure of the next one, nor is what it told so any more.
+void EventDesk::forget_pictures() {
+    if (cameras_.empty()) return;
+    for (const auto& [name, camera] : cameras_) points_.forget(name, realtime_now_ns(), due_);
+    cameras_.clear();
+    ++picture_round_;
 }
 
 void EventDesk::take_cameras(const std::vector<engine::CameraReply>& all) {
@@ -248,13 +264,16 @@ void EventDesk::ask(std::unique_lock<std::mutex>& lock) {
                 inbox->post([&](Inbox& to) { to.cameras.emplace(std::move(made)); });
             }});
     if (waits)
-        commands_.post(engine::Request<engine::WaitEvents>{
-            events, [inbox = inbox_, round = round_](Result<engine::EventLog> log) {
-                inbox->post([&](Inbox& to) { to.events.emplace(std::move(log), round); });
-            }});
+        commands_.post(
+            engine::Request<engine::WaitEvents>{events, [inbox = inbox_, round = round_](Result<engine::EventLog> log) {
+                                                    inbox->post([&](Inbox& to) {
+                                                        if (!to.events || to.events->second < round)
+                                                            to.events.emplace(std::move(log), round);
+                                                    });
+                                                }});
     for (const std::string& name : pictures)
         frames_.fetch({.camera = name, .format = {}},
-                      [inbox = inbox_, name, round = round_](Result<stream::MediaUnit> made) {
+                      [inbox = inbox_, name, round = picture_round_](Result<stream::MediaUnit> made) {
                           inbox->post([&](Inbox& to) { to.pictures.push_back({name, std::move(made), round}); });
                       });
     lock.lock();

@@ -58,6 +58,7 @@ private:
     void ask(std::unique_lock<std::mutex>& lock);
     void end_pulses(TimeNs now_ns);
     void rest();
+    void forget_pictures();
     TimeNs next_ns() const;
 
     engine::CommandPort& commands_;
@@ -69,7 +70,8 @@ private:
     std::map<std::string, Camera> cameras_;
     std::map<std::string, TimeNs> pulses_;  ///< of inputs; when they end, or 0
     std::size_t fetches_ = 0;
-    std::uint64_t round_ = 0;  ///< of being subscribed to: answers of an earlier one are of no account
+    /// Of being subscribed to, and of pictures being wanted: answers of an earlier one are of no account.
+    std::uint64_t round_ = 0, picture_round_ = 0;
     TimeNs next_look_ns_ = 0, next_wait_ns_ = 0;
     bool lists_ = false, waits_ = false;
     std::optional<std::uint64_t> last_event_;

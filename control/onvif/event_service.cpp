@@ -63,13 +63,16 @@ void pull(const Asked& asked, EventDesk& desk, Done done) {
     if (!wait || (!limit_text.empty() && (failed != std::errc{} || end != limit_text.data() + limit_text.size())))
         return done(invalid_argument("", "Timeout is a duration as PT60S, MessageLimit a number"));
     desk.pull(asked.device, subscription_of(asked), *wait, limit,
-              [done = std::move(done)](const Answered<PullPoints::Pulled>& pulled) {
+              [done = std::move(done), error_ns = asked.clock_error_ns](const Answered<PullPoints::Pulled>& pulled) {
                   if (!pulled) return done(std::unexpected(pulled.error()));
                   // The question may be a minute old.
-                  const TimeNs utc_ns = realtime_now_ns();
+                  const TimeNs utc_ns = realtime_now_ns() + error_ns;
                   std::string content = element("tev:CurrentTime", text_of_time(utc_ns)) +
                                         element("tev:TerminationTime", end_text(utc_ns, pulled->ends_ns));
-                  for (const EventMessage& message : pulled->messages) content += notification(message);
+                  for (EventMessage message : pulled->messages) {
+                      message.utc_ns += error_ns;
+                      content += notification(message);
+                  }
                   done(response("tev:PullMessages", content));
               });
 }
@@ -118,7 +121,7 @@ Answer get_service_capabilities(const Asked&) {
         element("tev:Capabilities", "",
                 R"(WSSubscriptionPolicySupport="false" WSPullPointSupport="true")"
                 R"( WSPausableSubscriptionManagerInterfaceSupport="false" MaxPullPoints=")" +
-                    std::to_string(PullPoints::max_subscriptions) + R"(" PersistentNotificationStorage="false")"));
+                    std::to_string(PullPoints::max_per_device) + R"(" PersistentNotificationStorage="false")"));
 }
 
 const Operation operations[] = {

@@ -1,6 +1,7 @@
 #include "control/onvif/onvif_service.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/base/clock.h"
 #include "core/camera/ptz_head.h"
@@ -49,6 +50,7 @@ struct OnvifService::Task {
     std::unique_ptr<SoapMessage> message;
     const Operation* operation;
     Asked asked;
+    TimeNs received_ns;  ///< since 1970
     std::vector<PtzCommand> orders = {};
     bool is_to_be_judged = false;  ///< by the camera's clock, when it is known
     std::size_t given = 0;         ///< of the orders
@@ -97,6 +99,7 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
                                                       .cameras = {},
                                                       .utc_ns = now_ns,
                                                       .users = authentication_.users()},
+                                            .received_ns = now_ns,
                                             .is_to_be_judged = by_camera,
                                             .done = std::move(done)});
     if (operation->orders) return ask_head(task);
@@ -133,6 +136,9 @@ auto OnvifService::on_reply(const TaskRef& task, void (OnvifService::*next)(cons
             if (*shared) return (this->*next)(task, std::move(**shared));
             const PtzCommand* order = task->given > 0 ? &task->orders[task->given - 1] : nullptr;
             if (shared->error().kind == ErrorKind::already_exists && retry(task)) return;
+            // Who asks may be nobody in particular yet, and the engine's words name every camera.
+            if (shared->error().kind == ErrorKind::not_found && !order && !task->asked.device.empty())
+                return task->finish(std::unexpected(Fault{false, "Action", {}, "the camera of this device is gone"}));
             task->finish(std::unexpected(fault_of(shared->error(), *task->operation, order)));
         };
         if (!replies_.post(std::move(job)))
@@ -168,8 +174,11 @@ void OnvifService::take_cameras(const TaskRef& task, std::vector<engine::CameraR
 
 void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) {
     task->asked.cameras = {camera.camera.spec()};
-    if (camera.now.clock) task->asked.utc_ns += camera.now.clock->stamp_error_ns;
-    if (task->is_to_be_judged)
+    if (!task->asked.device.empty() && camera.now.clock) {
+        task->asked.clock_error_ns = camera.now.clock->stamp_error_ns;
+        task->asked.utc_ns = task->received_ns + task->asked.clock_error_ns;
+    }
+    if (std::exchange(task->is_to_be_judged, false))
         if (auto refused = refuse(*task->operation, *task->message, std::nullopt, task->asked.utc_ns))
             return task->done(std::move(*refused));
     if (!task->operation->orders) return answer(task);

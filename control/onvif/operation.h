@@ -52,7 +52,8 @@ struct Asked {
     std::string path;                                  ///< of the URL that was posted to
     std::vector<CameraSpecRef> cameras;                ///< of the device; of an operation on a head, its only
     std::shared_ptr<const world::Camera> camera = {};  ///< of an operation on a head
-    TimeNs utc_ns = 0;
+    TimeNs utc_ns = 0;                                 ///< when it came, by the device's clock
+    TimeNs clock_error_ns = 0;                         ///< of that clock: a camera's own on its device, else 0
     std::span<const User> users = {};
 
     std::string device_url() const { return "http://" + host + "/onvif/device_service"; }

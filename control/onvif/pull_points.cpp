@@ -7,11 +7,6 @@
 namespace camrig::onvif {
 namespace {
 
-void put(std::deque<EventMessage>& messages, EventMessage message) {
-    if (messages.size() == PullPoints::max_messages) messages.pop_front();
-    messages.push_back(std::move(message));
-}
-
 TimeNs life_of(TimeNs asked_ns) {
     return std::clamp(asked_ns, TimeNs{ns_per_s}, PullPoints::max_life_ns);
 }
@@ -20,14 +15,15 @@ TimeNs life_of(TimeNs asked_ns) {
 
 Answered<PullPoints::Subscribed> PullPoints::subscribe(std::string device, EventTopics topics, TimeNs life_ns,
                                                        TimeNs now_ns) {
-    if (subscriptions_.size() >= max_subscriptions)
+    const auto of_device =
+        std::ranges::count_if(subscriptions_, [&](const auto& one) { return one.second.device == device; });
+    if (subscriptions_.size() >= max_subscriptions || static_cast<std::size_t>(of_device) >= max_per_device)
         return std::unexpected(
             Fault{false, "wsnt:SubscribeCreationFailedFault", {}, "there are too many subscriptions"});
     const std::uint64_t number = ++last_number_;
     Subscription& made = subscriptions_[number] = {std::move(device), topics, now_ns + life_of(life_ns)};
     for (const auto& [property, state] : states_)
-        if (hears(made, property))
-            put(made.messages, {property, state.is_so, EventMessage::Kind::initialized, state.utc_ns});
+        if (hears(made, property)) put(made, {property, state.is_so, EventMessage::Kind::initialized, state.utc_ns});
     return Subscribed{number, made.ends_ns};
 }
 
@@ -59,8 +55,7 @@ Answered<void> PullPoints::synchronize(const std::string& device, std::uint64_t 
     const auto one = find(device, number, now_ns);
     if (!one) return std::unexpected(one.error());
     for (const auto& [property, state] : states_)
-        if (hears(**one, property))
-            put((*one)->messages, {property, state.is_so, EventMessage::Kind::initialized, utc_ns});
+        if (hears(**one, property)) put(**one, {property, state.is_so, EventMessage::Kind::initialized, utc_ns});
     if (!(*one)->messages.empty()) answer(**one, due);
     return {};
 }
@@ -85,6 +80,11 @@ void PullPoints::pull(const std::string& device, std::uint64_t number, TimeNs wa
     if (!one.messages.empty() || ends_ns == now_ns) answer(one, due);
 }
 
+void PullPoints::put(Subscription& one, EventMessage message) const {
+    if (one.messages.size() >= std::max(max_messages, states_.size())) one.messages.pop_front();
+    one.messages.push_back(std::move(message));
+}
+
 void PullPoints::answer(Subscription& one, Due& due) {
     if (!one.pull) return;
     const auto count = static_cast<std::ptrdiff_t>(std::min(one.pull->limit, one.messages.size()));
@@ -103,7 +103,7 @@ bool PullPoints::hears(const Subscription& one, const EventProperty& property) {
 void PullPoints::tell_all(const EventMessage& message, Due& due) {
     for (auto& [number, one] : subscriptions_) {
         if (!hears(one, message.property)) continue;
-        put(one.messages, message);
+        put(one, message);
         answer(one, due);
     }
 }

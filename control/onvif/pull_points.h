@@ -16,8 +16,9 @@ namespace camrig::onvif {
 /// CLOCK_MONOTONIC and given by the caller; of one caller at a time.
 class PullPoints {
 public:
-    static constexpr std::size_t max_subscriptions = 64;
-    static constexpr std::size_t max_messages = 256;  ///< that wait in one; the oldest go
+    static constexpr std::size_t max_per_device = 8, max_subscriptions = 256;
+    /// That wait in one, or as many as there are states if those are more; the oldest go.
+    static constexpr std::size_t max_messages = 256;
     static constexpr TimeNs max_pull_ns = 60 * ns_per_s;
     static constexpr TimeNs default_life_ns = 60 * ns_per_s, max_life_ns = 3600 * ns_per_s;
 
@@ -77,6 +78,7 @@ private:
     static bool hears(const Subscription& one, const EventProperty& property);
     void tell_all(const EventMessage& message, Due& due);
     static void answer(Subscription& one, Due& due);
+    void put(Subscription& one, EventMessage message) const;
 
     std::map<std::uint64_t, Subscription> subscriptions_;
     struct State {

@@ -2,6 +2,7 @@
 
 import calendar
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -218,11 +219,33 @@ def test_an_onvif_device_tells_the_cameras_time_and_judges_by_it(tmp_path):
             values = dict(part.split(">", 1) for part in text.replace("tt:", "").split("<") if part[:3] in ("Yea", "Mon", "Day", "Hou", "Min", "Sec"))
             return calendar.timegm(tuple(int(values[name]) for name in ("Year", "Month", "Day", "Hour", "Minute", "Second")))
 
+        def told_by_events():
+            """Of a new subscription: its own times, and those of a pull and of the messages in it."""
+            ask = lambda operation, path, nonce: post(port, operation, security(TOKEN, nonce, -offset_s), path=path)[1]
+            made = ask("<tev:CreatePullPointSubscription/>", "/onvif/device_service", os.urandom(16))
+            path = re.search("Address>http://127.0.0.1:[0-9]+([^<]+)", made)[1]
+            pulled = ask("<tev:PullMessages><tev:Timeout>PT20S</tev:Timeout><tev:MessageLimit>9</tev:MessageLimit></tev:PullMessages>", path, os.urandom(16))
+            assert "NotificationMessage" in pulled, pulled
+            seconds = lambda found: calendar.timegm(time.strptime(found, "%Y-%m-%dT%H:%M:%SZ"))
+            now = [seconds(one) for one in re.findall(r'(?:CurrentTime>|UtcTime=")([0-9TZ:-]+)', made + pulled)]
+            ends = [seconds(one) for one in re.findall("TerminationTime>([0-9TZ:-]+)<", made + pulled)]
+            assert len(now) > 2 and len(ends) == 2
+            return now, ends
+
+        def assert_events_are_by_the_clock():
+            now, ends = told_by_events()
+            assert all(abs(one - time.time() - offset_s) < 10 for one in now), (now, offset_s)
+            assert all(abs(one - time.time() - offset_s - 60) < 70 for one in ends), (ends, offset_s)
+
+        offset_s = 400
+        assert_events_are_by_the_clock()
         asks = lambda age_s, nonce: post(port, "<trt:GetProfiles/>", security(TOKEN, nonce, age_s))[0]
         assert abs(told() - time.time() - 400) < 5
         assert asks(0, b"a" * 16) == 400
         assert asks(-400, b"b" * 16) == 200  # a client that has asked for the time
         cam.set(clock={"offset_ns": 0})
+        offset_s = 0
+        assert_events_are_by_the_clock()
         assert abs(told() - time.time()) < 5
         assert asks(0, b"c" * 16) == 200
         assert asks(-400, b"d" * 16) == 400

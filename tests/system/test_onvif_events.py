@@ -75,7 +75,7 @@ def test_home_assistants_client_hears_of_motion_darkness_and_scene_events(rig):
     assert not lost
 
 
-@pytest.mark.camrig(scene="minimal", mode="lockstep")
+@pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])
 def test_nobody_watches_a_camera_for_events_until_somebody_subscribes(rig):
     _, port = device_port(rig)
 
@@ -87,8 +87,8 @@ def test_nobody_watches_a_camera_for_events_until_somebody_subscribes(rig):
         text = post(port, f"<tev:CreatePullPointSubscription><tev:Filter>{header}</tev:Filter></tev:CreatePullPointSubscription>")[1]
         return re.search("Address>http://127.0.0.1:[0-9]+([^<]+)", text)[1]
 
-    def pull(path, timeout="PT20S"):
-        return post(port, f"<tev:PullMessages><tev:Timeout>{timeout}</tev:Timeout><tev:MessageLimit>9</tev:MessageLimit></tev:PullMessages>", path=path)
+    def pull(path, timeout="PT20S", at=port):
+        return post(at, f"<tev:PullMessages><tev:Timeout>{timeout}</tev:Timeout><tev:MessageLimit>9</tev:MessageLimit></tev:PullMessages>", path=path)
 
     rig.step(seconds=1)
     before = drawn()
@@ -100,6 +100,12 @@ def test_nobody_watches_a_camera_for_events_until_somebody_subscribes(rig):
     # A device tells of its own camera, and another one's subscriptions are none of its own.
     assert 'Value="hall"' in text and "main" not in text
     assert pull("/onvif/sub/4711")[0] == 400
+    other, hub = free_port(), rig.call("server.info")["onvif"]
+    rig.create_camera("yard", place="main", outputs=[{"kind": "onvif", "port": other}])
+    wait_until(lambda: listens(other), what="the other camera's port")
+    for elsewhere in (other, hub):
+        status, text, _ = pull(path, "PT0S", at=elsewhere)
+        assert status == 400 and "ResourceUnknownFault" in text
     # One that waits holds up nobody else, and Unsubscribe ends it.
     waiting = threading.Thread(target=pull, args=(path,))
     waiting.start()

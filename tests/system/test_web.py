@@ -155,8 +155,17 @@ def test_guard_tours_are_made_of_presets_started_stopped_and_removed(rig, browse
         wait_until(lambda: camera.ptz.status()["tour"] is None, what="its stop")
         until(page, "!document.querySelector('#tour-list li[aria-current]')")
 
-        # A stop that is gone is said in the rig's words.
+        # A stop that is gone is said in the rig's words, and a tour that was refused is still there to be mended.
+        tours.get_by_label("Stop at").select_option("desk")
+        tours.get_by_role("button", name="Add stop").click()
+        tours.get_by_label("New tour").fill("again")
         camera.ptz.preset_remove("desk")
+        tours.get_by_role("button", name="Make tour").click()
+        page.wait_for_selector("#messages .error")
+        assert tours.get_by_label("New tour").input_value() == "again"
+        tours.get_by_role("button", name="Leave out stop 1").click()
+        tours.get_by_label("New tour").fill("")
+        page.get_by_label("Dismiss this message").click()
         tours.get_by_role("button", name="Start tour round").click()
         page.wait_for_selector("#messages .error")
         tours.get_by_role("button", name="Remove tour round").click()

@@ -1,5 +1,7 @@
 // Guard tours of a head (ptz.tour_*): those that it has, and a form that makes one of its presets, each with the time that it stands there.
 import { hasHead, onStatus, tellHead } from './head.js';
+import { attempt } from './messages.js';
+import { call } from './rpc.js';
 import { listen, selectedCamera } from './state.js';
 
 const panel = document.getElementById('tours');
@@ -72,9 +74,11 @@ form.querySelector('[data-add]').addEventListener('click', () => {
   stops.push({ preset: preset.value, dwell_s: Number(dwell.value) });
   showStops();
 });
-form.addEventListener('submit', (event) => {
+form.addEventListener('submit', async (event) => {
   event.preventDefault();
-  tellHead(selectedCamera().name, 'ptz.tour_set', { tour: tourName.value.trim(), stops });
+  const sent = stops;
+  const made = await attempt(() => call('ptz.tour_set', { camera: selectedCamera().name, tour: tourName.value.trim(), stops: sent }));
+  if (!made || stops !== sent) return;  // what was refused may be mended; another camera has a form of its own
   tourName.value = '';
   stops = [];
   showStops();

@@ -1,7 +1,10 @@
+#include <chrono>
 #include <future>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include "control/onvif/event_desk.h"
 
@@ -167,14 +170,36 @@ TEST_F(Points, SubscriptionsEndUnlessTheyAreRenewedOrPulled) {
 
 TEST_F(Points, TheyAreBoundedAndEndingOneMakesRoom) {
     std::uint64_t last = 0;
-    for (std::size_t i = 0; i < PullPoints::max_subscriptions; ++i) last = subscribe("");
+    for (std::size_t i = 0; i < PullPoints::max_per_device; ++i) last = subscribe("");
     EXPECT_FALSE(points.subscribe("", EventTopics().set(), second, now));
+    EXPECT_TRUE(points.unsubscribe("hall", subscribe("hall"), now, due)) << "which has places of its own";
     pull("", last, 10 * second);
     EXPECT_TRUE(points.unsubscribe("", last, now, due));
     call();
     EXPECT_EQ(answers.size(), 1U) << "nobody waits for what is gone";
     EXPECT_FALSE(points.unsubscribe("", last, now, due));
     EXPECT_TRUE(points.subscribe("", EventTopics().set(), second, now));
+}
+
+TEST_F(Points, TheRigHasABoundBesideThatOfItsDevices) {
+    for (std::size_t i = 0; i < PullPoints::max_subscriptions; ++i)
+        subscribe("camera" + std::to_string(i / PullPoints::max_per_device));
+    EXPECT_FALSE(points.subscribe("another", EventTopics().set(), second, now));
+}
+
+TEST_F(Points, AllThatIsSoFitsHoweverManyCamerasThereAre) {
+    const auto early = subscribe("");
+    const std::size_t cameras = 2 * PullPoints::max_messages;
+    for (std::size_t i = 0; i < cameras; ++i) tell("camera" + std::to_string(i), true);
+    const auto all = [&](std::uint64_t number) {
+        std::size_t count = 0;
+        for (std::size_t got = 1; got != 0; count += got) got = pulled("", number, 10'000).size();
+        return count;
+    };
+    EXPECT_EQ(all(early), cameras);
+    EXPECT_EQ(all(subscribe("")), cameras);
+    EXPECT_TRUE(points.synchronize("", early, now, 0, due));
+    EXPECT_EQ(all(early), cameras);
 }
 
 /// A picture of one grey, with a square of white at its left edge and stripes that give it edges.
@@ -315,6 +340,71 @@ TEST_F(Desk, NothingIsAskedOfTheRigWhileNobodySubscribes) {
     const auto pulse = desk.subscribe("", only(EventTopic::digital_input), 60 * ns_per_s)->number;
     EXPECT_TRUE(hears(pulse, EventTopic::digital_input, false)) << "which takes a second";
     EXPECT_LE(rig.fetched, before + 1) << "one that was asked for already";
+}
+
+TEST_F(Desk, WhatAPictureSaidIsForgottenWhenNobodyWantsPictures) {
+    const auto inputs = desk.subscribe("", only(EventTopic::digital_input), 60 * ns_per_s)->number;
+    const auto pictures = desk.subscribe("", picture_topics(), 60 * ns_per_s)->number;
+    EXPECT_TRUE(hears(pictures, EventTopic::too_dark, false)) << "the first is black, all others are white";
+    EXPECT_TRUE(desk.unsubscribe("", pictures));
+    EXPECT_TRUE(hears(inputs, EventTopic::digital_input, false)) << "which takes a second";
+    rig.fetched = 0;  // the next is black again
+    const auto again = desk.subscribe("", picture_topics(), 60 * ns_per_s)->number;
+    std::promise<std::vector<EventMessage>> first;
+    desk.pull("", again, 10 * ns_per_s, 100, [&](const auto& pulled) { first.set_value(pulled->messages); });
+    for (const EventMessage& message : first.get_future().get()) {
+        EXPECT_EQ(message.kind, EventMessage::Kind::initialized);
+        EXPECT_EQ(message.state, message.property.topic == EventTopic::too_dark) << "of the picture of now";
+    }
+}
+
+/// Answers the first question about events late, right after that of the next round.
+class LateRig final : public engine::CommandPort {
+public:
+    explicit LateRig(WatchedRig& rig) : rig_(rig) {}
+    void post(engine::Command command) override {
+        auto* wait = std::get_if<engine::Request<engine::WaitEvents>>(&command);
+        if (!wait || rounds > 1) return rig_.post(std::move(command));
+        if (++rounds == 1) {
+            late_ = std::move(wait->done);
+            return asked.set_value();
+        }
+        rig_.post(std::move(command));
+        late_(engine::EventLog{{}, 3, 0});
+    }
+    std::promise<void> asked;
+    int rounds = 0;
+
+private:
+    WatchedRig& rig_;
+    std::function<void(Result<engine::EventLog>)> late_;
+};
+
+TEST_F(Desk, AnAnswerOfAnEarlierRoundTakesNoPlaceOfALaterOne) {
+    LateRig late(rig);
+    EventDesk slow{late, rig};
+    const EventTopics inputs = only(EventTopic::digital_input);
+    const auto first = slow.subscribe("", inputs, 60 * ns_per_s)->number;
+    late.asked.get_future().wait();
+    EXPECT_TRUE(slow.unsubscribe("", first));
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the desk rests
+    const auto next = slow.subscribe("", inputs, 60 * ns_per_s)->number;
+    std::promise<std::size_t> told;
+    slow.pull("", next, 5 * ns_per_s, 1, [&](const auto& pulled) { told.set_value(pulled->messages.size()); });
+    EXPECT_EQ(told.get_future().get(), 1U);
+}
+
+TEST_F(Desk, WithoutAThreadASubscriptionIsRefused) {
+    pthread_attr_t before, huge;
+    ASSERT_EQ(::pthread_getattr_default_np(&before), 0);
+    ASSERT_EQ(::pthread_attr_init(&huge), 0);
+    ASSERT_EQ(::pthread_attr_setstacksize(&huge, std::size_t{1} << 48), 0);
+    ASSERT_EQ(::pthread_setattr_default_np(&huge), 0);
+    const auto made = desk.subscribe("", EventTopics().set(), ns_per_s);
+    EXPECT_EQ(::pthread_setattr_default_np(&before), 0);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().subcode, "wsnt:SubscribeCreationFailedFault");
+    EXPECT_TRUE(desk.subscribe("", EventTopics().set(), ns_per_s)) << "the next one may have it";
 }
 
 TEST_F(Desk, APullThatWaitsIsAnsweredWhenTheRigEnds) {

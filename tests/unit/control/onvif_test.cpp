@@ -3,8 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <openssl/evp.h>
 
 #include "control/onvif/onvif_service.h"
+#include "core/base/clock.h"
 #include "tests/unit/control/fake_rig.h"
 
 namespace camrig::onvif {
@@ -289,6 +291,92 @@ TEST_F(OnvifServiceTest, OfTwoThatSetPresetsAtOnceNeitherTakesTheOthers) {
     EXPECT_THAT(ask(ptz("SetPreset", "<b:PresetName>door</b:PresetName>")).text, HasSubstr("ter:PresetExist"));
 }
 
+/// As a client of that clock signs.
+std::string signed_at(TimeNs utc_ns, const std::string& password) {
+    const std::string nonce = "0123456789abcdef", created = text_of_time(utc_ns);
+    unsigned char digest[EVP_MAX_MD_SIZE];
+    unsigned int size = 0;
+    const std::string text = nonce + created + password;
+    EVP_Digest(text.data(), text.size(), digest, &size, EVP_sha1(), nullptr);
+    const auto encoded = [](std::string_view bytes) {
+        std::string made((bytes.size() + 2) / 3 * 4 + 1, '\0');
+        made.resize(static_cast<std::size_t>(EVP_EncodeBlock(reinterpret_cast<unsigned char*>(made.data()),
+                                                             reinterpret_cast<const unsigned char*>(bytes.data()),
+                                                             static_cast<int>(bytes.size()))));
+        return made;
+    };
+    return "<Security><UsernameToken><Username>a</Username><Password Type=\"x#PasswordDigest\">" +
+           encoded({reinterpret_cast<const char*>(digest), size}) + "</Password><Nonce>" + encoded(nonce) +
+           "</Nonce><Created>" + created + "</Created></UsernameToken></Security>";
+}
+
+TEST_F(OnvifServiceTest, AMessageThatIsGivenOnceMoreIsJudgedOnce) {
+    OvertakenRig overtaken(rig, 2);
+    service = std::make_unique<OnvifService>(overtaken, rig, OnvifService::Options{.token = "a-good-token"});
+    const std::string order = "<b:SetPreset><b:ProfileToken>dome</b:ProfileToken></b:SetPreset>";
+    const OnvifReply made = ask(soap(order, signed_at(realtime_now_ns(), "a-good-token")), "dome");
+    EXPECT_THAT(made.text, HasSubstr("<tptz:PresetToken>3</tptz:PresetToken>"));
+}
+
+TEST_F(OnvifServiceTest, AWrongDigestOnACamerasPortChangesNothing) {
+    /// Fails for whatever is more than a look.
+    struct LookedAt final : engine::CommandPort {
+        explicit LookedAt(control::FakeRig& port) : rig(port) {}
+        void post(engine::Command command) override {
+            EXPECT_TRUE(std::holds_alternative<engine::Request<engine::GetCamera>>(command));
+            rig.post(std::move(command));
+        }
+        control::FakeRig& rig;
+    } looked(rig);
+    service = std::make_unique<OnvifService>(looked, rig, OnvifService::Options{.token = "a-good-token"});
+    const std::string wrong = signed_at(realtime_now_ns(), "a-bad-token");
+    const std::string of_dome = "<b:ProfileToken>dome</b:ProfileToken>";
+    for (const std::string& order :
+         {"<b:ContinuousMove>" + of_dome + "<b:Velocity><PanTilt x=\"1\" y=\"0\"/></b:Velocity></b:ContinuousMove>",
+          "<b:SetPreset>" + of_dome + "</b:SetPreset>",
+          std::string("<c:SetVideoEncoderConfiguration><c:Configuration token=\"dome\"/>"
+                      "</c:SetVideoEncoderConfiguration>"),
+          std::string("<e:CreatePullPointSubscription xmlns:e=\"http://www.onvif.org/ver10/events/wsdl\"/>")}) {
+        const OnvifReply refused = ask(soap(order, wrong), "dome");
+        EXPECT_EQ(refused.status, 400);
+        EXPECT_TRUE(refused.is_refused) << refused.text;
+        EXPECT_THAT(refused.text, HasSubstr("not Authorized"));
+    }
+}
+
+TEST_F(OnvifServiceTest, OfACameraThatIsGoneNobodyLearnsTheOthersNames) {
+    start({.token = "a-good-token"});
+    const OnvifReply gone = ask(soap("<b:Stop/>", signed_at(realtime_now_ns(), "a-bad-token")), "gone");
+    EXPECT_THAT(gone.text, testing::AllOf(HasSubstr("the camera of this device is gone"), Not(HasSubstr("plain"))));
+}
+
+TEST_F(OnvifServiceTest, OnlyACamerasOwnDeviceGoesByItsClock) {
+    world::CameraPatch patch;
+    patch.change([](world::CameraSpec& spec) {
+        spec.ptz = camera::ptz_preset(camera::PtzPreset::ideal);
+        spec.clock = camera::ClockSpec{.offset_ns = 86'400 * 400 * ns_per_s};
+    });
+    rig.post(engine::Request<engine::CreateCamera>{{"late", {}, patch}, [](const auto& made) { ASSERT_TRUE(made); }});
+    /// Tells what that camera's clock would.
+    struct Late final : engine::CommandPort {
+        explicit Late(control::FakeRig& port) : rig(port) {}
+        void post(engine::Command command) override {
+            if (auto* get = std::get_if<engine::Request<engine::GetCamera>>(&command))
+                get->done = [done = std::move(get->done)](Result<engine::CameraReply> made) {
+                    if (made) made->now.clock = ClockReading{.stamp_error_ns = 86'400 * 400 * ns_per_s};
+                    done(std::move(made));
+                };
+            rig.post(std::move(command));
+        }
+        control::FakeRig& rig;
+    } late(rig);
+    service = std::make_unique<OnvifService>(late, rig, OnvifService::Options{});
+    const std::string status = soap("<b:GetStatus><b:ProfileToken>late</b:ProfileToken></b:GetStatus>");
+    const auto year = [](TimeNs ns) { return "UtcTime>" + text_of_time(ns).substr(0, 5); };
+    EXPECT_THAT(ask(status).text, HasSubstr(year(realtime_now_ns())));
+    EXPECT_THAT(ask(status, "late").text, HasSubstr(year(realtime_now_ns() + 86'400 * 400 * ns_per_s)));
+}
+
 TEST_F(OnvifServiceTest, OnlyAFullHeadHasTooManyPresets) {
     start({});
     for (std::size_t i = 0; i < camera::PtzHead::max_presets; ++i) EXPECT_EQ(ask(ptz("SetPreset")).status, 200);
@@ -336,6 +424,10 @@ TEST_F(OnvifServiceTest, WhoMayNotCommandIsRefusedButToldTheTime) {
     EXPECT_TRUE(refused.is_refused);
     EXPECT_THAT(refused.text, HasSubstr("not Authorized"));
     EXPECT_EQ(ask(soap("<a:GetSystemDateAndTime/>", wrong)).status, 200);
+    start({.token = "a-good-token", .may_command = false});
+    const auto good = [] { return signed_at(realtime_now_ns(), "a-good-token"); };
+    EXPECT_THAT(ask(soap("<b:Stop><b:ProfileToken>dome</b:ProfileToken></b:Stop>", good()), "dome").text,
+                HasSubstr("--read-only"));
     start({.may_command = false});
     EXPECT_THAT(ask(ptz("Stop")).text, HasSubstr("--read-only"));
     EXPECT_EQ(ask(ptz("GetStatus")).status, 200);
