@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import logging
-import pathlib
-import socket
 import tempfile
 
 from homeassistant import bootstrap, config, config_entries, core, loader
@@ -15,24 +13,15 @@ from homeassistant.const import __version__
 from homeassistant.helpers import entity_registry
 from homeassistant.setup import async_setup_component
 
-import camrig
-
-TOKEN = "home-assistant-bench"
-verdicts: list[bool] = []
-
-
-def verdict(what: str, holds: bool, said: object = "") -> None:
-    """One line: `ok` or `WRONG`, what was looked at, what was seen."""
-    verdicts.append(holds)
-    print(f"{'ok' if holds else 'WRONG':6}{what}{f': {said}' if said != '' else ''}", flush=True)
+from client_bench import TOKEN, dome, end, free_port, verdict
 
 
 async def until(condition, seconds=20.0):
     """True once condition() is; False where it is not within `seconds`."""
     loop = asyncio.get_running_loop()
-    end = loop.time() + seconds
+    deadline = loop.time() + seconds
     while not condition():
-        if loop.time() > end:
+        if loop.time() > deadline:
             return False
         await asyncio.sleep(0.02)
     return True
@@ -70,7 +59,8 @@ async def drive(hass, rig, cam, port):
     source = await async_get_stream_source(hass, camera)
     verdict("stream source", source == cam.url("rtsp").replace("//", f"//camrig:{TOKEN}@"), source)
     image = await async_get_image(hass, camera)
-    verdict("still picture by the snapshot", image.content[:2] == b"\xff\xd8" and entry.data.get("snapshot_auth") == "digest", f"{len(image.content)} bytes, {entry.data.get('snapshot_auth')}")
+    login = entry.data.get("snapshot_auth")
+    verdict("still picture by the snapshot", image.content[:2] == b"\xff\xd8" and login == "digest", f"{len(image.content)} bytes, {login}")
 
     async def ptz(**how):
         await hass.services.async_call("onvif", "ptz", {"entity_id": camera, **how}, blocking=True)
@@ -123,26 +113,14 @@ async def run(rig, cam, port, folder):
         await hass.async_stop(force=True)
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--verbose", action="store_true", help="Home Assistant's own log")
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.DEBUG if arguments.verbose else logging.ERROR)
-    with tempfile.TemporaryDirectory() as folder:
-        (token := pathlib.Path(folder) / "token").write_text(TOKEN + "\n")
-        with camrig.start("minimal", args=["--token-file", str(token)]) as rig:
-            port = free_port()
-            cam = rig.create_camera("dome", place="main", size=(640, 480), fps=25, outputs=[{"kind": "onvif", "port": port}],
-                                    ptz={"preset": "dome", "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]})
-            asyncio.run(run(rig, cam, port, folder))
-    print(f"{sum(verdicts)} of {len(verdicts)} hold")
-    raise SystemExit(0 if all(verdicts) else 1)
+    with tempfile.TemporaryDirectory() as folder, dome((640, 480)) as (rig, cam, port):
+        asyncio.run(run(rig, cam, port, folder))
+    end()
 
 
 if __name__ == "__main__":
