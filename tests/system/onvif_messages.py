@@ -11,6 +11,8 @@ import urllib.request
 import onvif
 from lxml import etree
 
+from conftest import REPOSITORY
+
 TOKEN = "onvif-test-token"
 WSDL = pathlib.Path(onvif.__file__).parent / "wsdl"
 SERVICES = {
@@ -22,6 +24,12 @@ SERVICES = {
 }
 SOAP = "http://www.w3.org/2003/05/soap-envelope"
 TT = "http://www.onvif.org/ver10/schema"
+
+
+def beside(name):
+    """Where tools/setup put package `name` of tools/requirements-beside.txt."""
+    (place,) = (REPOSITORY / ".venv/beside" / name).glob("lib/python*/site-packages")
+    return place
 
 
 def free_port():

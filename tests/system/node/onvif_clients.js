@@ -1,4 +1,5 @@
-// npm `onvif` and `node-onvif`, unmodified, with a camera of a running rig: see README.md. Ends with 1 at the first answer that is not what it should be.
+// npm `onvif` and `node-onvif`, unmodified, with the camera of a running rig that has its ONVIF device at PORT of this machine: onvif_clients.js PORT [USER PASSWORD].
+// Prints a line of JSON for each; ends with 1 at the first answer that is not what it should be. Nobody else may move the head.
 'use strict';
 const assert = require('node:assert');
 const { promisify } = require('node:util');
@@ -80,4 +81,5 @@ async function withNodeOnvif() {
 
 (async () => {
   for (const run of [withOnvif, withNodeOnvif]) console.log(JSON.stringify(await run()));
+  process.exit(0); // their idle connections would hold it for seconds
 })().catch((problem) => { console.error(problem); process.exit(1); });
