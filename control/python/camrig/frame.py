@@ -69,7 +69,7 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
         encoding = str(reply.get("format", "raw"))
         if encoding == "raw":
             width, height = (int(v) for v in reply["size"])
-            image = _raw(data, str(reply.get("pixels", _FORMAT_OF_KIND[kind])), width, height)
+            image = _raw(data, str(reply.get("pixels") or _FORMAT_OF_KIND[kind]), width, height)
         else:
             image = decode_image(data)
         time_ns, monotonic_ns = int(reply["time_ns"]), int(reply["monotonic_ns"])
