@@ -35,6 +35,11 @@ std::vector<SharedObject> shared_objects() {
                   "A clock of the camera's own, which is wrong. What it says (state to step_at_ns) is in stamp_ns and "
                   "steady_ns and in what outputs stamp pictures with; when the camera exposes (phase_ns to "
                   "trigger_jitter_ns) is in time_ns. docs/clocks.md says what each output shows."),
+        object_of("sensor",
+                  "A sensor behind the lens: it counts electrons, with noise, saturation and a converter of some bits, "
+                  "and the picture is made of its numbers. A preset sets all figures, what is given beside it counts. "
+                  "frame.get gives the numbers (kind sensor), frame.get and truth.get how the picture was taken. "
+                  "docs/sensor.md has the model and the presets."),
         object_of(
             "intrinsics",
             "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 "

@@ -113,6 +113,7 @@ Result<RpcResult> frame_result(const stream::MediaUnit& unit, const FrameQuestio
         fields["stamp_ns"] = info.stamp_ns();
         fields["steady_ns"] = info.steady_ns();
     }
+    if (info.sensor) fields["sensor"] = write_fields(fields_of(std::type_identity<SensorReading>{}), *info.sensor);
     if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
     RpcResult result(std::move(fields), question.as_bytes()
                                             ? std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())
@@ -129,6 +130,8 @@ void get(RpcContext& context, const json& params, RpcReply done) {
             if (keys.has("quality") && asked.format != codec::Codec::jpeg) keys.fail("quality", "only jpeg has one");
             if (keys.has("pixels") && (asked.kind != frame::FrameKind::color || asked.format != codec::Codec::raw))
                 keys.fail("pixels", "only raw pictures of colour have a choice");
+            if (asked.kind == frame::FrameKind::sensor && asked.format != codec::Codec::raw)
+                keys.fail("format", "numbers of a sensor come raw only");
         });
     if (!question) return done(std::unexpected(question.error()));
     if (question->as_bytes() && !done.takes_bytes())
@@ -166,23 +169,29 @@ std::vector<Method> frame_methods(RpcContext& context) {
                  "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
                  "without padding, in the layout that `pixels` names.",
              .params = descriptions_of(question_fields()),
-             .result = {{"camera", "string", "its name"},
-                        {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
-                        {"time_ns", "integer", "world time it shows", false, "ns"},
-                        {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
-                        {"stamp_ns", "integer",
-                         "of a camera with a clock: the instant as that has it, beside `time_ns`", false, "ns"},
-                        {"steady_ns", "integer",
-                         "of a camera with a clock: the instant as its monotonic clock has it, beside `monotonic_ns`",
-                         false, "ns"},
-                        {"size", "[width, height]", "size of the picture", false, "px"},
-                        {"kind", "string", "as asked"},
-                        {"format", "string", "as asked"},
-                        {"pixels", "string",
-                         "raw only: that of colour as asked, `depth32f`, `id32` or `normal32f`, little-endian"},
-                        {"encoding", "string", "as asked"},
-                        {"bytes", "integer", "how many they are; with encoding `bytes` they follow the line"},
-                        {"data", "string", "with encoding `base64`: the bytes"}},
+             .result =
+                 {{"camera", "string", "its name"},
+                  {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
+                  {"time_ns", "integer", "world time it shows", false, "ns"},
+                  {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
+                  {"stamp_ns", "integer", "of a camera with a clock: the instant as that has it, beside `time_ns`",
+                   false, "ns"},
+                  {"steady_ns", "integer",
+                   "of a camera with a clock: the instant as its monotonic clock has it, beside `monotonic_ns`", false,
+                   "ns"},
+                  {"size", "[width, height]", "size of the picture", false, "px"},
+                  {"kind", "string", "as asked"},
+                  {"format", "string", "as asked"},
+                  {"pixels", "string",
+                   "raw only: that of colour as asked, `depth32f`, `id32` or `normal32f`; of a sensor 16-bit numbers: "
+                   "`gray16`, of a mosaic `bayer_rggb16`, `bayer_grbg16`, `bayer_gbrg16` or `bayer_bggr16`, of "
+                   "filter rgb three planes, `rgb16_planes`; little-endian"},
+                  {"sensor", "object",
+                   "of a camera with a sensor: how it took the picture: exposure_s, gain_db, "
+                   "electrons_per_number, black_level, bits, red_gain, green_gain, blue_gain, metered, settled"},
+                  {"encoding", "string", "as asked"},
+                  {"bytes", "integer", "how many they are; with encoding `bytes` they follow the line"},
+                  {"data", "string", "with encoding `base64`: the bytes"}},
              .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
              .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
              .example = R"({"camera": "lobby", "format": "png"})",

@@ -11,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/engine/command.h"
 #include "core/frame/frame.h"
+#include "core/sensor/camera_sensor.h"
 #include "core/stream/statistics.h"
 #include "core/truth/make_truth.h"
 #include "core/world/camera.h"
@@ -40,6 +41,8 @@ struct CameraEntry {
     LatestDue latest;
     /// For its truths. What is in it belongs to the lane that draws.
     std::shared_ptr<truth::StandingObjects> standing = std::make_shared<truth::StandingObjects>();
+
+    std::shared_ptr<sensor::CameraSensor> sensor = std::make_shared<sensor::CameraSensor>();
 
     const world::CameraSpec& spec() const { return *camera.spec(); }
     camera::ExposureTimes exposure_times() const { return world::exposure_times_of(spec()); }

@@ -63,6 +63,7 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
                              .pose = view.pose,
                              .head = view.head,
                              .clock = view.clock,
+                             .sensor = pictures.instance->info().sensor,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
                             *due.snapshot, pictures, find_silhouettes, &standing);
@@ -106,6 +107,9 @@ void Requests::wait(Waiter waiter) {
     if (!found) return waiter.fail(found.error());
     const CameraEntry& entry = **found;
     waiter.camera = entry.id;
+    if (waiter.got_picture && waiter.picture.kind == frame::FrameKind::sensor && !entry.spec().sensor)
+        return waiter.fail({ErrorKind::invalid_argument,
+                            "camera " + waiter.name + " has no sensor: set its field `sensor`, or ask for kind color"});
     // Without a wish of its own a read shows what the camera's last command did.
     if (waiter.min_ns == 0) waiter.min_ns = entry.applied_ns;
     const TimeNs now_ns = monotonic_now_ns();

@@ -32,6 +32,7 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.pose = latest.state.pose;
     view.head = latest.state.head;
     view.clock = latest.state.clock;
+    view.sensor = entry.sensor;
     view.quality = latest.spec->quality.value_or(options.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;

@@ -137,6 +137,12 @@ void write_rows(Rows rows, Range range, PixelFormat format, std::byte* out) {
         case PixelFormat::depth32f:
         case PixelFormat::id32:
         case PixelFormat::normal32f:
+        case PixelFormat::gray16:
+        case PixelFormat::bayer_rggb16:
+        case PixelFormat::bayer_grbg16:
+        case PixelFormat::bayer_gbrg16:
+        case PixelFormat::bayer_bggr16:
+        case PixelFormat::rgb16_planes:
             break;
     }
     CHECK(!"a colour format");

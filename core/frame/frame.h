@@ -12,6 +12,7 @@
 #include "core/base/ids.h"
 #include "core/base/image_size.h"
 #include "core/base/named.h"
+#include "core/base/sensor_reading.h"
 #include "core/base/time.h"
 #include "core/frame/damage.h"
 #include "core/frame/pixel_format.h"
@@ -25,8 +26,11 @@ enum class FrameKind : std::uint8_t {
     instance,  ///< id32: ObjectId, 0 where nothing is
     semantic,  ///< id32: class number
     normal,    ///< normal32f: 3 floats, optical frame, 0 where nothing is
+    sensor,    ///< of a camera with a sensor: the numbers of its converter, in one of raw_formats
 };
-inline constexpr int frame_kind_count = 5;
+inline constexpr int frame_kind_count = 6;
+/// Those that every camera has.
+inline constexpr int scene_kind_count = 5;
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>);
 
 /// What a frame shows and when. All cameras due at one instant carry the same world_ns and monotonic_ns.
@@ -39,8 +43,9 @@ struct FrameInfo {
     ImageSize size;
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
-    Damage damage{};                      ///< since an earlier frame of this camera, kind and size, by its sequence
-    std::optional<ClockReading> clock{};  ///< of a camera that has its own: what it says of this instant
+    Damage damage{};                        ///< since an earlier frame of this camera, kind and size, by its sequence
+    std::optional<ClockReading> clock{};    ///< of a camera that has its own: what it says of this instant
+    std::optional<SensorReading> sensor{};  ///< of a camera that has one: how the picture is taken
 
     /// The instant as the camera's time of day has it, where world time is the true one.
     TimeNs stamp_ns() const { return world_ns + (clock ? clock->stamp_error_ns : 0); }

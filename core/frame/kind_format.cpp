@@ -5,11 +5,9 @@
 namespace camrig::frame {
 
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>) {
-    static constexpr Named<FrameKind> names[] = {{FrameKind::color, "color"},
-                                                 {FrameKind::depth, "depth"},
-                                                 {FrameKind::instance, "instance"},
-                                                 {FrameKind::semantic, "semantic"},
-                                                 {FrameKind::normal, "normal"}};
+    static constexpr Named<FrameKind> names[] = {{FrameKind::color, "color"},       {FrameKind::depth, "depth"},
+                                                 {FrameKind::instance, "instance"}, {FrameKind::semantic, "semantic"},
+                                                 {FrameKind::normal, "normal"},     {FrameKind::sensor, "sensor"}};
     return names;
 }
 
@@ -24,6 +22,8 @@ PixelFormat format_of(FrameKind kind) {
             return PixelFormat::id32;
         case FrameKind::normal:
             return PixelFormat::normal32f;
+        case FrameKind::sensor:
+            return PixelFormat::rgb16_planes;
     }
     CHECK(false);
     return PixelFormat::rgba8;

@@ -27,6 +27,14 @@ std::size_t bytes_of(PixelFormat format, ImageSize size) {
             return pixels;
         case PixelFormat::normal32f:
             return pixels * 12;
+        case PixelFormat::gray16:
+        case PixelFormat::bayer_rggb16:
+        case PixelFormat::bayer_grbg16:
+        case PixelFormat::bayer_gbrg16:
+        case PixelFormat::bayer_bggr16:
+            return pixels * 2;
+        case PixelFormat::rgb16_planes:
+            return pixels * 6;
     }
     CHECK(!"known pixel format");
     return 0;
@@ -56,6 +64,18 @@ std::string_view to_string(PixelFormat format) {
             return "id32";
         case PixelFormat::normal32f:
             return "normal32f";
+        case PixelFormat::gray16:
+            return "gray16";
+        case PixelFormat::bayer_rggb16:
+            return "bayer_rggb16";
+        case PixelFormat::bayer_grbg16:
+            return "bayer_grbg16";
+        case PixelFormat::bayer_gbrg16:
+            return "bayer_gbrg16";
+        case PixelFormat::bayer_bggr16:
+            return "bayer_bggr16";
+        case PixelFormat::rgb16_planes:
+            return "rgb16_planes";
     }
     return "unknown";
 }

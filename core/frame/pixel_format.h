@@ -23,6 +23,13 @@ enum class PixelFormat : std::uint8_t {
     depth32f,
     id32,
     normal32f,
+    // Numbers of a sensor, 16 bit each, little-endian.
+    gray16,
+    bayer_rggb16,  ///< a mosaic, named by its first row and its second
+    bayer_grbg16,
+    bayer_gbrg16,
+    bayer_bggr16,
+    rgb16_planes,  ///< all red ones, then green, then blue
 };
 
 /// Layouts of colour pictures: what core/frame/convert.h makes of rgba8, and rgba8 itself.

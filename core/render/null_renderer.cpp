@@ -64,6 +64,8 @@ void paint(frame::FrameKind kind, const View& view, TimeNs world_ns, frame::Fram
             return paint_ids(size, frame.mutable_bytes());
         case frame::FrameKind::normal:
             return paint_normals(size, frame.mutable_bytes());
+        case frame::FrameKind::sensor:
+            break;
     }
 }
 
@@ -93,6 +95,11 @@ Result<Renderer::Finished> NullRenderer::draw(const world::SnapshotRef& snapshot
         for (int k = 0; k < frame::frame_kind_count; ++k) {
             const auto kind = static_cast<frame::FrameKind>(k);
             if (!wants(view, kind)) continue;
+            if (kind == frame::FrameKind::sensor) {
+                finished.failures.push_back(
+                    {view.camera, {ErrorKind::unsupported, "camera " + *view.name + ": a null renderer has no light"}});
+                continue;
+            }
             auto frame = acquire_frame(*pool_, view, kind, format_of(kind), snapshot->world_ns, monotonic_ns);
             paint(kind, view, snapshot->world_ns, *frame);
             finished.set.frames.push_back(std::move(frame));

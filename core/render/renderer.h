@@ -12,6 +12,7 @@
 #include "core/camera/ptz_status.h"
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
+#include "core/sensor/camera_sensor.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
@@ -26,10 +27,12 @@ struct View {
     camera::Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
     std::optional<camera::PtzStatus> head;  ///< what it says of itself goes with the pose, for ground truth
     std::optional<ClockReading> clock;      ///< goes with the frame
+    /// Of a camera with a sensor: what it knows from picture to picture; null: this picture stands alone.
+    std::shared_ptr<sensor::CameraSensor> sensor;
     world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
-    std::uint32_t camera_number = 0;                                           ///< what the code strip carries
-    bool kinds[frame::frame_kind_count] = {true, false, false, false, false};  ///< which FrameKinds are wanted
+    std::uint32_t camera_number = 0;                                                  ///< what the code strip carries
+    bool kinds[frame::frame_kind_count] = {true, false, false, false, false, false};  ///< which FrameKinds are wanted
     /// The pixel formats that colour is wanted in, if it is; only those that the renderer makes().
     frame::PixelFormats color_formats = {frame::PixelFormat::rgba8};
     /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object

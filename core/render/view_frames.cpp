@@ -25,7 +25,8 @@ void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> 
 }
 
 std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& view, frame::FrameKind kind,
-                                            frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns) {
+                                            frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns,
+                                            const std::optional<sensor::Exposure>& exposure) {
     return pool.acquire({.camera_id = view.camera,
                          .camera = view.name,
                          .sequence = view.sequence,
@@ -34,7 +35,40 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                          .size = view.spec->size,
                          .kind = kind,
                          .format = format,
-                         .clock = view.clock});
+                         .clock = view.clock,
+                         .sensor = exposure ? std::optional(exposure->reading) : std::nullopt});
+}
+
+Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Environment& environment) {
+    if (!view.spec->sensor) return std::nullopt;
+    sensor::SensorSetup setup{.spec = *view.spec->sensor,
+                              .size = view.spec->size,
+                              .intrinsics = view.spec->intrinsics,
+                              .max_exposure_s = static_cast<double>(view.spec->rate.time_of_frame(1)) * 1e-9};
+    if (!setup.spec.lux) setup.spec.lux = environment.lux;
+    const auto known = view.sensor != nullptr ? view.sensor : std::make_shared<sensor::CameraSensor>();
+    auto exposure = known->exposure_of(setup, view.sequence);
+    if (!exposure) return std::unexpected(exposure.error());
+    return std::optional(std::move(*exposure));
+}
+
+frame::PixelFormat raw_format(sensor::ColorFilter filter) {
+    switch (filter) {
+        case sensor::ColorFilter::mono:
+            return frame::PixelFormat::gray16;
+        case sensor::ColorFilter::rgb:
+            return frame::PixelFormat::rgb16_planes;
+        case sensor::ColorFilter::rggb:
+            return frame::PixelFormat::bayer_rggb16;
+        case sensor::ColorFilter::grbg:
+            return frame::PixelFormat::bayer_grbg16;
+        case sensor::ColorFilter::gbrg:
+            return frame::PixelFormat::bayer_gbrg16;
+        case sensor::ColorFilter::bggr:
+            return frame::PixelFormat::bayer_bggr16;
+    }
+    CHECK(false);
+    return frame::PixelFormat::gray16;
 }
 
 void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame) {

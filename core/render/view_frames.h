@@ -10,8 +10,9 @@
 
 namespace camrig::render {
 
+/// Of a camera without a sensor there is nothing to draw of one.
 inline bool wants(const View& view, frame::FrameKind kind) {
-    return view.kinds[static_cast<int>(kind)];
+    return view.kinds[static_cast<int>(kind)] && (kind != frame::FrameKind::sensor || view.spec->sensor);
 }
 
 /// Adds to `cost_ns` of each view its share of the time, by the samples of its pictures.
@@ -19,7 +20,14 @@ void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> 
 
 /// An empty frame of the view's size that carries everything about the instant.
 std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& view, frame::FrameKind kind,
-                                            frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns);
+                                            frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns,
+                                            const std::optional<sensor::Exposure>& exposure = {});
+
+/// How a view of a camera with a sensor is taken, by the light of that scene; nullopt: it has none. Errors:
+/// CameraSensor::exposure_of.
+Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Environment& environment);
+/// In which layout the numbers of a sensor are given.
+frame::PixelFormat raw_format(sensor::ColorFilter filter);
 
 /// Turns the object numbers of an instance picture into the numbers of their classes: a semantic picture.
 void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame);

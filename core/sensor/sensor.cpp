@@ -5,7 +5,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "core/base/field_of.h"
 #include "core/base/portable_math.h"
 #include "core/base/random.h"
 #include "core/sensor/bayer.h"
@@ -44,12 +43,7 @@ double factor_of_db(double db) {
 }  // namespace
 
 Result<Sensor> Sensor::create(const SensorSpec& spec, ImageSize size, const camera::Intrinsics& intrinsics) {
-    if (auto valid = check_fields(fields_of(std::type_identity<SensorSpec>{}), spec); !valid)
-        return std::unexpected(valid.error());
-    if (spec.black() > (spec.max_number() + 1) / 4)
-        return error(ErrorKind::invalid_argument,
-                     "black_level: must be at most " + std::to_string((spec.max_number() + 1) / 4) +
-                         ", a quarter of the range of " + std::to_string(spec.bits) + " bits");
+    if (auto valid = check_sensor(spec); !valid) return std::unexpected(valid.error());
     if (size.width < 1 || size.height < 1 || size.width > max_row || size.height > max_row)
         return error(ErrorKind::invalid_argument, "size: must be 1x1 to 8192x8192");
     return Sensor(spec, size, intrinsics);
@@ -57,6 +51,10 @@ Result<Sensor> Sensor::create(const SensorSpec& spec, ImageSize size, const came
 
 Sensor::Sensor(const SensorSpec& spec, ImageSize size, const camera::Intrinsics& intrinsics)
     : spec_(spec), size_(size), intrinsics_(intrinsics), hot_(hot_pixels_of(spec, size)) {}
+
+double Sensor::numbers_per_e(double gain_db) const {
+    return spec_.numbers_per_e() * factor_of_db(gain_db);
+}
 
 RowExposure Sensor::row_of(const Shot& shot, int plane, int y) const {
     const double root = std::sqrt(spec_.vignetting);
@@ -75,7 +73,7 @@ RowExposure Sensor::row_of(const Shot& shot, int plane, int y) const {
     row.read_noise_e = number(spec_.read_noise_e);
     row.dsnu_e = number(spec_.dsnu_e);
     row.row_e = number(spec_.row_noise_e) * RowNoise::of_row(spec_.seed, plane, shot.frame, y);
-    row.numbers_per_e = number(spec_.numbers_per_e() * factor_of_db(shot.gain_db));
+    row.numbers_per_e = number(numbers_per_e(shot.gain_db));
     row.black = number(spec_.black());
     row.max_number = number(spec_.max_number());
     row.noise = RowNoise::of(spec_.seed, RowNoise::Purpose::picture, plane, shot.frame, y);

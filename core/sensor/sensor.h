@@ -36,6 +36,8 @@ public:
 
     const SensorSpec& spec() const { return spec_; }
     ImageSize size() const { return size_; }
+    /// Numbers an electron is converted to.
+    double numbers_per_e(double gain_db) const;
     /// Numbers of a whole picture: planes one after the other, rows from the top, no gaps.
     std::size_t count() const { return static_cast<std::size_t>(size_.pixels() * spec_.planes()); }
 

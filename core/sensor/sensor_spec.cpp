@@ -64,6 +64,14 @@ std::array<double, 3> SensorSpec::responses() const {
     return {response_red, 1.0, response_blue};
 }
 
+Result<void> check_sensor(const SensorSpec& spec) {
+    if (auto good = check_fields(fields_of(std::type_identity<SensorSpec>{}), spec); !good) return good;
+    if (spec.black() <= (spec.max_number() + 1) / 4) return {};
+    return error(ErrorKind::invalid_argument, "black_level: must be at most " +
+                                                  std::to_string((spec.max_number() + 1) / 4) +
+                                                  ", a quarter of the range of " + std::to_string(spec.bits) + " bits");
+}
+
 SensorSpec sensor_preset(SensorPreset preset) {
     SensorSpec s;
     s.preset = preset;

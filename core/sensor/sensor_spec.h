@@ -6,6 +6,7 @@
 
 #include "core/base/field_table.h"
 #include "core/base/named.h"
+#include "core/base/result.h"
 
 namespace camrig::sensor {
 
@@ -60,6 +61,9 @@ struct SensorSpec {
 };
 
 SensorSpec sensor_preset(SensorPreset preset);
+
+/// Error invalid_argument names the figure that is out of its range.
+Result<void> check_sensor(const SensorSpec& spec);
 
 /// A preset that is given sets all figures but the seed; what is given beside it counts. Ranges have units.
 FieldTable<SensorSpec> fields_of(std::type_identity<SensorSpec>);

@@ -298,6 +298,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
     truth.world_ns = snapshot.world_ns;
     truth.monotonic_ns = view.monotonic_ns;
     truth.clock = view.clock;
+    truth.sensor = view.sensor;
     truth.size = spec.size;
     truth.intrinsics = spec.intrinsics;
     truth.lens = spec.lens;

@@ -19,6 +19,7 @@ struct TruthView {
     camera::Pose pose;  ///< world_from_link at the snapshot's instant
     std::optional<camera::PtzStatus> head = {};
     std::optional<ClockReading> clock = {};
+    std::optional<SensorReading> sensor = {};
     std::int64_t sequence = 0;
     TimeNs monotonic_ns = 0;
 };

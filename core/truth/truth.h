@@ -13,6 +13,7 @@
 
 #include "core/base/clock_reading.h"
 #include "core/base/ids.h"
+#include "core/base/sensor_reading.h"
 #include "core/base/time.h"
 #include "core/camera/pose.h"
 #include "core/camera/ptz_status.h"
@@ -71,6 +72,7 @@ struct TruthOfFrame {
     camera::Pose pose;                             ///< world_from_link at that instant
     std::optional<camera::PtzStatus> head;         ///< of a camera on a pan/tilt/zoom head
     std::optional<ClockReading> clock;             ///< of a camera with one of its own
+    std::optional<SensorReading> sensor;           ///< of a camera with one: how the frame is taken
     std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
     std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
 };

@@ -1,5 +1,6 @@
 #include "core/truth/truth_json.h"
 
+#include "core/base/field_of.h"
 #include "core/world/camera_json.h"
 
 namespace camrig::truth {
@@ -69,6 +70,7 @@ json truth_to_json(const TruthOfFrame& truth) {
         {"ptz", truth.head ? world::ptz_to_json(*truth.head) : json(nullptr)},
         {"classes", std::move(classes)},
         {"objects", std::move(objects)}};
+    if (truth.sensor) value["sensor"] = write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor);
     if (truth.clock) {
         value["stamp_ns"] = truth.world_ns + truth.clock->stamp_error_ns;
         value["steady_ns"] = truth.monotonic_ns + truth.clock->steady_error_ns;

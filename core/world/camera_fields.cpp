@@ -203,6 +203,11 @@ std::vector<Entry> make_camera_fields() {
              .doc = "its own clock, see clock: what its stamps say and when it exposes, each wrong on its own",
              .null = "none, it is right",
              .shape = "Clock"}),
+        camera_at<&CameraSpec::sensor>(
+            {.name = "sensor",
+             .doc = "counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers",
+             .null = "none: light of 1 is white",
+             .shape = "Sensor"}),
         {.field = {.name = "lens",
                    .type = "object",
                    .doc = "see lens",

@@ -48,6 +48,13 @@ Result<void> check_range(const CameraSpec& spec) {
     return {};
 }
 
+Result<void> check_sensor(const CameraSpec& spec) {
+    if (!spec.sensor) return {};
+    if (auto good = sensor::check_sensor(*spec.sensor); !good)
+        return std::unexpected(invalid("sensor." + good.error().message));
+    return {};
+}
+
 Result<void> check_pose(const camera::Pose& pose) {
     for (glm::length_t i = 0; i < 3; ++i) {
         if (!(std::abs(pose.position[i]) <= camera::max_coordinate_m))
@@ -118,8 +125,8 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     assign_if(patch.outputs, spec.outputs);
     for (const auto& change : patch.others) change(spec);
 
-    for (const auto& good :
-         {check_size(spec), check_range(spec), check_pose(spec.pose), check_outputs(spec.outputs, spec.size)})
+    for (const auto& good : {check_size(spec), check_range(spec), check_sensor(spec), check_pose(spec.pose),
+                             check_outputs(spec.outputs, spec.size)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());

@@ -17,6 +17,7 @@
 #include "core/camera/lens.h"
 #include "core/camera/pose.h"
 #include "core/camera/ptz_spec.h"
+#include "core/sensor/sensor_spec.h"
 #include "core/world/camera_sampling.h"
 
 namespace camrig::world {
@@ -56,8 +57,9 @@ struct CameraSpec {
     /// at pan and tilt 0.
     camera::Pose pose;
     std::optional<Mount> mount;
-    std::optional<camera::PtzSpec> ptz;      ///< the head that turns and zooms it; nullopt: none
-    std::optional<camera::ClockSpec> clock;  ///< nullopt: none of its own, it is right
+    std::optional<camera::PtzSpec> ptz;        ///< the head that turns and zooms it; nullopt: none
+    std::optional<camera::ClockSpec> clock;    ///< nullopt: none of its own, it is right
+    std::optional<sensor::SensorSpec> sensor;  ///< what counts the light; nullopt: light 1 is white
     camera::Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::automatic;

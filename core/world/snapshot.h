@@ -56,6 +56,8 @@ struct Environment {
     glm::vec3 ambient_sky{0.5f};     ///< hemisphere ambient from +z; multiplies albedo * occlusion
     glm::vec3 ambient_ground{0.3f};  ///< from -z
     float exposure = 1.0f;           ///< factor on linear colour before the sRGB curve
+    /// Illuminance of a white surface that is drawn as linear 1, for cameras with a sensor; nullopt: not known.
+    std::optional<double> lux{};
     friend bool operator==(const Environment&, const Environment&) = default;
 };
 

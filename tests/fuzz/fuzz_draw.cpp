@@ -58,8 +58,8 @@ public:
         camera.near_m = 0.001 + within(0.0f, 1.0f);
         camera.far_m = below(4) == 0 ? 1.5 + within(0.0f, 5.0f) : 0.0;
         View result = camera.view(number);
-        const int kinds = 1 + below((1 << frame::frame_kind_count) - 1);
-        for (int k = 0; k < frame::frame_kind_count; ++k) result.kinds[k] = (kinds >> k & 1) != 0;
+        const int kinds = 1 + below((1 << frame::scene_kind_count) - 1);
+        for (int k = 0; k < frame::scene_kind_count; ++k) result.kinds[k] = (kinds >> k & 1) != 0;
         has_strokes_ = camera.lens.model == camera::LensModel::pinhole && from_.ConsumeBool();
         return result;
     }
@@ -144,14 +144,14 @@ std::vector<frame::FrameRef> drawn(software::SoftwareDrawer& by, const View& vie
 }
 
 View of_kind(View view, frame::FrameKind kind) {
-    for (int k = 0; k < frame::frame_kind_count; ++k) view.kinds[k] = static_cast<frame::FrameKind>(k) == kind;
+    for (int k = 0; k < frame::scene_kind_count; ++k) view.kinds[k] = static_cast<frame::FrameKind>(k) == kind;
     return view;
 }
 
 /// The pictures of one instant by `kept`, all together, are those that `plain` draws each by itself.
 void compare(software::SoftwareDrawer& kept, software::SoftwareDrawer& plain, const View& view) {
     std::vector<frame::FrameRef> expected;
-    for (int k = 0; k < frame::frame_kind_count; ++k) {
+    for (int k = 0; k < frame::scene_kind_count; ++k) {
         const auto kind = static_cast<frame::FrameKind>(k);
         require(kept.can_draw(view, kind) == plain.can_draw(view, kind));
         if (!view.kinds[k] || !plain.can_draw(view, kind)) continue;

@@ -25,7 +25,7 @@ Renderer& renderer_of(const std::string& device) {
 }
 
 View of_kinds(View view, std::span<const frame::FrameKind> kinds) {
-    for (int k = 0; k < frame::frame_kind_count; ++k)
+    for (int k = 0; k < frame::scene_kind_count; ++k)
         view.kinds[k] = std::ranges::find(kinds, static_cast<frame::FrameKind>(k)) != kinds.end();
     return view;
 }
@@ -218,7 +218,7 @@ TEST(Channels, AreTheSameBytesWhateverElseIsAskedForAndHoweverTheyAreDrawn) {
             views[i].sequence = n;
             views[i].only_objects.clear();
             bool is_any = false;
-            for (int k = 0; k < frame::frame_kind_count; ++k) {
+            for (int k = 0; k < frame::scene_kind_count; ++k) {
                 // For some while few kinds, then more of them.
                 const double likely = n < 20 ? 0.3 : n < 40 && k > 0 ? 0.0 : 0.7;
                 views[i].kinds[k] = random_unit(6, static_cast<std::uint64_t>(5 * n + k), i) < likely;
@@ -230,7 +230,7 @@ TEST(Channels, AreTheSameBytesWhateverElseIsAskedForAndHoweverTheyAreDrawn) {
         const auto a = drawn(*kept, snapshot, views), b = drawn(*tight, snapshot, views);
         std::vector<frame::FrameRef> c;
         for (const View& view : views) {
-            for (int k = 0; k < frame::frame_kind_count; ++k) {
+            for (int k = 0; k < frame::scene_kind_count; ++k) {
                 if (!view.kinds[k]) continue;
                 const std::array alone{static_cast<frame::FrameKind>(k)};
                 full->forget(view.camera);
@@ -301,7 +301,7 @@ std::int64_t expect_same_beside_coverage(bool is_color_first, std::int64_t layer
     for (int n = 0; n < 8; ++n) {
         const world::SnapshotRef snapshot = moment(first, 2 * n);
         view.sequence = n;
-        for (int k = 0; k < frame::frame_kind_count; ++k) view.kinds[k] = n >= 3 || (k == 0) == is_color_first;
+        for (int k = 0; k < frame::scene_kind_count; ++k) view.kinds[k] = n >= 3 || (k == 0) == is_color_first;
         for (const frame::FrameRef& frame : drawn(kept, snapshot, {view})) {
             const frame::FrameKind kind = frame->info().kind;
             const View alone =

@@ -52,7 +52,7 @@ std::vector<frame::FrameRef> film_on(const std::string& device, bool is_buffered
 
 TEST(BufferedReadback, GivesTheBytesOfDirectReading) {
     const auto direct = film_on("llvmpipe"), buffered = film_on("llvmpipe", true);
-    ASSERT_EQ(direct.size(), 3u * 2u * frame::frame_kind_count);
+    ASSERT_EQ(direct.size(), 3u * 2u * frame::scene_kind_count);
     ASSERT_EQ(buffered.size(), direct.size());
     for (std::size_t i = 0; i < direct.size(); ++i)
         EXPECT_TRUE(std::ranges::equal(direct[i]->bytes(), buffered[i]->bytes())) << "picture " << i;

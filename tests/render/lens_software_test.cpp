@@ -498,7 +498,7 @@ TEST(LensSameBytes, WithAndWithoutWideLanesWithLayersAndByAnyNumberOfThreads) {
         const world::SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);
         for (const View& view : views) {
             const std::vector<frame::FrameRef> first = all_drawn(*drawers[0], snapshot, view);
-            ASSERT_EQ(first.size(), std::size_t{frame::frame_kind_count});
+            ASSERT_EQ(first.size(), std::size_t{frame::scene_kind_count});
             for (std::size_t i = 1; i < drawers.size(); ++i) {
                 const std::vector<frame::FrameRef> other = all_drawn(*drawers[i], snapshot, view);
                 ASSERT_EQ(other.size(), first.size());

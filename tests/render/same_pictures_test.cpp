@@ -26,7 +26,7 @@ constexpr TimeNs first_ns = 4 * ns_per_s;
 constexpr int instants = 4;
 constexpr TimeNs between_ns = 120 * ns_per_ms;
 
-constexpr std::array<std::string_view, frame::frame_kind_count> kind_names{"color", "depth", "instance", "semantic",
+constexpr std::array<std::string_view, frame::scene_kind_count> kind_names{"color", "depth", "instance", "semantic",
                                                                            "normal"};
 
 const std::vector<frame::FrameKind> all_kinds{frame::FrameKind::color, frame::FrameKind::depth,
@@ -94,7 +94,7 @@ void draw_scene(Renderer& renderer, const std::string& scene, std::span<const Sh
         view.camera_number = 7;
         view.spec = spec;
         view.quality = shot.quality;
-        for (int k = 0; k < frame::frame_kind_count; ++k)
+        for (int k = 0; k < frame::scene_kind_count; ++k)
             view.kinds[k] = std::ranges::find(shot.kinds, static_cast<frame::FrameKind>(k)) != shot.kinds.end();
         for (const frame::PixelFormat format : frame::color_formats)
             if (renderer.makes(format, view)) view.color_formats.add(format);

@@ -130,6 +130,62 @@ struct Clock {
     }
 };
 
+/// Of a camera: sensor.
+struct Sensor {
+    std::optional<std::string> preset = {};  ///< `ideal`, `imx219`, `imx477`, `imx290`, `ov9281`, `imx249` or `webcam`: figures of a sensor; what is given beside it counts
+    std::optional<std::string> filter = {};  ///< `mono`, `rgb`, `rggb`, `grbg`, `gbrg` or `bggr`: of colours: none (mono), three photosites at each place (rgb), or a mosaic of Bayer
+    std::optional<NumberOrAuto> exposure_s = {};  ///< s; 1e-6 to 10: how long it counts
+    std::optional<double> gain_db = {};  ///< dB; 0 to 48: electrons are multiplied by 10^(dB/20) before they become numbers
+    std::optional<double> lux = {};  ///< lx; 0.0001 to 1e6: illuminance of the scene where white is drawn as white; null: white fills the wells in 10 ms, here empty
+    std::optional<double> full_well_e = {};  ///< e; 100 to 1e6: what a photosite holds
+    std::optional<double> read_noise_e = {};  ///< e; 0 to 1000: standard deviation
+    std::optional<double> dark_e_per_s = {};  ///< e/s; 0 to 100000: dark current
+    std::optional<double> quantum_efficiency = {};  ///< 0 to 1: electrons a photon; counts where lux is given
+    std::optional<double> response_red = {};  ///< 0.05 to 2: of a mosaic: electrons of white light under red, of those under green
+    std::optional<double> response_blue = {};  ///< 0.05 to 2: the same of blue
+    std::optional<double> prnu = {};  ///< 0 to 0.2: standard deviation of sensitivity between photosites
+    std::optional<double> dsnu_e = {};  ///< e; 0 to 1000: standard deviation of the offset between photosites
+    std::optional<double> row_noise_e = {};  ///< e; 0 to 1000: standard deviation of the offset of a row in a picture
+    std::optional<double> hot_pixels_ppm = {};  ///< 0 to 10000: hot photosites of a million
+    std::optional<double> hot_e_per_s = {};  ///< e/s; 0 to 1e6: their mean dark current
+    std::optional<int> bits = {};  ///< 8 to 16: of the converter
+    std::optional<double> black_level = {};  ///< 0 to 16384: the number of no electrons, at most a quarter of the range; null: 1/16 of the range; 0 without noise, here empty
+    std::optional<double> f_number = {};  ///< 0.5 to 64: counts where lux is given
+    std::optional<double> pixel_pitch_m = {};  ///< m; 1e-7 to 0.001: counts where lux is given
+    std::optional<double> vignetting = {};  ///< 0 to 4: 1 is the natural falloff of a lens, cos^4 of the angle
+    std::optional<NumberOrAuto> white_balance = {};  ///< K; 2000 to 12000: the light that is taken for white
+    std::optional<double> flicker_hz = {};  ///< Hz; 0 to 400: of the mains: automatic exposures last whole periods of its lamps; 0: any
+    std::optional<std::uint64_t> seed = {};  ///< at least 0: of all that is random
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("preset", self.preset);
+        visit("filter", self.filter);
+        visit("exposure_s", self.exposure_s);
+        visit("gain_db", self.gain_db);
+        visit("lux", self.lux);
+        visit("full_well_e", self.full_well_e);
+        visit("read_noise_e", self.read_noise_e);
+        visit("dark_e_per_s", self.dark_e_per_s);
+        visit("quantum_efficiency", self.quantum_efficiency);
+        visit("response_red", self.response_red);
+        visit("response_blue", self.response_blue);
+        visit("prnu", self.prnu);
+        visit("dsnu_e", self.dsnu_e);
+        visit("row_noise_e", self.row_noise_e);
+        visit("hot_pixels_ppm", self.hot_pixels_ppm);
+        visit("hot_e_per_s", self.hot_e_per_s);
+        visit("bits", self.bits);
+        visit("black_level", self.black_level);
+        visit("f_number", self.f_number);
+        visit("pixel_pitch_m", self.pixel_pitch_m);
+        visit("vignetting", self.vignetting);
+        visit("white_balance", self.white_balance);
+        visit("flicker_hz", self.flicker_hz);
+        visit("seed", self.seed);
+    }
+};
+
 /// Of a camera: lens.
 struct Lens {
     std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
@@ -226,6 +282,7 @@ struct CameraOptions {
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<std::optional<Ptz>> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<std::optional<Clock>> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
+    std::optional<std::optional<Sensor>> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
     std::optional<Lens> lens = {};  ///< see lens
     std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -255,6 +312,7 @@ struct CameraOptions {
         visit("mount", self.mount);
         visit("ptz", self.ptz);
         visit("clock", self.clock);
+        visit("sensor", self.sensor);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -281,6 +339,7 @@ struct CameraState {
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<Ptz> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<Clock> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
+    std::optional<Sensor> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
     Lens lens = {};  ///< see lens
     std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -315,6 +374,7 @@ struct CameraState {
         visit("mount", self.mount);
         visit("ptz", self.ptz);
         visit("clock", self.clock);
+        visit("sensor", self.sensor);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -389,6 +449,7 @@ inline CameraOptions CameraState::options() const {
     options.mount = mount;
     options.ptz = ptz;
     options.clock = clock;
+    options.sensor = sensor;
     options.lens = lens;
     options.antialias = antialias;
     options.near = near;

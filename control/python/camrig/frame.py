@@ -17,7 +17,7 @@ class Frame:
     """One picture and the instant it shows.
 
     ``image`` is HxWx3 uint8 BGR for color, HxW float32 metres for depth (inf where nothing is), HxW uint32 for instance
-    and semantic (0 where nothing is), HxWx3 float32 for normal. Cameras due at one instant have the same ``time_ns``.
+    and semantic (0 where nothing is), HxWx3 float32 for normal, HxW uint16 (of filter rgb HxWx3, BGR) for sensor. Cameras due at one instant have the same ``time_ns``.
     ``stamp_ns`` and ``steady_ns`` are that instant as the camera's own clock says it, beside ``time_ns`` and
     ``monotonic_ns``: the same unless it has a ``clock``.
     """
@@ -30,6 +30,8 @@ class Frame:
     kind: str = "color"
     stamp_ns: int = 0
     steady_ns: int = 0
+    #: Of a camera with a sensor: how it took the picture, ``exposure_s``, ``gain_db``, ``black_level`` and so on.
+    sensor: dict[str, Any] | None = None
 
 
 #: dtype and numbers per pixel of the raw pixel formats.
@@ -41,6 +43,12 @@ _LAYOUTS: dict[str, tuple[np.dtype[Any], int]] = {
     "depth32f": (np.dtype("<f4"), 1),
     "id32": (np.dtype("<u4"), 1),
     "normal32f": (np.dtype("<f4"), 3),
+    "gray16": (np.dtype("<u2"), 1),
+    "bayer_rggb16": (np.dtype("<u2"), 1),
+    "bayer_grbg16": (np.dtype("<u2"), 1),
+    "bayer_gbrg16": (np.dtype("<u2"), 1),
+    "bayer_bggr16": (np.dtype("<u2"), 1),
+    "rgb16_planes": (np.dtype("<u2"), 3),
 }
 _FORMAT_OF_KIND = {"color": "rgba8", "depth": "depth32f", "instance": "id32", "semantic": "id32", "normal": "normal32f"}
 
@@ -61,7 +69,7 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
         encoding = str(reply.get("format", "raw"))
         if encoding == "raw":
             width, height = (int(v) for v in reply["size"])
-            image = _raw(data, str(reply.get("pixels", _FORMAT_OF_KIND[kind])), width, height)
+            image = _raw(data, str(reply.get("pixels") or _FORMAT_OF_KIND[kind]), width, height)
         else:
             image = decode_image(data)
         time_ns, monotonic_ns = int(reply["time_ns"]), int(reply["monotonic_ns"])
@@ -74,6 +82,7 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
             kind=kind,
             stamp_ns=int(reply.get("stamp_ns", time_ns)),
             steady_ns=int(reply.get("steady_ns", monotonic_ns)),
+            sensor=reply.get("sensor"),
         )
     except (KeyError, TypeError, ValueError) as problem:
         raise CamrigError("internal", f"frame.get: the answer is not as expected: {problem!r}") from None
@@ -90,6 +99,8 @@ def _raw(data: bytes | bytearray, pixel_format: str, width: int, height: int) ->
     pixels = np.frombuffer(data, dtype=dtype)
     if pixels.size != width * height * channels:
         raise ValueError(f"{len(data)} bytes are no {pixel_format} picture of {width}x{height}")
+    if pixel_format == "rgb16_planes":
+        return np.ascontiguousarray(pixels.reshape(channels, height, width).transpose(1, 2, 0)[:, :, ::-1])
     pixels = pixels.reshape((height, width) if channels == 1 else (height, width, channels))
     if pixel_format in ("rgba8", "rgb24"):
         return np.ascontiguousarray(pixels[:, :, 2::-1])

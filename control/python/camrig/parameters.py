@@ -114,6 +114,59 @@ class Clock(TypedDict, total=False):
     """at least 0: of all that is random in it"""
 
 
+class Sensor(TypedDict, total=False):
+    """Of a camera: sensor."""
+
+    preset: Literal["ideal", "imx219", "imx477", "imx290", "ov9281", "imx249", "webcam"]
+    """`ideal`, `imx219`, `imx477`, `imx290`, `ov9281`, `imx249` or `webcam`: figures of a sensor; what is given beside it counts"""
+    filter: Literal["mono", "rgb", "rggb", "grbg", "gbrg", "bggr"]
+    """`mono`, `rgb`, `rggb`, `grbg`, `gbrg` or `bggr`: of colours: none (mono), three photosites at each place (rgb), or a mosaic of Bayer"""
+    exposure_s: Union[float, Literal["auto"]]
+    """s; 1e-6 to 10: how long it counts"""
+    gain_db: float
+    """dB; 0 to 48: electrons are multiplied by 10^(dB/20) before they become numbers"""
+    lux: Union[float, None]
+    """lx; 0.0001 to 1e6: illuminance of the scene where white is drawn as white; null: white fills the wells in 10 ms"""
+    full_well_e: float
+    """e; 100 to 1e6: what a photosite holds"""
+    read_noise_e: float
+    """e; 0 to 1000: standard deviation"""
+    dark_e_per_s: float
+    """e/s; 0 to 100000: dark current"""
+    quantum_efficiency: float
+    """0 to 1: electrons a photon; counts where lux is given"""
+    response_red: float
+    """0.05 to 2: of a mosaic: electrons of white light under red, of those under green"""
+    response_blue: float
+    """0.05 to 2: the same of blue"""
+    prnu: float
+    """0 to 0.2: standard deviation of sensitivity between photosites"""
+    dsnu_e: float
+    """e; 0 to 1000: standard deviation of the offset between photosites"""
+    row_noise_e: float
+    """e; 0 to 1000: standard deviation of the offset of a row in a picture"""
+    hot_pixels_ppm: float
+    """0 to 10000: hot photosites of a million"""
+    hot_e_per_s: float
+    """e/s; 0 to 1e6: their mean dark current"""
+    bits: int
+    """8 to 16: of the converter"""
+    black_level: Union[float, None]
+    """0 to 16384: the number of no electrons, at most a quarter of the range; null: 1/16 of the range; 0 without noise"""
+    f_number: float
+    """0.5 to 64: counts where lux is given"""
+    pixel_pitch_m: float
+    """m; 1e-7 to 0.001: counts where lux is given"""
+    vignetting: float
+    """0 to 4: 1 is the natural falloff of a lens, cos^4 of the angle"""
+    white_balance: Union[float, Literal["auto"]]
+    """K; 2000 to 12000: the light that is taken for white"""
+    flicker_hz: float
+    """Hz; 0 to 400: of the mains: automatic exposures last whole periods of its lamps; 0: any"""
+    seed: int
+    """at least 0: of all that is random"""
+
+
 class Lens(TypedDict, total=False):
     """Of a camera: lens."""
 
@@ -216,6 +269,8 @@ class CameraOptions(TypedDict, total=False):
     """the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head; default null"""
     clock: Union[Clock, None]
     """its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right; default null"""
+    sensor: Union[Sensor, None]
+    """counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white; default null"""
     lens: Union[Lens, str, tuple[str, Vector]]
     """see lens; default pinhole"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
@@ -263,6 +318,8 @@ class CameraState(TypedDict):
     """the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head"""
     clock: Union[Clock, None]
     """its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right"""
+    sensor: Union[Sensor, None]
+    """counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white"""
     lens: Lens
     """see lens"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
@@ -408,6 +465,7 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "mount": ("object or null", ""),
     "ptz": ("object or null", ""),
     "clock": ("object or null", ""),
+    "sensor": ("object or null", ""),
     "lens": ("object", ""),
     "antialias": ("string", ""),
     "near": ("number", ""),

@@ -123,6 +123,10 @@ bool GlRenderer::makes(frame::PixelFormat format, const View& view) const {
 }
 
 Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
+    if (view.spec->sensor && (wants(view, frame::FrameKind::color) || wants(view, frame::FrameKind::sensor)))
+        return error(ErrorKind::unsupported,
+                     "sensor: drawn by camrig's own rasteriser only: with --device cpu, the lens method auto, and "
+                     "antialias none or, of pinhole cameras, coverage");
     auto painted = painter_.paint(view, index, scene_, targets_[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame::frame_kind_count; ++k) {
@@ -171,8 +175,8 @@ Result<void> GlRenderer::read_back(std::span<const View> views) {
 }
 
 frame::FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs monotonic_ns) {
-    auto frame =
-        acquire_frame(*pool_, view, pending.kind, pending.format, scene_.placed().snapshot()->world_ns, monotonic_ns);
+    auto frame = acquire_frame(*pool_, view, pending.kind, pending.format, scene_.placed().snapshot()->world_ns,
+                               monotonic_ns, exposure_of(view, scene_.placed().environment()).value());
     const std::span<std::byte> bytes = frame->mutable_bytes();
     if (readback_mode_ == ReadbackMode::buffered) {
         const auto source = readback_.bytes(pending.buffer_offset, bytes.size());

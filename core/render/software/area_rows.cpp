@@ -15,7 +15,8 @@ namespace {
 
 glm::vec3 background_of(const ViewWork& work) {
     const world::Environment& environment = work.scene.scene->environment();
-    return glm::clamp(environment.background * environment.exposure, 0.0f, 1.0f);
+    const glm::vec3 background = environment.background * environment.exposure;
+    return work.canvas.light ? background : glm::clamp(background, 0.0f, 1.0f);
 }
 
 /// The steps of a PixelPlane of a triangle, 16 bits each: as floats without their lower half.
@@ -175,7 +176,7 @@ void draw_static_pixels(const RowsOfView& of) {
     describe_visible(of.scratch, of.rect, of.work);
     mixed.leave_out(numbers);
     shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
-    mixed.mix(of.band.places, of.work.canvas.color);
+    mixed.mix(of.band.places, of.work.canvas);
 }
 
 /// Remembers what stands still where movers will be drawn over it.
@@ -347,13 +348,13 @@ void draw_movers(const RowsOfView& of) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
         for (const PixelRect& rect : of.work.movers.rects)
             shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
-        mixed.take_behind(of.work.canvas.color);
+        mixed.take_behind(of.work.canvas);
     }
     for (const PixelRect& rect : of.work.rects) describe_visible(of.scratch, common(rect, of.rect), of.work);
     mixed.leave_out(of.scratch.numbers.rows());
     for (const PixelRect& rect : of.work.rects)
         shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
-    mixed.mix(band.places, of.work.canvas.color);
+    mixed.mix(band.places, of.work.canvas);
     finish_rows(of.work, of.scratch, of.rect);
 }
 

@@ -65,10 +65,18 @@ private:
 /// Depth where a camera sees nothing: in front of everything.
 inline constexpr float blind_depth = std::numeric_limits<float>::infinity();
 
+/// Linear light, not clamped, in aligned rows.
+struct LightRows {
+    Rows<float> red, green, blue;
+
+    explicit operator bool() const { return red.data != nullptr; }
+};
+
 /// What a view is drawn into: rows of whole groups of lanes; those of depth are aligned to them.
 struct Canvas {
     Rows<std::uint32_t> color;  ///< rgba8
     Rows<float> depth;
+    LightRows light;  ///< of a camera with a sensor, instead of colour
 };
 
 }  // namespace camrig::render::software

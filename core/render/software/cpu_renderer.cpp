@@ -10,8 +10,9 @@ namespace camrig::render::software {
 namespace {
 
 /// CPU time of a pixel of a whole picture of the hall (docs/decisions 0105, 0116, 0118), and beside it of its ray
-/// through a lens.
-constexpr double plain_pixel_ns = 150.0, coverage_pixel_ns = 200.0, beautiful_pixel_ns = 600.0, lens_pixel_ns = 50.0;
+/// through a lens, and of its electrons (docs/sensor.md).
+constexpr double plain_pixel_ns = 150.0, coverage_pixel_ns = 200.0, beautiful_pixel_ns = 600.0, lens_pixel_ns = 50.0,
+                 sensor_pixel_ns = 5.0;
 
 }  // namespace
 
@@ -41,7 +42,7 @@ Result<Renderer::Finished> CpuRenderer::draw_all(const world::SnapshotRef& snaps
         const TimeNs begin_ns = thread_cpu_ns();  // a new lens is made with the first question for it
         bool is_here = false, is_elsewhere = false;
         for (int k = 0; k < frame::frame_kind_count; ++k) {
-            if (!view.kinds[k]) continue;
+            if (!wants(view, static_cast<frame::FrameKind>(k))) continue;
             (drawer_.can_draw(view, static_cast<frame::FrameKind>(k)) ? is_here : is_elsewhere) = true;
         }
         finished.cost_ns[i] = thread_cpu_ns() - begin_ns;
@@ -138,6 +139,7 @@ TimeNs CpuRenderer::expected_cost_ns(const View& view) const {
     double pixel_ns = SoftwareDrawer::has_areas(view) ? coverage_pixel_ns : plain_pixel_ns;
     if (view.quality == world::Quality::beautiful) pixel_ns = beautiful_pixel_ns;
     if (has_lens) pixel_ns += lens_pixel_ns;
+    if (view.spec->sensor) pixel_ns += sensor_pixel_ns;
     return static_cast<TimeNs>(pixel_ns * static_cast<double>(view.spec->size.pixels()));
 }
 

@@ -16,18 +16,23 @@ void MixedPixels::leave_out(Rows<std::uint32_t> numbers) const {
     for (const Pixel& pixel : pixels_) numbers(pixel.y)[pixel.x] = 0;
 }
 
-void MixedPixels::take_behind(Rows<std::uint32_t> colors) {
+void MixedPixels::take_behind(const Canvas& canvas) {
+    const auto shown = [&](int x, int y) {
+        const LightRows& light = canvas.light;
+        if (light) return glm::vec3(light.red(y)[x], light.green(y)[x], light.blue(y)[x]);
+        return linear_of(canvas.color(y)[x]);
+    };
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         const std::size_t end = i + 1 < pixels_.size() ? pixels_[i + 1].first : parts_.size();
         for (std::size_t k = pixels_[i].first; k < end; ++k) {
             if (parts_[k].place != is_behind) continue;
             parts_[k].place = is_known;
-            parts_[k].color = linear_of(colors(pixels_[i].y)[pixels_[i].x]);
+            parts_[k].color = shown(pixels_[i].x, pixels_[i].y);
         }
     }
 }
 
-void MixedPixels::mix(const ShadedPlaces& places, Rows<std::uint32_t> colors) const {
+void MixedPixels::mix(const ShadedPlaces& places, const Canvas& canvas) const {
     for (std::size_t first = 0; first < pixels_.size(); first += lane_count) {
         const std::size_t end = std::min(first + lane_count, pixels_.size());
         Lanes3 light{};
@@ -35,14 +40,21 @@ void MixedPixels::mix(const ShadedPlaces& places, Rows<std::uint32_t> colors) co
             glm::vec3 sum(0.0f);
             for (const Part& part : parts_of(i))
                 sum += part.share * (part.place < 0 ? part.color : places.colors[static_cast<std::size_t>(part.place)]);
+            if (canvas.light) {
+                canvas.light.red(pixels_[i].y)[pixels_[i].x] = sum.x;
+                canvas.light.green(pixels_[i].y)[pixels_[i].x] = sum.y;
+                canvas.light.blue(pixels_[i].y)[pixels_[i].x] = sum.z;
+                continue;
+            }
             const auto lane = static_cast<int>(i - first);
             light.x[lane] = sum.x;
             light.y[lane] = sum.y;
             light.z[lane] = sum.z;
         }
+        if (canvas.light) continue;
         const IntLanes codes = pixels_of({srgb(light.x), srgb(light.y), srgb(light.z)});
         for (std::size_t i = first; i < end; ++i)
-            colors(pixels_[i].y)[pixels_[i].x] = static_cast<std::uint32_t>(codes[static_cast<int>(i - first)]);
+            canvas.color(pixels_[i].y)[pixels_[i].x] = static_cast<std::uint32_t>(codes[static_cast<int>(i - first)]);
     }
 }
 

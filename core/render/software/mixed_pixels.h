@@ -42,8 +42,8 @@ public:
     /// Sets their numbers to 0: nothing else is to be shaded there.
     void leave_out(Rows<std::uint32_t> numbers) const;
     /// What lies behind has the colour that the picture has now.
-    void take_behind(Rows<std::uint32_t> colors);
-    void mix(const ShadedPlaces& places, Rows<std::uint32_t> colors) const;
+    void take_behind(const Canvas& canvas);
+    void mix(const ShadedPlaces& places, const Canvas& canvas) const;
 
 private:
     /// Instead of a number among ShadedPlaces.

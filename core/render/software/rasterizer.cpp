@@ -111,11 +111,15 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                 }
                 left &= ~Isa::bits(mask);
                 const Rgba color = shade<Isa>(geometry, draw, points, rays_through(geometry, x, y), has_movers);
+                if (canvas.light) {
+                    store(canvas.light, x, y, mask, color.rgb);
+                    continue;
+                }
                 const IntLanes made = pixels_of({srgb(color.rgb.x), srgb(color.rgb.y), srgb(color.rgb.z)});
                 pixels = mask ? made : pixels;
             }
             *reinterpret_cast<IntLanes*>(of_group) = IntLanes{};
-            store(colors(y), x, drawn, pixels);
+            if (!canvas.light) store(colors(y), x, drawn, pixels);
         }
     }
 }
@@ -138,12 +142,16 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             const OneTriangle one(geometry, draw, triangle, s);
             const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y),
                                           rays_through(geometry, x, y), has_movers);
+            const Lanes alpha = clamp01(color.a);
+            if (canvas.light) {
+                const Lanes3 under = light_at(canvas.light, x, y);
+                return store(canvas.light, x, y, mask, color.rgb * alpha + under * (1.0f - alpha));
+            }
             const IntLanes pixels = load_lanes(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);
             };
             const Lanes3 behind{light(0), light(8), light(16)};
-            const Lanes alpha = clamp01(color.a);
             const auto mixed = [&](Lanes over, Lanes under) __attribute__((always_inline)) {
                 return srgb(clamp01(over) * alpha + under * (1.0f - alpha));
             };

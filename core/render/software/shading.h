@@ -103,6 +103,21 @@ CAMRIG_LANES IntLanes pixels_of(const Lanes3& srgb_color) {
     return code(srgb_color.x) | (code(srgb_color.y) << 8) | (code(srgb_color.z) << 16) | (IntLanes{} + (255 << 24));
 }
 
+CAMRIG_LANES void store(const LightRows& rows, int x, int y, IntLanes mask, const Lanes3& light) {
+    const auto put = [&](const Rows<float>& row, Lanes value) __attribute__((always_inline)) {
+        auto* const kept = reinterpret_cast<Lanes*>(row(y) + x);
+        *kept = mask ? value : *kept;
+    };
+    put(rows.red, light.x);
+    put(rows.green, light.y);
+    put(rows.blue, light.z);
+}
+CAMRIG_LANES Lanes3 light_at(const LightRows& rows, int x, int y) {
+    const auto at = [&](const Rows<float>& row)
+                        __attribute__((always_inline)) { return *reinterpret_cast<const Lanes*>(row(y) + x); };
+    return {at(rows.red), at(rows.green), at(rows.blue)};
+}
+
 CAMRIG_LANES void store(std::uint32_t* row, int x, IntLanes mask, IntLanes values) {
     store_lanes(row + x, mask ? values : load_lanes(row + x));
 }

@@ -75,7 +75,7 @@ std::vector<frame::Silhouette> SoftwareDrawer::silhouettes(const View& view, std
         }
         if (touched.empty()) return;
         const PixelRect rect = hull_of(touched);
-        const Canvas canvas{{}, scratch.depth.rows()};
+        const Canvas canvas{{}, scratch.depth.rows(), {}};
         fill(canvas.depth, rect, 0.0f);
         cover_blind(scene, canvas, rect);
         find_visible(scratch.geometry, 0, static_cast<std::uint32_t>(scratch.geometry.triangles().size()), rect, canvas,

@@ -8,6 +8,7 @@
 #include "core/base/cpu_meter.h"
 #include "core/frame/tone.h"
 #include "core/render/software/channels.h"
+#include "core/render/software/taken_picture.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
@@ -92,7 +93,8 @@ bool SoftwareDrawer::is_plain(const View& view, frame::FrameKind kind) {
     if (!is_within_reach(spec.intrinsics.cx, spec.size.width) || !is_within_reach(spec.intrinsics.cy, spec.size.height))
         return false;
     const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
-    if (kind != frame::FrameKind::color) return true;
+    if (kind == frame::FrameKind::sensor && !spec.sensor) return false;
+    if (kind != frame::FrameKind::color && kind != frame::FrameKind::sensor) return true;
     if (is_pinhole ? spec.lens_sampling.method != world::LensMethod::automatic
                    : spec.lens_sampling != world::LensSampling{})
         return false;
@@ -129,7 +131,11 @@ KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
     const auto can = [&](frame::FrameKind kind) { return can_draw(view, kind); };
     KindSet wanted;
     for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = view.kinds[k] && can(static_cast<frame::FrameKind>(k));
-    return asked_.to_draw(view, wanted, can, work.asked);
+    KindSet drawn = asked_.to_draw(view, wanted, can, work.asked);
+    // Numbers are made on the way to the picture.
+    if (drawn[static_cast<std::size_t>(frame::FrameKind::sensor)])
+        drawn.set(static_cast<std::size_t>(frame::FrameKind::color));
+    return drawn;
 }
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
@@ -137,8 +143,10 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     work.rays = lens_of(view)->rays;
-    // Chosen objects are another picture than the one that is kept.
-    work.layer = view.only_objects.empty() ? layer_of(view, work.scene) : nullptr;
+    work.exposure = exposure_of(view, scene_.environment()).value();
+    // Chosen objects are another picture than the one that is kept, and light is not kept.
+    const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded);
+    work.layer = is_kept ? layer_of(view, work.scene) : nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
@@ -242,8 +250,10 @@ void SoftwareDrawer::acquire_frames(ViewWork& work, TimeNs monotonic_ns) {
         auto& frame = kind == frame::FrameKind::color ? work.frame : work.channels[static_cast<std::size_t>(k)].frame;
         frame.reset();
         if (work.kinds[static_cast<std::size_t>(k)])
-            frame =
-                acquire_frame(*options_.pool, view, kind, format_of(kind), scene_.snapshot()->world_ns, monotonic_ns);
+            frame = acquire_frame(
+                *options_.pool, view, kind,
+                kind == frame::FrameKind::sensor ? raw_format(view.spec->sensor->filter) : format_of(kind),
+                scene_.snapshot()->world_ns, monotonic_ns, work.exposure);
     }
 }
 
@@ -257,8 +267,10 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     scratch.depth.fit(size);
     acquire_frames(work, monotonic_ns);
     work.has_areas = work.frame != nullptr && has_areas(view);
-    work.canvas = {{}, scratch.depth.rows()};
-    if (work.frame != nullptr) {
+    work.canvas = {{}, scratch.depth.rows(), {}};
+    if (work.takes_picture()) {
+        begin_taking(work, scratch);
+    } else if (work.frame != nullptr) {
         if (!work.is_in_frame) scratch.color.fit(size);
         work.canvas.color = work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows();
     }
@@ -440,6 +452,7 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     for (const ChannelFrame& channel : work.channels)
         if (channel.frame != nullptr) note(*channel.frame, true);
     if (work.frame == nullptr) return;
+    if (work.takes_picture()) end_taking(work);
     finish_color(*work.view, *work.frame);
     // A code strip lies in the same place in all frames of a layer, and is drawn anew.
     note(*work.frame, frame::changes_nothing(work.view->spec->controls));

@@ -3,6 +3,7 @@
 #include "core/render/software/area_rows.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/rows.h"
+#include "core/render/software/taken_picture.h"
 
 namespace camrig::render::software {
 namespace {
@@ -10,6 +11,12 @@ namespace {
 std::uint32_t pixel_of(const glm::vec3& linear) {
     return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
            0xFFu << 24;
+}
+
+void fill_light(const LightRows& rows, const PixelRect& rect, const glm::vec3& light) {
+    fill(rows.red, rect, light.r);
+    fill(rows.green, rect, light.g);
+    fill(rows.blue, rect, light.b);
 }
 
 /// has_movers: as of shade_visible.
@@ -37,6 +44,11 @@ void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, c
     }
 }
 
+/// Before what a sensor does.
+int light_passes_of(const ViewWork& work) {
+    return work.has_areas ? area_passes : 1;
+}
+
 /// The layer is in the picture: shades anew what of it lies in the shadow of movers.
 void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     if (work.layer == nullptr || work.layer->shadowed == nullptr) return;
@@ -59,6 +71,7 @@ void cover_blind(const scene::SceneView& view, const Canvas& canvas, const Pixel
     const auto first = std::ranges::lower_bound(runs, rect.y0, {}, &scene::LensView::BlindRun::y);
     for (auto run = first; run != runs.end() && run->y < rect.y1; ++run) {
         if (canvas.color.data != nullptr) std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
+        if (canvas.light) fill_light(canvas.light, {run->x0, run->y, run->x1, run->y + 1}, glm::vec3(0.0f));
         std::fill_n(canvas.depth(run->y) + run->x0, run->x1 - run->x0, blind_depth);
     }
 }
@@ -77,7 +90,12 @@ void put_back(ViewWork& work, const PixelRect& band) {
 void draw_background(ViewWork& work, const PixelRect& band) {
     const Canvas& canvas = work.canvas;
     const world::Environment& environment = work.scene.scene->environment();
-    fill(canvas.color, band, pixel_of(environment.background * environment.exposure));
+    const glm::vec3 background = environment.background * environment.exposure;
+    if (canvas.light) {
+        fill_light(canvas.light, band, background);
+    } else {
+        fill(canvas.color, band, pixel_of(background));
+    }
     fill(canvas.depth, band, 0.0f);
     cover_blind(work.scene, canvas, band);
 }
@@ -96,7 +114,7 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
 
 void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     draw_blended(scratch, scratch.blended, work, band, true);
-    if (work.is_in_frame) return;
+    if (work.is_in_frame || work.canvas.light) return;
     for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
 }
 
@@ -110,11 +128,13 @@ PixelRect band_of(const ViewWork& work, int band, int bands) {
 }
 
 int passes_of(const ViewWork& work) {
-    return work.has_areas ? pass_count : 1;
+    return light_passes_of(work) + (work.takes_picture() ? 2 : 0);
 }
 
 void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int bands) {
     const PixelRect band = band_of(work, number, bands);
+    if (const int taking = pass - light_passes_of(work); taking >= 0)
+        return taking == 0 ? expose_rows(work, band) : develop_rows(work, band);
     if (work.has_areas) return draw_area_rows(work, scratch, pass, number, band);
     if (work.frame == nullptr) return draw_channel_rows(work, scratch, band);
     begin_channels(work, band);

@@ -9,7 +9,7 @@ namespace camrig::render::software {
 PixelRect band_of(const ViewWork& work, int band, int bands);
 
 /// A view is drawn in so many passes; each begins when the one before is through with all bands.
-inline constexpr int pass_count = 5;
+inline constexpr int area_passes = 5;
 int passes_of(const ViewWork& work);
 /// Draws a band, and what of it a layer keeps. Different bands from different threads.
 void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int band, int bands);

@@ -69,12 +69,17 @@ struct ViewWork {
     std::shared_ptr<frame::Frame> frame;                         ///< of colour; null: not wanted
     std::array<ChannelFrame, frame::frame_kind_count> channels;  ///< by kind
     Canvas canvas;
-    bool is_in_frame = false;  ///< the canvas' colour is the frame's; false: it is copied there
+    std::optional<sensor::Exposure> exposure;  ///< of a camera with a sensor
+    std::span<std::uint16_t> numbers;          ///< of that sensor: of its frame or in scratch memory
+    bool is_in_frame = false;                  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
     bool has_areas = false;             ///< Antialias::coverage
     std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
+
+    /// A sensor makes the colour picture.
+    bool takes_picture() const { return exposure && frame != nullptr; }
 };
 
 struct TriangleRange {
@@ -91,7 +96,9 @@ struct ViewScratch {
     TriangleNumbers numbers;
     Plane<float> depth;
     AreaScratch areas;
-    Plane<std::uint32_t> color;  ///< of pictures whose rows are no whole groups of lanes
+    Plane<std::uint32_t> color;                 ///< of pictures whose rows are no whole groups of lanes
+    std::array<Plane<float>, 3> light;          ///< of cameras with a sensor
+    std::vector<std::uint16_t> sensor_numbers;  ///< of those whose numbers nobody asked for
 };
 
 inline Rows<std::uint32_t> rows_of(frame::Frame& frame) {

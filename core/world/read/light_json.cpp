@@ -86,7 +86,12 @@ FieldTable<Environment> fields_of(std::type_identity<Environment>) {
     static const std::vector<FieldOf<Environment>> table{
         color_at<&Environment::background>({.name = "background", .doc = "where nothing is"}), ambient(),
         field_at<&Environment::exposure>(
-            {.name = "exposure", .doc = "factor on linear colour before the sRGB curve", .range = {1e-6, 1e6}})};
+            {.name = "exposure", .doc = "factor on linear colour before the sRGB curve", .range = {1e-6, 1e6}}),
+        field_at<&Environment::lux>({.name = "lux",
+                                     .doc = "for cameras with a sensor: illuminance where white is drawn as white",
+                                     .unit = "lx",
+                                     .range = {1e-4, 1e6},
+                                     .null = "white fills their wells in 10 ms"})};
     return table;
 }
 

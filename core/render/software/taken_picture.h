@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/render/software/view_work.h"
+
+/// What a camera with a sensor makes of the light: two passes over bands of rows, then the statistics. The first is
+/// through with all bands before the second begins.
+namespace camrig::render::software {
+
+/// Where the light is gathered and the numbers go; both frames are there if they are wanted.
+void begin_taking(ViewWork& work, ViewScratch& scratch);
+/// Light to numbers.
+void expose_rows(const ViewWork& work, const PixelRect& band);
+/// Numbers to the picture.
+void develop_rows(const ViewWork& work, const PixelRect& band);
+/// The picture is whole: tells the camera's control loops.
+void end_taking(const ViewWork& work);
+
+}  // namespace camrig::render::software
