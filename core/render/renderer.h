@@ -10,12 +10,20 @@
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/camera/ptz_status.h"
+#include "core/fault/fault_plan.h"
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
 namespace camrig::render {
+
+/// What becomes of a colour picture when it is there, of a camera that fails. Renderers do not ask for it.
+struct FailingPicture {
+    fault::FrameFaultsRef faults;                  ///< what they do to its pixels; null: nothing
+    std::optional<fault::FrameKey> shown_as = {};  ///< the frame that shows it again; nullopt: it is of its own frame
+    std::vector<frame::FrameRef> kept = {};        ///< of a picture shown again: as it was, drawn or not
+};
 
 /// One picture to draw: a camera at an instant.
 struct View {
@@ -24,8 +32,11 @@ struct View {
     std::shared_ptr<const world::CameraSpec> spec;
     std::uint64_t spec_revision = 0;  ///< changes whenever spec does; with the camera id the key of per-camera caches
     camera::Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
-    std::optional<camera::PtzStatus> head;  ///< what it says of itself goes with the pose, for ground truth
-    std::optional<ClockReading> clock;      ///< goes with the frame
+    std::optional<camera::Pose> believed_pose;      ///< as CameraState has it, for ground truth
+    std::optional<camera::PtzStatus> head;          ///< what it says of itself goes with the pose, for ground truth
+    std::optional<ClockReading> clock;              ///< goes with the frame
+    fault::FrameFaultsRef faults;                   ///< the same; null: none
+    std::shared_ptr<const FailingPicture> failing;  ///< null: the picture goes out as it is drawn
     world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
     std::uint32_t camera_number = 0;                                           ///< what the code strip carries

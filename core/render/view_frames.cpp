@@ -34,7 +34,8 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                          .size = view.spec->size,
                          .kind = kind,
                          .format = format,
-                         .clock = view.clock});
+                         .clock = view.clock,
+                         .faults = view.faults});
 }
 
 void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame) {
