@@ -41,10 +41,10 @@ void add_faults(const TruthOfFrame& truth, json& to) {
                               {"severity", one->severity},
                               {"since_ns", one->begin_ns},
                               {"until_ns", one->end_ns == max_time_ns ? json(nullptr) : json(one->end_ns)}});
-        to["delivered"] = !truth.faults->is_dropped;
-        to["shown_sequence"] = truth.faults->shown_sequence;
     }
     to["faults"] = std::move(faults);
+    to["delivered"] = !(truth.faults && truth.faults->is_dropped);
+    to["shown_sequence"] = truth.faults ? truth.faults->shown_sequence : truth.sequence;
 }
 
 json object_json(const ObjectTruth& object) {

@@ -84,8 +84,8 @@ def test_books_say_what_a_fault_kept_back(rig):
     cam = rig.create_camera("desk", size=(160, 120), fps=25, place="lobby")
     stream = urllib.request.urlopen(cam.url(), timeout=30)
     threading.Thread(target=lambda: [None for _ in iter(lambda: stream.read1(65536), b"")], daemon=True).start()
-    output = lambda: rig.stats()["cameras"][0]["outputs"][0]
-    wait_until(lambda: rig.stats()["cameras"][0]["outputs"] and output()["readers"], what="a reader")
+    camera = lambda: next(one for one in rig.stats()["cameras"] if one["name"] == "desk")
+    wait_until(lambda: camera()["outputs"] and camera()["outputs"][0]["readers"], what="a reader")
     rig.fault.set("desk", "drop", severity=0.5, probability=1.0)
     rig.step(seconds=4)
     rig.fault.clear("desk")
@@ -93,13 +93,13 @@ def test_books_say_what_a_fault_kept_back(rig):
     rig.step(seconds=1)
     rig.fault.clear("desk")
     rig.step(seconds=1)
-    books, camera = output(), rig.stats()["cameras"][0]
+    books = camera()["outputs"][0]
     assert books["due"] == 150
     assert 30 < books["fault"] < 70
     assert books["due"] == books["received"] + books["fault"] + books["not_drawn"]
     assert books["kept_back"] == 25
     assert books["received"] == books["encoded"] + books["dropped"] + books["failed"] + books["kept_back"]
-    assert camera["dropped_for"]["fault"] == books["fault"]
+    assert camera()["dropped_for"]["fault"] == books["fault"]
     reader = books["readers"][0]
     assert reader["offered"] == reader["delivered"] + reader["dropped"] == books["received"]
     assert reader["fault"] == 25
@@ -116,6 +116,25 @@ def parts(stream, count):
                 headers[key.strip().lower()] = value.strip()
         found.append((stream.read(int(headers[b"content-length"])), int(headers[b"x-sequence"])))
     return found
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+@pytest.mark.parametrize("kind", ["freeze", "black"])
+def test_a_stream_goes_on_with_the_same_bytes_and_nothing_is_drawn(rig, kind):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby")
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        moving = parts(stream, 10)
+        assert len({jpeg for jpeg, _ in moving}) > 5
+        rig.fault.set("desk", kind)
+        parts(stream, 10)
+        drawn = rig.stats()["renderer"]["views"]
+        same = parts(stream, 20)
+        assert rig.stats()["renderer"]["views"] == drawn
+        assert len({jpeg for jpeg, _ in same}) == 1
+        assert len({sequence for _, sequence in same}) == 20
+        rig.fault.clear("desk")
+        parts(stream, 10)
+        assert len({jpeg for jpeg, _ in parts(stream, 10)}) > 5
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
@@ -137,7 +156,8 @@ def test_a_damaged_jpeg_reaches_the_stream_and_nobody_else(rig):
         for jpeg, _ in parts(stream, 10)[1:]:
             assert jpeg.startswith(b"\xff\xd8")
             assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) is not None, "decoders take it"
-    assert sum(reader["damaged"] for output in rig.stats()["cameras"][0]["outputs"] for reader in output["readers"]) >= 0
+        camera = next(one for one in rig.stats()["cameras"] if one["name"] == "desk")
+        assert sum(reader["damaged"] for output in camera["outputs"] for reader in output["readers"]) >= 9
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
@@ -254,12 +274,16 @@ class RtpPackets:
             answer[key.lower()] = value.strip()
         return answer, self.file.read(int(answer.get("content-length", 0)))
 
+    def next(self):
+        """Channel and packet: 0 is RTP, 1 RTCP."""
+        mark, channel, length = struct.unpack(">cBH", self.file.read(4))
+        assert mark == b"$"
+        return channel, self.file.read(length)
+
     def take(self, count):
         numbers = []
         while len(numbers) < count:
-            mark, channel, length = struct.unpack(">cBH", self.file.read(4))
-            assert mark == b"$"
-            packet = self.file.read(length)
+            channel, packet = self.next()
             if channel == 0:
                 numbers.append(struct.unpack(">H", packet[2:4])[0])
         return numbers
@@ -284,14 +308,15 @@ def test_lost_rtp_packets_are_missing_numbers_and_a_stalled_stream_is_silent(rig
     packets.take(50)
     assert lost_of(packets.take(200))[0] == 0
     rig.fault.set("desk", "stall", output="rtsp")
-    packets.socket.settimeout(1.5)
-    with pytest.raises(TimeoutError):
-        while True:
-            packets.take(1)
-    packets.socket.settimeout(20)
-    # A socket's file is of no use after a timeout; the stream itself goes on.
+    silent = 0  # reports of 0.1 to 0.3 s without a picture between
+    for _ in range(3000):
+        channel, _ = packets.next()
+        silent = silent + 1 if channel == 1 else 0
+        if silent == 8:
+            break
+    assert silent == 8
     rig.fault.clear("desk")
-    assert packets.socket.recv(1 << 16), "it goes on"
+    packets.take(50)
 
 
 def test_the_examples_of_the_page_run(scenes, tmp_path):

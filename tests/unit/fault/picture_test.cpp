@@ -13,12 +13,15 @@ namespace {
 
 constexpr ImageSize size{64, 48};
 
-/// Every pixel another colour.
+/// Every pixel another colour, and a fine pattern.
 std::vector<std::byte> picture() {
     std::vector<std::byte> rgba;
     for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-            for (const int value : {40 + 3 * x, 50 + 4 * y, 120 + x + y, 255}) rgba.push_back(std::byte(value));
+        for (int x = 0; x < size.width; ++x) {
+            const int fine = 15 * ((x / 2 + y / 2) % 2);
+            for (const int value : {40 + 3 * x + fine, 50 + 4 * y + fine, 120 + x + y + fine, 255})
+                rgba.push_back(std::byte(value));
+        }
     return rgba;
 }
 
