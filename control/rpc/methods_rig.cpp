@@ -125,7 +125,7 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                "minimum, exclusive_minimum, maximum, exclusive_maximum, choices, null (what null means), label, "
                "by (`client` or `rig`: who alone says it), fields (of an object) and whole (an object that is given "
                "takes the place of all of the one before)"},
-              {"kinds", "object", "`behaviour`, `trigger`, `action`: each kind's name, doc and fields"}},
+              {"kinds", "object", "`behaviour`, `trigger`, `action`, `fault`: each kind's name, doc and fields"}},
          .errors = {},
          .handler = [](const json&, RpcReply done) { done(protocol_description()); },
          .only_looks = true},

@@ -191,6 +191,11 @@ FieldTable<Disconnect> fields_of(std::type_identity<Disconnect>) {
     return table;
 }
 
+FieldTable<CutPart> fields_of(std::type_identity<CutPart>) {
+    static const std::vector<FieldOf<CutPart>> table{share_at<&CutPart::probability>("probability", "of each part")};
+    return table;
+}
+
 FieldTable<PacketLoss> fields_of(std::type_identity<PacketLoss>) {
     static const std::vector<FieldOf<PacketLoss>> table{
         share_at<&PacketLoss::probability>("probability", "of each RTP packet")};
@@ -252,6 +257,7 @@ std::vector<Kind<FaultKind>> make_kinds() {
     add(std::type_identity<CorruptJpeg>{}, "corrupt_jpeg", "bytes of JPEGs in streams are damaged");
     add(std::type_identity<Stall>{}, "stall", "no frames go out, and connections stay open");
     add(std::type_identity<Disconnect>{}, "disconnect", "readers are thrown out, and again when they come back");
+    add(std::type_identity<CutPart>{}, "cut_part", "an HTTP stream is closed in the middle of a picture");
     add(std::type_identity<PacketLoss>{}, "packet_loss", "RTP packets are lost; their sequence numbers are missing");
     CHECK(kinds.size() == std::variant_size_v<FaultKind>);
     return kinds;

@@ -42,7 +42,7 @@ struct Dirt {
     static constexpr Layer layer = Layer::optics;
     double coverage = 0.5;
     double spot = 0.1;
-    double red = 0.25, green = 0.2, blue = 0.15;
+    double red = 0.08, green = 0.06, blue = 0.04;
 };
 struct Covered {
     static constexpr Layer layer = Layer::optics;
@@ -131,6 +131,10 @@ struct Disconnect {
     double period_s = 10.0;
     Output output = Output::any;
 };
+struct CutPart {
+    static constexpr Layer layer = Layer::transport;
+    double probability = 0.05;
+};
 struct PacketLoss {
     static constexpr Layer layer = Layer::transport;
     double probability = 0.1;
@@ -139,7 +143,7 @@ struct PacketLoss {
 /// In the order in which they act.
 using FaultKind = std::variant<Knock, Sag, Vibration, Defocus, Dirt, Covered, Exposure, WhiteBalance, Noise, Banding,
                                DeadPixels, DeadRows, Mirrored, UpsideDown, Black, Freeze, Duplicate, ReducedRate, Drop,
-                               CorruptJpeg, Stall, Disconnect, PacketLoss>;
+                               CorruptJpeg, Stall, Disconnect, CutPart, PacketLoss>;
 
 /// The table of all kinds, in the order of the variant: JSON, documentation and clients come from it.
 const std::vector<Kind<FaultKind>>& fault_kinds();

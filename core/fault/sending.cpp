@@ -100,6 +100,14 @@ std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, st
     return damaged;
 }
 
+bool is_cut(const FrameFaults& faults) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const cut = std::get_if<CutPart>(&one->kind);
+        return cut &&
+               chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) < cut->probability * one->severity;
+    });
+}
+
 bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet) {
     return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
         const auto* const loss = std::get_if<PacketLoss>(&one->kind);

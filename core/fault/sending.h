@@ -19,6 +19,8 @@ bool is_disconnected(const FrameFaults& faults, std::string_view output);
 /// The JPEG as it arrives; nullopt: unharmed.
 std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, std::string_view output,
                                                    std::span<const std::byte> jpeg);
+/// The connection is closed in the middle of this frame's part of an HTTP stream.
+bool is_cut(const FrameFaults& faults);
 /// The RTP packet of that sequence number (of any width that rises), sent while this frame was the newest, is lost.
 bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet);
 

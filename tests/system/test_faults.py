@@ -118,6 +118,42 @@ def parts(stream, count):
     return found
 
 
+def streamed(scenes, kind):
+    """Hash of each JPEG of a stream by its number, of a run in which the camera fails for frames 10 to 19; and of another camera's."""
+    got = {"desk": {}, "well": {}}
+
+    def read(stream, into):
+        try:
+            while True:
+                for jpeg, sequence in parts(stream, 1):
+                    into[sequence] = hashlib.md5(jpeg).hexdigest()
+        except (ValueError, KeyError, OSError):
+            pass  # it has ended
+
+    with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=3) as rig:
+        for name, into in got.items():
+            stream = urllib.request.urlopen(rig.create_camera(name, size=(320, 240), fps=25, place="lobby").url(), timeout=30)
+            threading.Thread(target=read, args=(stream, into), daemon=True).start()
+        wait_until(lambda: all(into for into in got.values()), what="the first pictures")
+        if kind:
+            rig.fault.set("desk", kind, start_s=0.4, end_s=0.8, severity=0.5 if kind == "black" else 1)
+        rig.step(seconds=1.6)
+        wait_until(lambda: all(40 in into for into in got.values()), what="the last pictures")
+    return got["desk"], got["well"]
+
+
+@pytest.mark.parametrize("kind", ["freeze", "black", "drop", "knock"])
+def test_after_a_fault_a_stream_has_the_bytes_that_it_would_have_had_anyhow(scenes, kind):
+    desk, well = streamed(scenes, kind)
+    clean, other = streamed(scenes, None)
+    assert well == other
+    if kind == "drop":
+        assert set(clean) - set(desk) <= set(range(10, 20)) and len(set(clean) - set(desk)) > 0
+    else:
+        assert [sequence for sequence in clean if desk[sequence] != clean[sequence]] == list(range(11 if kind == "freeze" else 10, 20))
+    assert [desk[sequence] for sequence in range(20, 41)] == [clean[sequence] for sequence in range(20, 41)]
+
+
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 @pytest.mark.parametrize("kind", ["freeze", "black"])
 def test_a_stream_goes_on_with_the_same_bytes_and_nothing_is_drawn(rig, kind):
@@ -172,6 +208,33 @@ def test_a_disconnected_stream_ends_and_can_be_opened_again(rig):
     parts(well, 10)
     rig.fault.clear(id=fault["id"])
     assert len(parts(urllib.request.urlopen(cam.url(), timeout=30), 5)) == 5
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_cut_part_ends_the_stream_in_the_middle_of_a_picture(rig):
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25)
+    rig.fault.set("lobby", "cut_part", probability=1.0)
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        everything = b"".join(iter(lambda: stream.read1(65536), b""))
+    announced = [int(one) for one in re.findall(rb"Content-Length: (\d+)", everything)]
+    last = everything[everything.rindex(b"\r\n\r\n") + 4:]
+    assert last.startswith(b"\xff\xd8") and len(last) == announced[-1] // 2
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_stalled_stream_sends_nothing_and_goes_on(rig):
+    cam = rig.create_camera("lobby", size=(160, 120), fps=25)
+    reader = socket.create_connection(urllib.parse.urlparse(rig.http_url).netloc.split(":"), timeout=30)
+    reader.sendall(b"GET /cameras/lobby/stream.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    reader.recv(1 << 16)
+    rig.fault.set("lobby", "stall", output="mjpeg")
+    reader.settimeout(3)  # a stream without new pictures repeats the last one after 2 s
+    with pytest.raises(TimeoutError):
+        for _ in range(1000):
+            assert reader.recv(1 << 16)
+    rig.fault.clear("lobby")
+    assert reader.recv(1 << 16)
+    reader.close()
 
 
 DEVICE_PROGRAM = """
@@ -295,9 +358,9 @@ def lost_of(numbers):
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
-@pytest.mark.parametrize("codec", ["", "/mjpeg"])
-def test_lost_rtp_packets_are_missing_numbers_and_a_stalled_stream_is_silent(rig, codec):
-    cam = rig.create_camera("desk", size=(640, 480), fps=25, place="lobby")
+@pytest.mark.parametrize("codec, size, fps", [("", (640, 480), 25), ("/mjpeg", (320, 240), 10)])  # about as many packets a second
+def test_lost_rtp_packets_are_missing_numbers_and_a_stalled_stream_is_silent(rig, codec, size, fps):
+    cam = rig.create_camera("desk", size=size, fps=fps, place="lobby")
     packets = RtpPackets(f"{rig.rtsp_url}/{cam.name}{codec}")
     assert lost_of(packets.take(300))[0] == 0
     rig.fault.set("desk", "packet_loss", probability=0.2)

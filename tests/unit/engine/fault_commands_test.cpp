@@ -135,6 +135,30 @@ TEST_F(FaultCommandsTest, ABlackCameraIsNotDrawn) {
     }
 }
 
+TEST_F(FaultCommandsTest, PixelsOfWhatIsDrawnAreChangedForReadersAndOnRequest) {
+    read_both();
+    step(1);
+    set(fault::Black{}, 0.5);
+    step(2);
+    const auto is_half_black = [](std::span<const std::byte> bytes) {
+        return std::ranges::all_of(bytes.subspan(0, 3), [](std::byte value) { return value <= std::byte{128}; }) &&
+               bytes[3] == std::byte{255};
+    };
+    const auto units = faulty->units();
+    ASSERT_EQ(units.size(), 3U);
+    bool was_bright = false;
+    for (const std::byte value : bytes_of(units[0])) was_bright |= value > std::byte{128} && value < std::byte{255};
+    EXPECT_TRUE(was_bright);
+    for (std::size_t i = 1; i < 3; ++i) {
+        const auto bytes = bytes_of(units[i]);
+        for (std::size_t at = 0; at < bytes.size(); at += 4)
+            ASSERT_TRUE(is_half_black(std::span(bytes).subspan(at, 4)));
+    }
+    std::promise<Result<stream::MediaUnit>> asked;
+    engine->fetch({"faulty", frame::FrameKind::color, 0, {}}, [&](auto unit) { asked.set_value(std::move(unit)); });
+    EXPECT_EQ(bytes_of(asked.get_future().get().value()), bytes_of(units.back()));
+}
+
 TEST_F(FaultCommandsTest, OtherCamerasGetTheSameBytes) {
     read_both();
     step(10);

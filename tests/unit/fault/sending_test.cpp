@@ -119,6 +119,21 @@ TEST(Disconnect, NeverUnplugsALoopbackDeviceAndSaysWhyNot) {
     EXPECT_NE(refused.error().message.find("stall"), std::string::npos) << refused.error().message;
 }
 
+TEST(CutPart, CutsTheShareOfFramesAndTheSameOnesAtAHigherSeverity) {
+    std::vector<bool> milder(20'000, false);
+    for (const double severity : {0.25, 0.5, 1.0}) {
+        const FaultRef fault = fault_of(CutPart{.probability = 0.4}, severity);
+        int cut = 0;
+        for (std::size_t i = 0; i < milder.size(); ++i) {
+            const bool is_now = is_cut(at_frame(fault, static_cast<std::int64_t>(i)));
+            ASSERT_TRUE(is_now || !milder[i]);
+            milder[i] = is_now;
+            cut += is_now;
+        }
+        EXPECT_NEAR(cut / 20'000.0, 0.4 * severity, 0.01);
+    }
+}
+
 TEST(PacketLoss, LosesTheShareOfPacketsAndTheSameOnesAtAHigherSeverity) {
     std::vector<bool> milder(20'000, false);
     for (const double severity : {0.25, 0.5, 1.0}) {
