@@ -108,6 +108,24 @@ void Rig::remove_actor(const std::string& name) const {
     connections_->call("actor.remove", {{"name", name}});
 }
 
+json Rig::set_fault(const std::string& camera, const std::string& kind, json params) const {
+    params["camera"] = camera;
+    params["kind"] = kind;
+    return connections_->call("fault.set", std::move(params));
+}
+
+std::int64_t Rig::clear_faults(const std::string& camera) const {
+    return connections_->call("fault.clear", {{"camera", camera}})["cleared"];
+}
+
+std::int64_t Rig::clear_fault(std::int64_t id) const {
+    return connections_->call("fault.clear", {{"id", id}})["cleared"];
+}
+
+json Rig::faults() const {
+    return connections_->call("fault.list")["faults"];
+}
+
 json Rig::events() const {
     return connections_->call("event.list")["events"];
 }

@@ -5,6 +5,7 @@
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/rpc_server.h"
 #include "core/base/output_family.h"
+#include "core/fault/fault_kind.h"
 #include "core/world/camera_fields.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
@@ -46,6 +47,20 @@ std::string kinds_tables(const KindsDescription& described) {
     out += "\n| of | key | type | default | |\n|---|---|---|---|---|\n";
     for (const auto& [kinds, field] : rows) out += "| " + kinds + " " + param_row(field);
     return out + "\n";
+}
+
+Result<std::string> fault_tables(const std::string& present) {
+    KindsDescription described{"fault", "kind", {}};
+    const nlohmann::json nothing = nlohmann::json::object();
+    for (const auto& kind : fault::fault_kinds()) {
+        KindDescription one = kind.description;
+        JsonReader reader(nothing, "");
+        one.doc = std::string(to_string(fault::layer_of(kind.read(reader)))) + ": " + one.doc;
+        described.kinds.push_back(std::move(one));
+    }
+    std::string page = present;
+    if (auto done = replace_part(page, "faults", kinds_tables(described)); !done) return std::unexpected(done.error());
+    return page;
 }
 
 }  // namespace
@@ -120,6 +135,7 @@ std::vector<GeneratedFile> generated_files() {
     return {{"docs/control-protocol.md",
              [](const std::string&) { return control_protocol_markdown(documented_methods()); }},
             {"docs/scene-format.md", scene_format_tables},
+            {"docs/faults.md", fault_tables},
             {"scenes/schema.json", scene_schema},
             {"control/python/camrig/parameters.py", [](const std::string&) { return python_parameters(); }},
             {"control/client/camrig/parameters.h", [](const std::string&) { return client_parameters(); }}};

@@ -5,6 +5,7 @@
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/methods.h"
 #include "core/base/descriptors.h"
+#include "core/fault/fault_kind.h"
 
 // docs/control-protocol.md is made here, from the method table; a unit test compares the two.
 namespace camrig::control {
@@ -136,7 +137,9 @@ json protocol_description() {
     for (const Method& method : documented_methods()) methods.push_back(to_json(method));
     objects["camera"] = to_json(camera_descriptions());
     for (const auto& [name, fields] : objects_of_methods()) objects[name] = to_json(fields);
-    for (const KindsDescription& described : kinds_of_methods())
+    auto all = kinds_of_methods();
+    all.push_back({"fault", "kind", descriptions_of(fault::fault_kinds())});
+    for (const KindsDescription& described : all)
         for (const KindDescription& kind : described.kinds)
             kinds[described.name].push_back({{"name", kind.name}, {"doc", kind.doc}, {"fields", to_json(kind.fields)}});
     return {{"methods", std::move(methods)}, {"objects", std::move(objects)}, {"kinds", std::move(kinds)}};

@@ -14,6 +14,7 @@ namespace camrig::control {
 
 std::vector<Method> camera_methods(RpcContext& context);
 std::vector<Method> ptz_methods(RpcContext& context);
+std::vector<Method> fault_methods(RpcContext& context);
 std::vector<Method> world_methods(RpcContext& context);
 std::vector<Method> frame_methods(RpcContext& context);
 std::vector<Method> actor_methods(RpcContext& context);

@@ -58,8 +58,9 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
     return {
         {.name = "stats.get",
          .summary =
-             "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output received = "
-             "encoded + dropped + failed; per reader offered = delivered + dropped + what is on its way. A frame "
+             "Counts and stage times of the whole rig. Per camera due = rendered + dropped; per output due = received "
+             "+ fault + not_drawn and received = encoded + dropped + failed + kept_back; per reader offered = "
+             "delivered + dropped + what is on its way. A frame "
              "counts "
              "when it is drawn or dropped: what waits for its turn is still to come.",
          .params = {},
@@ -71,7 +72,13 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
               {"cameras", "array of objects",
                "name, due, rendered, dropped, idle and outputs with their readers. dropped_for says why: overload "
                "(too little time for all cameras), own_cost (this camera's pictures cost more than its share), "
-               "request (pictures and truth on request took the time), failure (the log says which)"},
+               "request (pictures and truth on request took the time), failure (the log says which), fault "
+               "(fault.set). "
+               "Of an output, fault and not_drawn are frames that its readers would have taken, and kept_back those "
+               "that none "
+               "of them was given (fault stall or disconnect); of a reader, fault are those of its dropped that a "
+               "fault "
+               "kept back, and damaged those whose bytes one changed"},
               {"stages", "array of objects",
                "name, count, mean_ms, p50_ms, p99_ms, p999_ms and max_ms since the start. wakeup: how late an "
                "instant began; world: per instant; draw and publish: per turn, of one "
@@ -118,7 +125,7 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                "minimum, exclusive_minimum, maximum, exclusive_maximum, choices, null (what null means), label, "
                "by (`client` or `rig`: who alone says it), fields (of an object) and whole (an object that is given "
                "takes the place of all of the one before)"},
-              {"kinds", "object", "`behaviour`, `trigger`, `action`: each kind's name, doc and fields"}},
+              {"kinds", "object", "`behaviour`, `trigger`, `action`, `fault`: each kind's name, doc and fields"}},
          .errors = {},
          .handler = [](const json&, RpcReply done) { done(protocol_description()); },
          .only_looks = true},

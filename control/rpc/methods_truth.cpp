@@ -30,6 +30,13 @@ std::vector<Method> truth_methods(RpcContext& context) {
                     {"intrinsics", "object", "see intrinsics"},
                     {"lens", "object", "see lens"},
                     {"pose", "object", "position and orientation of the camera's body frame at that instant"},
+                    {"pose_believed", "object",
+                     "the same as its calibration has it: another one when the camera was knocked"},
+                    {"faults", "array of objects",
+                     "what fails at this frame (fault.set): id, kind, layer, severity, since_ns, until_ns"},
+                    {"delivered", "boolean", "false: a fault keeps the frame back"},
+                    {"shown_sequence", "integer",
+                     "the frame whose picture it has, its own but for faults; of one kept back, whose was seen last"},
                     {"ptz", "object or null",
                      "of a camera on a head: pan_deg, tilt_deg and zoom as it believes, turning, zooming, and under "
                      "`true` where it is"},

@@ -17,7 +17,7 @@ std::string hex_text(std::uint64_t bits) {
 
 json to_json(const engine::CameraReply& report) {
     json value = camera_to_json(report.camera.spec_at(report.now.world_ns));
-    value["world_pose"] = world::pose_to_json(report.now.pose);
+    value["world_pose"] = world::pose_to_json(report.now.believed_pose.value_or(report.now.pose));
     value["shown_intrinsics"] = json_of(report.now.intrinsics);
     value["id"] = static_cast<std::uint32_t>(report.id);
     value["sequence"] = report.sequence;
@@ -43,14 +43,20 @@ json to_json(const stream::RigReport& report) {
                                    {"offered", reader.offered},
                                    {"delivered", reader.delivered},
                                    {"dropped", reader.dropped},
+                                   {"fault", reader.fault},
+                                   {"damaged", reader.damaged},
                                    {"bytes", reader.bytes},
                                    {"latency_ms", reader.latency_ms}});
             }
             outputs.push_back({{"format", output.format},
+                               {"due", output.due},
+                               {"fault", output.fault},
+                               {"not_drawn", output.not_drawn},
                                {"received", output.received},
                                {"encoded", output.encoded},
                                {"dropped", output.dropped},
                                {"failed", output.failed},
+                               {"kept_back", output.kept_back},
                                {"readers", std::move(readers)}});
         }
         json dropped_for = json::object();

@@ -227,6 +227,7 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     const auto add = [&](std::vector<Method> some) { std::ranges::move(some, std::back_inserter(all)); };
     add(camera_methods(context));
     add(ptz_methods(context));
+    add(fault_methods(context));
     add(world_methods(context));
     add(actor_methods(context));
     add(event_methods(context));

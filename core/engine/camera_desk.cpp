@@ -98,7 +98,7 @@ void CameraDesk::renew_latest(CameraEntry& entry, std::int64_t sequence) {
 
 void CameraDesk::show_latest(CameraEntry& entry) {
     const LatestDue& latest = entry.latest;
-    DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(entry, latest)}};
+    DueViews due = rig_.picture_of(entry);
     if (const frame::PixelFormats wanted = rig_.bus.wanted(entry.id, latest.state.world_ns); !wanted.empty())
         due.views.front().color_formats = rig_.made_of(due.views.front(), wanted);
     rig_.drawing->add(due);

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/base/names.h"
+#include "core/fault/delivery.h"
 
 namespace camrig::engine {
 
@@ -72,8 +73,27 @@ Result<void> CameraTable::replace(CameraEntry& entry, world::Camera camera) {
     return {};
 }
 
+namespace {
+
+/// The frame whose picture is to be seen again by these faults of the next one, which does not come or repeats it;
+/// null: the next has its own, or there was none yet.
+std::shared_ptr<LatestDue> shown_again(const CameraEntry& entry, const fault::FrameFaults& faults) {
+    const LatestDue& latest = entry.latest;
+    const LatestDue& seen = latest.seen();
+    const bool is_there =
+        latest.spec && !(latest.is_dropped() && !latest.shown) && seen.spec->size == entry.spec().size;
+    if (!is_there || !(faults.is_dropped || is_repeat(faults, seen.state.world_ns))) return nullptr;
+    return latest.shown ? latest.shown : std::make_shared<LatestDue>(latest);
+}
+
+}  // namespace
+
 void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns) {
     LatestDue& latest = entry.latest;
+    auto faults = entry.camera.faults().at({sequence, snapshot->world_ns});
+    latest.shown = faults ? shown_again(entry, *faults) : nullptr;
+    if (latest.shown) faults->shown_sequence = latest.shown->sequence;
+    latest.faults = faults ? std::make_shared<const fault::FrameFaults>(std::move(*faults)) : nullptr;
     const camera::CameraState before = std::exchange(latest.state, entry.camera.at(*snapshot));
     // A camera that is zoomed in and stands is the same from picture to picture.
     const bool is_as_before = latest.of_revision == entry.spec_revision && latest.state.intrinsics == before.intrinsics;
@@ -91,6 +111,30 @@ void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::Snapsho
     latest.monotonic_ns = monotonic_ns;
     latest.snapshot = std::move(snapshot);
     latest.colors.clear();
+}
+
+void CameraTable::keep_colors(CameraEntry& entry, const render::View& view, std::span<const frame::FrameRef> frames) {
+    const auto is_of = [&](const LatestDue& due) {
+        return due.sequence == view.sequence && due.spec_revision == view.spec_revision;
+    };
+    const auto add = [&](LatestDue& due) {
+        for (const frame::FrameRef& frame : frames) {
+            std::erase_if(due.colors, [&](const auto& old) { return old->info().format == frame->info().format; });
+            due.colors.push_back(frame);
+        }
+    };
+    LatestDue& latest = entry.latest;
+    const bool is_shown_as_latest =
+        view.failing && view.failing->shown_as && view.failing->shown_as->sequence == latest.sequence;
+    if (latest.shown ? is_shown_as_latest : is_of(latest)) add(latest);
+    if (latest.shown && is_of(*latest.shown)) add(*latest.shown);
+}
+
+Result<fault::FaultRef> CameraTable::set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
+                                               TimeNs now_ns) {
+    auto fault = entry.camera.faults().set(spec, last_fault_ + 1, rig_seed, now_ns);
+    if (fault) ++last_fault_;
+    return fault;
 }
 
 Result<CameraEntry> CameraTable::remove(const std::string& name) {

@@ -11,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/engine/command.h"
 #include "core/frame/frame.h"
+#include "core/render/renderer.h"
 #include "core/sensor/camera_sensor.h"
 #include "core/stream/statistics.h"
 #include "core/truth/make_truth.h"
@@ -28,7 +29,16 @@ struct LatestDue {
     camera::CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;
     world::SnapshotRef snapshot;
-    std::vector<frame::FrameRef> colors;  ///< as drawn, a pixel format each; none until then
+    std::vector<frame::FrameRef> colors;  ///< as they went out, a pixel format each; none until then
+    fault::FrameFaultsRef faults;         ///< what fails at that instant; null: nothing
+    /// Of a frame that does not come, or shows the picture before it again: the frame with that picture.
+    std::shared_ptr<LatestDue> shown = {};
+
+    bool is_dropped() const { return faults && faults->is_dropped; }
+    /// The frame that who asks for a picture gets.
+    const LatestDue& delivered() const { return is_dropped() && shown ? *shown : *this; }
+    /// The frame whose picture was last to be seen.
+    const LatestDue& seen() const { return shown ? *shown : *this; }
 };
 
 /// A camera as the engine holds it.
@@ -49,6 +59,9 @@ struct CameraEntry {
     TimeNs applied_ns = 0;  ///< world time from which its last command shows
     std::uint64_t due = 0, rendered = 0, idle = 0;
     std::array<std::uint64_t, stream::drop_reason_count> dropped{};  ///< by DropReason
+    /// Of the last frame whose picture went out otherwise than it was drawn: no later one may be told by what is
+    /// damaged since.
+    std::int64_t altered_sequence = -1;
 };
 
 /// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.
@@ -65,6 +78,11 @@ public:
     Result<void> replace(CameraEntry& entry, world::Camera camera);
     /// Its newest picture is the one of this instant.
     void show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns);
+    /// Takes note of colour pictures of a view that have gone out.
+    void keep_colors(CameraEntry& entry, const render::View& view, std::span<const frame::FrameRef> frames);
+    /// Gives the camera a fault. Errors as of FaultPlan::set(), and change nothing.
+    Result<fault::FaultRef> set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
+                                      TimeNs now_ns);
     Result<CameraEntry*> find(const std::string& name);
     /// Null if it is gone.
     CameraEntry* find_id(CameraId id);
@@ -83,6 +101,7 @@ private:
     std::map<CameraId, CameraEntry> by_id_;
     std::uint32_t last_id_ = 0;
     std::uint64_t last_revision_ = 0;
+    std::uint64_t last_fault_ = 0;
 };
 
 }  // namespace camrig::engine

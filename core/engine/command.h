@@ -139,6 +139,34 @@ struct GetPtz {
     using Reply = PtzReply;
     std::string camera;
 };
+/// A fault of a camera, and when that shows.
+struct FaultReply {
+    std::string camera;
+    fault::FaultRef fault;
+    TimeNs applied_ns = 0;
+};
+struct SetFault {
+    using Reply = FaultReply;
+    std::string camera;
+    fault::FaultSpec fault;
+};
+/// Ends one fault, those of a camera, or those of a kind.
+struct ClearFaults {
+    struct Reply {
+        std::size_t cleared = 0;
+        TimeNs applied_ns = 0;
+    };
+    std::optional<std::uint64_t> id;
+    std::string camera;  ///< empty: of all
+    std::string kind;    ///< empty: of every kind
+};
+struct ListFaults {
+    struct Reply {
+        std::vector<FaultReply> faults;  ///< that are not over
+        TimeNs world_ns = 0;
+    };
+    std::string camera;  ///< empty: of all
+};
 struct ListCameras {
     using Reply = std::vector<CameraReply>;
 };
@@ -230,10 +258,11 @@ struct Request {
 using Command =
     std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
                  Request<ListCameras>, Request<MovePtz>, Request<AimPtz>, Request<PtzPresets>, Request<PtzTours>,
-                 Request<StopPtz>, Request<GetPtz>, Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>,
-                 Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>, Request<SpawnActor>,
-                 Request<RemoveActor>, Request<SetActor>, Request<SteerActors>, Request<ListEvents>, Request<AddEvent>,
-                 Request<RemoveEvent>, Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;
+                 Request<StopPtz>, Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>,
+                 Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>,
+                 Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
+                 Request<SteerActors>, Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>,
+                 Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

@@ -5,6 +5,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/out_of_memory.h"
+#include "core/engine/failing_pictures.h"
 
 namespace camrig::engine {
 namespace {
@@ -52,7 +53,7 @@ DrawnViews draw_views(render::Renderer& renderer, DueViews due, stream::StageTim
     DrawnViews drawn;
     const TimeNs start_ns = monotonic_now_ns();
     auto finished =
-        or_out_of_memory("drawing", [&] { return renderer.draw(due.snapshot, due.monotonic_ns, due.views); });
+        or_out_of_memory("drawing", [&] { return draw_failing(renderer, due.snapshot, due.monotonic_ns, due.views); });
     if (finished) {
         drawn.frames = std::move(finished->set.frames);
         drawn.failures = std::move(finished->failures);
@@ -260,7 +261,8 @@ void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn) {
         const auto found = cameras_.find(view.camera);
         if (found == cameras_.end() || drawn.cost_ns.empty()) continue;
         Camera& camera = found->second;
-        camera.cpu_ns[camera.next++ % camera.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
+        if (drawn.cost_ns[i] != not_drawn_ns)
+            camera.cpu_ns[camera.next++ % camera.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
         // Now and not with its next view: until then what is kept of it may have come to the other lane.
         if (Group& group = groups_.at(camera.group); group.pending == 0) choose_lane(camera.group, group);
     }

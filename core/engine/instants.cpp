@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/clock.h"
+#include "core/engine/failing_pictures.h"
 
 namespace camrig::engine {
 namespace {
@@ -76,6 +77,7 @@ void Instants::account_skipped(TimeNs instant_ns) {
         if (!rig_.bus.wanted(skipped.camera, skipped.first_ns).empty()) {
             entry.due += frames;
             entry.dropped[static_cast<std::size_t>(stream::DropReason::overload)] += frames;
+            rig_.bus.miss(entry.id, skipped.first_ns, frames, stream::DropReason::overload);
         } else {
             entry.idle += frames;
         }
@@ -107,16 +109,47 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
             ++entry.idle;
             continue;
         }
+        if (entry.latest.is_dropped()) {
+            miss(entry, world_ns, stream::DropReason::fault);
+            continue;
+        }
         requests_.add_awaited(entry, world_ns, formats);
-        render::View& view = due.views.emplace_back(rig_.view_of(entry, entry.latest));
+        DueViews picture = rig_.picture_of(entry);
+        render::View& view = picture.views.front();
         view.color_formats = rig_.made_of(view, formats);
+        if (picture.snapshot == due.snapshot) {
+            due.views.push_back(std::move(view));
+        } else {
+            picture.may_be_dropped = may_be_dropped;
+            rig_.drawing->add(picture);
+        }
     }
     rig_.drawing->add(due);
 }
 
+void Instants::miss(CameraEntry& entry, TimeNs world_ns, stream::DropReason reason) {
+    ++entry.due;
+    ++entry.dropped[static_cast<std::size_t>(reason)];
+    rig_.bus.miss(entry.id, world_ns, 1, reason);
+}
+
+void Instants::forget_damage(CameraEntry& entry, const render::View& view, std::span<frame::FrameRef> frames) {
+    for (frame::FrameRef& frame : frames) {
+        const frame::FrameInfo& drawn = frame->info();
+        const std::int64_t base = drawn.damage.base().value_or(max_time_ns);
+        if (view.failing) {
+            entry.altered_sequence = std::max(entry.altered_sequence, drawn.sequence);
+        } else if (base <= entry.altered_sequence) {
+            frame::FrameInfo info = drawn;
+            info.damage = {};
+            frame = std::make_shared<const frame::Frame>(std::move(info), frame);
+        }
+    }
+}
+
 void Instants::drawn(DrawnViews& drawn) {
     frame::FrameSet set;
-    set.world_ns = drawn.due.snapshot->world_ns;
+    set.world_ns = shown_ns(drawn.due.views.front(), *drawn.due.snapshot);
     set.monotonic_ns = drawn.due.monotonic_ns;
     for (const auto& failure : drawn.failures) {
         if (const CameraEntry* entry = rig_.cameras.find_id(failure.camera))
@@ -125,18 +158,17 @@ void Instants::drawn(DrawnViews& drawn) {
     for (const render::View& view : drawn.due.views) {
         CameraEntry* entry = rig_.cameras.find_id(view.camera);
         if (entry == nullptr) continue;  // deleted meanwhile
-        const auto frames = std::ranges::equal_range(
+        const std::span<frame::FrameRef> frames = std::ranges::equal_range(
             drawn.frames, view.camera, {}, [](const frame::FrameRef& frame) { return frame->info().camera_id; });
-        ++entry->due;
         if (frames.empty()) {
-            ++entry->dropped[static_cast<std::size_t>(stream::DropReason::failure)];
+            miss(*entry, set.world_ns, stream::DropReason::failure);
             continue;
         }
+        ++entry->due;
         ++entry->rendered;
+        forget_damage(*entry, view, frames);
         requests_.colors_drawn(*entry, frames);
-        LatestDue& latest = entry->latest;
-        if (latest.sequence == view.sequence && latest.spec_revision == view.spec_revision)
-            latest.colors.assign(frames.begin(), frames.end());
+        rig_.cameras.keep_colors(*entry, view, frames);
         set.frames.insert(set.frames.end(), frames.begin(), frames.end());
     }
     if (drawn.due.may_be_dropped || !rig_.step_instant_ns || *rig_.step_instant_ns != set.world_ns)
@@ -148,9 +180,9 @@ void Instants::drawn(DrawnViews& drawn) {
 void Instants::dropped(const DueViews& due, const render::View& view, stream::DropReason reason) {
     CameraEntry* entry = rig_.cameras.find_id(view.camera);
     if (entry == nullptr) return;
-    ++entry->due;
-    ++entry->dropped[static_cast<std::size_t>(reason)];
-    if (!dropped_at_.insert(due.snapshot->world_ns).second) return;
+    const TimeNs world_ns = shown_ns(view, *due.snapshot);
+    miss(*entry, world_ns, reason);
+    if (!dropped_at_.insert(world_ns).second) return;
     ++dropped_instants_;
     if (dropped_at_.size() > max_dropped_at) dropped_at_.erase(dropped_at_.begin());
 }

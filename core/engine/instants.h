@@ -51,6 +51,10 @@ private:
     /// The world, which is there, at this instant; what is wanted of it is handed to be drawn.
     void begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_dropped);
     void account_skipped(TimeNs instant_ns);
+    /// A frame that was wanted does not go out.
+    void miss(CameraEntry& entry, TimeNs world_ns, stream::DropReason reason);
+    /// What is drawn knows what differs from what was drawn before; of pictures that went out otherwise it is not true.
+    static void forget_damage(CameraEntry& entry, const render::View& view, std::span<frame::FrameRef> frames);
 
     RigState& rig_;
     WorldDesk& world_;

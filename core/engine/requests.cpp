@@ -61,9 +61,11 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
     auto truth = make_truth({.name = view.name,
                              .spec = view.spec,
                              .pose = view.pose,
+                             .believed_pose = view.believed_pose,
                              .head = view.head,
                              .clock = view.clock,
                              .sensor = pictures.instance->info().sensor,
+                             .faults = view.faults,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
                             *due.snapshot, pictures, find_silhouettes, &standing);
@@ -155,7 +157,7 @@ TimeNs Requests::wake_time_ns() const {
 const frame::FrameRef* Requests::drawn_color(const CameraEntry& entry, std::span<const frame::FrameRef> frames,
                                              const stream::MediaFormat& format) const {
     if (frames.empty()) return nullptr;
-    const render::View view = rig_.view_of(entry, entry.latest);
+    const render::View view = std::move(rig_.picture_of(entry).views.front());
     const frame::PixelFormats made = rig_.made_of(view, {source_format(format, view.spec->size)});
     // Anything but a JPEG is the same bytes made of rgba8.
     const bool takes_rgba = format.codec != codec::Codec::jpeg;
@@ -174,7 +176,8 @@ bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     }
     const bool there = is_there(waiter, *entry);
     if (there && waiter.wants_color()) {
-        if (const frame::FrameRef* drawn = drawn_color(*entry, entry->latest.colors, waiter.picture.format)) {
+        if (const frame::FrameRef* drawn =
+                drawn_color(*entry, entry->latest.delivered().colors, waiter.picture.format)) {
             rig_.bus.transcode_once(*drawn, waiter.picture.format, waiter.got_picture);
             return true;
         }
@@ -231,7 +234,9 @@ std::optional<DrawTask> Requests::next() {
         const CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
         if (entry == nullptr || !is_to_be_drawn(*waiter, *entry)) continue;
         const LatestDue& latest = entry->latest;
-        DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(*entry, latest)}, false};
+        DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(*entry, latest)}};
+        if (waiter->wants_color()) due = rig_.picture_of(*entry);
+        due.may_be_dropped = false;
         if (waiter->picture.admit) {
             if (auto admitted = waiter->picture.admit(latest.spec->size); !admitted) {
                 waiter->fail(admitted.error());
@@ -264,9 +269,8 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
                         const frame::FrameRef& frame = drawn->frames.front();
                         CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
                         const render::View& shown = drawn->due.views.front();
-                        if (waiter->wants_color() && entry != nullptr && entry->latest.sequence == shown.sequence &&
-                            entry->latest.spec_revision == shown.spec_revision)
-                            entry->latest.colors.push_back(frame);
+                        if (waiter->wants_color() && entry != nullptr)
+                            rig_.cameras.keep_colors(*entry, shown, drawn->frames);
                         rig_.bus.transcode_once(frame, waiter->picture.format, std::move(waiter->got_picture));
                     }
                     end_drawing(waiter, drawn->wall_ns);

@@ -50,7 +50,7 @@ private:
     /// Whether it was answered.
     bool answer(const Waiter& waiter, TimeNs monotonic_ns) const;
     bool is_there(const Waiter& waiter, const CameraEntry& entry) const {
-        return entry.latest.state.world_ns >= waiter.min_ns;
+        return (waiter.wants_color() ? entry.latest.delivered() : entry.latest).state.world_ns >= waiter.min_ns;
     }
     bool is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const;
     /// A picture that was drawn already and does for this format; nullptr: none.

@@ -40,6 +40,7 @@ Rig::Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> la
     : state_(options, bus, std::move(wake)),
       world_(state_),
       cameras_(state_, world_),
+      faults_(state_, world_),
       requests_(state_),
       instants_(state_, world_, requests_) {
     state_.drawing = std::make_unique<DrawDesk>(
@@ -88,6 +89,8 @@ void Rig::apply(Command& command) {
             requests_.get_truth(request);
         } else if constexpr (requires { cameras_.run(request.command); }) {
             request.done(cameras_.run(request.command));
+        } else if constexpr (requires { faults_.run(request.command); }) {
+            request.done(faults_.run(request.command));
         } else if constexpr (requires { world_.run(request.command); }) {
             request.done(world_.run(request.command));
         } else {

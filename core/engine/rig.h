@@ -6,6 +6,7 @@
 
 #include "core/base/thread_check.h"
 #include "core/engine/camera_desk.h"
+#include "core/engine/fault_desk.h"
 #include "core/engine/instants.h"
 #include "core/engine/requests.h"
 #include "core/engine/rig_state.h"
@@ -51,6 +52,7 @@ private:
     RigState state_;
     WorldDesk world_;
     CameraDesk cameras_;
+    FaultDesk faults_;
     Requests requests_;
     Instants instants_;
 };

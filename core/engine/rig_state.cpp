@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/fault/picture.h"
 
 namespace camrig::engine {
 namespace {
@@ -30,19 +31,39 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.spec = latest.spec;
     view.spec_revision = latest.spec_revision;
     view.pose = latest.state.pose;
+    view.believed_pose = latest.state.believed_pose;
     view.head = latest.state.head;
     view.clock = latest.state.clock;
     view.sensor = entry.sensor;
+    view.faults = latest.faults;
+    if (latest.faults && fault::changes_picture(*latest.faults))
+        view.failing = std::make_shared<const render::FailingPicture>(render::FailingPicture{latest.faults});
     view.quality = latest.spec->quality.value_or(options.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;
     return view;
 }
 
+DueViews RigState::picture_of(const CameraEntry& entry) const {
+    const LatestDue& latest = entry.latest;
+    const LatestDue& shown = latest.seen();
+    DueViews due{shown.snapshot, shown.monotonic_ns, {view_of(entry, shown)}};
+    if (&shown == &latest || latest.is_dropped()) return due;
+    render::View& view = due.views.front();
+    due.monotonic_ns = latest.monotonic_ns;
+    view.clock = latest.state.clock;
+    view.faults = latest.faults;
+    view.failing = std::make_shared<const render::FailingPicture>(
+        render::FailingPicture{view.failing ? view.failing->faults : nullptr,
+                               fault::FrameKey{latest.sequence, latest.state.world_ns}, shown.colors});
+    return due;
+}
+
 frame::PixelFormats RigState::made_of(const render::View& view, frame::PixelFormats wanted) const {
     frame::PixelFormats made;
     for (const frame::PixelFormat format : frame::color_formats) {
-        if (wanted.contains(format)) made.add(drawing->makes(format, view) ? format : frame::PixelFormat::rgba8);
+        const bool is_made = !(view.failing && view.failing->faults) && drawing->makes(format, view);
+        if (wanted.contains(format)) made.add(is_made ? format : frame::PixelFormat::rgba8);
     }
     return made;
 }

@@ -35,6 +35,8 @@ struct RigState {
     /// commands never wait for a world that has much to catch up.
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
     render::View view_of(const CameraEntry& entry, const LatestDue& latest) const;
+    /// The colour picture of the camera's latest frame that comes: its own, or one that it shows again.
+    DueViews picture_of(const CameraEntry& entry) const;
     /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.
     frame::PixelFormats made_of(const render::View& view, frame::PixelFormats wanted) const;
     /// Sends frames to who reads them.

@@ -151,22 +151,41 @@ void WorldDesk::collect() {
     }
 }
 
+Result<void> WorldDesk::apply(const world::CameraAction& action, CameraEntry& entry, TimeNs begin_ns) {
+    world::CameraPatch patch;
+    patch.pose = action.pose;
+    if (action.vfov_rad) patch.optics = world::VerticalFov{*action.vfov_rad};
+    auto camera = entry.camera.changed(patch, begin_ns, action.duration_ns);
+    if (!camera) return std::unexpected(camera.error());
+    return rig_.cameras.replace(entry, std::move(*camera));
+}
+
+Result<void> WorldDesk::apply(const world::FaultAction& action, CameraEntry& entry, TimeNs begin_ns) {
+    fault::FaultSpec spec = action.fault;
+    spec.begin_ns = begin_ns;
+    if (action.duration_ns) spec.end_ns = begin_ns + *action.duration_ns;
+    auto set = rig_.cameras.set_fault(entry, spec, rig_.seed, begin_ns);
+    if (!set) return std::unexpected(set.error());
+    return {};
+}
+
+Result<void> WorldDesk::apply(const world::ClearFaultAction& action, CameraEntry& entry, TimeNs begin_ns) {
+    entry.camera.faults().clear(
+        begin_ns, [&](const fault::Fault& one) { return action.kind.empty() || name_of(one.kind) == action.kind; });
+    return {};
+}
+
 void WorldDesk::move_cameras(TimeNs world_ns) {
     std::size_t done = 0;
     for (; done < camera_moves_.size() && camera_moves_[done].world_ns <= world_ns; ++done) {
-        const auto& [begin_ns, action] = camera_moves_[done];
-        const auto entry = rig_.cameras.find(action.camera);
-        if (!entry) {
-            spdlog::warn("an event moves camera {}, which is not there", action.camera);
-            continue;
-        }
-        world::CameraPatch patch;
-        patch.pose = action.pose;
-        if (action.vfov_rad) patch.optics = world::VerticalFov{*action.vfov_rad};
-        auto camera = (*entry)->camera.changed(patch, begin_ns, action.duration_ns);
-        const auto moved =
-            camera ? rig_.cameras.replace(**entry, std::move(*camera)) : Result<void>(std::unexpected(camera.error()));
-        if (!moved) spdlog::warn("an event moves camera {}: {}", action.camera, moved.error().message);
+        const world::CameraMove& move = camera_moves_[done];
+        const auto act = [&](const auto& action) {
+            const auto entry = rig_.cameras.find(action.camera);
+            if (!entry) return spdlog::warn("an event is for camera {}, which is not there", action.camera);
+            if (auto acted = apply(action, **entry, move.world_ns); !acted)
+                spdlog::warn("an event is for camera {}: {}", action.camera, acted.error().message);
+        };
+        std::visit(act, move.action);
     }
     camera_moves_.erase(camera_moves_.begin(), camera_moves_.begin() + static_cast<std::ptrdiff_t>(done));
 }

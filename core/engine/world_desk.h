@@ -45,8 +45,11 @@ public:
 private:
     /// Takes what has happened in the world since the last call.
     void collect();
-    /// Events may move cameras: those moved until `world_ns` are there.
+    /// Does what events did to cameras until `world_ns`.
     void move_cameras(TimeNs world_ns);
+    Result<void> apply(const world::CameraAction& action, CameraEntry& entry, TimeNs begin_ns);
+    Result<void> apply(const world::FaultAction& action, CameraEntry& entry, TimeNs begin_ns);
+    Result<void> apply(const world::ClearFaultAction& action, CameraEntry& entry, TimeNs begin_ns);
     EventLog events_since(std::uint64_t since) const;
 
     struct PendingWait {

@@ -17,6 +17,10 @@
 #include "core/frame/damage.h"
 #include "core/frame/pixel_format.h"
 
+namespace camrig::fault {
+struct FrameFaults;
+}
+
 namespace camrig::frame {
 
 /// What a frame's pixels mean.
@@ -46,6 +50,7 @@ struct FrameInfo {
     Damage damage{};                        ///< since an earlier frame of this camera, kind and size, by its sequence
     std::optional<ClockReading> clock{};    ///< of a camera that has its own: what it says of this instant
     std::optional<SensorReading> sensor{};  ///< of a camera that has one: how the picture is taken
+    std::shared_ptr<const fault::FrameFaults> faults{};  ///< what fails on its way out too; null: nothing does
 
     /// The instant as the camera's time of day has it, where world time is the true one.
     TimeNs stamp_ns() const { return world_ns + (clock ? clock->stamp_error_ns : 0); }
@@ -65,9 +70,12 @@ class Frame {
 public:
     Frame(FrameInfo frame_info, std::vector<std::byte> bytes, std::uint64_t held = 0)
         : info_(std::move(frame_info)), bytes_(std::move(bytes)), held_(held) {}
+    /// The picture of another frame, with its bytes, as a frame of its own.
+    Frame(FrameInfo frame_info, std::shared_ptr<const Frame> shown)
+        : info_(std::move(frame_info)), shown_(std::move(shown)) {}
 
     const FrameInfo& info() const { return info_; }
-    std::span<const std::byte> bytes() const { return bytes_; }
+    std::span<const std::byte> bytes() const { return shown_ ? shown_->bytes() : bytes_; }
     /// For the maker of the frame only, before it is shared.
     std::span<std::byte> mutable_bytes() { return bytes_; }
     void set_damage(const Damage& damage) { info_.damage = damage; }
@@ -85,6 +93,7 @@ public:
 private:
     FrameInfo info_;
     std::vector<std::byte> bytes_;
+    std::shared_ptr<const Frame> shown_;  ///< whose bytes these are; null: its own
     std::uint64_t held_ = 0, mark_ = 0;
 };
 

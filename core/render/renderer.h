@@ -10,6 +10,7 @@
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/camera/ptz_status.h"
+#include "core/fault/fault_plan.h"
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/sensor/camera_sensor.h"
@@ -18,6 +19,13 @@
 
 namespace camrig::render {
 
+/// What becomes of a colour picture when it is there, of a camera that fails. Renderers do not ask for it.
+struct FailingPicture {
+    fault::FrameFaultsRef faults;                  ///< what they do to its pixels; null: nothing
+    std::optional<fault::FrameKey> shown_as = {};  ///< the frame that shows it again; nullopt: it is of its own frame
+    std::vector<frame::FrameRef> kept = {};        ///< of a picture shown again: as it was, drawn or not
+};
+
 /// One picture to draw: a camera at an instant.
 struct View {
     CameraId camera{};
@@ -25,8 +33,11 @@ struct View {
     std::shared_ptr<const world::CameraSpec> spec;
     std::uint64_t spec_revision = 0;  ///< changes whenever spec does; with the camera id the key of per-camera caches
     camera::Pose pose;  ///< world_from_link at this instant (a mounted camera moves without a new revision)
-    std::optional<camera::PtzStatus> head;  ///< what it says of itself goes with the pose, for ground truth
-    std::optional<ClockReading> clock;      ///< goes with the frame
+    std::optional<camera::Pose> believed_pose;      ///< as CameraState has it, for ground truth
+    std::optional<camera::PtzStatus> head;          ///< what it says of itself goes with the pose, for ground truth
+    std::optional<ClockReading> clock;              ///< goes with the frame
+    fault::FrameFaultsRef faults;                   ///< the same; null: none
+    std::shared_ptr<const FailingPicture> failing;  ///< null: the picture goes out as it is drawn
     /// Of a camera with a sensor: what it knows from picture to picture; null: this picture stands alone.
     std::shared_ptr<sensor::CameraSensor> sensor;
     world::Quality quality = world::Quality::simple;

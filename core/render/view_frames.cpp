@@ -36,7 +36,8 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                          .kind = kind,
                          .format = format,
                          .clock = view.clock,
-                         .sensor = exposure ? std::optional(exposure->reading) : std::nullopt});
+                         .sensor = exposure ? std::optional(exposure->reading) : std::nullopt,
+                         .faults = view.faults});
 }
 
 Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Environment& environment) {

@@ -182,6 +182,13 @@ std::size_t LocalFrameBus::reader_count(CameraId id) const {
     return readers;
 }
 
+void LocalFrameBus::miss(CameraId id, TimeNs world_ns, std::uint64_t frames, DropReason reason) {
+    std::lock_guard lock(mutex_);
+    const auto found = cameras_.find(id);
+    if (found == cameras_.end()) return;
+    for (const auto& [format, output] : found->second.outputs) output->miss(world_ns, frames, reason);
+}
+
 void LocalFrameBus::publish(const frame::FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {
     for (std::span<const frame::FrameRef> rest(set.frames); !rest.empty();) {
         const frame::FrameInfo& info = rest.front()->info();

@@ -8,6 +8,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/out_of_memory.h"
+#include "core/fault/sending.h"
 
 namespace camrig::stream {
 namespace {
@@ -71,6 +72,11 @@ bool Output::wants(TimeNs world_ns) const {
     return std::ranges::any_of(readers_, [&](const auto& reader) { return takes(*reader, world_ns); });
 }
 
+void Output::miss(TimeNs world_ns, std::uint64_t frames, DropReason reason) {
+    if (!wants(world_ns)) return;
+    (reason == DropReason::fault ? missed_by_fault_ : not_drawn_).fetch_add(frames, std::memory_order_relaxed);
+}
+
 void Output::offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch) {
     const TimeNs world_ns = frame->info().world_ns;
     Item item;
@@ -106,7 +112,44 @@ void Output::run() {
     post_run();  // one frame per turn: a busy output does not keep the others of the pool waiting
 }
 
+void Output::leave_out_failing(Item& item) {
+    const frame::FrameInfo& info = item.frame->info();
+    if (!info.faults) return;
+    std::erase_if(item.takers, [&](const std::shared_ptr<Reader>& reader) {
+        const bool is_out = is_disconnected(*info.faults, reader->options.kind);
+        if (!is_out && !is_stalled(*info.faults, reader->options.kind)) return false;
+        reader->stats->dropped.fetch_add(1, std::memory_order_relaxed);
+        reader->stats->fault.fetch_add(1, std::memory_order_relaxed);
+        if (!is_out) {
+            std::lock_guard lock(reader->mutex);
+            reader->sink->hold_back(info);
+            return true;
+        }
+        {
+            std::lock_guard lock(mutex_);
+            if (std::erase(readers_, reader) == 0) return true;
+        }
+        end_reader(reader, {ErrorKind::not_found, "camera " + camera_.name + " is disconnected (a fault)"});
+        return true;
+    });
+}
+
+MediaUnit Output::unit_for(const Reader& reader, const MediaUnit& unit) {
+    if (!unit.info.faults || !unit.bytes) return unit;
+    auto damaged = fault::damaged_jpeg(*unit.info.faults, reader.options.kind, *unit.bytes);
+    if (!damaged) return unit;
+    reader.stats->damaged.fetch_add(1, std::memory_order_relaxed);
+    MediaUnit own = unit;
+    own.bytes = std::make_shared<const std::vector<std::byte>>(std::move(*damaged));
+    return own;
+}
+
 void Output::deliver(Item item) {
+    leave_out_failing(item);
+    if (item.takers.empty()) {
+        kept_back_.fetch_add(1, std::memory_order_relaxed);
+        return;
+    }
     auto unit = or_out_of_memory("encoding", [&] { return transcoder_->transcode(item.frame); });
     if (!unit) {
         failed_.fetch_add(1, std::memory_order_relaxed);
@@ -126,7 +169,7 @@ void Output::deliver(Item item) {
         Result<void> written;
         {
             std::lock_guard lock(reader->mutex);
-            written = write(*reader, *unit);
+            written = write(*reader, unit_for(*reader, *unit));
         }
         if (written) continue;
         spdlog::info("camera {}: {} reader {} ends: {}", camera_.name, reader->options.kind, reader->options.peer,
@@ -177,7 +220,11 @@ Result<void> Output::write(Reader& reader, const MediaUnit& unit) {
 OutputReport Output::report() const {
     OutputReport report;
     report.format = describe(format());
+    report.fault = missed_by_fault_.load();
+    report.not_drawn = not_drawn_.load();
     report.received = received_.load();
+    report.kept_back = kept_back_.load();
+    report.due = report.received + report.fault + report.not_drawn;
     report.encoded = encoded_.load();
     report.dropped = dropped_.load();
     report.failed = failed_.load();

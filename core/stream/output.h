@@ -48,6 +48,8 @@ public:
 
     /// Engine thread: would a frame of this world time be taken by anybody?
     bool wants(TimeNs world_ns) const;
+    /// Engine thread: frames from this world time on that readers would have taken do not come.
+    void miss(TimeNs world_ns, std::uint64_t frames, DropReason reason);
     /// Engine thread.
     void offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch);
 
@@ -64,6 +66,10 @@ private:
     void post_run();
     void run();
     void deliver(Item item);
+    /// Readers whose output fails at this frame do without it, or are thrown out.
+    void leave_out_failing(Item& item);
+    /// As this reader gets it.
+    static MediaUnit unit_for(const Reader& reader, const MediaUnit& unit);
     Result<void> write(Reader& reader, const MediaUnit& unit);
     void end_reader(const std::shared_ptr<Reader>& reader, Error why);
 
@@ -76,10 +82,13 @@ private:
     mutable std::mutex mutex_;  ///< guards readers_
     std::vector<std::shared_ptr<Reader>> readers_;
 
+    std::atomic<std::uint64_t> missed_by_fault_{0};
+    std::atomic<std::uint64_t> not_drawn_{0};
     std::atomic<std::uint64_t> received_{0};
     std::atomic<std::uint64_t> encoded_{0};
     std::atomic<std::uint64_t> dropped_{0};
     std::atomic<std::uint64_t> failed_{0};
+    std::atomic<std::uint64_t> kept_back_{0};
 };
 
 }  // namespace camrig::stream

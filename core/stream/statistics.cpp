@@ -27,7 +27,8 @@ double middle_of(int bucket) {
 }  // namespace
 
 ReaderReport ReaderStats::report() const {
-    return {kind, peer, offered, delivered, dropped, bytes, static_cast<double>(last_latency_ns) / ns_per_ms};
+    return {kind,  peer,   offered, delivered, dropped, bytes, static_cast<double>(last_latency_ns) / ns_per_ms,
+            fault, damaged};
 }
 
 void StageTimer::record(TimeNs duration_ns) {

@@ -17,6 +17,7 @@ struct ReaderReport {
     std::string kind, peer;
     std::uint64_t offered = 0, delivered = 0, dropped = 0, bytes = 0;
     double latency_ms = 0;
+    std::uint64_t fault = 0, damaged = 0;
 };
 
 /// Counts of one reader. Always: offered = delivered + dropped + in flight (at most one or two units).
@@ -26,6 +27,8 @@ struct ReaderStats {
     std::atomic<std::uint64_t> offered{0};
     std::atomic<std::uint64_t> delivered{0};
     std::atomic<std::uint64_t> dropped{0};
+    std::atomic<std::uint64_t> fault{0};    ///< of those dropped, by a fault
+    std::atomic<std::uint64_t> damaged{0};  ///< whose bytes a fault has changed
     std::atomic<std::uint64_t> bytes{0};
     std::atomic<TimeNs> last_latency_ns{0};  ///< instant -> handed to the kernel
 
@@ -61,6 +64,9 @@ struct OutputReport {
     std::string format;  ///< "jpeg q90", "yuyv 640x480"
     std::uint64_t received = 0, encoded = 0, dropped = 0, failed = 0;
     std::vector<ReaderReport> readers;
+    /// due = received + fault + not_drawn, received = encoded + dropped + failed + kept_back (from all readers, by a
+    /// fault of the way to them).
+    std::uint64_t due = 0, fault = 0, not_drawn = 0, kept_back = 0;
 };
 /// Why a picture that was due is not drawn.
 enum class DropReason : std::uint8_t {
@@ -68,10 +74,11 @@ enum class DropReason : std::uint8_t {
     own_cost,  ///< the camera's pictures cost more than those of others, and more than its share of the time
     request,   ///< pictures and truth on request took the time
     failure,   ///< it could not be drawn; the log says why
+    fault,     ///< the camera fails so (fault.set)
 };
-inline constexpr int drop_reason_count = 4;
+inline constexpr int drop_reason_count = 5;
 inline constexpr std::array<std::string_view, drop_reason_count> drop_reason_names = {"overload", "own_cost", "request",
-                                                                                      "failure"};
+                                                                                      "failure", "fault"};
 struct CameraReport {
     std::string name;
     /// Frames that fell due while somebody watched; due = rendered + dropped. Frames due with nobody watching are

@@ -303,7 +303,9 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
     truth.intrinsics = spec.intrinsics;
     truth.lens = spec.lens;
     truth.pose = view.pose;
+    truth.believed_pose = view.believed_pose;
     truth.head = view.head;
+    truth.faults = view.faults;
 
     TruthMaker maker(view, *camera, pictures);
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {

@@ -17,9 +17,11 @@ struct TruthView {
     std::shared_ptr<const std::string> name;
     std::shared_ptr<const world::CameraSpec> spec;
     camera::Pose pose;  ///< world_from_link at the snapshot's instant
+    std::optional<camera::Pose> believed_pose = {};
     std::optional<camera::PtzStatus> head = {};
     std::optional<ClockReading> clock = {};
     std::optional<SensorReading> sensor = {};
+    fault::FrameFaultsRef faults = {};
     std::int64_t sequence = 0;
     TimeNs monotonic_ns = 0;
 };

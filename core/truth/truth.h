@@ -17,6 +17,7 @@
 #include "core/base/time.h"
 #include "core/camera/pose.h"
 #include "core/camera/ptz_status.h"
+#include "core/fault/fault_plan.h"
 #include "core/truth/keypoints.h"
 #include "core/world/camera_spec.h"
 
@@ -70,9 +71,11 @@ struct TruthOfFrame {
     camera::Intrinsics intrinsics;
     camera::Lens lens;
     camera::Pose pose;                             ///< world_from_link at that instant
+    std::optional<camera::Pose> believed_pose;     ///< what its calibration says, where that is not so
     std::optional<camera::PtzStatus> head;         ///< of a camera on a pan/tilt/zoom head
     std::optional<ClockReading> clock;             ///< of a camera with one of its own
     std::optional<SensorReading> sensor;           ///< of a camera with one: how the frame is taken
+    fault::FrameFaultsRef faults;                  ///< of a camera that fails; null: nothing does
     std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
     std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
 };

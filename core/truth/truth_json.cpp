@@ -27,6 +27,27 @@ void add_keypoints(const ObjectTruth& object, json& to) {
     to["keypoints_world"] = std::move(places);
 }
 
+json pose_json(const camera::Pose& pose) {
+    return {{"position", array_of(pose.position)}, {"orientation", array_of(pose.orientation)}};
+}
+
+/// What the camera does wrong, and what its readers get for that.
+void add_faults(const TruthOfFrame& truth, json& to) {
+    json faults = json::array();
+    if (truth.faults) {
+        for (const fault::FaultRef& one : truth.faults->active)
+            faults.push_back({{"id", one->id},
+                              {"kind", fault::name_of(one->kind)},
+                              {"layer", to_string(fault::layer_of(one->kind))},
+                              {"severity", one->severity},
+                              {"since_ns", one->begin_ns},
+                              {"until_ns", one->end_ns == max_time_ns ? json(nullptr) : json(one->end_ns)}});
+    }
+    to["faults"] = std::move(faults);
+    to["delivered"] = !(truth.faults && truth.faults->is_dropped);
+    to["shown_sequence"] = truth.faults ? truth.faults->shown_sequence : truth.sequence;
+}
+
 json object_json(const ObjectTruth& object) {
     const glm::dvec2 low = object.box_full_min, extent = object.box_full_max - object.box_full_min;
     json value{
@@ -58,18 +79,19 @@ json truth_to_json(const TruthOfFrame& truth) {
     for (const auto& [number, name] : truth.classes) classes[name] = number;
     for (const ObjectTruth& object : truth.objects) objects.push_back(object_json(object));
     const camera::Intrinsics& k = truth.intrinsics;
-    json value{
-        {"camera", truth.camera},
-        {"sequence", truth.sequence},
-        {"time_ns", truth.world_ns},
-        {"monotonic_ns", truth.monotonic_ns},
-        {"size", {truth.size.width, truth.size.height}},
-        {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
-        {"lens", world::lens_to_json(truth.lens)},
-        {"pose", {{"position", array_of(truth.pose.position)}, {"orientation", array_of(truth.pose.orientation)}}},
-        {"ptz", truth.head ? world::ptz_to_json(*truth.head) : json(nullptr)},
-        {"classes", std::move(classes)},
-        {"objects", std::move(objects)}};
+    json value{{"camera", truth.camera},
+               {"sequence", truth.sequence},
+               {"time_ns", truth.world_ns},
+               {"monotonic_ns", truth.monotonic_ns},
+               {"size", {truth.size.width, truth.size.height}},
+               {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
+               {"lens", world::lens_to_json(truth.lens)},
+               {"pose", pose_json(truth.pose)},
+               {"pose_believed", pose_json(truth.believed_pose.value_or(truth.pose))},
+               {"ptz", truth.head ? world::ptz_to_json(*truth.head) : json(nullptr)},
+               {"classes", std::move(classes)},
+               {"objects", std::move(objects)}};
+    add_faults(truth, value);
     if (truth.sensor) value["sensor"] = write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor);
     if (truth.clock) {
         value["stamp_ns"] = truth.world_ns + truth.clock->stamp_error_ns;

@@ -2,6 +2,7 @@
 
 #include "core/camera/lens_map.h"
 #include "core/camera/ptz_axes.h"
+#include "core/fault/body.h"
 #include "core/world/mount.h"
 #include "core/world/step_history.h"
 
@@ -109,8 +110,12 @@ camera::Pose Camera::frame_in(const Snapshot& world, const Mount& mount) const {
 
 camera::CameraState Camera::at(const Snapshot& world) const {
     const Place place = place_.at(world.world_ns);
-    camera::CameraState state{
-        world.world_ns, place.pose, intrinsics_.at(world.world_ns), {}, clock_.at(world.world_ns)};
+    camera::CameraState state{.world_ns = world.world_ns,
+                              .pose = place.pose,
+                              .believed_pose = {},
+                              .intrinsics = intrinsics_.at(world.world_ns),
+                              .head = {},
+                              .clock = clock_.at(world.world_ns)};
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
         state.head = head->status(world.world_ns);
         const camera::PtzPosition& turned = state.head->true_position;
@@ -122,6 +127,10 @@ camera::CameraState Camera::at(const Snapshot& world) const {
         state.intrinsics.fy *= turned.zoom;
     }
     if (place.mount) state.pose = in_world(frame_in(world, *place.mount), state.pose);
+    if (const auto faults = faults_.at({0, world.world_ns}); faults && moves_body(*faults)) {
+        state.believed_pose = state.pose;
+        state.pose = moved(*faults, state.pose);
+    }
     return state;
 }
 

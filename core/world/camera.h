@@ -7,6 +7,7 @@
 #include "core/camera/clock.h"
 #include "core/camera/ptz_head.h"
 #include "core/camera/timeline.h"
+#include "core/fault/fault_plan.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
@@ -41,7 +42,12 @@ public:
     /// of the picture from its middle. unsupported: it has no head. invalid_argument: the lens shows nothing there.
     Result<camera::PtzPosition> aim(double x, double y, TimeNs world_ns) const;
 
-    /// Of another world, whose time begins at 0: it has arrived, and what it was mounted on last stays where it was.
+    /// How it fails.
+    fault::FaultPlan& faults() { return faults_; }
+    const fault::FaultPlan& faults() const { return faults_; }
+
+    /// Of another world, whose time begins at 0: it has arrived, nothing of it fails, and what it was mounted on last
+    /// stays where it was.
     Camera in_another_world(const Snapshot& last) const;
     /// What it is mounted on has gone from the world, and was this then: the camera stays there.
     void leave(const Instance& carrier, TimeNs world_ns);
@@ -67,6 +73,7 @@ private:
     std::optional<camera::PtzHead> head_, head_before_;
     TimeNs head_since_ns_ = 0;  ///< until then head_before_ was there
     camera::Clock clock_;
+    fault::FaultPlan faults_;
     camera::Timeline<camera::Pose> left_{
         camera::Pose{}};  ///< world_from_mount while what it is mounted on is not there
 };

@@ -14,10 +14,10 @@ namespace camrig::world {
 inline constexpr std::size_t max_world_actors = 5000;
 inline constexpr std::size_t max_world_events = 1000;
 
-/// A camera that an event moves; the world has no cameras itself.
+/// What an event does to a camera; the world has no cameras itself.
 struct CameraMove {
     TimeNs world_ns = 0;  ///< from when on
-    CameraAction action;
+    std::variant<CameraAction, FaultAction, ClearFaultAction> action;
 };
 
 /// Something that moves and has gone from the world, as it was then.

@@ -115,12 +115,15 @@ struct ActionRun {
         if (action.exposure) environment.exposure = static_cast<float>(*action.exposure);
         return {};
     }
-    Result<void> operator()(const CameraAction& action) const {
+    Result<void> of_camera(const auto& action) const {
         if (world.camera_moves_.size() >= max_camera_moves)
             return error(ErrorKind::resource_exhausted, "camera: too many moves at a time");
         world.camera_moves_.push_back({world.now_ns_, action});
         return {};
     }
+    Result<void> operator()(const CameraAction& action) const { return of_camera(action); }
+    Result<void> operator()(const FaultAction& action) const { return of_camera(action); }
+    Result<void> operator()(const ClearFaultAction& action) const { return of_camera(action); }
     Result<void> operator()(const UserAction& action) const {
         record.data.push_back(action.data);
         return {};

@@ -14,6 +14,7 @@ Result<void> MjpegSink::open(const stream::StreamInfo& info) {
 
 Result<void> MjpegSink::write(const stream::MediaUnit& unit) {
     CHECK(stats_ != nullptr && unit.bytes != nullptr);
+    is_held_back_ = false;
     const auto without_place =
         is_ended_ ? std::optional<InFlight>(InFlight{}) : slot_.put({unit, hold_if(unit.latch, who_)});
     if (without_place) stats_->dropped.fetch_add(1, std::memory_order_relaxed);
@@ -23,6 +24,10 @@ Result<void> MjpegSink::write(const stream::MediaUnit& unit) {
 void MjpegSink::close() noexcept {
     is_ended_ = true;
     event_->set();
+}
+
+void MjpegSink::hold_back(const frame::FrameInfo&) {
+    is_held_back_ = true;
 }
 
 void MjpegSink::sent(InFlight&& item, std::size_t bytes) {

@@ -31,9 +31,12 @@ public:
     Result<void> write(const stream::MediaUnit& unit) override;
     /// No more units will come; the one that waits may still be taken.
     void close() noexcept override;
+    void hold_back(const frame::FrameInfo& info) override;
 
     std::optional<InFlight> take() { return slot_.take(); }
     bool ended() const { return is_ended_; }
+    /// A fault keeps pictures from the client.
+    bool is_held_back() const { return is_held_back_; }
     void sent(InFlight&& item, std::size_t bytes);
     void dropped(InFlight&& item);
     /// The client is gone: drops what waits and whatever still comes.
@@ -44,7 +47,7 @@ private:
     const std::string who_;
     std::shared_ptr<stream::ReaderStats> stats_;  ///< from open() on, so before there is a unit
     LatestSlot<InFlight> slot_{[event = event_] { event->set(); }};
-    std::atomic<bool> is_ended_{false};
+    std::atomic<bool> is_ended_{false}, is_held_back_{false};
 };
 
 }  // namespace camrig::http

@@ -4,6 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/fault/sending.h"
 #include "rtsp_out/http/mjpeg_output.h"
 #include "rtsp_out/http/multipart.h"
 
@@ -129,8 +130,11 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stre
     const std::string head = form_ == Form::live ? part_head(unit, camera) : part_head(unit);
     SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), unit.bytes->size()),
                       asio::buffer(after_picture)};
+    const bool is_cut = unit.info.faults && fault::is_cut(*unit.info.faults);
+    if (is_cut) pieces = {asio::buffer(head), asio::buffer(unit.bytes->data(), unit.bytes->size() / 2)};
     const Failure failed = co_await send_all(socket, pieces, state_.options.limits.stalled_after);
     repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
+    if (is_cut) co_return asio::error::connection_aborted;
     co_return failed;
 }
 
@@ -165,7 +169,7 @@ asio::awaitable<PictureStream::Failure> PictureStream::wait(beast::tcp_stream& s
     for (const auto& channel : channels_)
         if (!channel->has_picture()) channel->fetch();
     if (form_ == Form::live) co_return co_await send_text(socket, sign_of_life);
-    if (!last_) co_return Failure{};
+    if (!last_ || channels_.front()->is_held_back()) co_return Failure{};
     ++state_.counts.repeated_parts;
     co_return co_await send_part(socket, *last_, {});
 }

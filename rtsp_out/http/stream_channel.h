@@ -37,6 +37,7 @@ public:
     void sent(Picture&& picture, bool failed);
     /// The camera is gone or has another size: nothing more will come, once next() is empty.
     bool ended() const { return sink_->ended(); }
+    bool is_held_back() const { return sink_->is_held_back(); }
     bool has_picture() const { return last_sequence_.has_value(); }
     const std::string& camera() const { return camera_; }
     const stream::MediaFormat& format() const { return share_.format(); }

@@ -9,6 +9,8 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/fault/sending.h"
+#include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig::rtsp {
 namespace {
@@ -71,6 +73,10 @@ std::shared_ptr<MediaFeed> MediaFeed::create(Options options, GstElement* bin) {
                           GConnectFlags{});
     const GObjectHandle<GstPad> pad(gst_element_get_static_pad(feed->payloader_.get(), "sink"));
     gst_pad_add_probe(pad.get(), GST_PAD_PROBE_TYPE_BUFFER, on_encoded, new Weak(feed),
+                      [](void* weak) { delete static_cast<Weak*>(weak); });
+    const GObjectHandle<GstPad> packets(gst_element_get_static_pad(feed->payloader_.get(), "src"));
+    constexpr int single_or_list = GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST;
+    gst_pad_add_probe(packets.get(), static_cast<GstPadProbeType>(single_or_list), on_packets, new Weak(feed),
                       [](void* weak) { delete static_cast<Weak*>(weak); });
     return feed;
 }
@@ -137,7 +143,7 @@ void MediaFeed::first_picture(Result<stream::MediaUnit> unit) {
         return;  // the next due frame will do
     }
     std::lock_guard lock(mutex_);
-    if (stopped_ || last_ || unit->info.size != options_.size) return;
+    if (stopped_ || last_ || is_held_back_ || unit->info.size != options_.size) return;
     push(*unit, stamps_.of_first(unit->info.monotonic_ns, monotonic_now_ns()), nullptr);
 }
 
@@ -151,6 +157,8 @@ Result<void> MediaFeed::open(const stream::StreamInfo& info) {
 Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
     std::lock_guard lock(mutex_);
     CHECK(stats_ != nullptr);
+    is_held_back_ = false;
+    faults_ = unit.info.faults;
     if (stopped_ || (last_ && unit.info.sequence <= last_->info.sequence)) {
         // The picture that the stream began with was this one, or a later one.
         const bool sent = !stopped_ && unit.info.sequence == last_->info.sequence;
@@ -173,6 +181,11 @@ Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
 }
 
 void MediaFeed::close() noexcept {}
+
+void MediaFeed::hold_back(const frame::FrameInfo&) {
+    std::lock_guard lock(mutex_);
+    is_held_back_ = true;
+}
 
 RtpTimeline::SenderTime MediaFeed::sender_time(TimeNs now_ns) {
     std::lock_guard lock(mutex_);
@@ -224,6 +237,29 @@ GstBuffer* MediaFeed::buffer_of(const stream::MediaUnit& unit) const {
         buffer, GST_VIDEO_FRAME_FLAG_NONE, nv12 ? GST_VIDEO_FORMAT_NV12 : GST_VIDEO_FORMAT_I420,
         static_cast<guint>(shown_.width), static_cast<guint>(shown_.height), nv12 ? 2 : 3, offsets, strides);
     return buffer;
+}
+
+bool MediaFeed::is_lost(GstBuffer* packet) {
+    const auto sequence = rtp_sequence(packet);
+    std::lock_guard lock(mutex_);
+    if (!faults_ || !sequence) return false;
+    // 16 bits come again: those of another picture are another packet.
+    return is_packet_lost(*faults_, static_cast<std::uint64_t>(faults_->frame.sequence) << 16 | *sequence);
+}
+
+GstPadProbeReturn MediaFeed::on_packets(GstPad*, GstPadProbeInfo* info, void* feed) {
+    const auto self = static_cast<std::weak_ptr<MediaFeed>*>(feed)->lock();
+    if (!self) return GST_PAD_PROBE_OK;
+    if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER)
+        return self->is_lost(GST_PAD_PROBE_INFO_BUFFER(info)) ? GST_PAD_PROBE_DROP : GST_PAD_PROBE_OK;
+    GstBufferList* list = GST_PAD_PROBE_INFO_BUFFER_LIST(info);
+    for (guint i = gst_buffer_list_length(list); i-- > 0;) {
+        if (!self->is_lost(gst_buffer_list_get(list, i))) continue;
+        list = gst_buffer_list_make_writable(list);
+        gst_buffer_list_remove(list, i, 1);
+    }
+    GST_PAD_PROBE_INFO_DATA(info) = list;
+    return gst_buffer_list_length(list) > 0 ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
 }
 
 GstPadProbeReturn MediaFeed::on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed) {
@@ -289,6 +325,7 @@ void MediaFeed::client_joins() {
     request_key_frame();
     const TimeNs now_ns = monotonic_now_ns();
     std::lock_guard lock(mutex_);
+    if (is_held_back_) return;
     if (const auto stamp_ns = stamps_.of_join(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
 }
 
@@ -325,7 +362,7 @@ bool MediaFeed::is_lockstep() {
 
 void MediaFeed::repeat_if_idle(TimeNs now_ns) {
     std::lock_guard lock(mutex_);
-    if (stopped_) return;
+    if (stopped_ || is_held_back_) return;
     if (const auto stamp_ns = stamps_.of_repeat(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
 }
 

@@ -73,6 +73,7 @@ public:
     Result<void> open(const stream::StreamInfo& info) override;
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
+    void hold_back(const frame::FrameInfo& info) override;
 
 private:
     /// Two pictures never share a tick of the RTP clock.
@@ -98,6 +99,9 @@ private:
     void request_key_frame();
 
     static void on_need_data(GstElement* source, unsigned bytes, void* feed);
+    /// Whether a fault lets this RTP packet be lost. Streaming thread.
+    bool is_lost(GstBuffer* packet);
+    static GstPadProbeReturn on_packets(GstPad* pad, GstPadProbeInfo* info, void* feed);
     static GstPadProbeReturn on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed);
 
     const Options options_;
@@ -111,6 +115,8 @@ private:
     bool stopped_ = false;
     bool playing_ = false;
     bool lockstep_ = false;
+    bool is_held_back_ = false;                         ///< a fault keeps pictures from it
+    std::shared_ptr<const fault::FrameFaults> faults_;  ///< of the newest picture
     std::shared_ptr<stream::ReaderStats> stats_;
     std::optional<stream::MediaUnit> last_;  ///< without its latch; there once a stamp was given
     PictureStamps stamps_{options_.timeline.base_ns()};

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include <gst/gst.h>
 
 namespace camrig::rtsp {
@@ -14,6 +16,13 @@ inline bool is_rtcp(GstBuffer* packet) {
 inline bool ends_picture(GstBuffer* packet) {
     guint8 head[2] = {};
     return gst_buffer_extract(packet, 0, head, sizeof head) == sizeof head && (head[1] & 0x80) != 0 && !is_rtcp(packet);
+}
+
+/// The sequence number of an RTP packet (RFC 3550, 5.1); nothing of RTCP or what is too short.
+inline std::optional<guint16> rtp_sequence(GstBuffer* packet) {
+    guint8 head[4] = {};
+    if (gst_buffer_extract(packet, 0, head, sizeof head) != sizeof head || is_rtcp(packet)) return std::nullopt;
+    return static_cast<guint16>(head[2] << 8 | head[3]);
 }
 
 }  // namespace camrig::rtsp

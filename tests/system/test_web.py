@@ -173,6 +173,38 @@ def test_guard_tours_are_made_of_presets_started_stopped_and_removed(rig, browse
         until(page, "document.querySelectorAll('#tour-list li').length === 0")
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_faults_are_set_listed_and_cleared(rig, browser):
+    from axe_playwright_python.sync_playwright import Axe
+
+    rig.create_camera("desk", size=(320, 240), place="lobby")
+    with opened(browser, rig.page_url) as page:
+        page.click(".tile[data-camera=desk]")
+        page.click("#faults summary")
+        faults = page.locator("#faults")
+        until(page, "document.querySelector('#faults [name=kind]').options.length > 20")
+        faults.get_by_label("Kind").select_option("corrupt_jpeg")
+        faults.get_by_label("mode").select_option("cut")
+        faults.get_by_label("keep header").uncheck()
+        faults.get_by_label("Severity").fill("0.5")
+        faults.get_by_role("button", name="Let it fail").click()
+        until(page, "document.getElementById('fault-list').textContent.includes('corrupt jpeg 0.5')")
+        (one,) = rig.fault.list("desk")
+        assert one["params"] == {"mode": "cut", "amount": 1400, "probability": 1, "keep_header": False, "output": "any"}
+        faults.get_by_label("Kind").select_option("freeze")
+        faults.get_by_label("for").fill("1000")
+        faults.get_by_role("button", name="Let it fail").click()
+        until(page, "document.querySelectorAll('#fault-list li').length === 2")
+        found = Axe().run(page, context="#stage", options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}).response
+        assert [(one["id"], [node["html"][:160] for node in one["nodes"]]) for one in found["violations"]] == []
+        for left in (1, 0):
+            faults.get_by_role("button", name="Clear").first.click()
+            until(page, f"document.querySelectorAll('#fault-list li').length === {left}")
+        assert rig.fault.list() == []
+        page.click(".tile[data-camera=lobby]")
+        until(page, "document.querySelectorAll('#fault-list li').length === 0")
+
+
 def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):
     page.click("#create")
     page.fill("#new-camera [name=name]", "main")

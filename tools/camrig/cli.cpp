@@ -64,6 +64,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_check_command(app, context);
     add_camera_commands(app, context);
     add_ptz_commands(app, context);
+    add_fault_commands(app, context);
     add_world_commands(app, context);
     add_actor_commands(app, context);
     add_event_commands(app, context);

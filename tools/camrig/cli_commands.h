@@ -22,6 +22,7 @@ namespace camrig::cli {
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_camera_commands(CLI::App& app, CliContext& context);
 void add_ptz_commands(CLI::App& app, CliContext& context);
+void add_fault_commands(CLI::App& app, CliContext& context);
 void add_check_command(CLI::App& app, CliContext& context);
 void add_world_commands(CLI::App& app, CliContext& context);
 void add_actor_commands(CLI::App& app, CliContext& context);

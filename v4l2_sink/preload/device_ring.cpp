@@ -162,6 +162,7 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
                                              : unit.bytes ? std::span<const std::byte>(*unit.bytes)
                                                           : std::span<const std::byte>{};
     std::lock_guard lock(mutex_);
+    is_held_back_ = false;
     const std::uint32_t sequence = next_sequence(unit.info);
     if (bytes.empty() || bytes.size() > header().slot_bytes) {
         if (stats_) ++stats_->dropped;
@@ -199,9 +200,14 @@ void DeviceRing::publish(std::span<const std::byte> bytes, std::uint32_t sequenc
     for (const auto& reader : readers_) reader->offer(latch, bytes.size(), last_write_ns_ - monotonic_ns);
 }
 
+void DeviceRing::hold_back(const frame::FrameInfo&) {
+    std::lock_guard lock(mutex_);
+    is_held_back_ = true;
+}
+
 void DeviceRing::repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns) {
     std::lock_guard lock(mutex_);
-    if (published_ == 0 || in_lockstep_ || monotonic_ns - last_write_ns_ < idle_ns) return;
+    if (published_ == 0 || in_lockstep_ || is_held_back_ || monotonic_ns - last_write_ns_ < idle_ns) return;
     const std::uint32_t index = static_cast<std::uint32_t>((published_ - 1) % header().slots);
     const std::byte* last = memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride;
     publish({last, header().slot[index].bytes}, static_cast<std::uint32_t>(++last_sequence_), monotonic_ns,

@@ -75,6 +75,7 @@ public:
     Result<void> open(const stream::StreamInfo& info) override;
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
+    void hold_back(const frame::FrameInfo& info) override;
     /// The programs.
     std::vector<stream::ReaderReport> readers() const override;
 
@@ -109,6 +110,7 @@ private:
     std::vector<std::shared_ptr<RingReader>> readers_;
     std::uint64_t published_ = 0;
     std::int64_t sequence_offset_ = 0;
+    bool is_held_back_ = false;  ///< a fault keeps pictures from it
     std::int64_t last_sequence_ = -1;
     TimeNs last_stamp_ns_ = 0;
     TimeNs clock_error_ns_ = 0;  ///< at the last picture

@@ -53,9 +53,9 @@ Result<void> RingPool::feed(const std::shared_ptr<FedRing>& ring) {
         .kind = "device",
         .peer = "ring " + ring->media.size.to_string() + (ring->rate ? " at " + ring->rate->to_string() + "/s" : ""),
         .rate = ring->rate};
-    const auto on_end = [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error&) {
-        tasks->post([this, weak] {
-            if (auto held = weak.lock()) ended(held);
+    const auto on_end = [this, tasks = tasks_, weak = std::weak_ptr(ring)](const Error& why) {
+        tasks->post([this, weak, is_gone = why.kind == ErrorKind::not_found] {
+            if (auto held = weak.lock()) ended(held, is_gone);
         });
     };
     auto subscription = bus_.subscribe(ring->camera, ring->media, std::move(options), ring->ring, on_end);
@@ -64,10 +64,10 @@ Result<void> RingPool::feed(const std::shared_ptr<FedRing>& ring) {
     return {};
 }
 
-void RingPool::ended(const std::shared_ptr<FedRing>& ring) {
+void RingPool::ended(const std::shared_ptr<FedRing>& ring, bool is_gone) {
     // A camera that changed its size goes on in the reader's size.
     ring->subscription.reset();
-    if (!feed(ring)) lost_(ring);
+    if (is_gone || !feed(ring)) lost_(ring);
 }
 
 void RingPool::tick(TimeNs monotonic_ns) {

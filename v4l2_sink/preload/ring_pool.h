@@ -28,7 +28,7 @@ public:
 
 private:
     Result<void> feed(const std::shared_ptr<FedRing>& ring);
-    void ended(const std::shared_ptr<FedRing>& ring);
+    void ended(const std::shared_ptr<FedRing>& ring, bool is_gone);
 
     stream::FrameBus& bus_;
     const std::shared_ptr<TaskQueue> tasks_;

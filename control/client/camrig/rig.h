@@ -61,6 +61,14 @@ public:
     std::int64_t steer_actors(const nlohmann::json& actors) const;
     void remove_actor(const std::string& name) const;
     nlohmann::json events() const;
+    /// Lets a camera fail (docs/faults.md): {id, ..}. `params`: those of fault.set beside camera and kind.
+    nlohmann::json set_fault(const std::string& camera, const std::string& kind,
+                             nlohmann::json params = nlohmann::json::object()) const;
+    /// Ends the faults of a camera, or one fault by its id; how many.
+    std::int64_t clear_faults(const std::string& camera) const;
+    std::int64_t clear_fault(std::int64_t id) const;
+    /// The faults that are not over.
+    nlohmann::json faults() const;
     nlohmann::json add_event(const std::string& name, const nlohmann::json& when,
                              const nlohmann::json& actions = nlohmann::json::array(), int limit = 0) const;
     void remove_event(const std::string& name) const;

@@ -387,8 +387,10 @@ PutDownAction = TypedDict("PutDownAction", {"action": Literal["put_down"], "obje
 LightAction = TypedDict("LightAction", {"action": Literal["light"], "light": str, "intensity": float, "color": Vector, "flicker_hz": float, "seconds": float}, total=False)
 EnvironmentAction = TypedDict("EnvironmentAction", {"action": Literal["environment"], "background": Vector, "sky": Vector, "ground": Vector, "exposure": float}, total=False)
 CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any], "vfov_deg": float, "seconds": float}, total=False)
+FaultAction = TypedDict("FaultAction", {"action": Literal["fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "black", "freeze", "duplicate", "reduced_rate", "drop", "corrupt_jpeg", "stall", "disconnect", "cut_part", "packet_loss"], "params": Mapping[str, Any], "severity": float, "seed": int, "seconds": float}, total=False)
+ClearFaultAction = TypedDict("ClearFaultAction", {"action": Literal["clear_fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "black", "freeze", "duplicate", "reduced_rate", "drop", "corrupt_jpeg", "stall", "disconnect", "cut_part", "packet_loss"]}, total=False)
 UserAction = TypedDict("UserAction", {"action": Literal["user"], "data": Any}, total=False)
-Action = Union[BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction, PutDownAction, LightAction, EnvironmentAction, CameraAction, UserAction]
+Action = Union[BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction, PutDownAction, LightAction, EnvironmentAction, CameraAction, FaultAction, ClearFaultAction, UserAction]
 
 
 class ActorOptions(TypedDict, total=False):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Mapping, Protocol, Sequence
 from .camera import Camera
 from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
+from .fault import Faults
 from .grab import Instant, grab
 from .recording import record, record_options
 from .spec import camera_params, step_params, takes_camera_options
@@ -173,6 +174,11 @@ class Rig:
     def device(self, camera: Camera | str) -> str:
         """A path or URL that an unmodified program opens to see this camera (for now: its MJPEG stream)."""
         return (camera if isinstance(camera, Camera) else Camera(self, camera)).url("mjpeg")
+
+    @property
+    def fault(self) -> Faults:
+        """Lets cameras fail."""
+        return Faults(self)
 
     @property
     def http_url(self) -> str:

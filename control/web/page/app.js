@@ -1,5 +1,6 @@
 // Puts the page together. A hidden page reads and asks nothing, and so costs the rig nothing.
 import './cameras.js';
+import './faults.js';
 import './fields.js';
 import './head.js';
 import './tours.js';

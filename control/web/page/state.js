@@ -4,9 +4,9 @@ import { call, callAll } from './rpc.js';
 const lookMs = 250;
 const slowEvery = 4;  // statistics and rules: every so many looks
 const fast = ['world.status', 'camera.list', 'actor.list'];
-const slow = [...fast, 'stats.get', 'event.list'];
+const slow = [...fast, 'stats.get', 'event.list', 'fault.list'];
 
-export const state = { info: null, world: null, cameras: [], actors: [], stats: null, rules: [], selected: null, connected: false };
+export const state = { info: null, world: null, cameras: [], actors: [], stats: null, rules: [], faults: [], selected: null, connected: false };
 const listeners = new Set();
 const waitingForLooks = [];
 let changes = 0;
@@ -51,6 +51,7 @@ async function look(count, signal) {
   if (!found['stats.get']) return;
   state.stats = found['stats.get'];
   state.rules = found['event.list'].events;
+  state.faults = found['fault.list'].faults;
   notify('stats');
 }
 

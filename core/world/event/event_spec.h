@@ -10,6 +10,7 @@
 
 #include "core/base/time.h"
 #include "core/camera/pose.h"
+#include "core/fault/fault_plan.h"
 #include "core/world/actor_spec.h"
 
 /// Events as data: when something happens, and what happens then. docs/scene-format.md explains each.
@@ -94,11 +95,22 @@ struct CameraAction {
     std::optional<double> vfov_rad;
     TimeNs duration_ns = 0;
 };
+/// A camera fails from then on.
+struct FaultAction {
+    std::string camera;
+    fault::FaultSpec fault;
+    std::optional<TimeNs> duration_ns;  ///< nullopt: until it is cleared
+};
+struct ClearFaultAction {
+    std::string camera;
+    std::string kind;  ///< empty: all
+};
 struct UserAction {
     std::string data = "null";  ///< JSON text
 };
 using Action = std::variant<BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction,
-                            PutDownAction, LightAction, EnvironmentAction, CameraAction, UserAction>;
+                            PutDownAction, LightAction, EnvironmentAction, CameraAction, FaultAction, ClearFaultAction,
+                            UserAction>;
 
 struct EventSpec {
     std::string name;

@@ -186,6 +186,8 @@ struct ActionCheck {
     }
     Result<void> operator()(const EnvironmentAction&) const { return {}; }
     Result<void> operator()(const CameraAction&) const { return {}; }
+    Result<void> operator()(const FaultAction&) const { return {}; }
+    Result<void> operator()(const ClearFaultAction&) const { return {}; }
     Result<void> operator()(const UserAction&) const { return {}; }
 };
 

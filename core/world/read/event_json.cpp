@@ -3,6 +3,7 @@
 #include "core/world/camera_json.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
+#include "core/world/read/fault_json.h"
 #include "core/world/world_fields.h"
 
 namespace camrig::world {
@@ -108,6 +109,15 @@ std::vector<FieldOf<PickUpAction>> pick_up_fields() {
     return table;
 }
 
+std::vector<FieldOf<FaultAction>> fault_action_fields() {
+    std::vector<FieldOf<FaultAction>> table{
+        field_at<&FaultAction::camera>({.name = "camera", .doc = "its name", .required = true})};
+    add_inner<&FaultAction::fault>(table, fault_fields());
+    table.push_back(seconds_at<&FaultAction::duration_ns>(
+        {.name = "seconds", .doc = "world time that it lasts", .fallback = "until it is cleared"}));
+    return table;
+}
+
 void read_user_data(JsonReader& reader, std::string_view key, std::string& out) {
     out = reader.find(key)->dump(-1, ' ', false, json::error_handler_t::replace);
     if (out.size() > max_user_data_bytes) reader.fail(key, "more than 4096 bytes of JSON");
@@ -197,6 +207,17 @@ std::vector<Kind<Action>> make_actions() {
             [](const CameraAction& action, JsonReader& reader) {
                 if (!action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
             }),
+        kind_of<Action, FaultAction>({.name = "fault", .doc = "a camera fails ([faults](faults.md))"},
+                                     fault_action_fields()),
+        kind_of<Action, ClearFaultAction>(
+            {.name = "clear_fault", .doc = "a camera does not fail any more"},
+            {field_at<&ClearFaultAction::camera>({.name = "camera", .doc = "its name", .required = true}),
+             entry_by<&ClearFaultAction::kind>({.name = "kind",
+                                                .type = "string",
+                                                .doc = "of which kind",
+                                                .fallback = "all",
+                                                .choices = fault_names()},
+                                               read_fault_name)}),
         kind_of<Action, UserAction>(
             {.name = "user", .doc = "tells clients something ([event.wait](control-protocol.md))"},
             {entry_by<&UserAction::data>({.name = "data",

@@ -184,6 +184,21 @@ TEST_F(Cli, ATourHasPresetsAndOneDwellAndSpeedForAll) {
     EXPECT_THAT(at_rig({"ptz", "status", "dome"}).out, ContainsRegex("tour round +door for 10 s, desk for 10 s"));
 }
 
+TEST_F(Cli, AFaultsOwnParametersAreOptions) {
+    json_of({"camera", "create", "a", "--position", "0,0,2"});
+    const json set = json_of({"fault", "set", "a", "dead_rows", "--severity", "0.5", "--share", "0.1", "--columns",
+                              "true", "--start-s", "2", "--end-s", "3.5", "--seed", "9"});
+    EXPECT_EQ(set["params"], json::parse(R"({"share": 0.1, "columns": true})"));
+    EXPECT_EQ(set["severity"], 0.5);
+    EXPECT_EQ(set["start_ns"], 2'000'000'000);
+    EXPECT_EQ(set["end_ns"], 3'500'000'000);
+    EXPECT_EQ(set["seed"], 9);
+    EXPECT_THAT(at_rig({"fault", "list"}).out, ContainsRegex("dead_rows +0.5 +2 s +3.5 s"));
+    EXPECT_EQ(json_of({"fault", "clear", "--id", "1"})["cleared"], 1);
+    EXPECT_THAT(at_rig({"fault", "list"}).out, HasSubstr("no camera fails"));
+    EXPECT_NE(at_rig({"fault", "set", "a", "mood"}).code, 0);
+}
+
 TEST_F(Cli, SetKeepsWhatAPoseLeavesOpen) {
     json_of({"camera", "create", "a", "--position", "1,2,3", "--pan-deg", "30", "--tilt-deg", "-5"});
     json camera = json_of({"camera", "set", "a", "--pan-deg", "60"});

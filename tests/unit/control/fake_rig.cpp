@@ -152,6 +152,29 @@ Result<engine::PtzReply> FakeRig::run(engine::StopPtz& command) {
     });
 }
 
+Result<engine::FaultReply> FakeRig::run(engine::SetFault& command) {
+    const auto found = cameras_.find(command.camera);
+    if (found == cameras_.end()) return error(ErrorKind::not_found, "no camera '" + command.camera + "'");
+    auto fault = found->second.camera.faults().set(command.fault, ++faults_, 0, 0);
+    if (!fault) return std::unexpected(fault.error());
+    return engine::FaultReply{command.camera, *fault, 0};
+}
+
+Result<engine::ClearFaults::Reply> FakeRig::run(engine::ClearFaults& command) {
+    engine::ClearFaults::Reply reply;
+    for (auto& [name, camera] : cameras_)
+        reply.cleared += camera.camera.faults().clear(
+            0, [&](const fault::Fault& one) { return !command.id || *command.id == one.id; });
+    return reply;
+}
+
+Result<engine::ListFaults::Reply> FakeRig::run(engine::ListFaults&) {
+    engine::ListFaults::Reply reply;
+    for (const auto& [name, camera] : cameras_)
+        for (auto& one : camera.camera.faults().present(0)) reply.faults.push_back({name, one, 0});
+    return reply;
+}
+
 Result<engine::PtzReply> FakeRig::run(engine::GetPtz& command) {
     return tell_head(command.camera, [](camera::PtzHead&) -> Result<void> { return {}; });
 }

@@ -44,6 +44,9 @@ private:
     Result<engine::PtzReply> run(engine::PtzTours& command);
     Result<engine::PtzReply> run(engine::StopPtz& command);
     Result<engine::PtzReply> run(engine::GetPtz& command);
+    Result<engine::FaultReply> run(engine::SetFault& command);
+    Result<engine::ClearFaults::Reply> run(engine::ClearFaults& command);
+    Result<engine::ListFaults::Reply> run(engine::ListFaults& command);
     Result<engine::PtzReply> tell_head(const std::string& name,
                                        const std::function<Result<void>(camera::PtzHead&)>& tell);
     Result<engine::WorldState> run(engine::LoadWorld& command);
@@ -68,6 +71,7 @@ private:
     std::map<std::string, engine::CameraReply> cameras_;
     engine::WorldState world_;
     stream::FetchRequest last_fetch_;
+    std::uint64_t faults_ = 0;
     bool holds_ = false;
     std::vector<std::function<void()>> held_;
     std::atomic<bool> drops_{false};

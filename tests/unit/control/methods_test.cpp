@@ -147,6 +147,9 @@ TEST(ServerMethods, DescribeTellsEveryParameterOfACamera) {
     EXPECT_EQ(fields["antialias"]["default"], "auto");
     EXPECT_EQ(fields["controls"]["fields"][1]["name"], "exposure_ev");
     EXPECT_EQ(fields["id"]["by"], "rig");
+    const json& fault = described["kinds"]["fault"].back();
+    EXPECT_EQ(fault["name"], "packet_loss");
+    EXPECT_EQ(fault["fields"][0]["default"], "0.1");
 }
 
 TEST(MethodTable, WithoutARigEveryMethodIsUnavailable) {

@@ -234,3 +234,16 @@ def test_what_cannot_be_grabbed_is_an_invalid_argument(client_rig, wrong):
     with pytest.raises(camrig.CamrigError) as caught:
         client_rig.grab(**{"cameras": ["a"], **wrong})
     assert caught.value.kind == "invalid_argument"
+
+
+def test_faults_have_their_own_parameters_as_keywords(client_rig, fake):
+    fake.handlers = {"fault.set": lambda params: {"id": 3}, "fault.clear": lambda params: {"cleared": 1}, "fault.list": lambda params: {"faults": []}}
+    assert client_rig.fault.set("lobby", "drop", severity=0.5, end_s=3, burst_frames=8)["id"] == 3
+    assert client_rig.fault.clear("lobby") == client_rig.fault.clear(id=3) == 1
+    assert client_rig.fault.list() == []
+    assert fake.requests == [
+        ("fault.set", {"camera": "lobby", "kind": "drop", "severity": 0.5, "end_s": 3, "params": {"burst_frames": 8}}),
+        ("fault.clear", {"camera": "lobby"}),
+        ("fault.clear", {"id": 3}),
+        ("fault.list", {}),
+    ]

@@ -1,0 +1,120 @@
+#include "control/rpc/method_fields.h"
+#include "control/rpc/methods.h"
+#include "core/world/read/fault_json.h"
+
+namespace camrig::control {
+namespace {
+
+using nlohmann::json;
+
+json fault_json(const engine::FaultReply& reply) {
+    const fault::Fault& fault = *reply.fault;
+    return {{"id", fault.id},
+            {"camera", reply.camera},
+            {"kind", fault::name_of(fault.kind)},
+            {"layer", to_string(fault::layer_of(fault.kind))},
+            {"start_ns", fault.begin_ns},
+            {"end_ns", fault.end_ns == max_time_ns ? json(nullptr) : json(fault.end_ns)},
+            {"severity", fault.severity},
+            {"seed", fault.seed},
+            {"params", fault::params_of(fault.kind)}};
+}
+
+std::vector<Field> fault_result() {
+    return {{"id", "integer", "of this fault, unique in the rig"},
+            {"camera", "string", "that fails"},
+            {"kind", "string", "what goes wrong"},
+            {"layer", "string", "where: body, optics, sensor, driver or transport; faults act in this order"},
+            {"start_ns", "integer", "world time from which on it is there", false, "ns"},
+            {"end_ns", "integer or null", "world time at which it is over; null: when it is cleared", false, "ns"},
+            {"severity", "number", "0 to 1"},
+            {"seed", "integer", "of what is random in it"},
+            {"params", "object", "of that kind, all of them"}};
+}
+
+json set_json(const engine::FaultReply& reply) {
+    json value = fault_json(reply);
+    value["applied_ns"] = reply.applied_ns;
+    return value;
+}
+
+template <auto member>
+auto asked_camera() {
+    auto field = camera_name_at<member>("camera");
+    field.field.required = false;
+    field.field.fallback = "all cameras";
+    field.read = world::entry_by<member>(field.field, [](JsonReader& reader, std::string_view key, std::string& out) {
+                     reader.required(key, out);
+                 }).read;
+    return field;
+}
+
+std::vector<FieldOf<engine::SetFault>> set_table() {
+    std::vector<FieldOf<engine::SetFault>> table{camera_name_at<&engine::SetFault::camera>("camera")};
+    world::add_inner<&engine::SetFault::fault>(table, world::timed_fault_fields());
+    return table;
+}
+
+std::vector<FieldOf<engine::ClearFaults>> clear_table() {
+    return {field_at<&engine::ClearFaults::id>(
+                {.name = "id", .doc = "of one fault", .fallback = "all that are meant", .range = {.low = 1}}),
+            asked_camera<&engine::ClearFaults::camera>(),
+            world::entry_by<&engine::ClearFaults::kind>({.name = "kind",
+                                                         .type = "string",
+                                                         .doc = "those of this kind",
+                                                         .fallback = "every kind",
+                                                         .choices = world::fault_names()},
+                                                        world::read_fault_name)};
+}
+
+void check_clear(const engine::ClearFaults& command, JsonReader& reader) {
+    if (!command.id && command.camera.empty())
+        reader.fail({ErrorKind::invalid_argument, "give id or camera: which faults are to be cleared"});
+}
+
+}  // namespace
+
+std::vector<Method> fault_methods(RpcContext& context) {
+    using enum ErrorKind;
+    const std::vector<FieldOf<engine::ListFaults>> list{asked_camera<&engine::ListFaults::camera>()};
+    auto set_result = fault_result();
+    set_result.push_back({"applied_ns", "integer", "world time of the first frame that it may act on", false, "ns"});
+    return {
+        {.name = "fault.set",
+         .summary = "Lets a camera fail, as docs/faults.md says. Acts on frames that fall due from now on; several "
+                    "faults act together. world.load clears all.",
+         .params = descriptions_of(set_table()),
+         .result = set_result,
+         .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
+         .handler = handler_of(context, set_table(), set_json),
+         .example = R"({"camera": "lobby", "kind": "drop", "start_s": 12, "end_s": 15.5, "severity": 0.6, )"
+                    R"("params": {"burst_frames": 8}})"},
+        {.name = "fault.clear",
+         .summary = "Ends one fault, or those of a camera.",
+         .params = descriptions_of(clear_table()),
+         .result = {{"cleared", "integer", "how many"},
+                    {"applied_ns", "integer", "world time from which it shows", false, "ns"}},
+         .errors = {invalid_argument, not_found},
+         .handler = handler_of(
+             context, [](JsonReader& reader) { return read_all(clear_table(), reader, check_clear); },
+             [](const engine::ClearFaults::Reply& reply) -> json {
+                 return {{"cleared", reply.cleared}, {"applied_ns", reply.applied_ns}};
+             }),
+         .example = R"({"camera": "lobby"})"},
+        {.name = "fault.list",
+         .summary = "The faults that are not over.",
+         .params = descriptions_of(list),
+         .result = {{"faults", "array of objects", "each as fault.set answers it, without applied_ns"},
+                    {"world_ns", "integer", "world time", false, "ns"}},
+         .errors = {not_found},
+         .handler = handler_of(context, list,
+                               [](const engine::ListFaults::Reply& reply) -> json {
+                                   json faults = json::array();
+                                   for (const auto& one : reply.faults) faults.push_back(fault_json(one));
+                                   return {{"faults", std::move(faults)}, {"world_ns", reply.world_ns}};
+                               }),
+         .only_looks = true},
+    };
+}
+
+}  // namespace camrig::control

@@ -1,0 +1,117 @@
+#include "core/engine/failing_pictures.h"
+
+#include <algorithm>
+
+#include "core/fault/picture.h"
+
+namespace camrig::engine {
+namespace {
+
+using frame::Frame, frame::FrameRef, frame::PixelFormat;
+constexpr auto color = static_cast<std::size_t>(frame::FrameKind::color);
+
+bool has_failing_color(const render::View& view) {
+    return view.failing && view.kinds[color];
+}
+
+/// The kept frames in all formats that are wanted; none: one is not there.
+std::vector<FrameRef> kept_for(const render::View& view) {
+    std::vector<FrameRef> kept;
+    for (const FrameRef& one : view.failing->kept)
+        if (view.color_formats.contains(one->info().format)) kept.push_back(one);
+    const bool is_all = std::ranges::all_of(frame::color_formats, [&](PixelFormat format) {
+        return !view.color_formats.contains(format) ||
+               std::ranges::any_of(kept, [&](const FrameRef& one) { return one->info().format == format; });
+    });
+    return is_all ? kept : std::vector<FrameRef>{};
+}
+
+/// The frame that goes out with this one's picture.
+frame::FrameInfo sent_info(const render::View& view, frame::FrameInfo info, TimeNs monotonic_ns) {
+    info.damage = {};
+    info.monotonic_ns = monotonic_ns;
+    info.clock = view.clock;
+    info.faults = view.faults;
+    if (const auto& as = view.failing->shown_as) {
+        info.sequence = as->sequence;
+        info.world_ns = as->world_ns;
+    }
+    return info;
+}
+
+FrameRef hidden(const render::View& view, const world::Snapshot& snapshot, TimeNs monotonic_ns) {
+    const ImageSize size = view.spec->size;
+    std::vector<std::byte> pixels(static_cast<std::size_t>(4 * size.pixels()));
+    for (std::size_t i = 3; i < pixels.size(); i += 4) pixels[i] = std::byte{255};
+    fault::change_picture(*view.failing->faults, size, pixels);
+    return std::make_shared<const Frame>(sent_info(view,
+                                                   {.camera_id = view.camera,
+                                                    .camera = view.name,
+                                                    .sequence = view.sequence,
+                                                    .world_ns = snapshot.world_ns,
+                                                    .size = size},
+                                                   monotonic_ns),
+                                         std::move(pixels));
+}
+
+FrameRef changed(const render::View& view, const FrameRef& drawn, TimeNs monotonic_ns) {
+    const frame::FrameInfo info = sent_info(view, drawn->info(), monotonic_ns);
+    if (!view.failing->faults) return std::make_shared<const Frame>(info, drawn);
+    CHECK(info.format == PixelFormat::rgba8);
+    std::vector<std::byte> pixels(drawn->bytes().begin(), drawn->bytes().end());
+    fault::change_picture(*view.failing->faults, info.size, pixels);
+    return std::make_shared<const Frame>(info, std::move(pixels));
+}
+
+}  // namespace
+
+Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, const world::SnapshotRef& snapshot,
+                                                TimeNs monotonic_ns, std::span<const render::View> views) {
+    if (std::ranges::none_of(views, has_failing_color)) return renderer.draw(snapshot, monotonic_ns, views);
+
+    std::vector<render::View> drawn_views;
+    std::vector<std::vector<FrameRef>> ready(views.size());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const render::View& view = views[i];
+        if (has_failing_color(view)) {
+            for (const FrameRef& kept : kept_for(view))
+                ready[i].push_back(std::make_shared<const Frame>(sent_info(view, kept->info(), monotonic_ns), kept));
+            if (ready[i].empty() && view.failing->faults && fault::hides_picture(*view.failing->faults))
+                ready[i].push_back(hidden(view, *snapshot, monotonic_ns));
+        }
+        if (ready[i].empty()) drawn_views.push_back(view);
+    }
+    render::Renderer::Finished finished;
+    if (!drawn_views.empty()) {
+        auto drawn = renderer.draw(snapshot, monotonic_ns, drawn_views);
+        if (!drawn) return drawn;
+        finished = std::move(*drawn);
+    }
+    // In the order of all views.
+    std::vector<FrameRef> frames;
+    std::vector<TimeNs> cost_ns;
+    std::size_t next_drawn = 0;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const render::View& view = views[i];
+        const bool is_ready = !ready[i].empty();
+        cost_ns.push_back(is_ready || finished.cost_ns.empty() ? not_drawn_ns : finished.cost_ns[next_drawn]);
+        next_drawn += is_ready ? 0 : 1;
+        frames.insert(frames.end(), ready[i].begin(), ready[i].end());
+        if (is_ready) continue;
+        for (FrameRef& frame : finished.set.frames) {
+            if (frame->info().camera_id != view.camera) continue;
+            const bool is_failing = has_failing_color(view) && frame->info().kind == frame::FrameKind::color;
+            frames.push_back(is_failing ? changed(view, frame, monotonic_ns) : std::move(frame));
+        }
+        std::erase(finished.set.frames, nullptr);
+    }
+    finished.set.frames = std::move(frames);
+    finished.cost_ns = std::move(cost_ns);
+    return finished;
+}
+
+TimeNs shown_ns(const render::View& view, const world::Snapshot& snapshot) {
+    return view.failing && view.failing->shown_as ? view.failing->shown_as->world_ns : snapshot.world_ns;
+}
+
+}  // namespace camrig::engine

@@ -1,0 +1,155 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "core/base/field_table.h"
+#include "core/base/kind.h"
+#include "core/base/named.h"
+
+/// The ways in which a camera fails, each a struct of what it can be told. What a fault does at severity 1 stands in
+/// its table (fault_kind.cpp); at a lower severity it does less, at 0 nothing.
+namespace camrig::fault {
+
+/// Where in a camera it happens. Faults act in this order, whatever the order in which they were set.
+enum class Layer : std::uint8_t { body, optics, sensor, driver, transport };
+std::span<const Named<Layer>> names_of(std::type_identity<Layer>);
+
+// Body: where the camera looks.
+struct Knock {
+    static constexpr Layer layer = Layer::body;
+    double pan_deg = 2.0, tilt_deg = -5.0, roll_deg = 3.0;
+};
+struct Sag {
+    static constexpr Layer layer = Layer::body;
+    double tilt_deg_per_h = -1.0;
+};
+struct Vibration {
+    static constexpr Layer layer = Layer::body;
+    double amplitude_deg = 0.2;
+    double frequency_hz = 12.0;
+};
+
+// Optics: what is between the scene and the sensor.
+struct Defocus {
+    static constexpr Layer layer = Layer::optics;
+    double radius = 0.01;
+};
+struct Dirt {
+    static constexpr Layer layer = Layer::optics;
+    double coverage = 0.5;
+    double spot = 0.1;
+    double red = 0.08, green = 0.06, blue = 0.04;
+};
+struct Covered {
+    static constexpr Layer layer = Layer::optics;
+    double softness = 0.15;
+};
+
+// Sensor: the pixels of a picture.
+struct Exposure {
+    static constexpr Layer layer = Layer::sensor;
+    double factor = 8.0;
+};
+struct WhiteBalance {
+    static constexpr Layer layer = Layer::sensor;
+    double red = 1.8, blue = 0.5;
+};
+struct Noise {
+    static constexpr Layer layer = Layer::sensor;
+    double deviation = 0.2;
+};
+struct Banding {
+    static constexpr Layer layer = Layer::sensor;
+    double depth = 0.5;
+    double bands = 4.0;
+    double drift_hz = 0.3;
+};
+struct DeadPixels {
+    static constexpr Layer layer = Layer::sensor;
+    double share = 0.01;
+};
+struct DeadRows {
+    static constexpr Layer layer = Layer::sensor;
+    double share = 0.05;
+    bool columns = false;
+};
+struct Mirrored {
+    static constexpr Layer layer = Layer::sensor;
+};
+struct UpsideDown {
+    static constexpr Layer layer = Layer::sensor;
+};
+struct Black {
+    static constexpr Layer layer = Layer::sensor;
+};
+
+// Driver: which pictures come.
+struct Freeze {
+    static constexpr Layer layer = Layer::driver;
+    double period_s = 1.0;
+};
+struct Duplicate {
+    static constexpr Layer layer = Layer::driver;
+    double probability = 0.5;
+};
+struct ReducedRate {
+    static constexpr Layer layer = Layer::driver;
+    double share = 0.9;
+};
+struct Drop {
+    static constexpr Layer layer = Layer::driver;
+    double probability = 0.5;
+    double burst_frames = 1.0;
+};
+
+// Transport: what becomes of frames on their way to readers of one kind of output.
+enum class Damage : std::uint8_t { truncate, truncate_eoi, bitflip, zero, cut };
+std::span<const Named<Damage>> names_of(std::type_identity<Damage>);
+/// Of a kind of output; `any`: of all.
+enum class Output : std::uint8_t { any, mjpeg, rtsp, device, v4l2 };
+std::span<const Named<Output>> names_of(std::type_identity<Output>);
+
+struct CorruptJpeg {
+    static constexpr Layer layer = Layer::transport;
+    Damage mode = Damage::bitflip;
+    std::int64_t amount = 1400;
+    double probability = 1.0;
+    bool keep_header = true;
+    Output output = Output::any;
+};
+struct Stall {
+    static constexpr Layer layer = Layer::transport;
+    double period_s = 1.0;
+    Output output = Output::any;
+};
+struct Disconnect {
+    static constexpr Layer layer = Layer::transport;
+    double period_s = 10.0;
+    Output output = Output::any;
+};
+struct CutPart {
+    static constexpr Layer layer = Layer::transport;
+    double probability = 0.05;
+};
+struct PacketLoss {
+    static constexpr Layer layer = Layer::transport;
+    double probability = 0.1;
+};
+
+/// In the order in which they act.
+using FaultKind = std::variant<Knock, Sag, Vibration, Defocus, Dirt, Covered, Exposure, WhiteBalance, Noise, Banding,
+                               DeadPixels, DeadRows, Mirrored, UpsideDown, Black, Freeze, Duplicate, ReducedRate, Drop,
+                               CorruptJpeg, Stall, Disconnect, CutPart, PacketLoss>;
+
+/// The table of all kinds, in the order of the variant: JSON, documentation and clients come from it.
+const std::vector<Kind<FaultKind>>& fault_kinds();
+std::string_view name_of(const FaultKind& kind);
+Layer layer_of(const FaultKind& kind);
+/// Its parameters, as an object.
+nlohmann::json params_of(const FaultKind& kind);
+
+}  // namespace camrig::fault

@@ -1,0 +1,100 @@
+#include "core/fault/mask.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/fault/light.h"
+
+namespace camrig::fault {
+namespace {
+
+constexpr int grid_columns = 192;
+/// How far above and below the height the edge of a spot goes, as a share of the noise.
+constexpr double edge = 0.12;
+
+double smooth(double share) {
+    const double s = std::clamp(share, 0.0, 1.0);
+    return s * s * (3.0 - 2.0 * s);
+}
+
+/// Even noise at whole numbers, smooth between; twice, the second time half as large and finer.
+double noise(std::uint64_t key, double x, double y) {
+    double sum = 0.0, weight = 2.0 / 3.0;
+    for (int octave = 0; octave < 2; ++octave, x *= 2.0, y *= 2.0, weight /= 2.0) {
+        const double column = std::floor(x), row = std::floor(y);
+        const auto at = [&](int dx, int dy) {
+            const auto cx = static_cast<std::uint64_t>(static_cast<std::int64_t>(column) + dx);
+            const auto cy = static_cast<std::uint64_t>(static_cast<std::int64_t>(row) + dy);
+            return static_cast<double>(mixed(key + mixed(cx + mixed(cy + static_cast<std::uint64_t>(octave)))) >> 11) *
+                   0x1.0p-53;
+        };
+        const double sx = smooth(x - column), sy = smooth(y - row);
+        sum += weight * ((at(0, 0) * (1 - sx) + at(1, 0) * sx) * (1 - sy) + (at(0, 1) * (1 - sx) + at(1, 1) * sx) * sy);
+    }
+    return sum;
+}
+
+}  // namespace
+
+Mask::Mask(ImageSize size, int columns, int rows)
+    : size_(size),
+      columns_(columns),
+      rows_(rows),
+      values_(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {}
+
+Mask Mask::dirt(const Fault& fault, ImageSize size, double coverage, double spot) {
+    const int rows = std::max(2, grid_columns * size.height / size.width);
+    Mask mask(size, grid_columns, rows);
+    const std::uint64_t key = mixed(fault.seed + mixed(fault.id));
+    const double scale = 1.0 / (spot * grid_columns);
+    for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < grid_columns; ++column)
+            mask.at(column, row) = static_cast<float>(noise(key, column * scale, row * scale));
+    std::vector<float> sorted = mask.values_;
+    const auto under = static_cast<std::ptrdiff_t>((1.0 - coverage) * static_cast<double>(sorted.size()));
+    // At coverage 0 all is below the height and its edge, at 1 all is above.
+    float height = 1.0f + static_cast<float>(edge);
+    if (coverage >= 1.0) {
+        height = -static_cast<float>(edge);
+    } else if (coverage > 0.0) {
+        std::ranges::nth_element(sorted, sorted.begin() + std::min<std::ptrdiff_t>(under, std::ssize(sorted) - 1));
+        height = sorted[static_cast<std::size_t>(std::min<std::ptrdiff_t>(under, std::ssize(sorted) - 1))];
+    }
+    for (float& value : mask.values_)
+        value = static_cast<float>(smooth((static_cast<double>(value - height) + edge) / (2.0 * edge)));
+    return mask;
+}
+
+Mask Mask::from_above(ImageSize size, double share, double softness) {
+    const int rows = std::clamp(size.height, 2, grid_columns);
+    Mask mask(size, 2, rows);
+    const double blurred = std::max(softness, 1e-3), down = share * (1.0 + blurred);
+    for (int row = 0; row < rows; ++row) {
+        const double at = static_cast<double>(row) / (rows - 1);
+        mask.at(0, row) = mask.at(1, row) = static_cast<float>(smooth((down - at) / blurred));
+    }
+    return mask;
+}
+
+void Mask::row(int y, std::span<float> alpha) const {
+    const double at = static_cast<double>(y) * (rows_ - 1) / std::max(1, size_.height - 1);
+    const int above = std::min(static_cast<int>(at), rows_ - 2);
+    const auto down = static_cast<float>(at - above);
+    const float* const first = &values_[static_cast<std::size_t>(above) * static_cast<std::size_t>(columns_)];
+    const float* const second = first + columns_;
+    for (std::size_t x = 0; x < alpha.size(); ++x) {
+        const double across = static_cast<double>(x) * (columns_ - 1) / std::max(1, size_.width - 1);
+        const int left = std::min(static_cast<int>(across), columns_ - 2);
+        const auto right = static_cast<float>(across - left);
+        const float top = first[left] + (first[left + 1] - first[left]) * right;
+        const float bottom = second[left] + (second[left + 1] - second[left]) * right;
+        alpha[x] = top + (bottom - top) * down;
+    }
+}
+
+double Mask::covered() const {
+    const auto over = std::ranges::count_if(values_, [](float value) { return value > 0.5f; });
+    return static_cast<double>(over) / static_cast<double>(values_.size());
+}
+
+}  // namespace camrig::fault

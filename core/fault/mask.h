@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/base/image_size.h"
+#include "core/fault/fault_plan.h"
+
+namespace camrig::fault {
+
+/// How much of each pixel's light something before the lens takes, 0 to 1. What is so near is out of focus, a blurred
+/// spot of a tenth of the picture and more, so a coarse grid says all of it.
+class Mask {
+public:
+    /// Spots of a size (share of the picture's width), by the fault's seed: one field of noise above a height.
+    /// `coverage` is the share of the picture where they take more than half; spots only grow with it.
+    static Mask dirt(const Fault& fault, ImageSize size, double coverage, double spot);
+    /// From above down to this share of the picture's height, with an edge of that width.
+    static Mask from_above(ImageSize size, double share, double softness);
+
+    void row(int y, std::span<float> alpha) const;
+    /// The share of the grid that is over a half.
+    double covered() const;
+
+private:
+    Mask(ImageSize size, int columns, int rows);
+    float& at(int column, int row) {
+        return values_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                       static_cast<std::size_t>(column)];
+    }
+
+    ImageSize size_;
+    int columns_ = 0, rows_ = 0;
+    std::vector<float> values_;
+};
+
+}  // namespace camrig::fault

@@ -1,0 +1,128 @@
+#include "core/fault/sending.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace camrig::fault {
+namespace {
+
+/// Numbers of one fault and frame.
+enum Salt : std::uint64_t { whether, where, packet_number };
+
+bool is_for(Output wanted, std::string_view output) {
+    return wanted == Output::any || to_string(wanted) == output;
+}
+
+bool is_in_period(const Fault& fault, const FrameKey& frame, double period_s) {
+    if (fault.severity >= 1.0) return true;
+    const TimeNs period_ns = std::llround(period_s * 1e9);
+    const TimeNs phase_ns = (frame.world_ns - fault.begin_ns) % period_ns;
+    return static_cast<double>(phase_ns) < fault.severity * static_cast<double>(period_ns);
+}
+
+/// The first byte of the picture's entropy-coded data: what follows the header of SOS (ITU-T T.81, B.2.3); 0: none.
+std::size_t data_begin(std::span<const std::byte> jpeg) {
+    std::size_t at = 2;
+    while (at + 4 <= jpeg.size()) {
+        if (jpeg[at] != std::byte{0xFF}) return 0;
+        const auto marker = std::to_integer<int>(jpeg[at + 1]);
+        const std::size_t length =
+            std::to_integer<std::size_t>(jpeg[at + 2]) << 8 | std::to_integer<std::size_t>(jpeg[at + 3]);
+        at += 2 + length;
+        if (marker == 0xDA) return at <= jpeg.size() ? at : 0;
+    }
+    return 0;
+}
+
+void damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, std::vector<std::byte>& jpeg) {
+    const auto counter = static_cast<std::uint64_t>(frame.sequence);
+    if (chance(fault, counter, whether) >= how.probability) return;
+    const std::size_t begin = how.keep_header ? data_begin(jpeg) : 0;
+    const std::size_t room = jpeg.size() - begin;
+    const auto amount =
+        std::min(static_cast<std::size_t>(std::ceil(fault.severity * static_cast<double>(how.amount))), room);
+    if (amount == 0) return;
+    // A run of bytes ends where it does at every severity.
+    const std::size_t most = std::min(static_cast<std::size_t>(how.amount), room);
+    const std::size_t end =
+        begin + most + static_cast<std::size_t>(chance(fault, counter, where) * static_cast<double>(room - most + 1));
+    const auto from = jpeg.begin() + static_cast<std::ptrdiff_t>(end - amount);
+    switch (how.mode) {
+        case Damage::truncate:
+            jpeg.resize(jpeg.size() - amount);
+            break;
+        case Damage::truncate_eoi:
+            jpeg.resize(jpeg.size() - amount);
+            jpeg.insert(jpeg.end(), {std::byte{0xFF}, std::byte{0xD9}});
+            break;
+        case Damage::bitflip:
+            for (std::size_t i = 0; i < amount; ++i) {
+                const auto bit =
+                    static_cast<std::size_t>(chance(fault, counter << 24 | i, where) * static_cast<double>(8 * room));
+                jpeg[begin + bit / 8] ^= std::byte{1} << (bit % 8);
+            }
+            break;
+        case Damage::zero:
+            std::fill_n(from, amount, std::byte{0});
+            break;
+        case Damage::cut:
+            jpeg.erase(from, from + static_cast<std::ptrdiff_t>(amount));
+            break;
+    }
+}
+
+}  // namespace
+
+bool is_stalled(const FrameFaults& faults, std::string_view output) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const stall = std::get_if<Stall>(&one->kind);
+        return stall && is_for(stall->output, output) && is_in_period(*one, faults.frame, stall->period_s);
+    });
+}
+
+bool is_disconnected(const FrameFaults& faults, std::string_view output) {
+    return output != to_string(Output::v4l2) && std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+               const auto* const cut = std::get_if<Disconnect>(&one->kind);
+               return cut && is_for(cut->output, output) && is_in_period(*one, faults.frame, cut->period_s);
+           });
+}
+
+std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, std::string_view output,
+                                                   std::span<const std::byte> jpeg) {
+    std::optional<std::vector<std::byte>> damaged;
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<CorruptJpeg>(&one->kind);
+        if (!how || !is_for(how->output, output)) continue;
+        if (!damaged) damaged.emplace(jpeg.begin(), jpeg.end());
+        damage(*one, faults.frame, *how, *damaged);
+    }
+    if (damaged && std::ranges::equal(*damaged, jpeg)) return std::nullopt;
+    return damaged;
+}
+
+bool is_cut(const FrameFaults& faults) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const cut = std::get_if<CutPart>(&one->kind);
+        return cut &&
+               chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) < cut->probability * one->severity;
+    });
+}
+
+bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const loss = std::get_if<PacketLoss>(&one->kind);
+        return loss && chance(*one, packet, packet_number) < loss->probability * one->severity;
+    });
+}
+
+Result<void> check_sending(const FaultKind& kind) {
+    const auto* const cut = std::get_if<Disconnect>(&kind);
+    if (cut && cut->output == Output::v4l2)
+        return error(
+            ErrorKind::unsupported,
+            "params.output: a v4l2loopback device cannot be unplugged while programs have it open; let it stall "
+            "(kind stall), or give the camera a user-space device (output device)");
+    return {};
+}
+
+}  // namespace camrig::fault

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/fault/fault_plan.h"
+
+/// Layer transport: what becomes of a frame on its way to readers of an output, which is told by its kind ("mjpeg",
+/// "rtsp", "device", "v4l2"). Pure functions.
+namespace camrig::fault {
+
+/// Nothing is sent, neither this frame nor what the output would send in its place.
+bool is_stalled(const FrameFaults& faults, std::string_view output);
+/// Its readers are thrown out. Never those of "v4l2": a loopback device cannot be unplugged while it is open.
+bool is_disconnected(const FrameFaults& faults, std::string_view output);
+/// The JPEG as it arrives; nullopt: unharmed.
+std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, std::string_view output,
+                                                   std::span<const std::byte> jpeg);
+/// The connection is closed in the middle of this frame's part of an HTTP stream.
+bool is_cut(const FrameFaults& faults);
+/// The RTP packet of that sequence number (of any width that rises), sent while this frame was the newest, is lost.
+bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet);
+
+/// Errors, before it is set, for what no output can do so. unsupported: with the reason.
+Result<void> check_sending(const FaultKind& kind);
+
+}  // namespace camrig::fault

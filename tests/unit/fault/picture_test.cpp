@@ -1,0 +1,217 @@
+#include "core/fault/picture.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/fault/light.h"
+#include "core/fault/mask.h"
+#include "tests/unit/fault/faulty.h"
+
+namespace camrig::fault {
+namespace {
+
+constexpr ImageSize size{64, 48};
+
+/// Every pixel another colour, and a fine pattern.
+std::vector<std::byte> picture() {
+    std::vector<std::byte> rgba;
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x) {
+            const int fine = 15 * ((x / 2 + y / 2) % 2);
+            for (const int value : {40 + 3 * x + fine, 50 + 4 * y + fine, 120 + x + y + fine, 255})
+                rgba.push_back(std::byte(value));
+        }
+    return rgba;
+}
+
+std::vector<std::byte> changed(const FaultKind& kind, double severity, std::int64_t sequence = 10) {
+    auto rgba = picture();
+    change_picture(at_frame(fault_of(kind, severity), sequence), size, rgba);
+    return rgba;
+}
+
+double difference(const std::vector<std::byte>& a, const std::vector<std::byte>& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(std::to_integer<int>(a[i]) - std::to_integer<int>(b[i]));
+    return sum;
+}
+
+std::vector<FaultKind> picture_kinds() {
+    std::vector<FaultKind> kinds;
+    for (const auto& kind : fault_kinds()) {
+        const nlohmann::json none = nlohmann::json::object();
+        JsonReader reader(none, "");
+        FaultKind made = kind.read(reader);
+        if (changes_picture(at_frame(fault_of(made), 0))) kinds.push_back(std::move(made));
+    }
+    return kinds;
+}
+
+TEST(PictureFaults, EveryKindChangesThePictureMoreAtAHigherSeverity) {
+    for (const FaultKind& kind : picture_kinds()) {
+        double milder = 0.0;
+        for (const double severity : {0.1, 0.25, 0.5, 0.75, 1.0}) {
+            const double now = difference(changed(kind, severity), picture());
+            EXPECT_GE(now, milder) << name_of(kind) << " " << severity;
+            milder = now;
+        }
+        EXPECT_GT(milder, 0.0) << name_of(kind);
+    }
+}
+
+TEST(PictureFaults, EveryKindMakesTheSameBytesAgainAndLeavesAlphaAlone) {
+    for (const FaultKind& kind : picture_kinds()) {
+        const auto once = changed(kind, 0.7, 123);
+        EXPECT_EQ(once, changed(kind, 0.7, 123)) << name_of(kind);
+        for (std::size_t i = 3; i < once.size(); i += 4) ASSERT_EQ(once[i], std::byte{255}) << name_of(kind);
+    }
+}
+
+TEST(Black, AtSeverity1IsBlackAndNeedNotBeDrawn) {
+    const auto rgba = changed(Black{}, 1.0);
+    for (std::size_t i = 0; i < rgba.size(); ++i) ASSERT_EQ(rgba[i], std::byte(i % 4 == 3 ? 255 : 0));
+    EXPECT_TRUE(hides_picture(at_frame(fault_of(Black{}), 0)));
+    EXPECT_FALSE(hides_picture(at_frame(fault_of(Black{}, 0.9), 0)));
+    EXPECT_EQ(changed(Black{}, 0.5)[0], std::byte{20}) << "half of 40";
+}
+
+TEST(Light, CodesComeBackFromTheirLightAndRiseWithIt) {
+    for (int i = 0; i < 256; ++i) {
+        EXPECT_EQ(coded(light_of(i)), i);
+        EXPECT_TRUE(i == 0 || light_of(i) > light_of(i - 1));
+    }
+    EXPECT_NEAR(light_of(188), 0.5, 0.003) << "IEC 61966-2-1";
+    EXPECT_EQ(coded(7.0), 255);
+    EXPECT_EQ(coded(-1.0), 0);
+}
+
+TEST(Defocus, KeepsLightAndAFlatPictureAndSpreadsADotAsADiscDoes) {
+    constexpr ImageSize square{101, 101};
+    std::vector<std::byte> rgba(4 * 101 * 101, std::byte{0});
+    for (int c = 0; c < 3; ++c) rgba[static_cast<std::size_t>(4 * (50 * 101 + 50) + c)] = std::byte{255};
+    blur(rgba, square, 4.0);
+    double light = 0.0, variance = 0.0;
+    for (int y = 0; y < 101; ++y)
+        for (int x = 0; x < 101; ++x) {
+            const double here = light_of(std::to_integer<int>(rgba[static_cast<std::size_t>(4 * (y * 101 + x))]));
+            light += here;
+            variance += here * (x - 50) * (x - 50);
+        }
+    EXPECT_NEAR(light, 1.0, 0.1);
+    EXPECT_NEAR(variance / light, 4.0 * 4.0 / 4.0, 0.4);
+    std::vector<std::byte> flat(4 * 101 * 101, std::byte{97});
+    const auto before = flat;
+    blur(flat, square, 10.0);
+    EXPECT_EQ(flat, before);
+}
+
+TEST(Dirt, CoversTheShareOfThePictureThatWasAskedForAndOnlyGrows) {
+    constexpr ImageSize hd{1920, 1080};
+    std::vector<float> less(1920, 0.0f), row(1920);
+    for (const double coverage : {0.05, 0.2, 0.5, 0.8}) {
+        const Mask mask = Mask::dirt(*fault_of(Dirt{}), hd, coverage, 0.1);
+        EXPECT_NEAR(mask.covered(), coverage, 0.01);
+        mask.row(333, row);
+        for (std::size_t x = 0; x < row.size(); ++x) ASSERT_GE(row[x], less[x] - 1e-6f);
+        less = row;
+    }
+    EXPECT_EQ(Mask::dirt(*fault_of(Dirt{}), hd, 0.0, 0.1).covered(), 0.0);
+    EXPECT_EQ(Mask::dirt(*fault_of(Dirt{}), hd, 1.0, 0.1).covered(), 1.0);
+}
+
+TEST(Covered, AtSeverity1NothingOfTheSceneIsLeft) {
+    const auto rgba = changed(Covered{}, 1.0);
+    for (std::size_t i = 4; i < rgba.size(); ++i) ASSERT_EQ(rgba[i], rgba[i - 4]);
+    const auto half = changed(Covered{.softness = 0.0}, 0.5), whole = picture();
+    EXPECT_EQ(half[half.size() - 2], whole[whole.size() - 2]) << "the lower edge is free";
+    EXPECT_NE(half[0], whole[0]);
+}
+
+TEST(Exposure, MultipliesLight) {
+    const auto rgba = changed(Exposure{.factor = 2.0}, 1.0);
+    for (std::size_t i : {0, 1, 2, 400}) {
+        const double before = light_of(std::to_integer<int>(picture()[i]));
+        EXPECT_NEAR(light_of(std::to_integer<int>(rgba[i])), std::min(1.0, 2.0 * before), 0.005);
+    }
+}
+
+TEST(WhiteBalance, ChangesRedAndBlueAndLeavesGreen) {
+    const auto rgba = changed(WhiteBalance{.red = 1.5, .blue = 0.5}, 1.0), before = picture();
+    for (std::size_t i = 0; i < 400; i += 4) {
+        EXPECT_GT(rgba[i], before[i]);
+        EXPECT_EQ(rgba[i + 1], before[i + 1]);
+        EXPECT_LT(rgba[i + 2], before[i + 2]);
+    }
+}
+
+TEST(Noise, HasTheDeviationThatWasAskedForAndIsAnotherInEveryFrame) {
+    constexpr ImageSize large{200, 200};
+    std::vector<std::byte> rgba(4 * 200 * 200, std::byte{128});
+    change_picture(at_frame(fault_of(Noise{.deviation = 0.1}, 0.5), 9), large, rgba);
+    double sum = 0.0, squares = 0.0, count = 0.0;
+    for (std::size_t i = 0; i < rgba.size(); ++i) {
+        if (i % 4 == 3) continue;
+        const double off = std::to_integer<int>(rgba[i]) - 128.0;
+        sum += off;
+        squares += off * off;
+        ++count;
+    }
+    EXPECT_NEAR(sum / count, 0.0, 0.1);
+    EXPECT_NEAR(std::sqrt(squares / count), 0.05 * 255, 0.15);
+    EXPECT_NE(changed(Noise{}, 1.0, 1), changed(Noise{}, 1.0, 2));
+}
+
+TEST(DeadPixels, AreAsManyAsWereAskedForAndStayWhereTheyAre) {
+    const auto rgba = changed(DeadPixels{.share = 0.1}, 1.0, 1);
+    EXPECT_EQ(rgba, changed(DeadPixels{.share = 0.1}, 1.0, 500));
+    int dead = 0;
+    for (std::size_t i = 0; i < rgba.size(); i += 4) dead += rgba[i] == rgba[i + 1] && rgba[i] == rgba[i + 2];
+    EXPECT_NEAR(dead, 0.1 * size.pixels(), 0.02 * size.pixels()) << "some are chosen twice";
+}
+
+TEST(DeadRows, AreWholeRowsOrColumns) {
+    for (const bool columns : {false, true}) {
+        const auto rgba = changed(DeadRows{.share = 0.3, .columns = columns}, 1.0), before = picture();
+        const int lines = columns ? size.width : size.height, across = columns ? size.height : size.width;
+        int dead = 0;
+        for (int line = 0; line < lines; ++line) {
+            int differ = 0;
+            for (int i = 0; i < across; ++i) {
+                const int x = columns ? line : i, y = columns ? i : line;
+                const auto at = static_cast<std::size_t>(4 * (y * size.width + x));
+                differ += !std::equal(&rgba[at], &rgba[at] + 4, &before[at]);
+            }
+            EXPECT_TRUE(differ == 0 || differ == across) << line;
+            dead += differ > 0;
+        }
+        EXPECT_GT(dead, lines / 8);
+        EXPECT_LT(dead, lines / 2);
+    }
+}
+
+TEST(MirroredAndUpsideDown, ShowEachPixelSomewhereElse) {
+    const auto before = picture(), mirrored = changed(Mirrored{}, 0.1), turned = changed(UpsideDown{}, 1.0);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x) {
+            const auto at = [](int px, int py) { return static_cast<std::size_t>(4 * (py * size.width + px)); };
+            ASSERT_EQ(mirrored[at(x, y)], before[at(size.width - 1 - x, y)]);
+            ASSERT_EQ(turned[at(x, y) + 1], before[at(size.width - 1 - x, size.height - 1 - y) + 1]);
+        }
+}
+
+TEST(Banding, DarkensRowsAndMovesWithTime) {
+    const auto rgba = changed(Banding{}, 1.0, 0), before = picture();
+    bool is_dark = false, is_bright = false;
+    for (int y = 0; y < size.height; ++y) {
+        const auto at = static_cast<std::size_t>(4 * y * size.width);
+        EXPECT_LE(rgba[at], before[at]);
+        is_dark |= std::to_integer<int>(rgba[at]) < std::to_integer<int>(before[at]) - 8;
+        is_bright |= std::to_integer<int>(rgba[at]) >= std::to_integer<int>(before[at]) - 2;
+    }
+    EXPECT_TRUE(is_dark && is_bright);
+    EXPECT_NE(rgba, changed(Banding{}, 1.0, 20));
+}
+
+}  // namespace
+}  // namespace camrig::fault
