@@ -101,16 +101,17 @@ Result<json> object_of(const Field& field, const std::vector<std::string>& given
         const std::size_t sign = text.find('=');
         const std::string name = text.substr(0, sign);
         const auto part = std::ranges::find(field.parts, name, &Field::name);
-        const bool is_text = part != field.parts.end() && part->type.starts_with("string");
-        json value;
-        if (sign != std::string::npos)
-            value = is_text ? json(text.substr(sign + 1)) : json::parse(text.substr(sign + 1), nullptr, false);
-        if (sign == 0 || (!is_text && !value.is_number() && !value.is_boolean() && !value.is_array()))
+        const std::string of_part = sign == std::string::npos ? "" : text.substr(sign + 1);
+        const bool is_known = part != field.parts.end() && !of_part.empty();
+        const bool is_text = is_known && (part->type.starts_with("string") || of_part == part->word);
+        const bool is_none = is_known && part->is_nullable() && of_part == "none";
+        const json value = is_none ? json() : is_text ? json(of_part) : json::parse(of_part, nullptr, false);
+        if (sign == 0 || (!is_none && !is_text && !value.is_number() && !value.is_boolean() && !value.is_array()))
             return error(ErrorKind::invalid_argument, "--" + field.option_text() + ": \"" + text +
                                                           "\" must be NAME=VALUE with a number, true or false, e.g. " +
                                                           field.parts.back().name + "=1" +
                                                           (field.is_nullable() ? ", or none, to take it away" : ""));
-        object[name] = std::move(value);
+        object[name] = value;
     }
     return object;
 }

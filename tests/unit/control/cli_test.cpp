@@ -175,6 +175,17 @@ TEST_F(Cli, NoneTakesAnObjectAwayAndOtherWordsSaySo) {
     EXPECT_THAT(run({"camera", "set", "--help"}).out, HasSubstr("none: none, it is right"));
 }
 
+TEST_F(Cli, PartsOfAnObjectMayBeTheirWordOrNone) {
+    const json made = json_of({"camera", "create", "a", "--position", "0,0,2", "--sensor", "preset=imx290", "--sensor",
+                               "exposure_s=auto", "--sensor", "lux=none", "--sensor", "gain_db=3"})["sensor"];
+    EXPECT_EQ(made["preset"], "imx290");
+    EXPECT_EQ(made["exposure_s"], "auto");
+    EXPECT_TRUE(made["lux"].is_null());
+    EXPECT_EQ(made["gain_db"], 3);
+    for (const char* wrong : {"exposure_s=never", "gain_db=auto", "gain_db=none", "lux=null", "lux=", "lux"})
+        EXPECT_EQ(run({"camera", "set", "a", "--sensor", wrong}).code, 2) << wrong;
+}
+
 TEST_F(Cli, ATourHasPresetsAndOneDwellAndSpeedForAll) {
     json_of({"camera", "create", "dome", "--position", "0,0,2", "--ptz", "preset=ideal"});
     const json made =
