@@ -253,7 +253,7 @@ TEST(JpegEncoder, BadInputIsAnError) {
     auto encoder = create_jpeg_encoder(90).value();
     EXPECT_EQ(encoder->encode(frame::test::noise({16, 16}, frame::PixelFormat::depth32f)).error().kind,
               ErrorKind::unsupported);
-    EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 16}), {})).error().kind,
+    EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 16}), std::vector<std::byte>{})).error().kind,
               ErrorKind::invalid_argument);
     EXPECT_TRUE(encoder->encode(frame::test::noise({16, 16})).has_value()) << "and it goes on";
 }

@@ -158,7 +158,7 @@ TEST(PngEncoder, BadInputIsAnError) {
     auto encoder = create_png_encoder().value();
     EXPECT_EQ(encoder->encode(frame::test::noise({16, 16}, frame::PixelFormat::yuyv)).error().kind,
               ErrorKind::unsupported);
-    EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 0}), {})).error().kind,
+    EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 0}), std::vector<std::byte>{})).error().kind,
               ErrorKind::invalid_argument);
     EXPECT_TRUE(encoder->encode(frame::test::noise({16, 16})).has_value()) << "and it goes on";
 }
