@@ -91,6 +91,7 @@ Answered<void> EventDesk::unsubscribe(const std::string& device, std::uint64_t n
     {
         const std::lock_guard lock(inbox_->mutex);
         done = points_.unsubscribe(device, number, monotonic_now_ns(), due);
+        if (points_.empty()) rest();
     }
     inbox_->changed.notify_one();
     call(std::move(due));
@@ -257,6 +258,7 @@ void EventDesk::ask(std::unique_lock<std::mutex>& lock) {
     // Events from the subscription on: the first question is where the log ends.
     const engine::WaitEvents events = last_event_ ? engine::WaitEvents{*last_event_, event_wait_ns}
                                                   : engine::WaitEvents{std::numeric_limits<std::uint64_t>::max(), 0};
+    const std::uint64_t round = round_;
     lock.unlock();
     if (lists)
         commands_.post(engine::Request<engine::ListCameras>{
@@ -265,7 +267,7 @@ void EventDesk::ask(std::unique_lock<std::mutex>& lock) {
             }});
     if (waits)
         commands_.post(
-            engine::Request<engine::WaitEvents>{events, [inbox = inbox_, round = round_](Result<engine::EventLog> log) {
+            engine::Request<engine::WaitEvents>{events, [inbox = inbox_, round](Result<engine::EventLog> log) {
                                                     inbox->post([&](Inbox& to) {
                                                         if (!to.events || to.events->second < round)
                                                             to.events.emplace(std::move(log), round);

@@ -113,7 +113,8 @@ Result<RpcResult> frame_result(const stream::MediaUnit& unit, const FrameQuestio
         fields["stamp_ns"] = info.stamp_ns();
         fields["steady_ns"] = info.steady_ns();
     }
-    if (info.sensor) fields["sensor"] = write_fields(fields_of(std::type_identity<SensorReading>{}), *info.sensor);
+    fields["sensor"] =
+        info.sensor ? write_fields(fields_of(std::type_identity<SensorReading>{}), *info.sensor) : json(nullptr);
     if (unit.frame) fields["pixels"] = std::string(to_string(unit.frame->info().format));
     RpcResult result(std::move(fields), question.as_bytes()
                                             ? std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())
@@ -186,7 +187,7 @@ std::vector<Method> frame_methods(RpcContext& context) {
                    "raw only: that of colour as asked, `depth32f`, `id32` or `normal32f`; of a sensor 16-bit numbers: "
                    "`gray16`, of a mosaic `bayer_rggb16`, `bayer_grbg16`, `bayer_gbrg16` or `bayer_bggr16`, of "
                    "filter rgb three planes, `rgb16_planes`; little-endian"},
-                  {"sensor", "object",
+                  {"sensor", "object or null",
                    "of a camera with a sensor: how it took the picture: exposure_s, gain_db, "
                    "electrons_per_number, black_level, bits, red_gain, green_gain, blue_gain, metered, settled"},
                   {"encoding", "string", "as asked"},

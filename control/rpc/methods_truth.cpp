@@ -23,7 +23,7 @@ std::vector<Method> truth_methods(RpcContext& context) {
                     {"steady_ns", "integer",
                      "of a camera with a clock: the instant as its monotonic clock has it, beside `monotonic_ns`",
                      false, "ns"},
-                    {"sensor", "object",
+                    {"sensor", "object or null",
                      "of a camera with a sensor: how the frame is taken, as in frame.get; of one whose picture nobody "
                      "asked for yet, how it would be"},
                     {"size", "[width, height]", "size of the picture", false, "px"},

@@ -92,7 +92,8 @@ json truth_to_json(const TruthOfFrame& truth) {
                {"classes", std::move(classes)},
                {"objects", std::move(objects)}};
     add_faults(truth, value);
-    if (truth.sensor) value["sensor"] = write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor);
+    value["sensor"] =
+        truth.sensor ? write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor) : json(nullptr);
     if (truth.clock) {
         value["stamp_ns"] = truth.world_ns + truth.clock->stamp_error_ns;
         value["steady_ns"] = truth.monotonic_ns + truth.clock->steady_error_ns;

@@ -14,12 +14,12 @@ namespace camrig::client {
 /// travelled as png or jpeg: cv::imdecode takes its data.
 inline cv::Mat to_mat(const Frame& frame) {
     const bool is_color = frame.pixels == "rgba8";
-    const int type = is_color                                                         ? CV_8UC4
-                     : frame.pixels == "depth32f"                                     ? CV_32FC1
-                     : frame.pixels == "id32"                                         ? CV_32SC1
-                     : frame.pixels == "normal32f"                                    ? CV_32FC3
-                     : frame.pixels == "gray16" || frame.pixels.starts_with("bayer_") ? CV_16UC1
-                                                                                      : -1;
+    const int type = is_color                                                           ? CV_8UC4
+                     : frame.pixels == "depth32f"                                       ? CV_32FC1
+                     : frame.pixels == "id32"                                           ? CV_32SC1
+                     : frame.pixels == "normal32f"                                      ? CV_32FC3
+                     : frame.pixels == "gray16" || frame.pixels.rfind("bayer_", 0) == 0 ? CV_16UC1
+                                                                                        : -1;
     if (type < 0) throw Error("invalid_argument", "to_mat: takes frames of format raw, not " + frame.format);
     cv::Mat raw(frame.size.height, frame.size.width, type);
     if (raw.total() * raw.elemSize() != frame.data.size())
