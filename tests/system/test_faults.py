@@ -112,7 +112,9 @@ def parts(stream, count):
     found = []
     while len(found) < count:
         headers = {}
-        while (line := stream.readline().strip()) or not headers:
+        while (line := stream.readline()).strip() or not headers:
+            if not line:
+                raise EOFError("the stream has ended")
             if b":" in line:
                 key, value = line.split(b":", 1)
                 headers[key.strip().lower()] = value.strip()
@@ -135,7 +137,7 @@ def streamed(scenes, kind):
             while True:
                 for jpeg, sequence in parts(stream, 1):
                     into[sequence] = hashlib.md5(jpeg).hexdigest()
-        except (ValueError, KeyError, OSError):
+        except (EOFError, ValueError, KeyError, OSError):
             pass  # it has ended
 
     with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=3) as rig:
