@@ -28,8 +28,9 @@ TT = "http://www.onvif.org/ver10/schema"
 
 def beside(name):
     """Where tools/setup put package `name` of tools/requirements-beside.txt."""
-    (place,) = (REPOSITORY / ".venv/beside" / name).glob("lib/python*/site-packages")
-    return place
+    places = list((REPOSITORY / ".venv/beside" / name).glob("lib/python*/site-packages"))
+    assert len(places) == 1, f"{name} is not there: run tools/setup"
+    return places[0]
 
 
 def free_port():
