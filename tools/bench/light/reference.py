@@ -74,10 +74,11 @@ class Layers:
 
 
 class Reference:
-    def __init__(self, exported: Exported, eye: Eye) -> None:
+    def __init__(self, exported: Exported, eye: Eye, *, is_lambert: bool = False) -> None:
+        """`is_lambert`: all surfaces are Lambert's alone, whose answers are known."""
         self.exported, self.eye = exported, eye
         self._folder = tempfile.TemporaryDirectory()
-        lit = [_shape(surface, Path(self._folder.name), i) for i, surface in enumerate(exported.surfaces)]
+        lit = [_shape(surface, Path(self._folder.name), i, is_lambert) for i, surface in enumerate(exported.surfaces)]
         dark = {f"shape{i}": shape for i, (shape, surface) in enumerate(zip(lit, exported.surfaces)) if not surface.material.is_unlit}
         every = {f"shape{i}": shape for i, shape in enumerate(lit)}
         for item in dark.values():
@@ -169,7 +170,7 @@ def _glows(material: Material) -> bool:
     return material.is_unlit or any(material.emissive)
 
 
-def _shape(surface: Primitive, folder: Path, number: int) -> dict[str, Any]:
+def _shape(surface: Primitive, folder: Path, number: int, is_lambert: bool) -> dict[str, Any]:
     name = f"{number}"
     colors = surface.colors[:, :3] * np.asarray(surface.material.base_color[:3])
     mesh = mi.Mesh(name, len(surface.positions), len(surface.triangles), has_vertex_normals=True, has_vertex_texcoords=surface.uv is not None)
@@ -183,7 +184,7 @@ def _shape(surface: Primitive, folder: Path, number: int) -> dict[str, Any]:
     values.update()
     path = folder / f"{name}.ply"
     mesh.write_ply(str(path))
-    return {"type": "ply", "filename": str(path), "bsdf": _material(surface, folder, name)}
+    return {"type": "ply", "filename": str(path), "bsdf": _material(surface, folder, name, is_lambert)}
 
 
 def _color(surface: Primitive, folder: Path, name: str) -> dict[str, Any]:
@@ -196,10 +197,12 @@ def _color(surface: Primitive, folder: Path, name: str) -> dict[str, Any]:
     return {"type": "camrig_product", "factor": factor, "picture": {"type": "bitmap", "filename": str(path), "wrap_mode": "repeat" if repeats else "clamp"}}
 
 
-def _material(surface: Primitive, folder: Path, name: str) -> dict[str, Any]:
+def _material(surface: Primitive, folder: Path, name: str, is_lambert: bool) -> dict[str, Any]:
     material = surface.material
     if material.is_unlit:
         made: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+    elif is_lambert:
+        made = {"type": "diffuse", "reflectance": _color(surface, folder, name)}
     else:
         made = {
             "type": "principled", "base_color": _color(surface, folder, name),
