@@ -64,7 +64,7 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
     shipped = json.loads((ROOT / "scenes" / f"{name}.json").read_text())
     scene = export.still(shipped)
     pictures, depth, eye = draw(scene, place, size, LEVELS)
-    unlit = draw(export.still(shipped, ambient=True) | {"lights": []}, place, size, ("beautiful",))[0]["beautiful"]
+    unlit = draw(scene | {"lights": []}, place, size, ("beautiful",))[0]["beautiful"]
     exported = export.read(scene, ROOT / "scenes")
     reference = Reference(exported, eye)
     share = depth_differs(depth, reference.depth())

@@ -53,16 +53,14 @@ class Eye:
     world_from_eye: np.ndarray
 
 
-def still(scene: dict[str, Any], *, ambient: bool = True) -> dict[str, Any]:
-    """The scene file without what moves or happens; `ambient` False: black surroundings. Its models are told by `camrig:` names, so
+def still(scene: dict[str, Any]) -> dict[str, Any]:
+    """The scene file without what moves or happens. Its models are told by `camrig:` names, so
     that it can lie anywhere."""
     made = {key: value for key, value in scene.items() if key not in ("actors", "events", "routes", "areas", "cameras")}
     made["models"] = {
         name: {**model, "file": "camrig:" + model["file"].removesuffix(".glb")} if "file" in model and not model["file"].startswith("camrig:") else model
         for name, model in scene["models"].items()
     }
-    if not ambient:
-        made["environment"] = {**scene.get("environment", {}), "ambient": {"sky": [0, 0, 0], "ground": [0, 0, 0]}}
     return made
 
 

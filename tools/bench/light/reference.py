@@ -93,15 +93,16 @@ class Reference:
         }
         self._sky = mi.load_dict({"type": "scene", **sensor, **glowing, "environment": _environment(exported.sky, exported.ground)})
         self._mask = mi.load_dict({"type": "scene", **sensor, **glowing, "environment": {"type": "constant", "radiance": 1.0}})
+        self._emitters = mi.load_dict({"type": "scene", **sensor, **glowing, "environment": {"type": "constant", "radiance": 0.0}})
 
     def layers(self, samples: int, seed: int) -> Layers:
         """`samples` a pixel; other seeds give independent noise."""
         # Emission alone, before and behind the environment of 1: equal seeds begin with equal camera rays, so differences have no noise.
         behind = self._render(self._sky, samples, seed, 1)
-        open_share = self._render(self._mask, samples, seed, 1) - self._render(self._sky_without(), samples, seed, 1)
-        sky_seen = behind - self._render(self._sky_without(), samples, seed, 1)
+        emitters = self._render(self._emitters, samples, seed, 1)
+        open_share = self._render(self._mask, samples, seed, 1) - emitters
         return Layers(
-            seen=behind - sky_seen + open_share * self.exported.background,
+            seen=emitters + open_share * self.exported.background,
             sun_direct=self._render(self._sun, samples, seed + 1, 2) if self.exported.lights else np.zeros_like(behind),
             sun=self._render(self._sun, samples, seed + 2, BOUNCES) if self.exported.lights else np.zeros_like(behind),
             sky_direct=self._render(self._sky, samples, seed, 2) - behind,
@@ -129,18 +130,25 @@ class Reference:
             ray = hit.spawn_ray(ray.d)
         return depth.reshape(height, width)
 
-    def _sky_without(self) -> mi.Scene:
-        if not hasattr(self, "_emitters"):
-            kept = {f"shape{i}": shape for i, shape in enumerate(self._sky.shapes())}
-            self._emitters = mi.load_dict({"type": "scene", "sensor": _sensor(self.eye), **kept, "environment": {"type": "constant", "radiance": 0.0}})
-        return self._emitters
-
     def _render(self, scene: mi.Scene, samples: int, seed: int, depth: int) -> np.ndarray:
         integrator = mi.load_dict({"type": "volpath", "max_depth": depth, "rr_depth": 6})
         # In parts: LLVM keeps all of a wavefront in memory, at 320x240 about 100 MB a sample.
         part = min(PART, samples)
-        total = sum(np.array(mi.render(scene, integrator=integrator, spp=part, seed=seed * 100_003 + i), dtype=float)[..., :3] for i in range(samples // part))
-        return total / (samples // part)
+        passes = [np.array(mi.render(scene, integrator=integrator, spp=part, seed=seed * 100_003 + i), dtype=float)[..., :3] for i in range(samples // part)]
+        return _without_gaps(np.mean(passes, axis=0))
+
+
+def _without_gaps(picture: np.ndarray) -> np.ndarray:
+    """Mitsuba's shading now and then divides by nothing, and the pixel is no number: it gets the mean of its neighbours that are.
+    RuntimeError where that is more than a pixel in 200."""
+    gaps = ~np.isfinite(picture).all(axis=2)
+    if gaps.mean() > 0.005:
+        raise RuntimeError(f"{gaps.sum()} pixels of the reference are no numbers")
+    whole = picture.copy()
+    for y, x in np.argwhere(gaps):
+        around = np.s_[max(y - 1, 0):y + 2, max(x - 1, 0):x + 2]
+        whole[y, x] = picture[around][~gaps[around]].mean(axis=0)
+    return whole
 
 
 def _sensor(eye: Eye) -> dict[str, Any]:
