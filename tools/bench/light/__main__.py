@@ -1,0 +1,115 @@
+"""build/light/bin/python -m tools.bench.light: our pictures against Mitsuba 3; writes the part `light` of docs/quality.md.
+
+The shipped scenes without what moves. Both draw the same scene file, camera and size; the reference's linear light goes through our
+exposure and sRGB curve. That both see the same is checked first, by depth through the pixels' centres.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from tools.bench import report
+
+ROOT = report.REPOSITORY
+sys.path.insert(0, str(ROOT / "control" / "python"))
+from tools.bench.light import compare, export  # noqa: E402
+
+PAGE = ROOT / "docs" / "quality.md"
+PICTURES = ROOT / "docs" / "pictures" / "light"
+VIEWS = (("hall", "lobby"), ("street", "corner"))
+LEVELS = ("fast", "simple", "beautiful")
+#: Share of the pixels whose depth may differ by more than 1 %: edges of triangles and of what is masked.
+DEPTH_SHARE = 0.02
+
+
+def draw(scene: dict, place: str, size: tuple[int, int], levels: tuple[str, ...]):
+    """({level: HxWx3 codes}, depth, the camera as the export has it)."""
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(scene, file)
+        file.flush()
+        with report.start(file.name, mode="lockstep", device="cpu") as rig:
+            cameras = [rig.create_camera(level, place=place, size=size, fps=5, quality=level, antialias="coverage") for level in levels]
+            rig.step(seconds=0.2)
+            pictures = {level: camera.frame().image[..., 2::-1].astype(float) for level, camera in zip(levels, cameras)}
+            projection = cameras[0].projection()
+            return pictures, cameras[0].depth(), export.eye(size, projection.K, projection.world_from_camera)
+
+
+def depth_differs(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Share of the pixels that do not show the same place."""
+    is_seen = np.isfinite(ours) & np.isfinite(theirs)
+    differs = np.isfinite(ours) != np.isfinite(theirs)
+    differs[is_seen] = np.abs(ours[is_seen] - theirs[is_seen]) > 0.01 * theirs[is_seen]
+    return float(differs.mean())
+
+
+def save(name: str, ours: np.ndarray, theirs: np.ndarray) -> str:
+    """Ours, the reference, and the difference about grey, side by side; the page's line for it."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    row = np.hstack([ours, theirs, np.clip(128 + (ours - theirs), 0, 255)])
+    Image.fromarray(row.round().astype(np.uint8)).save(PICTURES / f"{name}.jpg", quality=88)
+    return f"![{name}: `beautiful`, Mitsuba, the difference about grey](pictures/light/{name}.jpg)"
+
+
+def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str, str]:
+    from tools.bench.light.reference import Reference
+
+    shipped = json.loads((ROOT / "scenes" / f"{name}.json").read_text())
+    scene = export.still(shipped)
+    pictures, depth, eye = draw(scene, place, size, LEVELS)
+    unlit = draw(scene | {"lights": []}, place, size, ("beautiful",))[0]["beautiful"]
+    exported = export.read(scene, ROOT / "scenes")
+    reference = Reference(exported, eye)
+    share = depth_differs(depth, reference.depth())
+    print(f"{name}, {place}: {100 * share:.2f} % of the pixels differ in depth", file=sys.stderr, flush=True)
+    if share > DEPTH_SHARE:
+        raise RuntimeError(f"{name}, {place}: depth differs in {100 * share:.1f} % of the pixels: the export is wrong")
+    layers = tuple(reference.layers(samples // 2, seed) for seed in (10, 20))
+    halves = tuple(export.codes(half.whole, exported.exposure) for half in layers)
+    light = (layers[0].whole + layers[1].whole) / 2
+    rows = []
+    for level in LEVELS:
+        found = compare.score(pictures[level], halves)
+        factor = compare.best_factor(pictures[level], light * exported.exposure)
+        levelled = compare.score(pictures[level], tuple(export.codes(half.whole, exported.exposure * factor) for half in layers))
+        rows.append(
+            f"| {name}, {place} | `{level}` | {found.psnr_db:.1f} | {found.ssim:.3f} | {found.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
+            f"{levelled.flip:.3f} | {compare.noise(halves):.1f} | {100 * share:.2f} |"
+        )
+        print(rows[-1], file=sys.stderr, flush=True)
+    steps = compare.mended(export.light_of(pictures["beautiful"]), export.light_of(unlit), layers, exported.exposure)
+    ladder = f"| {name}, {place} | " + " | ".join(f"{decibels:.1f}" for _, decibels in steps) + " |"
+    print(ladder, file=sys.stderr, flush=True)
+    return rows, ladder, save(f"{name}-{place}", pictures["beautiful"], (halves[0] + halves[1]) / 2)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="tools.bench.light", description="our pictures against Mitsuba 3; writes docs/quality.md")
+    parser.add_argument("--samples", type=int, default=1024, help="a pixel, in two halves (default 1024)")
+    parser.add_argument("--size", default="320x240", help="WxH (default 320x240)")
+    arguments = parser.parse_args()
+    width, height = (int(part) for part in arguments.size.split("x"))
+    found = [measure(name, place, (width, height), arguments.samples) for name, place in VIEWS]
+    text = "\n".join([
+        f"{width}x{height}, `antialias: coverage`, {arguments.samples} samples a pixel of Mitsuba.", "",
+        "| scene, place | level | PSNR dB | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | noise of the reference, codes | depth differs, % |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+        *(row for rows, _, _ in found for row in rows), "",
+        "PSNR in dB of `beautiful` as one part of its light after the other is replaced by the reference's:", "",
+        "| scene, place | as it is | sun: shadows, surfaces | and sun bounced | and the surroundings, with what hides them |", "|---|---|---|---|---|",
+        *(ladder for _, ladder, _ in found), "",
+        *(line for _, _, picture in found for line in (picture, "")),
+    ])
+    report.put(PAGE, "light", text, f"`build/light/bin/python -m tools.bench.light --samples {arguments.samples} --size {arguments.size}`")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

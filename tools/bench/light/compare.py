@@ -1,0 +1,68 @@
+"""How far a picture is from the reference: PSNR, SSIM, FLIP, and how much of the error each part of the light makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import export
+
+
+@dataclass(frozen=True)
+class Score:
+    psnr_db: float
+    ssim: float
+    flip: float
+
+
+def mean_square(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray]) -> float:
+    """Of the error in codes, without the reference's noise: the halves' noise is independent, so it is zero in the mean of the product."""
+    return float(np.mean((picture - halves[0]) * (picture - halves[1])))
+
+
+def decibels(square: float) -> float:
+    """PSNR of a mean square error in codes of 255."""
+    return float(10 * np.log10(255**2 / max(square, 1e-9)))
+
+
+def noise(halves: tuple[np.ndarray, np.ndarray]) -> float:
+    """Standard deviation of the halves' mean, in codes."""
+    return float(np.sqrt(np.mean((halves[0] - halves[1]) ** 2)) / 2)
+
+
+def score(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray]) -> Score:
+    """`picture` and halves: HxWx3 codes 0 to 255. SSIM and FLIP see the noise of the halves' mean; PSNR does not."""
+    import flip_evaluator
+    from skimage.metrics import structural_similarity
+
+    mean = (halves[0] + halves[1]) / 2
+    flip = flip_evaluator.evaluate((mean / 255).astype(np.float32), (picture / 255).astype(np.float32), "LDR")[1]
+    ssim = structural_similarity(mean, picture, channel_axis=2, data_range=255, gaussian_weights=True, sigma=1.5, use_sample_covariance=False)
+    return Score(decibels(mean_square(picture, halves)), float(ssim), float(flip))
+
+
+def best_factor(picture: np.ndarray, reference: np.ndarray) -> float:
+    """By which the reference's light is brought to the picture's level: the median of the ratios of what neither clips."""
+    ours, light = export.light_of(picture).mean(axis=2), reference.mean(axis=2)
+    is_told = (picture.max(axis=2) < 250) & (light > 0.01)
+    return float(np.median(ours[is_told] / light[is_told]))
+
+
+def mended(ours: np.ndarray, ours_sky: np.ndarray, layers: tuple[Any, Any], exposure: float) -> list[tuple[str, float]]:
+    """PSNR as one part of our light after the other is replaced by the reference's, all that came before with it. `ours`, `ours_sky`:
+    linear light of the whole picture and of that without lights; `layers`: reference.Layers of two halves."""
+    targets = [export.codes(half.whole, exposure) for half in layers]
+    steps = (
+        ("as it is", lambda half: ours),
+        ("sun", lambda half: half.sun_direct + ours_sky),
+        ("sun bounced", lambda half: half.sun + ours_sky),
+        ("surroundings", lambda half: half.sun + half.seen + half.sky_direct),
+    )
+    found = []
+    for name, light in steps:
+        # Each half against the other: a half's own noise must not pass for agreement.
+        square = np.mean([np.mean((export.codes(light(layers[i]), exposure) - targets[1 - i]) ** 2) for i in (0, 1)])
+        found.append((name, decibels(float(square))))
+    return found
