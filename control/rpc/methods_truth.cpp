@@ -35,6 +35,8 @@ std::vector<Method> truth_methods(RpcContext& context) {
                     {"faults", "array of objects",
                      "what fails at this frame (fault.set): id, kind, layer, severity, since_ns, until_ns"},
                     {"delivered", "boolean", "false: a fault keeps the frame back"},
+                    {"covered_fraction", "number",
+                     "share of the picture's pixels of which dirt and covers hide more than half of the light"},
                     {"shown_sequence", "integer",
                      "the frame whose picture it has, its own but for faults; of one kept back, whose was seen last"},
                     {"ptz", "object or null",

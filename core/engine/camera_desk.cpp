@@ -7,14 +7,6 @@
 #include "core/base/output_family.h"
 
 namespace camrig::engine {
-namespace {
-
-stream::CameraStream stream_of(const CameraEntry& entry) {
-    return {entry.id, *entry.name, entry.spec().size, entry.spec().rate, entry.spec().outputs};
-}
-
-}  // namespace
-
 Result<CameraReply> CameraDesk::run(CreateCamera& command) {
     world::CameraSpec base;
     base.name = command.name;
@@ -40,7 +32,7 @@ Result<CameraReply> CameraDesk::run(CreateCamera& command) {
 }
 
 Result<CameraEntry*> CameraDesk::add_camera(world::CameraSpec spec) {
-    if (auto good = check_free(spec); !good) return std::unexpected(good.error());
+    if (auto good = rig_.cameras.check_free(spec); !good) return std::unexpected(good.error());
     auto entry = rig_.cameras.add(std::move(spec));
     if (entry) start_camera(**entry);
     return entry;
@@ -60,22 +52,6 @@ void CameraDesk::start_camera(CameraEntry& entry) {
 Result<void> CameraDesk::check_mount(const world::CameraPatch& patch) {
     if (!patch.mount || !*patch.mount) return {};
     return world_.world_of_now().check_mount(**patch.mount, "mount");
-}
-
-Result<void> CameraDesk::check_free(const world::CameraSpec& spec) {
-    for (const OutputSpec& output : spec.outputs) {
-        const OutputFamily& family = family_of(output);
-        if (!family.is_key_of_rig) continue;
-        for (const auto& [id, entry] : rig_.cameras.all()) {
-            if (*entry.name == spec.name) continue;
-            for (const OutputSpec& taken : entry.spec().outputs)
-                if (is_same_output(taken, output))
-                    return error(ErrorKind::already_exists, "outputs: " + output.kind + " " + family.key + " " +
-                                                                key_of(output).dump() + " belongs to camera " +
-                                                                *entry.name + "; choose another");
-        }
-    }
-    return {};
 }
 
 Result<void> CameraDesk::check_new_outputs(const world::CameraSpec& spec, const std::vector<OutputSpec>& present) {
@@ -114,7 +90,7 @@ Result<CameraReply> CameraDesk::run(SetCamera& command) {
     const std::shared_ptr<const world::CameraSpec> old = entry.camera.spec();
     auto changed = entry.camera.changed(command.patch, now_ns, command.duration_ns);
     if (!changed) return std::unexpected(changed.error());
-    if (auto good = check_free(*changed->spec()); !good) return std::unexpected(good.error());
+    if (auto good = rig_.cameras.check_free(*changed->spec()); !good) return std::unexpected(good.error());
     if (auto good = check_new_outputs(*changed->spec(), old->outputs); !good) return std::unexpected(good.error());
     if (auto good = rig_.cameras.replace(entry, std::move(*changed)); !good) return std::unexpected(good.error());
 
@@ -266,7 +242,7 @@ Result<void> CameraDesk::add_cameras_of(const world::Scene& scene) {
     added_.clear();
     for (const world::CameraSpec& spec : scene.cameras) {
         if (rig_.cameras.find(spec.name)) continue;
-        auto good = check_free(spec);
+        auto good = rig_.cameras.check_free(spec);
         if (good) good = check_new_outputs(spec, {});
         const auto entry = good ? rig_.cameras.add(spec) : Result<CameraEntry*>(std::unexpected(good.error()));
         if (!entry) {

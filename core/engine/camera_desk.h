@@ -38,8 +38,6 @@ private:
     void start_camera(CameraEntry& entry);
     /// Fails unless the mount's actor and node exist.
     Result<void> check_mount(const world::CameraPatch& patch);
-    /// Fails if another camera has an output that a rig can have only once (a device number).
-    Result<void> check_free(const world::CameraSpec& spec);
     /// Fails if this machine cannot open an output that `present` lacks. Not asked for a scene's cameras: they exist
     /// without it.
     Result<void> check_new_outputs(const world::CameraSpec& spec, const std::vector<OutputSpec>& present);

@@ -3,10 +3,28 @@
 #include <algorithm>
 #include <array>
 
+#include <spdlog/spdlog.h>
+
 #include "core/base/names.h"
+#include "core/base/output_family.h"
 #include "core/fault/delivery.h"
+#include "core/fault/sending.h"
 
 namespace camrig::engine {
+namespace {
+
+/// In user space: a device of v4l2loopback cannot be unplugged while programs have it open.
+bool is_device(const OutputSpec& output) {
+    return output.kind == "device";
+}
+
+}  // namespace
+
+stream::CameraStream stream_of(const CameraEntry& entry) {
+    stream::CameraStream camera{entry.id, *entry.name, entry.spec().size, entry.spec().rate, entry.spec().outputs};
+    if (entry.unplugged) std::erase_if(camera.outputs, is_device);
+    return camera;
+}
 
 Result<CameraEntry*> CameraTable::find(const std::string& name) {
     const auto found = std::ranges::find_if(by_id_, [&](const auto& entry) { return *entry.second.name == name; });
@@ -130,11 +148,66 @@ void CameraTable::keep_colors(CameraEntry& entry, const render::View& view, std:
     if (latest.shown && is_of(*latest.shown)) add(*latest.shown);
 }
 
+namespace {
+
+/// What happens to a camera whose devices come back.
+world::CameraPatch replug_patch(const world::CameraSpec& spec, const fault::Unplug& was) {
+    world::CameraPatch patch;
+    if (was.as_number >= 0) {
+        patch.outputs = spec.outputs;
+        const auto device = std::ranges::find_if(*patch.outputs, is_device);
+        if (device != patch.outputs->end()) device->options["number"] = was.as_number;
+    }
+    if (was.replug_resets_controls) patch.change([](world::CameraSpec& plugged) { plugged.controls = {}; });
+    return patch;
+}
+
+}  // namespace
+
 Result<fault::FaultRef> CameraTable::set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                                TimeNs now_ns) {
+    if (const auto* const out = std::get_if<fault::Unplug>(&spec.kind)) {
+        if (std::ranges::none_of(entry.spec().outputs, is_device))
+            return error(ErrorKind::unsupported,
+                         "kind: camera " + *entry.name +
+                             " has no user-space device (output device) that could be unplugged, and a v4l2loopback "
+                             "device cannot be while programs have it open; let that stall (kind stall)");
+        const auto replugged = entry.camera.changed(replug_patch(entry.spec(), *out), now_ns, 0);
+        if (!replugged) return camrig::at("params.as_number", replugged.error());
+        if (auto free = check_free(*replugged->spec()); !free) return camrig::at("params.as_number", free.error());
+    }
     auto fault = entry.camera.faults().set(spec, last_fault_ + 1, rig_seed, now_ns);
     if (fault) ++last_fault_;
     return fault;
+}
+
+Result<void> CameraTable::check_free(const world::CameraSpec& spec) const {
+    for (const OutputSpec& output : spec.outputs) {
+        const OutputFamily& family = family_of(output);
+        if (!family.is_key_of_rig) continue;
+        for (const auto& [id, entry] : by_id_) {
+            if (*entry.name == spec.name) continue;
+            for (const OutputSpec& taken : entry.spec().outputs)
+                if (is_same_output(taken, output))
+                    return error(ErrorKind::already_exists, "outputs: " + output.kind + " " + family.key + " " +
+                                                                key_of(output).dump() + " belongs to camera " +
+                                                                *entry.name + "; choose another");
+        }
+    }
+    return {};
+}
+
+bool CameraTable::follow_plug(CameraEntry& entry, TimeNs world_ns) {
+    const fault::Unplug* const out = entry.latest.faults ? unplug_of(*entry.latest.faults) : nullptr;
+    if (!out && !entry.unplugged) return false;
+    if (out) return !std::exchange(entry.unplugged, *out);
+    const fault::Unplug was = *std::exchange(entry.unplugged, std::nullopt);
+    auto changed = entry.camera.changed(replug_patch(entry.spec(), was), world_ns, 0);
+    Result<void> good = changed ? check_free(*changed->spec()) : std::unexpected(changed.error());
+    if (good) good = replace(entry, std::move(*changed));
+    // Another camera may have got the number meanwhile.
+    if (!good) spdlog::warn("camera {} is plugged in again as it was: {}", *entry.name, good.error().message);
+    return true;
 }
 
 Result<CameraEntry> CameraTable::remove(const std::string& name) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "core/frame/frame.h"
 #include "core/render/renderer.h"
 #include "core/sensor/camera_sensor.h"
+#include "core/stream/frame_bus.h"
 #include "core/stream/statistics.h"
 #include "core/truth/make_truth.h"
 #include "core/world/camera.h"
@@ -62,7 +64,12 @@ struct CameraEntry {
     /// Of the last frame whose picture went out otherwise than it was drawn: no later one may be told by what is
     /// damaged since.
     std::int64_t altered_sequence = -1;
+    /// Its user-space devices are unplugged, by this fault.
+    std::optional<fault::Unplug> unplugged = {};
 };
+
+/// As readers of the bus know it: without devices that are unplugged.
+stream::CameraStream stream_of(const CameraEntry& entry);
 
 /// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.
 class CameraTable {
@@ -83,6 +90,10 @@ public:
     /// Gives the camera a fault. Errors as of FaultPlan::set(), and change nothing.
     Result<fault::FaultRef> set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                       TimeNs now_ns);
+    /// Takes note of whether its devices are unplugged at its newest picture. True: readers have to be told.
+    bool follow_plug(CameraEntry& entry, TimeNs world_ns);
+    /// Fails if another camera has an output that a rig can have only once (a device number).
+    Result<void> check_free(const world::CameraSpec& spec) const;
     Result<CameraEntry*> find(const std::string& name);
     /// Null if it is gone.
     CameraEntry* find_id(CameraId id);

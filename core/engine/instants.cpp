@@ -104,6 +104,10 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
         rig_.cameras.show(entry, next.sequence, due.snapshot, monotonic_ns);
+        if (rig_.cameras.follow_plug(entry, world_ns)) {
+            rig_.bus.change_camera(stream_of(entry));
+            rig_.bus.adjust_camera(stream_of(entry));
+        }
         frame::PixelFormats formats = rig_.bus.wanted(entry.id, world_ns);
         if (formats.empty()) {
             ++entry.idle;

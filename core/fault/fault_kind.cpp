@@ -31,6 +31,17 @@ std::span<const Named<Output>> names_of(std::type_identity<Output>) {
     return names;
 }
 
+std::span<const Named<PartError>> names_of(std::type_identity<PartError>) {
+    static constexpr Named<PartError> names[] = {{PartError::length, "length"}, {PartError::boundary, "boundary"}};
+    return names;
+}
+
+std::span<const Named<VideoDamage>> names_of(std::type_identity<VideoDamage>) {
+    static constexpr Named<VideoDamage> names[] = {
+        {VideoDamage::bitflip, "bitflip"}, {VideoDamage::drop_nal, "drop_nal"}, {VideoDamage::drop_idr, "drop_idr"}};
+    return names;
+}
+
 namespace {
 
 /// Degrees about one of the camera's axes.
@@ -202,6 +213,50 @@ FieldTable<PacketLoss> fields_of(std::type_identity<PacketLoss>) {
     return table;
 }
 
+FieldTable<BadPart> fields_of(std::type_identity<BadPart>) {
+    static const std::vector<FieldOf<BadPart>> table{
+        field_at<&BadPart::mode>({.name = "mode",
+                                  .doc = "length: Content-Length is half as large again as the picture; boundary: the "
+                                         "line between it and the next part is missing"}),
+        share_at<&BadPart::probability>("probability", "of each part")};
+    return table;
+}
+
+FieldTable<CorruptVideo> fields_of(std::type_identity<CorruptVideo>) {
+    static const std::vector<FieldOf<CorruptVideo>> table{
+        field_at<&CorruptVideo::mode>(
+            {.name = "mode",
+             .doc = "bitflip: bits behind the headers of slices; drop_nal: slices are missing; drop_idr: those of key "
+                    "frames are, so that readers wait or smear until the next"}),
+        field_at<&CorruptVideo::amount>(
+            {.name = "amount", .doc = "bitflip: flips in each slice that is hit", .range = {1, 1'000'000}}),
+        share_at<&CorruptVideo::probability>("probability", "of each slice, with drop_idr of each key frame")};
+    return table;
+}
+
+FieldTable<BufferError> fields_of(std::type_identity<BufferError>) {
+    static const std::vector<FieldOf<BufferError>> table{
+        share_at<&BufferError::probability>("probability", "of each frame")};
+    return table;
+}
+
+FieldTable<WrongSize> fields_of(std::type_identity<WrongSize>) {
+    static const std::vector<FieldOf<WrongSize>> table{
+        share_at<&WrongSize::share>("share", "of the picture's bytes that are missing at its end"),
+        share_at<&WrongSize::probability>("probability", "of each frame")};
+    return table;
+}
+
+FieldTable<Unplug> fields_of(std::type_identity<Unplug>) {
+    static const std::vector<FieldOf<Unplug>> table{
+        period_at<&Unplug::period_s>(share_of_period),
+        field_at<&Unplug::as_number>(
+            {.name = "as_number", .doc = "the number it comes back under; -1: the same", .range = {-1, 255}}),
+        field_at<&Unplug::replug_resets_controls>(
+            {.name = "replug_resets_controls", .doc = "it comes back with the defaults of its image controls"})};
+    return table;
+}
+
 FieldTable<Freeze> fields_of(std::type_identity<Freeze>) {
     static const std::vector<FieldOf<Freeze>> table{
         field_at<&Freeze::period_s>({.name = "period_s",
@@ -259,6 +314,13 @@ std::vector<Kind<FaultKind>> make_kinds() {
     add(std::type_identity<Disconnect>{}, "disconnect", "readers are thrown out, and again when they come back");
     add(std::type_identity<CutPart>{}, "cut_part", "an HTTP stream is closed in the middle of a picture");
     add(std::type_identity<PacketLoss>{}, "packet_loss", "RTP packets are lost; their sequence numbers are missing");
+    add(std::type_identity<BadPart>{}, "bad_part", "an HTTP stream says what is not so of its parts");
+    add(std::type_identity<CorruptVideo>{}, "corrupt_video", "H.264 and H.265 in streams is damaged");
+    add(std::type_identity<BufferError>{}, "buffer_error",
+        "user-space devices give buffers with V4L2_BUF_FLAG_ERROR, as vivid injects it");
+    add(std::type_identity<WrongSize>{}, "wrong_size",
+        "user-space devices give fewer bytes (bytesused) than the format says");
+    add(std::type_identity<Unplug>{}, "unplug", "user-space devices go, with their nodes, and come back after it");
     CHECK(kinds.size() == std::variant_size_v<FaultKind>);
     return kinds;
 }

@@ -139,11 +139,43 @@ struct PacketLoss {
     static constexpr Layer layer = Layer::transport;
     double probability = 0.1;
 };
+/// What of an HTTP stream's part is wrong.
+enum class PartError : std::uint8_t { length, boundary };
+std::span<const Named<PartError>> names_of(std::type_identity<PartError>);
+struct BadPart {
+    static constexpr Layer layer = Layer::transport;
+    PartError mode = PartError::length;
+    double probability = 0.1;
+};
+enum class VideoDamage : std::uint8_t { bitflip, drop_nal, drop_idr };
+std::span<const Named<VideoDamage>> names_of(std::type_identity<VideoDamage>);
+struct CorruptVideo {
+    static constexpr Layer layer = Layer::transport;
+    VideoDamage mode = VideoDamage::bitflip;
+    std::int64_t amount = 20;
+    double probability = 0.5;
+};
+struct BufferError {
+    static constexpr Layer layer = Layer::transport;
+    double probability = 0.2;
+};
+struct WrongSize {
+    static constexpr Layer layer = Layer::transport;
+    double share = 0.5;
+    double probability = 1.0;
+};
+struct Unplug {
+    static constexpr Layer layer = Layer::transport;
+    double period_s = 10.0;
+    int as_number = -1;
+    bool replug_resets_controls = true;
+};
 
 /// In the order in which they act.
-using FaultKind = std::variant<Knock, Sag, Vibration, Defocus, Dirt, Covered, Exposure, WhiteBalance, Noise, Banding,
-                               DeadPixels, DeadRows, Mirrored, UpsideDown, Black, Freeze, Duplicate, ReducedRate, Drop,
-                               CorruptJpeg, Stall, Disconnect, CutPart, PacketLoss>;
+using FaultKind =
+    std::variant<Knock, Sag, Vibration, Defocus, Dirt, Covered, Exposure, WhiteBalance, Noise, Banding, DeadPixels,
+                 DeadRows, Mirrored, UpsideDown, Black, Freeze, Duplicate, ReducedRate, Drop, CorruptJpeg, Stall,
+                 Disconnect, CutPart, PacketLoss, BadPart, CorruptVideo, BufferError, WrongSize, Unplug>;
 
 /// The table of all kinds, in the order of the variant: JSON, documentation and clients come from it.
 const std::vector<Kind<FaultKind>>& fault_kinds();

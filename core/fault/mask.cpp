@@ -76,6 +76,14 @@ Mask Mask::from_above(ImageSize size, double share, double softness) {
     return mask;
 }
 
+std::optional<Mask> Mask::of(const Fault& fault, ImageSize size) {
+    if (const auto* const soiled = std::get_if<Dirt>(&fault.kind))
+        return dirt(fault, size, soiled->coverage * fault.severity, soiled->spot);
+    if (const auto* const covered = std::get_if<Covered>(&fault.kind))
+        return from_above(size, fault.severity, covered->softness);
+    return std::nullopt;
+}
+
 void Mask::row(int y, std::span<float> alpha) const {
     const double at = static_cast<double>(y) * (rows_ - 1) / std::max(1, size_.height - 1);
     const int above = std::min(static_cast<int>(at), rows_ - 2);
@@ -95,6 +103,24 @@ void Mask::row(int y, std::span<float> alpha) const {
 double Mask::covered() const {
     const auto over = std::ranges::count_if(values_, [](float value) { return value > 0.5f; });
     return static_cast<double>(over) / static_cast<double>(values_.size());
+}
+
+double covered_fraction(const FrameFaults& faults, ImageSize size) {
+    std::vector<Mask> masks;
+    for (const FaultRef& one : faults.active)
+        if (auto mask = Mask::of(*one, size)) masks.push_back(std::move(*mask));
+    if (masks.empty()) return 0.0;
+    std::int64_t covered = 0;
+    std::vector<float> alpha(static_cast<std::size_t>(size.width)), passes(alpha.size());
+    for (int y = 0; y < size.height; ++y) {
+        std::ranges::fill(passes, 1.0f);
+        for (const Mask& mask : masks) {
+            mask.row(y, alpha);
+            for (std::size_t x = 0; x < alpha.size(); ++x) passes[x] *= 1.0f - alpha[x];
+        }
+        covered += std::ranges::count_if(passes, [](float share) { return share < 0.5f; });
+    }
+    return static_cast<double>(covered) / static_cast<double>(size.pixels());
 }
 
 }  // namespace camrig::fault

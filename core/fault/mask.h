@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,9 @@ public:
     /// From above down to this share of the picture's height, with an edge of that width.
     static Mask from_above(ImageSize size, double share, double softness);
 
+    /// Of a fault of the optics that hides something; nullopt: it hides nothing.
+    static std::optional<Mask> of(const Fault& fault, ImageSize size);
+
     void row(int y, std::span<float> alpha) const;
     /// The share of the grid that is over a half.
     double covered() const;
@@ -33,5 +37,8 @@ private:
     int columns_ = 0, rows_ = 0;
     std::vector<float> values_;
 };
+
+/// The share of the picture's pixels of which faults of the optics hide more than half of the light.
+double covered_fraction(const FrameFaults& faults, ImageSize size);
 
 }  // namespace camrig::fault

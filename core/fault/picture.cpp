@@ -65,12 +65,8 @@ struct Change {
     }
 
     void operator()(const Defocus& defocus) const { blur(rgba, size, defocus.radius * fault.severity * size.width); }
-    void operator()(const Dirt& dirt) const {
-        veil(Mask::dirt(fault, size, dirt.coverage * fault.severity, dirt.spot), {dirt.red, dirt.green, dirt.blue});
-    }
-    void operator()(const Covered& covered) const {
-        veil(Mask::from_above(size, fault.severity, covered.softness), {0.002, 0.002, 0.002});
-    }
+    void operator()(const Dirt& dirt) const { veil(*Mask::of(fault, size), {dirt.red, dirt.green, dirt.blue}); }
+    void operator()(const Covered&) const { veil(*Mask::of(fault, size), {0.002, 0.002, 0.002}); }
     void operator()(const Exposure& exposure) const {
         const auto table = light_table(1.0 + fault.severity * (exposure.factor - 1.0));
         map_bytes(rgba, {table, table, table});

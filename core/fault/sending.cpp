@@ -7,7 +7,7 @@ namespace camrig::fault {
 namespace {
 
 /// Numbers of one fault and frame.
-enum Salt : std::uint64_t { whether, where, packet_number };
+enum Salt : std::uint64_t { whether, where, packet_number, slice_number };
 
 bool is_for(Output wanted, std::string_view output) {
     return wanted == Output::any || to_string(wanted) == output;
@@ -113,6 +113,79 @@ bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet) {
         const auto* const loss = std::get_if<PacketLoss>(&one->kind);
         return loss && chance(*one, packet, packet_number) < loss->probability * one->severity;
     });
+}
+
+namespace {
+
+bool happens(const Fault& fault, const FrameFaults& faults, double probability) {
+    return chance(fault, static_cast<std::uint64_t>(faults.frame.sequence)) < probability * fault.severity;
+}
+
+/// A number for each slice of each frame.
+std::uint64_t slice_key(const FrameFaults& faults, std::uint64_t index) {
+    return static_cast<std::uint64_t>(faults.frame.sequence) << 12 | (index & 0xFFF);
+}
+
+}  // namespace
+
+std::optional<PartError> part_error(const FrameFaults& faults) {
+    for (const FaultRef& one : faults.active)
+        if (const auto* const bad = std::get_if<BadPart>(&one->kind); bad && happens(*one, faults, bad->probability))
+            return bad->mode;
+    return std::nullopt;
+}
+
+bool is_slice_dropped(const FrameFaults& faults, std::uint64_t index, bool is_key) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const how = std::get_if<CorruptVideo>(&one->kind);
+        if (!how) return false;
+        if (how->mode == VideoDamage::drop_idr) return is_key && happens(*one, faults, how->probability);
+        return how->mode == VideoDamage::drop_nal &&
+               chance(*one, slice_key(faults, index), slice_number) < how->probability * one->severity;
+    });
+}
+
+void damage_slice(const FrameFaults& faults, std::uint64_t index, std::span<std::byte> payload) {
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<CorruptVideo>(&one->kind);
+        if (!how || how->mode != VideoDamage::bitflip || payload.empty()) continue;
+        const std::uint64_t key = slice_key(faults, index);
+        if (chance(*one, key, slice_number) >= how->probability) continue;
+        const auto flips = static_cast<std::uint64_t>(std::ceil(one->severity * static_cast<double>(how->amount)));
+        for (std::uint64_t i = 0; i < flips; ++i) {
+            const auto bit =
+                static_cast<std::size_t>(chance(*one, key << 20 | i, where) * static_cast<double>(8 * payload.size()));
+            const std::byte flipped = payload[bit / 8] ^ (std::byte{1} << (bit % 8));
+            // Start codes and emulation prevention (ITU-T H.264, 7.4.1) are made of bytes up to 3.
+            if (flipped > std::byte{3}) payload[bit / 8] = flipped;
+        }
+    }
+}
+
+bool has_buffer_error(const FrameFaults& faults) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const error = std::get_if<BufferError>(&one->kind);
+        return error && happens(*one, faults, error->probability);
+    });
+}
+
+std::size_t bytes_kept(const FrameFaults& faults, std::size_t bytes) {
+    std::size_t kept = bytes;
+    for (const FaultRef& one : faults.active) {
+        const auto* const wrong = std::get_if<WrongSize>(&one->kind);
+        if (!wrong || chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) >= wrong->probability) continue;
+        const double missing = std::ceil(one->severity * wrong->share * static_cast<double>(bytes));
+        kept = std::min(kept, bytes - std::min(bytes, static_cast<std::size_t>(missing)));
+    }
+    return kept;
+}
+
+const Unplug* unplug_of(const FrameFaults& faults) {
+    for (const FaultRef& one : faults.active)
+        if (const auto* const out = std::get_if<Unplug>(&one->kind);
+            out && is_in_period(*one, faults.frame, out->period_s))
+            return out;
+    return nullptr;
 }
 
 Result<void> check_sending(const FaultKind& kind) {

@@ -23,6 +23,18 @@ std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, st
 bool is_cut(const FrameFaults& faults);
 /// The RTP packet of that sequence number (of any width that rises), sent while this frame was the newest, is lost.
 bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet);
+/// What is wrong with this frame's part of an HTTP stream.
+std::optional<PartError> part_error(const FrameFaults& faults);
+/// Slice `index` of the frame's H.264 or H.265 access unit is not sent.
+bool is_slice_dropped(const FrameFaults& faults, std::uint64_t index, bool is_key);
+/// Flips bits of what follows that slice's headers; no start code comes about.
+void damage_slice(const FrameFaults& faults, std::uint64_t index, std::span<std::byte> payload);
+/// A user-space device hands this frame out with the error flag.
+bool has_buffer_error(const FrameFaults& faults);
+/// So many of the frame's bytes a user-space device hands out.
+std::size_t bytes_kept(const FrameFaults& faults, std::size_t bytes);
+/// Its user-space devices are not there; null: they are.
+const Unplug* unplug_of(const FrameFaults& faults);
 
 /// Errors, before it is set, for what no output can do so. unsupported: with the reason.
 Result<void> check_sending(const FaultKind& kind);

@@ -1,6 +1,7 @@
 #include "core/truth/truth_json.h"
 
 #include "core/base/field_of.h"
+#include "core/fault/mask.h"
 #include "core/world/camera_json.h"
 
 namespace camrig::truth {
@@ -45,6 +46,7 @@ void add_faults(const TruthOfFrame& truth, json& to) {
     }
     to["faults"] = std::move(faults);
     to["delivered"] = !(truth.faults && truth.faults->is_dropped);
+    to["covered_fraction"] = truth.faults ? fault::covered_fraction(*truth.faults, truth.size) : 0.0;
     to["shown_sequence"] = truth.faults ? truth.faults->shown_sequence : truth.sequence;
 }
 

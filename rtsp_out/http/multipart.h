@@ -12,10 +12,13 @@ namespace camrig::http {
 /// next boundary line has come (crbug 527446), so that line follows each picture at once.
 inline constexpr std::string_view boundary_line = "--frame\r\n";
 inline constexpr std::string_view after_picture = "\r\n--frame\r\n";
+/// In place of it, where a fault leaves the boundary out.
+inline constexpr std::string_view without_boundary = "\r\n";
 /// The boundary line of a next part is out already: an empty part, then the end.
 inline constexpr std::string_view closing = "\r\n--frame--\r\n";
 
-/// The header fields of a part, with the empty line after them. `camera`: named in X-Camera unless empty.
-std::string part_head(const stream::MediaUnit& unit, std::string_view camera = {});
+/// The header fields of a part that says to have so many bytes, with the empty line after them. `camera`: named in
+/// X-Camera unless empty.
+std::string part_head(const stream::MediaUnit& unit, std::size_t bytes, std::string_view camera = {});
 
 }  // namespace camrig::http

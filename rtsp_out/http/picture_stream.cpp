@@ -127,11 +127,15 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_text(beast::tcp_stre
 asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stream& socket,
                                                                  const stream::MediaUnit& unit,
                                                                  const std::string& camera) {
-    const std::string head = form_ == Form::live ? part_head(unit, camera) : part_head(unit);
-    SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), unit.bytes->size()),
-                      asio::buffer(after_picture)};
+    const std::size_t bytes = unit.bytes->size();
+    // The page's own stream of many cameras stays readable.
+    const auto wrong = form_ == Form::mjpeg && unit.info.faults ? fault::part_error(*unit.info.faults) : std::nullopt;
+    const std::size_t announced = wrong == fault::PartError::length ? bytes + bytes / 2 : bytes;
+    const std::string head = part_head(unit, announced, form_ == Form::live ? std::string_view(camera) : "");
+    SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), bytes),
+                      asio::buffer(wrong == fault::PartError::boundary ? without_boundary : after_picture)};
     const bool is_cut = unit.info.faults && fault::is_cut(*unit.info.faults);
-    if (is_cut) pieces = {asio::buffer(head), asio::buffer(unit.bytes->data(), unit.bytes->size() / 2)};
+    if (is_cut) pieces = {asio::buffer(head), asio::buffer(unit.bytes->data(), bytes / 2)};
     const Failure failed = co_await send_all(socket, pieces, state_.options.limits.stalled_after);
     repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
     if (is_cut) co_return asio::error::connection_aborted;

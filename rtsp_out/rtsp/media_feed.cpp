@@ -10,6 +10,7 @@
 
 #include "core/base/clock.h"
 #include "core/fault/sending.h"
+#include "rtsp_out/rtsp/damaged_video.h"
 #include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig::rtsp {
@@ -205,8 +206,11 @@ void MediaFeed::push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared
     const frame::FrameInfo& info = unit.info;
     const TimeNs pts = next_pts(info, stamp_ns);
     const TimeNs realtime_ns = options_.timeline.realtime_of(info.monotonic_ns) + info.stamp_ns() - info.world_ns;
-    on_way_.push_back(
-        {pts, {info.sequence, info.world_ns, info.monotonic_ns, realtime_ns}, unit.bytes, std::move(pending)});
+    on_way_.push_back({pts,
+                       {info.sequence, info.world_ns, info.monotonic_ns, realtime_ns},
+                       unit.bytes,
+                       info.faults,
+                       std::move(pending)});
     if (on_way_.size() > max_on_way) on_way_.pop_front();
     GstBuffer* buffer = buffer_of(unit);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pts);
@@ -289,9 +293,14 @@ GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
         GstMapInfo map;
         if (!gst_buffer_map(encoded, &map, GST_MAP_READ)) return nullptr;
         const std::span bytes(reinterpret_cast<const std::byte*>(map.data), map.size);
-        entry->bytes =
-            std::make_shared<const std::vector<std::byte>>(with_frame_times(bytes, entry->times, options_.codec));
+        auto sent = with_frame_times(bytes, entry->times, options_.codec);
         gst_buffer_unmap(encoded, &map);
+        if (entry->faults) {
+            auto damaged = damaged_video(*entry->faults, sent, options_.codec);
+            if (entry->pending && damaged != sent) ++entry->pending->stats->damaged;
+            sent = std::move(damaged);
+        }
+        entry->bytes = std::make_shared<const std::vector<std::byte>>(std::move(sent));
     }
     if (entry->pending) entry->pending->sent_bytes = entry->bytes->size();
     const codec::BytesRef bytes = entry->bytes;

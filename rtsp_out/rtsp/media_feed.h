@@ -83,7 +83,8 @@ private:
     struct Entry {
         TimeNs pts = 0;
         FrameTimes times;
-        codec::BytesRef bytes;  ///< JPEG only
+        codec::BytesRef bytes;                             ///< JPEG only
+        std::shared_ptr<const fault::FrameFaults> faults;  ///< of the picture
         std::shared_ptr<PendingPicture> pending;
     };
 

@@ -29,7 +29,7 @@ ALLOWED: dict[str, list[str]] = {
     "core/render": ["core/base", "core/camera", "core/fault", "core/sensor", "core/world", "core/frame"],
     "core/truth": ["core/base", "core/camera", "core/fault", "core/world", "core/frame"],
     "core/engine": ["core"],
-    "v4l2_sink": ["core/base", "core/frame", "core/codec", "core/stream"],
+    "v4l2_sink": ["core/base", "core/fault", "core/frame", "core/codec", "core/stream"],
     "rtsp_out": ["core/base", "core/fault", "core/frame", "core/codec", "core/stream"],
     "control/rpc": ["core/base", "core/camera", "core/fault", "core/world", "core/frame", "core/codec", "core/stream",
                     "core/truth", "core/engine/command.h"],

@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 
 #include "core/base/clock.h"
+#include "core/fault/sending.h"
 
 namespace camrig::device {
 
@@ -170,17 +171,22 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
     }
     in_lockstep_ = unit.latch != nullptr;
     clock_error_ns_ = unit.info.steady_ns() - unit.info.monotonic_ns;
-    publish(bytes, sequence, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
+    const fault::FrameFaults* const faults = unit.info.faults.get();
+    const std::span<const std::byte> sent = faults ? bytes.first(fault::bytes_kept(*faults, bytes.size())) : bytes;
+    const bool is_bad = faults && fault::has_buffer_error(*faults);
+    publish({sent, sequence, is_bad}, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
+    if (stats_ && (is_bad || sent.size() != bytes.size())) ++stats_->damaged;
     if (stats_) {
         ++stats_->delivered;
-        stats_->bytes += bytes.size();
+        stats_->bytes += sent.size();
         stats_->last_latency_ns = last_write_ns_ - unit.info.monotonic_ns;
     }
     return {};
 }
 
-void DeviceRing::publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns, TimeNs stamp_ns,
+void DeviceRing::publish(const Picture& picture, TimeNs monotonic_ns, TimeNs stamp_ns,
                          const std::shared_ptr<stream::DeliveryLatch>& latch) {
+    const std::span<const std::byte> bytes = picture.bytes;
     const std::uint64_t number = published_++;
     const std::uint32_t index = static_cast<std::uint32_t>(number % header().slots);
     camrig_ring_slot& slot = header().slot[index];
@@ -189,8 +195,8 @@ void DeviceRing::publish(std::span<const std::byte> bytes, std::uint32_t sequenc
     __atomic_store_n(&slot.version, 2 * number + 1, __ATOMIC_RELAXED);
     std::atomic_thread_fence(std::memory_order_release);
     slot.monotonic_ns = static_cast<std::uint64_t>(last_stamp_ns_);
-    slot.sequence = sequence;
-    slot.bytes = static_cast<std::uint32_t>(bytes.size());
+    slot.sequence = picture.sequence;
+    slot.bytes = static_cast<std::uint32_t>(bytes.size()) | (picture.is_bad ? camrig_slot_error : 0);
     std::memcpy(memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride, bytes.data(),
                 bytes.size());
     __atomic_store_n(&slot.version, 2 * number + 2, __ATOMIC_RELEASE);
@@ -210,8 +216,9 @@ void DeviceRing::repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns) {
     if (published_ == 0 || in_lockstep_ || is_held_back_ || monotonic_ns - last_write_ns_ < idle_ns) return;
     const std::uint32_t index = static_cast<std::uint32_t>((published_ - 1) % header().slots);
     const std::byte* last = memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride;
-    publish({last, header().slot[index].bytes}, static_cast<std::uint32_t>(++last_sequence_), monotonic_ns,
-            monotonic_ns + clock_error_ns_, nullptr);
+    const std::uint32_t bytes = header().slot[index].bytes & ~camrig_slot_error;
+    publish({{last, bytes}, static_cast<std::uint32_t>(++last_sequence_)}, monotonic_ns, monotonic_ns + clock_error_ns_,
+            nullptr);
 }
 
 camrig_ring_place DeviceRing::attach(const std::shared_ptr<RingReader>& reader) {

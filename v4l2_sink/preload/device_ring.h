@@ -92,12 +92,18 @@ public:
     int memory_fd() const { return memory_.fd(); }
 
 private:
+    struct Picture {
+        std::span<const std::byte> bytes;
+        std::uint32_t sequence = 0;
+        bool is_bad = false;  ///< programs see V4L2_BUF_FLAG_ERROR
+    };
+
     DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate);
 
     camrig_ring_header& header() const { return *reinterpret_cast<camrig_ring_header*>(memory_.data()); }
     /// Writes one picture, of an instant that the camera's clock has as stamp_ns, and tells the readers. Call with
     /// mutex_ held.
-    void publish(std::span<const std::byte> bytes, std::uint32_t sequence, TimeNs monotonic_ns, TimeNs stamp_ns,
+    void publish(const Picture& picture, TimeNs monotonic_ns, TimeNs stamp_ns,
                  const std::shared_ptr<stream::DeliveryLatch>& latch);
     std::uint32_t next_sequence(const frame::FrameInfo& info);
 

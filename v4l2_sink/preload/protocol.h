@@ -18,7 +18,7 @@
 
 #include <stdint.h>
 
-#define CAMRIG_DEVICE_PROTOCOL 2u
+#define CAMRIG_DEVICE_PROTOCOL 3u
 
 enum {
     camrig_max_formats = 8,
@@ -175,8 +175,9 @@ struct camrig_ring_slot {
     uint64_t version;  // 2 n + 1 while picture n is written, 2 n + 2 once it is complete
     uint64_t monotonic_ns;
     uint32_t sequence;
-    uint32_t bytes;
+    uint32_t bytes;  // and camrig_slot_error, where the picture comes with V4L2_BUF_FLAG_ERROR
 };
+#define camrig_slot_error 0x80000000u
 
 struct camrig_ring_header {
     uint32_t protocol;

@@ -1,5 +1,7 @@
 #include "core/fault/sending.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/fault/faulty.h"
@@ -147,6 +149,72 @@ TEST(PacketLoss, LosesTheShareOfPacketsAndTheSameOnesAtAHigherSeverity) {
         }
         EXPECT_NEAR(lost / 20'000.0, 0.4 * severity, 0.01);
     }
+}
+
+TEST(BadPart, HitsItsShareOfParts) {
+    const FaultRef fault = fault_of(BadPart{.mode = PartError::boundary, .probability = 0.5}, 0.5);
+    int hit = 0;
+    for (int i = 0; i < 4000; ++i) hit += part_error(at_frame(fault, i)) == PartError::boundary;
+    EXPECT_NEAR(hit / 4000.0, 0.25, 0.02);
+    EXPECT_FALSE(part_error(at_frame(fault_of(Stall{}), 1)));
+}
+
+TEST(CorruptVideo, DropsSlicesOrKeyFramesAndMoreOfThemAtAHigherSeverity) {
+    const auto dropped = [](VideoDamage mode, double severity, bool is_key) {
+        const FaultRef fault = fault_of(CorruptVideo{.mode = mode, .probability = 0.5}, severity);
+        std::vector<int> found;
+        for (int i = 0; i < 1000; ++i)
+            for (std::uint64_t slice = 0; slice < 3; ++slice)
+                if (is_slice_dropped(at_frame(fault, i), slice, is_key))
+                    found.push_back(3 * i + static_cast<int>(slice));
+        return found;
+    };
+    EXPECT_NEAR(dropped(VideoDamage::drop_nal, 1.0, false).size() / 3000.0, 0.5, 0.03);
+    EXPECT_TRUE(dropped(VideoDamage::drop_idr, 1.0, false).empty());
+    EXPECT_EQ(dropped(VideoDamage::drop_idr, 1.0, true).size() % 3, 0U) << "all slices of a key frame";
+    EXPECT_NEAR(dropped(VideoDamage::drop_idr, 1.0, true).size() / 3000.0, 0.5, 0.05);
+    EXPECT_TRUE(dropped(VideoDamage::bitflip, 1.0, true).empty());
+    for (const VideoDamage mode : {VideoDamage::drop_nal, VideoDamage::drop_idr}) {
+        const auto less = dropped(mode, 0.3, true), more = dropped(mode, 0.8, true);
+        EXPECT_TRUE(std::ranges::includes(more, less)) << static_cast<int>(mode);
+        EXPECT_LT(less.size(), more.size());
+    }
+}
+
+TEST(CorruptVideo, FlipsBitsButMakesNoStartCode) {
+    std::vector<std::byte> slice(3000, std::byte{0x40});
+    const FaultRef fault = fault_of(CorruptVideo{.amount = 5000, .probability = 1.0});
+    damage_slice(at_frame(fault, 3), 0, slice);
+    EXPECT_GT(std::ranges::count_if(slice, [](std::byte byte) { return byte != std::byte{0x40}; }), 1000);
+    EXPECT_TRUE(std::ranges::none_of(slice, [](std::byte byte) { return byte <= std::byte{3}; }));
+    std::size_t less = 0;
+    for (const double severity : {0.1, 0.5, 1.0}) {
+        std::vector<std::byte> again(3000, std::byte{0x40});
+        damage_slice(at_frame(fault_of(CorruptVideo{.amount = 400, .probability = 1.0}, severity), 3), 0, again);
+        const auto hit = static_cast<std::size_t>(
+            std::ranges::count_if(again, [](std::byte byte) { return byte != std::byte{0x40}; }));
+        EXPECT_GT(hit, less);
+        less = hit;
+    }
+}
+
+TEST(BufferError, HitsItsShareOfFrames) {
+    int hit = 0;
+    for (int i = 0; i < 4000; ++i) hit += has_buffer_error(at_frame(fault_of(BufferError{.probability = 0.5}, 0.5), i));
+    EXPECT_NEAR(hit / 4000.0, 0.25, 0.02);
+}
+
+TEST(WrongSize, LeavesOutMoreAtAHigherSeverity) {
+    for (const auto& [severity, kept] : {std::pair(0.5, 750U), {1.0, 500U}, {0.001, 999U}})
+        EXPECT_EQ(bytes_kept(at_frame(fault_of(WrongSize{.share = 0.5}, severity), 1), 1000), kept);
+    EXPECT_EQ(bytes_kept(at_frame(fault_of(WrongSize{.share = 1.0}), 1), 1000), 0U);
+    EXPECT_EQ(bytes_kept(at_frame(fault_of(Stall{}), 1), 1000), 1000U);
+}
+
+TEST(Unplug, LastsForItsShareOfEachPeriod) {
+    const FaultRef fault = fault_of(Unplug{.period_s = 1.0, .as_number = 3}, 0.4);
+    for (int i = 0; i < 50; ++i) EXPECT_EQ(unplug_of(at_frame(fault, i)) != nullptr, i % 25 < 10) << i;
+    EXPECT_EQ(unplug_of(at_frame(fault, 0))->as_number, 3);
 }
 
 }  // namespace

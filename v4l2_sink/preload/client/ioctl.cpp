@@ -1,7 +1,10 @@
 #include <errno.h>
+#include <poll.h>
 #include <string.h>
+#include <time.h>
 
 #include "v4l2_sink/preload/client/device.h"
+#include "v4l2_sink/preload/client/sys.h"
 
 namespace camrig::device {
 
@@ -91,6 +94,13 @@ bool is_known(unsigned request) {
     return false;
 }
 
+/// The rig has closed its end: as in the kernel, where nothing of a device that is gone answers.
+bool is_unplugged(int fd) {
+    pollfd ours{fd, 0, 0};
+    timespec now{};
+    return raw_syscall(SYS_ppoll, arg(&ours), 1, arg(&now)) == 1 && (ours.revents & POLLHUP) != 0;
+}
+
 template <typename T>
 T& as(void* argument) {
     return *static_cast<T*>(argument);
@@ -103,6 +113,7 @@ int device_ioctl(Device& device, int fd, unsigned request, void* argument) {
         // Even with a bad pointer an unknown request is ENOTTY rather than EFAULT; no known one works without memory.
         return is_known(request) ? EFAULT : ENOTTY;
     }
+    if (is_unplugged(fd)) return ENODEV;
     switch (request) {
         case VIDIOC_QUERYCAP:
             return query_capabilities(device, as<v4l2_capability>(argument));

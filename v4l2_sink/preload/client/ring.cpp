@@ -76,7 +76,7 @@ bool take_picture(Device& device, Buffer& buffer) {
             raw_syscall(SYS_sched_yield);
             continue;
         }
-        const uint32_t bytes = slot.bytes;
+        const uint32_t said = slot.bytes, bytes = said & ~camrig_slot_error;
         const uint32_t sequence = slot.sequence;
         const uint64_t stamp = slot.monotonic_ns;
         if (bytes > device.ring_slot_bytes || bytes > buffer.length) break;
@@ -89,7 +89,7 @@ bool take_picture(Device& device, Buffer& buffer) {
         buffer.bytes_used = bytes;
         buffer.sequence = sequence;
         buffer.monotonic_ns = stamp;
-        buffer.flags = 0;
+        buffer.flags = said == bytes ? 0 : V4L2_BUF_FLAG_ERROR;
         return true;
     }
     return false;

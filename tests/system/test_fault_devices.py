@@ -1,0 +1,151 @@
+"""Devices that fail: unplugged and plugged in again, buffers with errors or of a wrong size, as stock programs meet them."""
+
+import glob
+import os
+import subprocess
+import sys
+
+import pytest
+
+import camrig
+from conftest import wait_until
+
+READER = """
+import cv2, sys
+capture = cv2.VideoCapture(sys.argv[1], cv2.CAP_V4L2)
+while capture.read()[0]:
+    print("frame", flush=True)
+"""
+
+# What one open descriptor sees: frames, then what poll() and every ioctl say.
+RAW = """
+import errno, fcntl, os, select, struct, sys, time
+QUERYCAP, REQBUFS, QBUF, DQBUF, STREAMON, G_FMT = 0x80685600, 0xC0145608, 0xC058560F, 0xC0585611, 0x40045612, 0xC0D05604
+fd = os.open(sys.argv[1], os.O_RDWR)
+fcntl.ioctl(fd, REQBUFS, bytearray(struct.pack("5I", 4, 1, 1, 0, 0)))
+buffer = lambda index: bytearray(struct.pack("2I", index, 1) + bytes(52) + struct.pack("I", 1) + bytes(24))
+for index in range(4):
+    fcntl.ioctl(fd, QBUF, buffer(index))
+fcntl.ioctl(fd, STREAMON, struct.pack("I", 1))
+poll = select.poll()
+poll.register(fd, select.POLLIN)
+while True:
+    (_, events), = poll.poll(10000)
+    if events & (select.POLLHUP | select.POLLERR):
+        break
+    got = buffer(0)
+    fcntl.ioctl(fd, DQBUF, got)
+    index, _, used, flags = struct.unpack_from("4I", got)
+    print(used, int(bool(flags & 0x40)), flush=True)
+    fcntl.ioctl(fd, QBUF, buffer(index))
+    last = time.monotonic()
+print("gone", int(1000 * (time.monotonic() - last)), flush=True)
+for request, size in ((QUERYCAP, 104), (G_FMT, 208), (DQBUF, 88), (QBUF, 88), (REQBUFS, 20)):
+    try:
+        fcntl.ioctl(fd, request, bytearray(struct.pack("I", 1) + bytes(size - 4)) if request != DQBUF else buffer(0))
+        print("answered", flush=True)
+    except OSError as problem:
+        print(errno.errorcode[problem.errno], flush=True)
+"""
+
+
+def under_exec(rig, *program):
+    return [os.environ["CAMRIG_BIN"], "exec", "--control", rig.call("server.info")["control"], "--", *program]
+
+
+def start(rig, code, path):
+    return subprocess.Popen(under_exec(rig, sys.executable, "-c", code, path), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def nodes(rig):
+    listed = subprocess.run(under_exec(rig, sys.executable, "-c", "import glob; print(*sorted(glob.glob('/dev/video*')))"), capture_output=True,
+                            text=True, timeout=30)
+    return set(listed.stdout.split()) - set(glob.glob("/dev/video*"))
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_an_unplugged_device_goes_with_its_node_and_comes_back_under_another_number_without_its_settings(rig):
+    rig.create_camera("desk", size=(320, 240), fps=25, outputs=[{"kind": "device", "number": 40}, {"kind": "mjpeg"}],
+                      controls={"brightness": 0.2})
+    rig.create_camera("well", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 41}])
+    assert nodes(rig) == {"/dev/video40", "/dev/video41"}
+    well, reader = start(rig, READER, "/dev/video41"), start(rig, RAW, "/dev/video40")
+    try:
+        for _ in range(10):
+            assert reader.stdout.readline().split() == [str(320 * 240 * 2), "0"]
+        fault = rig.fault.set("desk", "unplug", as_number=42)
+        out, err = reader.communicate(timeout=20)
+        lines = out.splitlines()
+        at = next(i for i, line in enumerate(lines) if line.startswith("gone"))
+        assert int(lines[at].split()[1]) < 200, "within a frame time"
+        assert lines[at + 1:] == ["ENODEV"] * 5, (lines, err)
+        assert nodes(rig) == {"/dev/video41"}
+        failed = start(rig, READER, "/dev/video40")
+        assert failed.communicate(timeout=20)[0] == ""
+        assert rig.call("camera.get", name="desk")["controls"]["brightness"] == 0.2
+        rig.fault.clear(id=fault["id"])
+        wait_until(lambda: nodes(rig) == {"/dev/video41", "/dev/video42"}, what="the device under its new number")
+        camera = rig.call("camera.get", name="desk")
+        assert [output.get("number") for output in camera["outputs"] if output["kind"] == "device"] == [42]
+        assert camera["controls"]["brightness"] == 0
+        again = start(rig, READER, "/dev/video42")
+        assert [again.stdout.readline() for _ in range(5)] == ["frame\n"] * 5
+        again.kill()
+        again.communicate()
+        assert [well.stdout.readline() for _ in range(20)] == ["frame\n"] * 20 and well.poll() is None
+    finally:
+        for one in (well, reader):
+            one.kill()
+            one.communicate()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_an_unplugged_device_is_out_for_its_share_of_each_period_and_may_keep_its_settings(rig):
+    rig.create_camera("desk", size=(160, 120), fps=10, outputs=[{"kind": "device", "number": 43}], controls={"brightness": 0.2})
+    rig.fault.set("desk", "unplug", severity=0.5, period_s=1, replug_resets_controls=False)
+    there = []
+    for _ in range(4):
+        rig.step(seconds=0.5)
+        there.append("/dev/video43" in nodes(rig))
+    assert there == [True, False, True, False] or there == [False, True, False, True]
+    rig.fault.clear("desk")
+    rig.step(seconds=0.1)
+    assert nodes(rig) == {"/dev/video43"}
+    assert rig.call("camera.get", name="desk")["controls"]["brightness"] == 0.2
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_what_cannot_be_unplugged_is_refused_with_the_reason(rig):
+    rig.create_camera("desk", size=(160, 120), outputs=[{"kind": "mjpeg"}])
+    rig.create_camera("one", size=(160, 120), outputs=[{"kind": "device", "number": 44}])
+    rig.create_camera("two", size=(160, 120), outputs=[{"kind": "device", "number": 45}])
+    with pytest.raises(camrig.CamrigError, match="no user-space device.*v4l2loopback") as refused:
+        rig.fault.set("desk", "unplug")
+    assert refused.value.kind == "unsupported"
+    with pytest.raises(camrig.CamrigError, match="params.as_number: .*belongs to camera two"):
+        rig.fault.set("one", "unplug", as_number=45)
+    assert rig.fault.list() == []
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_buffers_come_with_the_error_flag_and_of_a_wrong_size(rig):
+    rig.create_camera("desk", size=(320, 240), fps=25, outputs=[{"kind": "device", "number": 46}])
+    whole = 320 * 240 * 2
+    reader = start(rig, RAW, "/dev/video46")
+    take = lambda count: [tuple(map(int, reader.stdout.readline().split())) for _ in range(count)]
+    try:
+        assert set(take(10)) == {(whole, 0)}
+        rig.fault.set("desk", "buffer_error", probability=0.5)
+        take(5)
+        flagged = take(40)
+        assert {used for used, _ in flagged} == {whole} and 8 < sum(flag for _, flag in flagged) < 32
+        rig.fault.clear("desk")
+        rig.fault.set("desk", "wrong_size", share=0.25)
+        take(5)
+        assert set(take(10)) == {(whole * 3 // 4, 0)}
+        rig.fault.clear("desk")
+        take(5)
+        assert set(take(10)) == {(whole, 0)}
+    finally:
+        reader.kill()
+        reader.communicate()
