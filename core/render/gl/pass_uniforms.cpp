@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/render/gl/shader_key.h"
 #include "core/render/scene/view_lights.h"
 
 namespace camrig::render::gl {
