@@ -44,7 +44,8 @@ def random_campaign(seed: int, number: int, kinds: Sequence[str]) -> dict[str, A
     """The same for the same numbers."""
     dice = random.Random(f"{seed}/{number}")
     faults = [{"kind": dice.choice(kinds), "severity": round(dice.uniform(0.05, 1.0), 3)}]
-    reader = dice.choice(list(READERS))
+    # In turn, so that few campaigns have them all.
+    reader = list(READERS)[number % len(READERS)]
     device = {"kind": "device", "number": _FIRST_DEVICE + number % 50}
     return {
         "name": f"soak{number}",
@@ -110,16 +111,19 @@ def problems(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
 
 
 def soak(rig: Rig, campaigns: int, at_once: int, seed: int) -> dict[str, Any]:
-    """A first part, of a tenth, then the rest; what was there before, in between and afterwards."""
-    first = max(1, campaigns // 10)
+    """A first part, of a tenth or two rounds, then the rest in parts of so many; what was there before, after the first and afterwards."""
+    first = min(campaigns, max(2 * at_once, campaigns // 10))
     begun = time.monotonic()
     start = left_over(rig)
     outcomes = collections.Counter(run_some(rig, range(first), seed, at_once))
     warm = settled(rig, None)
-    outcomes.update(run_some(rig, range(first, campaigns), seed, at_once))
+    memory = [warm["rss_kb"]]
+    for part in range(first, campaigns, first):
+        outcomes.update(run_some(rig, range(part, min(part + first, campaigns)), seed, at_once))
+        memory.append(left_over(rig)["rss_kb"])
     end = settled(rig, warm)
     gone = {**warm, **{key: start[key] for key in ("cameras", "faults", "devices")}}
-    return {"campaigns": campaigns, "seconds": round(time.monotonic() - begun, 1), "outcomes": dict(outcomes), "start": start,
+    return {"campaigns": campaigns, "seconds": round(time.monotonic() - begun, 1), "outcomes": dict(outcomes), "rss_kb": memory, "start": start,
             "warm": warm, "end": end, "problems": problems(gone, end)}
 
 
