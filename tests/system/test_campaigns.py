@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import signal
 import subprocess
 import sys
 import xml.etree.ElementTree
@@ -13,7 +14,7 @@ import camrig
 import camrig.campaign
 from camrig.campaign import Check, runner
 from camrig.campaign.program import Watch
-from conftest import REPOSITORY
+from conftest import REPOSITORY, wait_until
 
 sys.path.insert(0, str(REPOSITORY))
 from tools.bench import fault_soak  # noqa: E402
@@ -187,6 +188,19 @@ def test_the_command_writes_a_report_that_needs_no_other_file(rig, tmp_path):
     ends = subprocess.run([*command, "--", "sh", "-c", "for i in 1 2 3 4 5 6 7 8 9; do echo picture {http}; sleep 0.2; done"],
                           capture_output=True, text=True, timeout=120)
     assert ends.returncode == 3, "the program ended by itself"
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_campaign_that_is_ended_leaves_nothing(rig, tmp_path, number, code):
+    campaign = tmp_path / "long.json"
+    campaign.write_text(json.dumps({"faults": [{"kind": "stall"}], "program": program("again", str(tmp_path)), **FAST, "hold_s": 60}))
+    running = subprocess.Popen([camrig.find_binary(), "--control", rig.control, "fault", "run", str(campaign), "--out", str(tmp_path / "out")])
+    wait_until(lambda: rig.fault.list(), timeout_s=30)
+    running.send_signal(number)
+    assert running.wait(20) == code
+    assert rig.fault.list() == []
+    assert [one.name for one in rig.cameras()] == ["main"]
+    assert subprocess.run(["pgrep", "-f", str(tmp_path)], capture_output=True).returncode == 1, "the program is gone"
 
 
 def section():

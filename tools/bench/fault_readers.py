@@ -34,7 +34,7 @@ while True:
 """
 _FFMPEG = ["ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "info", "-nostats"]
 _SHOW = ["-vf", "showinfo", "-f", "null", "-"]
-_FFMPEG_TROUBLE = r"(?i)error|corrupt|invalid|overread|conceal|missing|unexpected|expected"
+_FFMPEG_TROUBLE = r"(?i)error|corrupt|invalid|overread|conceal|missing|missed|unexpected|expected"
 _SINK = ["!", "fakesink", "silent=false", "sync=false"]
 #: Column: (program, what it prints with each picture, what it prints in trouble).
 READERS: dict[str, tuple[list[str], str, str]] = {

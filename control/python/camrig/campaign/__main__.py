@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 from typing import Any, Sequence
 
@@ -23,6 +24,8 @@ def main(arguments: Sequence[str]) -> int:
         words = words[: words.index("--")]
     options = _parser().parse_args(words)
     campaign = load(options.campaign, _changes(options, program))
+    # So that the camera, its fault and the program go, whoever ends us.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     is_json = getattr(options, "json", False)
     with launch.start(campaign.scene, mode="realtime") if campaign.scene else connect_as_told(options) as rig:
         report = run(rig, campaign, lambda result: print(_line(result), file=sys.stderr, flush=True))

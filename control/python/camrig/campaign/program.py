@@ -76,6 +76,9 @@ class Program:
         self._reader.start()
         self._waiter.start()
 
+    def is_over(self) -> bool:
+        return self.ended_at is not None
+
     @property
     def exit_code(self) -> int | None:
         """As subprocess has it; None while it runs."""

@@ -117,9 +117,8 @@ def _run_cell(rig: Rig, campaign: Campaign, cell: Cell, camera: str, places: Map
         if check.command is not None:
             stack.enter_context(Poller(_filled(check.command, places), check.every_s or 0.5, watch, env))
         books = stack.enter_context(Books(rig, camera))
-        is_over = lambda: program.ended_at is not None
         begun = time.monotonic()
-        well_at = wait_well(watch, begun, campaign.stays_s, begun + campaign.warm_up_s, is_over)
+        well_at = wait_well(watch, begun, campaign.stays_s, begun + campaign.warm_up_s, program.is_over)
         result.output = program.output[-_OUTPUT_CHARS:]
         if well_at is None:
             result.exit_code = program.exit_code
@@ -137,7 +136,7 @@ def _run_cell(rig: Rig, campaign: Campaign, cell: Cell, camera: str, places: Map
             _sleep_until(set_at + campaign.hold_s)
         cleared_at, end_ns = time.monotonic(), int(rig.status()["world_ns"])
         result.world_ns, result.held_s = (start_ns, end_ns), cleared_at - set_at
-        again_at = wait_well(watch, cleared_at, stays_s, cleared_at + campaign.recover_s + stays_s, is_over)
+        again_at = wait_well(watch, cleared_at, stays_s, cleared_at + campaign.recover_s + stays_s, program.is_over)
         changes = watch.changes(time.monotonic())
         result.books = books.told()
         result.exit_code = program.exit_code
