@@ -64,7 +64,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_check_command(app, context);
     add_camera_commands(app, context);
     add_ptz_commands(app, context);
-    add_fault_commands(app, context);
+    add_fault_commands(app, context, hooks);
     add_world_commands(app, context);
     add_actor_commands(app, context);
     add_event_commands(app, context);
@@ -76,7 +76,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_probe_command(app, context);
     add_view_command(app, context, hooks);
     add_protocol_commands(app, context);
-    add_python_command(app, context, hooks, "ros2",
+    add_python_command(app, context, hooks, "ros2", "camrig.ros2",
                        "files for ROS 2 camera drivers, and rosbag2 recordings, without ROS");
     add_manual_commands(app, context);
     app.add_subcommand("version", "prints the version")->callback([&] {

@@ -22,7 +22,7 @@ namespace camrig::cli {
 void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_camera_commands(CLI::App& app, CliContext& context);
 void add_ptz_commands(CLI::App& app, CliContext& context);
-void add_fault_commands(CLI::App& app, CliContext& context);
+void add_fault_commands(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_check_command(CLI::App& app, CliContext& context);
 void add_world_commands(CLI::App& app, CliContext& context);
 void add_actor_commands(CLI::App& app, CliContext& context);
@@ -36,8 +36,8 @@ void add_protocol_commands(CLI::App& app, CliContext& context);
 void add_probe_command(CLI::App& app, CliContext& context);
 void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
-/// `camrig NAME ...` is the module camrig.NAME of the Python package.
+/// `NAME ...` is a module of the Python package.
 void add_python_command(CLI::App& app, CliContext& context, const CliHooks& hooks, const std::string& name,
-                        const std::string& help);
+                        const std::string& module, const std::string& help);
 
 }  // namespace camrig::cli

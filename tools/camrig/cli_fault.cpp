@@ -128,13 +128,15 @@ void add_kinds(CLI::App& group, CliContext& context) {
 
 }  // namespace
 
-void add_fault_commands(CLI::App& app, CliContext& context) {
+void add_fault_commands(CLI::App& app, CliContext& context, const CliHooks& hooks) {
     CLI::App* fault = app.add_subcommand("fault", "lets cameras fail: frozen, black, frames lost, ..");
     fault->require_subcommand(1);
     add_set(*fault, context);
     add_clear(*fault, context);
     add_list(*fault, context);
     add_kinds(*fault, context);
+    add_python_command(*fault, context, hooks, "run", "camrig.campaign",
+                       "a campaign: how a program takes faults, with a report (docs/faults.md)");
 }
 
 }  // namespace camrig::cli

@@ -104,13 +104,13 @@ int exec_python(const PythonCommand& command) {
 }
 
 void add_python_command(CLI::App& app, CliContext& context, const CliHooks& hooks, const std::string& name,
-                        const std::string& help) {
+                        const std::string& module, const std::string& help) {
     CLI::App* command = app.add_subcommand(name, help);
     // All that follows the name is the module's, its --help too.
     command->fallthrough(false)->prefix_command()->set_help_flag();
-    command->callback([name, command, &context, &hooks] {
-        context.action = [name, command, &context, &hooks] {
-            PythonCommand run{.module = "camrig." + name, .arguments = command->remaining(), .environment = {}};
+    command->callback([module, command, &context, &hooks] {
+        context.action = [module, command, &context, &hooks] {
+            PythonCommand run{.module = module, .arguments = command->remaining(), .environment = {}};
             if (context.json) run.arguments.insert(run.arguments.begin(), "--json");
             run.environment.emplace_back("CAMRIG_CONTROL",
                                          context.control.empty() ? client::default_control() : context.control);

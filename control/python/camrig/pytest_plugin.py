@@ -1,16 +1,24 @@
-"""The fixture `rig`: a rig for each test that asks for one.
+"""The fixtures `rig`, a rig for each test that asks for one, and `campaign`, which runs campaigns of faults on it.
 
     @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep", device="cpu", args=["--quality", "fast"])
     def test_something(rig): ...
+
+    @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+    def test_my_program(campaign):
+        assert campaign("network", program="my-program {rtsp}", check={"well": "frame", "every_s": 2}).is_good
 """
 
 from __future__ import annotations
 
-from typing import Any, Iterator
+import os
+from pathlib import Path
+from typing import Any, Callable, Iterator, Mapping
 
 import pytest
 
+from . import campaign as campaigns
 from . import launch
+from .campaign import Report
 from .rig import Rig
 
 _DEFAULTS: dict[str, Any] = {"scene": "scenes/minimal.json", "mode": "lockstep"}
@@ -39,6 +47,22 @@ def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
     with launch.start(below_root if below_root.is_file() else scene, **options) as running:
         request.node.stash[_RIG] = running
         yield running
+
+
+@pytest.fixture
+def campaign(rig: Rig, tmp_path: Path, request: pytest.FixtureRequest) -> Callable[..., Report]:
+    """``campaign(what, **changes)``: runs a campaign (a file, a shipped one's name, or a dict; `changes` replace its keys) on the fixture `rig`,
+    which must be realtime, and writes its report into the test's tmp_path."""
+
+    def run(what: str | os.PathLike[str] | Mapping[str, Any], **changes: Any) -> Report:
+        if not isinstance(what, Mapping) and (below_root := request.config.rootpath / what).is_file():
+            what = below_root
+        loaded = campaigns.load(what, changes)
+        report = campaigns.run(rig, loaded)
+        campaigns.write(report, tmp_path / f"campaign-{loaded.name}")
+        return report
+
+    return run
 
 
 @pytest.hookimpl(hookwrapper=True)

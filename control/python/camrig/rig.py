@@ -176,6 +176,11 @@ class Rig:
         return (camera if isinstance(camera, Camera) else Camera(self, camera)).url("mjpeg")
 
     @property
+    def control(self) -> str | None:
+        """Where the command line finds this rig (``--control``); None when it cannot."""
+        return self._control
+
+    @property
     def fault(self) -> Faults:
         """Lets cameras fail."""
         return Faults(self)

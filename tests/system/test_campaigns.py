@@ -1,0 +1,241 @@
+"""Campaigns: what is said of programs whose reactions are known, and that nothing is left of them."""
+
+import dataclasses
+import json
+import re
+import signal
+import subprocess
+import sys
+import xml.etree.ElementTree
+
+import pytest
+
+import camrig
+import camrig.campaign
+from camrig.campaign import Check, runner
+from camrig.campaign.program import Watch
+from conftest import REPOSITORY, wait_until
+
+sys.path.insert(0, str(REPOSITORY))
+from tools.bench import fault_soak  # noqa: E402
+
+#: Reads MJPEG by HTTP and says each picture's size; with "again" it comes back when the stream ends.
+READER = """
+import sys, time, urllib.request
+while True:
+    try:
+        with urllib.request.urlopen(sys.argv[1], timeout=30) as stream:
+            while part := stream.readline():
+                if part.lower().startswith(b"content-length"): print("picture", int(part.split(b":")[1]), flush=True)
+    except OSError: pass
+    if sys.argv[2] != "again": sys.exit(7)
+    print("gone", flush=True); time.sleep(0.1)
+"""
+FAST = {"hold_s": 2, "recover_s": 4, "stays_s": 0.5, "check": {"well": "picture", "troubled": "gone", "every_s": 0.5}}
+
+
+def program(*words):
+    return [sys.executable, "-c", READER, "{http}", *words]
+
+
+@pytest.fixture
+def rig():
+    with camrig.start("scenes/minimal.json", mode="realtime") as rig:
+        yield rig
+
+
+def run(rig, faults, words=("again",), **changes):
+    return camrig.campaign.run(rig, camrig.campaign.load({"faults": faults, "program": program(*words), **FAST, **changes}))
+
+
+def test_reactions_that_are_known_are_said(rig):
+    freeze, stall, thrown_out = run(rig, [{"kind": "freeze"}, {"kind": "stall"}, {"kind": "disconnect"}]).results
+    assert (freeze.outcome, freeze.noticed_s) == ("unnoticed", None)
+    assert (stall.outcome, stall.exit_code) == ("recovered", None)
+    assert 0.2 < stall.noticed_s < 1.0, "0.5 s after the last picture"
+    assert stall.recovered_s < 1.0
+    assert thrown_out.outcome == "recovered"
+    assert thrown_out.noticed_s < 0.4, "the reader says at once that it is out"
+    assert not freeze.books["camera"]["by_fault"]
+    assert 30 < stall.books["outputs"][0]["by_fault"] < 70, "two seconds of 25 pictures a second were kept back"
+    for result in (freeze, stall):
+        for books in [*result.books["outputs"]]:
+            assert abs(books["due"] - books["delivered"] - books["by_fault"] - books["by_overload"]) <= 2
+        camera = result.books["camera"]
+        assert camera["due"] == camera["rendered"] + camera["by_fault"] + camera["by_overload"]
+    assert 1.8e9 < stall.world_ns[1] - stall.world_ns[0] < 4e9
+
+
+def test_a_program_that_ends_or_stays_in_trouble_is_not_good(rig):
+    report = run(rig, [{"kind": "disconnect"}], words=("once",))
+    assert (report.results[0].outcome, report.results[0].exit_code) == ("ended", 7)
+    assert report.results[0].ended_s < 1.0
+    assert not report.is_good
+    # The check says never again that it is well: a flag that the fault's begin takes away.
+    deaf = run(rig, [{"kind": "disconnect"}], check={"well": "picture", "troubled": "gone"}, program=[
+        sys.executable, "-c", READER.replace('print("picture"', 'is_out or print("picture"').replace("while True:", "is_out = False\nwhile True:", 1)
+        .replace('print("gone"', 'is_out = True; print("gone"'), "{http}", "again"])
+    assert deaf.results[0].outcome == "lost"
+    assert deaf.results[0].noticed_s < 0.5
+    assert deaf.to_json()["outcomes"]["lost"] == 1
+
+
+def test_a_command_may_say_it_and_settings_are_put_back(rig, tmp_path):
+    camera = rig.create_camera("there", outputs=["mjpeg"], size=(160, 120))
+    script = "import json,os,sys,camrig\nwith camrig.connect(os.environ['CAMRIG_CONTROL']) as rig: sys.exit(rig.camera('there').get()['clock'] is not None)"
+    check = {"command": [sys.executable, "-c", script], "every_s": 0.3}
+    result = run(rig, [{"kind": "settings", "params": {"clock": {"offset_ns": 10**9}}}], camera="there", check=check, hold_s=3).results[0]
+    assert result.outcome == "recovered"
+    assert result.noticed_s < 2.5
+    assert camera.get()["clock"] is None
+    assert [one.name for one in rig.cameras()] == ["main", "there"]
+    assert rig.fault.list() == []
+
+
+def test_a_fault_that_a_camera_cannot_have_is_refused_and_the_rest_goes_on(rig):
+    refused, other = run(rig, [{"kind": "unplug"}, {"kind": "freeze"}], hold_s=0.5).results
+    assert refused.outcome == "refused"
+    assert "device" in refused.reason
+    assert other.outcome == "unnoticed"
+
+
+def test_devices_are_read_by_programs_that_know_no_camrig(rig):
+    words = ["v4l2-ctl", "-d", "{device}", "--stream-mmap", "--stream-to", "/dev/null", "--verbose"]
+    report = run(rig, [{"kind": "freeze"}, {"kind": "unplug"}], program=words, check={"well": "seq:", "every_s": 0.7})
+    freeze, unplug = report.results
+    assert freeze.outcome == "unnoticed"
+    assert unplug.outcome in ("ended", "lost")
+    assert unplug.noticed_s < 1.5
+
+
+@pytest.mark.parametrize("name", camrig.campaign.shipped_names())
+def test_shipped_campaigns_are_understood_by_the_rig(rig, name):
+    """The first row is run, and the rig checks all."""
+    campaign = camrig.campaign.load(name, {**FAST, "program": program("again"), "hold_s": 0.2, "camera": ""})
+    assert campaign.name == name
+    first = dataclasses.replace(campaign, rows=campaign.rows[:1])
+    assert camrig.campaign.run(rig, first).results[0].outcome in ("unnoticed", "recovered", "refused")
+    with runner._camera(rig, campaign) as (camera, _):
+        runner._check_rows(rig, campaign, camera)
+
+
+def test_benchmarks_name_all_their_kinds():
+    def names(campaign):
+        rows = {re.sub(r"_(\d|easy|mid|hard)$", "", row.name) for row in camrig.campaign.load(campaign).rows}
+        assert not rows & set(camrig.campaign.load(campaign).unmapped)
+        return rows | set(camrig.campaign.load(campaign).unmapped)
+
+    assert names("imagenet-c") == set("gaussian_noise shot_noise impulse_noise defocus_blur glass_blur motion_blur zoom_blur snow frost fog brightness "
+                                      "contrast elastic_transform pixelate jpeg_compression speckle_noise gaussian_blur spatter saturate".split())
+    assert names("robobev") == set("camera_crash frame_lost color_quant motion_blur brightness low_light fog snow".split())
+
+
+@pytest.mark.parametrize("change, said", [
+    ({"faults": []}, "faults: must be a list of at least one"),
+    ({"faults": [{"kind": "freeze", "severities": [0.5, 2]}]}, "faults[0].severities[1]: must be 0 to 1"),
+    ({"faults": [{"kind": "freeze"}, {"kind": "freeze"}]}, "faults[1].name: 'freeze' is there twice"),
+    ({"faults": [{"kind": "freeze", "sevrity": 1}]}, "faults[0].sevrity: is unknown; known: kind, name, params"),
+    ({"faults": [{"kind": "settings"}]}, "faults[0]: settings have params"),
+    ({"faults": [{"kind": "freeze"}], "hold_s": "2"}, "hold_s: must be 0 to 3600"),
+    ({"faults": [{"kind": "freeze"}], "hold_s": float("nan")}, "hold_s: must be 0 to 3600"),
+    ({"faults": [{"kind": "freeze"}], "repeats": 1001}, "repeats: must be a whole number, 1 to 1000"),
+    ({"faults": [{"kind": "freeze"}], "check": {"well": "("}}, "check.well: is no regular expression"),
+    ({"faults": [{"kind": "freeze"}], "check": {"well": "x"}}, "check.every_s: is missing"),
+    ({"faults": [{"kind": "freeze"}], "check": {"well": "x", "command": ["true"]}}, "check.command: goes alone"),
+    ({"faults": [{"kind": "freeze", "severities": [i / 999 for i in range(1000)]}], "repeats": 2}, "2000 cells; at most 1000"),
+])
+def test_a_wrong_campaign_is_told_where(change, said):
+    with pytest.raises(camrig.CamrigError) as problem:
+        camrig.campaign.load(change)
+    assert said in str(problem.value)
+
+
+def test_what_the_rig_does_not_know_is_found_before_the_first_cell(rig):
+    with pytest.raises(camrig.CamrigError, match=r"faults\[1\]: params.probabilty: unknown key"):
+        run(rig, [{"kind": "freeze"}, {"kind": "drop", "params": {"probabilty": 1}}])
+    with pytest.raises(camrig.CamrigError, match="was not well within 1 s.*hello"):
+        run(rig, [{"kind": "freeze"}], program=["sh", "-c", "echo hello; sleep 9 # {http}"], warm_up_s=1)
+    with pytest.raises(camrig.CamrigError, match="program: has none of {rtsp}"):
+        run(rig, [{"kind": "freeze"}], program=["true"])
+    assert [one.name for one in rig.cameras()] == ["main"]
+
+
+def test_well_and_not_well_over_time():
+    watch = Watch(Check(well="ok", troubled="bad", every_s=1.0))
+    for text, now in (("nothing", 0.0), ("ok", 1.0), ("ok", 1.9), ("ok", 4.0), ("ok bad", 4.5), ("ok", 4.6)):
+        watch.line(text, now)
+    assert watch.changes(5.0) == [(1.0, True), (2.9, False), (4.0, True), (4.5, False), (4.6, True)]
+    assert watch.changes(6.0)[-1] == (5.6, False)
+
+
+def test_the_command_writes_a_report_that_needs_no_other_file(rig, tmp_path):
+    campaign = tmp_path / "mine.json"
+    campaign.write_text(json.dumps({"name": "mine<&", "faults": [{"kind": "drop", "severities": [0.3, 1], "params": {"probability": 1}},
+                                                                   {"kind": "unplug"}], "unmapped": {"rain": "no <rain>"}, **FAST}))
+    command = [camrig.find_binary(), "--control", rig.control, "fault", "run", str(campaign), "--out", str(tmp_path / "out"), "--hold-s", "1"]
+    done = subprocess.run([*command, "--", *program("again")], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(tmp_path / "out" / "report.html")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [(cell["row"], cell["severity"], cell["outcome"]) for cell in report["cells"]] == [
+        ("drop", 0.3, "unnoticed"), ("drop", 1.0, "recovered"), ("unplug", 1.0, "refused")]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "mine&lt;&amp;" in page
+    assert not re.search(r"(src|href)=|@import|url\(", page)
+    for plot in re.findall(r"<svg.*?</svg>", page, re.DOTALL):
+        xml.etree.ElementTree.fromstring(plot)
+    assert len(re.findall("<svg", page)) == 2
+    ends = subprocess.run([*command, "--", "sh", "-c", "for i in 1 2 3 4 5 6 7 8 9; do echo picture {http}; sleep 0.2; done"],
+                          capture_output=True, text=True, timeout=120)
+    assert ends.returncode == 3, "the program ended by itself"
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_campaign_that_is_ended_leaves_nothing(rig, tmp_path, number, code):
+    campaign = tmp_path / "long.json"
+    campaign.write_text(json.dumps({"faults": [{"kind": "stall"}], "program": program("again", str(tmp_path)), **FAST, "hold_s": 60}))
+    running = subprocess.Popen([camrig.find_binary(), "--control", rig.control, "fault", "run", str(campaign), "--out", str(tmp_path / "out")])
+    wait_until(lambda: rig.fault.list(), timeout_s=30)
+    running.send_signal(number)
+    assert running.wait(20) == code
+    assert rig.fault.list() == []
+    assert [one.name for one in rig.cameras()] == ["main"]
+    assert subprocess.run(["pgrep", "-f", str(tmp_path)], capture_output=True).returncode == 1, "the program is gone"
+
+
+def section():
+    return (REPOSITORY / "docs" / "faults.md").read_text().split("\n## Campaigns\n")[1].split("\n## ")[0]
+
+
+def test_the_guides_command_and_file_run(rig, tmp_path):
+    """The command on a campaign with two of the rows, for those that ship take minutes."""
+    command = re.search(r"```sh\n(.*?)\n```", section(), re.DOTALL).group(1)
+    (tmp_path / "network").write_text(json.dumps({"name": "network", "faults": [{"kind": "freeze"}, {"kind": "stall"}]}))
+    script = f'camrig() {{ {camrig.find_binary()} --control {rig.control} "$@"; }}\n{command}\n'
+    done = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "campaign-network" / "report.html").is_file()
+    example = json.loads(re.search(r"```json\n(.*?)```", section(), re.DOTALL).group(1))
+    campaign = camrig.campaign.load({**example, "program": program("again"), "repeats": 1, "hold_s": 1})
+    assert camrig.campaign.run(rig, campaign).is_good
+
+
+def test_the_guides_python_runs(tmp_path):
+    code, test = re.findall(r"```python\n(.*?)```", section(), re.DOTALL)
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("unnoticed ")
+    (tmp_path / "test_mine.py").write_text("import pytest\n\n" + test)
+    (tmp_path / "lobby.json").write_text(json.dumps({"faults": [{"kind": "freeze"}], "program": program("again"), **FAST}))
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "test_mine.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout
+    (tmp_path / "lobby.json").write_text(json.dumps({"faults": [{"kind": "disconnect"}], "program": program("once"), **FAST}))
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "test_mine.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1, "a program that ends fails the test"
+
+
+def test_a_few_random_campaigns_leave_nothing(rig):
+    report = fault_soak.soak(rig, campaigns=24, at_once=6, seed=5)
+    assert report["problems"] == []
+    assert sum(report["outcomes"].values()) == 24
+    assert set(report["outcomes"]) <= set(camrig.campaign.OUTCOMES), "none failed otherwise"

@@ -1,0 +1,130 @@
+"""How stock readers take faults: a campaign per reader, and the table of docs/faults.md made of the reports.
+
+    python -m tools.bench.fault_readers --write
+
+Without --write it prints the table. The readers are OpenCV's VideoCapture, opened anew when it gives no picture, ffmpeg, and GStreamer, by HTTP, RTSP
+and from a user-space device.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import camrig
+import camrig.campaign
+from camrig.campaign import Result
+from camrig.rig import Rig
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
+BEGIN, END = "<!-- readers, made by: python -m tools.bench.fault_readers --write -->", "<!-- readers end here -->"
+HOLD_S, RECOVER_S, SILENCE_S = 4.0, 15.0, 1.0
+AT_ONCE = 4
+
+_OPENCV = """
+import sys, time, cv2
+while True:
+    source = cv2.VideoCapture(sys.argv[1])
+    while source.read()[0]: print("picture", flush=True)
+    print("no picture: opens anew", flush=True)
+    source.release(); time.sleep(0.2)
+"""
+_FFMPEG = ["ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "info", "-nostats"]
+_SHOW = ["-vf", "showinfo", "-f", "null", "-"]
+_FFMPEG_TROUBLE = r"(?i)error|corrupt|invalid|overread|conceal|missing|missed|unexpected|expected"
+_SINK = ["!", "fakesink", "silent=false", "sync=false"]
+#: Column: (program, what it prints with each picture, what it prints in trouble).
+READERS: dict[str, tuple[list[str], str, str]] = {
+    "OpenCV, HTTP": ([sys.executable, "-c", _OPENCV, "{http}"], "^picture", "^no picture"),
+    "OpenCV, RTSP": ([sys.executable, "-c", _OPENCV, "{rtsp}"], "^picture", "^no picture"),
+    "OpenCV, device": ([sys.executable, "-c", _OPENCV, "{device}"], "^picture", "^no picture"),
+    "ffmpeg, HTTP": ([*_FFMPEG, "-i", "{http}", *_SHOW], "pts_time:", _FFMPEG_TROUBLE),
+    "ffmpeg, RTSP": ([*_FFMPEG, "-rtsp_transport", "tcp", "-i", "{rtsp}", *_SHOW], "pts_time:", _FFMPEG_TROUBLE),
+    "ffmpeg, device": ([*_FFMPEG, "-f", "v4l2", "-i", "{device}", *_SHOW], "pts_time:", _FFMPEG_TROUBLE),
+    "GStreamer, RTSP": (["gst-launch-1.0", "-v", "rtspsrc", "location={rtsp}", "protocols=tcp", "latency=0", "!", "decodebin", *_SINK], "chain ", "ERROR|WARN"),
+    "GStreamer, device": (["gst-launch-1.0", "-v", "v4l2src", "device={device}", *_SINK], "chain ", "ERROR|WARN"),
+}
+FAULTS: list[dict[str, Any]] = [
+    {"kind": "black"},
+    {"kind": "freeze"},
+    {"kind": "drop"},
+    {"kind": "drop", "name": "drop, bursts of 50", "severity": 0.9, "params": {"probability": 1, "burst_frames": 50}},
+    {"kind": "corrupt_jpeg", "name": "corrupt_jpeg, bitflip"},
+    {"kind": "corrupt_jpeg", "name": "corrupt_jpeg, truncate", "params": {"mode": "truncate"}},
+    {"kind": "corrupt_video", "name": "corrupt_video, bitflip"},
+    {"kind": "corrupt_video", "name": "corrupt_video, drop_idr", "params": {"mode": "drop_idr", "probability": 1}},
+    {"kind": "stall"},
+    {"kind": "disconnect"},
+    {"kind": "cut_part", "params": {"probability": 1}},
+    {"kind": "bad_part", "name": "bad_part, length", "params": {"probability": 1}},
+    {"kind": "bad_part", "name": "bad_part, boundary", "params": {"mode": "boundary", "probability": 1}},
+    {"kind": "packet_loss"},
+    {"kind": "buffer_error", "params": {"probability": 1}},
+    {"kind": "wrong_size"},
+    {"kind": "unplug"},
+]
+#: Faults of one way to readers are tried on those that read by it.
+ONLY = {"corrupt_jpeg": "HTTP", "corrupt_video": "RTSP", "cut_part": "HTTP", "bad_part": "HTTP", "packet_loss": "RTSP", "buffer_error": "device",
+        "wrong_size": "device", "unplug": "device"}
+
+
+def run_reader(rig: Rig, number: int) -> dict[str, Result]:
+    """Results by row, of the reader of this number."""
+    name, (program, well, troubled) = list(READERS.items())[number]
+    faults = [fault for fault in FAULTS if ONLY.get(fault["kind"], "") in name]
+    outputs = [{"kind": "mjpeg"}, {"kind": "rtsp"}, {"kind": "device", "number": 210 + number}]
+    report = camrig.campaign.run(rig, camrig.campaign.load({
+        "name": name, "faults": faults, "program": program, "check": {"well": well, "troubled": troubled, "every_s": SILENCE_S},
+        "camera": {"name": f"reader{number}", "size": [320, 240], "fps": 15, "outputs": outputs},
+        "hold_s": HOLD_S, "recover_s": RECOVER_S, "stays_s": 1.0,
+    }), lambda result: print(f"{name}: {result.row}: {result.outcome} {result.noticed_s}", file=sys.stderr, flush=True))
+    return {result.row: result for result in report.results}
+
+
+def said(result: Result | None) -> str:
+    """A cell of the table."""
+    if result is None:
+        return ""
+    if result.outcome == "refused":
+        return "refused"
+    if result.outcome == "unnoticed":
+        return "reads on"
+    if result.outcome == "ended":
+        return f"ends after {result.ended_s:.1f} s, code {result.exit_code}"
+    noticed = "" if result.noticed_s is None else f"{result.noticed_s:.1f} s; "
+    if result.outcome == "lost":
+        return f"{noticed}not back"
+    if result.outcome == "recovered":
+        return f"{noticed}back " + (f"after {result.recovered_s:.1f} s" if result.recovered_s else "before its end")
+    return result.outcome.replace("_", " ")
+
+
+def table(results: dict[str, dict[str, Result]]) -> str:
+    lines = ["| fault | " + " | ".join(results) + " |", "|---" * (len(results) + 1) + "|"]
+    for fault in FAULTS:
+        row = fault.get("name", fault["kind"])
+        cells = [said(of.get(row)) for of in results.values()]
+        lines.append(f"| `{row.split(',')[0]}`{row[len(row.split(',')[0]):]} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tools.bench.fault_readers", description="how stock readers take faults")
+    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}")
+    options = parser.parse_args()
+    with camrig.start("scenes/minimal.json", mode="realtime") as rig, ThreadPoolExecutor(AT_ONCE) as pool:
+        results = dict(zip(READERS, pool.map(lambda number: run_reader(rig, number), range(len(READERS)))))
+    made = table(results)
+    if options.write:
+        before, rest = PAGE.read_text().split(BEGIN)
+        PAGE.write_text(before + BEGIN + "\n\n" + made + "\n\n" + END + rest.split(END)[1])
+    else:
+        print(made)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
