@@ -1,3 +1,6 @@
+
+#include <system_error>
+
 #include <camrig/rig.h>
 
 #include "control/client/camera_file.h"

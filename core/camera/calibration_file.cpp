@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <initializer_list>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include <nlohmann/json.hpp>

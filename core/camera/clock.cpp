@@ -1,6 +1,7 @@
 #include "core/camera/clock.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "core/camera/clock_noise.h"

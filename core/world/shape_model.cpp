@@ -1,5 +1,6 @@
 #include "core/world/shape_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -1,5 +1,7 @@
 #include "window.h"
 
+#include <algorithm>
+
 #include <camrig/opencv.h>
 #include <opencv2/highgui.hpp>
 #include <opencv2/imgproc.hpp>

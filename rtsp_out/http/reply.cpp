@@ -1,6 +1,7 @@
 #include "rtsp_out/http/reply.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>

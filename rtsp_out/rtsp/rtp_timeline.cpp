@@ -1,5 +1,6 @@
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
+#include <cmath>
 #include <cstdlib>
 
 #include "core/base/clock.h"

@@ -1,6 +1,7 @@
 // Where things appear through a lens, against CameraModel::project in double.
 
 #include <cmath>
+#include <cstdio>
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <openssl/evp.h>

@@ -1,6 +1,7 @@
 #include "tools/camrig/cli_camera_options.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include <CLI/CLI.hpp>
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <fcntl.h>

@@ -1,6 +1,7 @@
 #include "tools/probe/measure.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 

@@ -1,6 +1,8 @@
 #include "tools/view/session.h"
 
+#include <algorithm>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include <camrig/error.h>

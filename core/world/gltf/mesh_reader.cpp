@@ -1,6 +1,7 @@
 #include "core/world/gltf/mesh_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <numeric>

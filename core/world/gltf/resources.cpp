@@ -4,6 +4,7 @@
 #include <array>
 #include <fstream>
 #include <string>
+#include <system_error>
 
 #include "core/base/base64.h"
 #include "core/base/percent.h"

@@ -1,5 +1,7 @@
 #include "core/world/read/behaviour_json.h"
 
+#include <algorithm>
+
 #include "core/world/world_fields.h"
 
 namespace camrig::world {

@@ -1,5 +1,6 @@
 #include "tests/render/support/gallery.h"
 
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 

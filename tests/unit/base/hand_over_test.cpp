@@ -1,4 +1,5 @@
 #include <future>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>

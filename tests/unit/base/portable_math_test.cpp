@@ -1,5 +1,6 @@
 #include "core/base/portable_math.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>

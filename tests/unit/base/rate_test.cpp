@@ -1,5 +1,7 @@
 #include "core/base/rate.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 namespace camrig {

@@ -1,6 +1,7 @@
 #include "core/camera/calibration_file.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <string>
 

@@ -1,11 +1,13 @@
 #include "core/camera/camera_model.h"
 
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <limits>
 #include <numbers>
 #include <sstream>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 #include "core/camera/exposure_times.h"
 
+#include <algorithm>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 #include "core/camera/lens_map.h"
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 

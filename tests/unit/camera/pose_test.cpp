@@ -1,5 +1,6 @@
 #include "core/camera/pose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -1,6 +1,7 @@
 #include "control/onvif/onvif_output.h"
 
 #include <deque>
+#include <tuple>
 
 #include <gtest/gtest.h>
 

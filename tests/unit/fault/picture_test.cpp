@@ -1,5 +1,6 @@
 #include "core/fault/picture.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>

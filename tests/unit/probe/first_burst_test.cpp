@@ -1,5 +1,6 @@
 #include "tools/probe/first_burst.h"
 
+#include <algorithm>
 #include <vector>
 
 #include <gtest/gtest.h>

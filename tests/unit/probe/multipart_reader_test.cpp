@@ -1,5 +1,8 @@
 #include "tools/probe/multipart_reader.h"
 
+#include <algorithm>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace camrig::probe {

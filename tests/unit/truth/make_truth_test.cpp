@@ -1,6 +1,7 @@
 #include "core/truth/make_truth.h"
 
 #include <cstring>
+#include <tuple>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 #include "tools/view/fly_camera.h"
 
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>

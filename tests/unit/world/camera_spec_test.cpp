@@ -1,3 +1,6 @@
+
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,3 +1,7 @@
+
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"

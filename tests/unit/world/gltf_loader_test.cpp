@@ -1,6 +1,7 @@
 #include "core/world/gltf_loader.h"
 
 #include <fstream>
+#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 #include "core/world/route_path.h"
 
+#include <cmath>
 #include <numbers>
 
 #include <gmock/gmock.h>

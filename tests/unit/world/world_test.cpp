@@ -1,5 +1,7 @@
 #include "core/world/world.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>

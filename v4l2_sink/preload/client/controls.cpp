@@ -1,3 +1,6 @@
+
+#include <cerrno>
+
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>

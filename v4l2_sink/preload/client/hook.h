@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cerrno>
 
 #include <dlfcn.h>
 #include <errno.h>

@@ -1,5 +1,7 @@
 // Calls on descriptors. Everything that is not ours costs one relaxed load and goes on to libc.
 
+#include <cerrno>
+
 #include <fcntl.h>
 #include <stdarg.h>
 #include <sys/mman.h>

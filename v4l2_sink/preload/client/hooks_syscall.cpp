@@ -1,5 +1,7 @@
 // syscall(): libv4l2 (and so VLC, guvcview, v4l2-ctl -w ...) opens and drives devices that way, past the libc names.
 
+#include <cerrno>
+
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdlib.h>

@@ -1,3 +1,6 @@
+
+#include <cerrno>
+
 #include <errno.h>
 #include <poll.h>
 #include <string.h>

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cerrno>
+
 #include <errno.h>
 #include <stddef.h>
 #include <stdint.h>

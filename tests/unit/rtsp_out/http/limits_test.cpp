@@ -1,3 +1,6 @@
+
+#include <stdexcept>
+
 #include <gtest/gtest.h>
 
 #include "server_fixture.h"

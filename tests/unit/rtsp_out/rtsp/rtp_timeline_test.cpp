@@ -1,5 +1,6 @@
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
+#include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 #include "tests/unit/v4l2_sink/loopback/fake_module.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
