@@ -15,13 +15,13 @@ NAME = "meter"
 
 
 @contextlib.contextmanager
-def rig_of(scene=None, **options):
-    """A rig on the CPU device whose world stands still, and a folder for scenes."""
+def rig_of(scene=None, device="cpu", **options):
+    """A rig whose world stands still, and a folder for scenes."""
     with tempfile.TemporaryDirectory(prefix="camrig-accuracy-") as folder:
         folder = pathlib.Path(folder)
         if scene is None:
             scene = marks.write_scene(folder, marks.place_discs(_any_camera()))
-        with report.start(scene, mode="lockstep", device="cpu", **options) as rig:
+        with report.start(scene, mode="lockstep", device=device, **options) as rig:
             rig.folder = folder
             yield rig
 
@@ -141,13 +141,3 @@ def stereo(rig, camera, baseline_m=0.12, count=32, **options):
     )
     off = np.degrees(np.linalg.norm(cv2.Rodrigues(rotation @ turn.T)[0]))
     return {"matrix": matrix_l, "rms": rms, "baseline": float(np.linalg.norm(translation)), "true_baseline": baseline_m, "rotation_off_deg": float(off), "pairs": len(pairs)}
-
-
-def light_of(cam, camera, n):
-    """The mean linear light (H, W, 3) over n x n shifts: the picture of n x n samples a pixel, box filter."""
-    total = 0.0
-    for shift in estimator.shifts(n):
-        cam.set(**camera.options(tuple(-s for s in shift)))
-        total = total + estimator.LINEAR[cam.frame().image]
-    cam.set(**camera.options())
-    return total / n**2
