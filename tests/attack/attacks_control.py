@@ -36,11 +36,11 @@ def a_stranger_commands_over_http(target: Target) -> str:
 
 
 def silent_connections_hold_no_place(target: Target) -> str:
-    """200 connections to the Unix socket, HTTP and RTSP that say nothing: the owner is still answered."""
+    """200 connections to the Unix socket, control over TCP, HTTP and RTSP that say nothing: the owner is still answered."""
     held: list[socket.socket] = []
     try:
         for _ in range(200):
-            for connect in (target.unix, lambda: target.tcp(target.http), lambda: target.tcp(target.rtsp)):
+            for connect in (target.unix, *(lambda port=port: target.tcp(port) for port in (target.control_tcp, target.http, target.rtsp))):
                 try:
                     held.append(connect())
                 except OSError:

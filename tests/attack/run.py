@@ -51,7 +51,7 @@ def main() -> int:
         return 0
 
     failed = 0
-    with tempfile.TemporaryDirectory(prefix="camrig-attack-") as folder, camrig.start("hall") as rig:
+    with tempfile.TemporaryDirectory(prefix="camrig-attack-") as folder, camrig.start("hall", tcp=0) as rig:
         target = Target(rig, Path(folder))
         rig.create_camera("watched", size=(320, 240), fps=WATCHED_FPS, place="lobby")
         target.settle()

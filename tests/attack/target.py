@@ -22,6 +22,7 @@ class Target:
         info = rig.call("server.info")
         self.pid: int = info["pid"]
         self.control: str = info["control"]
+        self.control_tcp: int | None = info.get("tcp")
         self.http: int = info["http"]
         self.rtsp: int = info["rtsp"]
         self.devices: str = info["devices"]

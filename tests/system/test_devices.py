@@ -1,5 +1,6 @@
 """Programs that know nothing of camrig open /dev/videoN, without a kernel module and without root."""
 
+import json
 import os
 import subprocess
 import sys
@@ -135,3 +136,18 @@ def test_a_kernel_device_that_this_machine_cannot_have_is_an_error_and_nothing_i
     with pytest.raises(camrig.CamrigError):
         cam.set(size=(640, 480), outputs=[{"kind": "v4l2", "number": number}])
     assert rig.call("camera.get", name="hallway")["size"] == [320, 240]
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_world_whose_cameras_want_a_device_that_cannot_be_theirs_changes_nothing(rig, tmp_path):
+    rig.create_camera("mine", size=(160, 120), outputs=[{"kind": "device", "number": 47}])
+    rig.step(seconds=1)
+    before = rig.call("world.status")
+    camera = lambda name, number: {"name": name, "size": [160, 120], "outputs": [{"kind": "device", "number": number}]}
+    for name, cameras, number in (("taken", [camera("theirs", 47)], 47), ("twice", [camera("one", 48), camera("two", 48)], 48)):
+        scene = tmp_path / f"{name}.json"
+        scene.write_text(json.dumps({"camrig_scene": 1, "name": name, "cameras": cameras}))
+        with pytest.raises(camrig.CamrigError, match=str(number)):
+            rig.load(scene)
+        assert rig.call("world.status") == before
+        assert {camera.name for camera in rig.cameras()} == {"main", "mine"}

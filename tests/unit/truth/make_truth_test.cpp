@@ -123,5 +123,31 @@ TEST(MakeTruth, WhatWasFoundOfStandingObjectsIsWhatIsFoundAnew) {
     }
 }
 
+// Its vertices belie its bounds: it is ahead of the camera, and would be found if they were looked at.
+TEST(MakeTruth, TheVerticesOfWhatIsBehindTheCameraAreNotLookedAt) {
+    const auto look = [](double place, float vertices) {
+        auto model = std::make_shared<world::Model>(*face());
+        for (glm::vec3& position : model->meshes[0].primitives[0].positions) position.x += vertices;
+        auto info = std::make_shared<world::ObjectInfo>();
+        info->id = ObjectId{7};
+        info->name = "face";
+        info->model = model;
+        auto snapshot = std::make_shared<world::Snapshot>();
+        snapshot->statics = std::make_shared<const world::StaticSet>();
+        snapshot->movers.push_back({.info = info, .position = {place, 0, 0}, .clips = {}});
+        auto spec = std::make_shared<world::CameraSpec>();
+        spec->size = size;
+        spec->intrinsics = {40.0, 40.0, 31.5, 23.5};
+        const frame::FrameRef ids = frame_of(std::vector<std::uint32_t>(64 * 48, 7u));
+        return make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
+                          {.instance = ids, .depth = frame_of(std::vector<float>(64 * 48, 5.0f))},
+                          silhouettes_from([&](std::span<const ObjectId>) -> Result<frame::FrameRef> { return ids; }));
+    };
+    const auto seen = look(5, 0), behind = look(-20, 25);
+    ASSERT_TRUE(seen && behind);
+    EXPECT_EQ(seen->objects.size(), 1U);
+    EXPECT_TRUE(behind->objects.empty());
+}
+
 }  // namespace
 }  // namespace camrig::truth

@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 from . import limits, programs, runs
 from .figures import figure, lines
-from .meter import percentile, use_of
+from .meter import percentile
 from .others import difference_of_tiny, other_renderers
 from .plan import FULL_HD, HD, QUICK, VGA, Plan, table
 from .sharing import sharing
+from .soak import soak
 from .targets import pictures, targets
 
 __all__ = ["ALL", "QUICK", "Plan"]
@@ -99,41 +100,6 @@ def overload(plan: Plan) -> str:
                      f"{percentile(answers, 0.99):.0f} / {max(answers):.0f} ms"])
     return ("## Overload: 40 cameras 640x480 at 25\n\n"
             + table(["policy", "frames/s", "frames per camera, min .. max", "dropped", "unreported", "world seconds a second", "latency p99", "control answers p99 / max"], rows))
-
-
-def soak(plan: Plan) -> str:
-    samples = []
-    with runs.rig_with(12, VGA, 25) as (rig, names):
-        pid = rig.call("server.info")["pid"]
-        with runs.MjpegReaders(rig.call("server.info")["http"], names) as readers:
-            time.sleep(runs.WARM_UP_S)
-            begin = time.monotonic()
-            while (elapsed := time.monotonic() - begin) < plan.soak_s:
-                samples.append((elapsed, use_of(pid)))
-                readers.reset()
-                time.sleep(plan.soak_s / 60)
-            readers.close()
-    # The first tenth fills pools and caches.
-    kept = samples[len(samples) // 10 :]
-
-    def slope_per_hour(part: list, value: Callable[[object], float]) -> float:
-        mean_t = sum(t for t, _ in part) / len(part)
-        return 3600 * sum((t - mean_t) * value(use) for t, use in part) / sum((t - mean_t) ** 2 for t, _ in part)
-
-    rows = [[name, f"{value(kept[0][1]):.1f}", f"{value(kept[-1][1]):.1f}", f"{slope_per_hour(kept, value):+.2f}", f"{slope_per_hour(samples[len(samples) // 2 :], value):+.2f}"]
-            for name, value in (("RSS, MiB", lambda u: u.rss_mib), ("threads", lambda u: u.threads), ("descriptors", lambda u: u.fds))]
-    grown = {"RSS": [use.rss_mib - kept[0][1].rss_mib for _, use in kept], "threads": [use.threads - kept[0][1].threads for _, use in kept], "descriptors": [use.fds - kept[0][1].fds for _, use in kept]}
-
-    def draw(axes) -> None:
-        for label, values in grown.items():
-            axes.plot([t / 60 for t, _ in kept], values, label=label + (", MiB" if label == "RSS" else ""))
-        axes.set_xlabel("minutes")
-        axes.set_ylabel("more than at first")
-        axes.legend()
-
-    return (f"## {plan.soak_s / 60:.0f} minutes with 12 cameras and readers\n\nThe first tenth, which fills pools and caches, is left out. Slopes are of straight lines through the samples. "
-            "Memory rises by whole pictures (1.2 MB each) when more of them are on their way at once than ever before.\n\n"
-            + table(["", "first", "last", "slope per hour", "of the second half"], rows) + figure("soak", "A long run: what grows", draw))
 
 
 def machine_limits(plan: Plan) -> str:
