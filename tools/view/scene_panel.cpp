@@ -43,7 +43,9 @@ void steer(Session& session, const Area& area, bool is_hovered) {
     if (io.WantTextInput || io.KeyCtrl) return;
     const double step = speed_m_s * (io.KeyShift ? fast : 1) * std::min(io.DeltaTime, 0.1F);
     const auto held = [&](int plus, int minus) {
-        return step * ((ImGui::IsKeyDown(plus) ? 1 : 0) - (ImGui::IsKeyDown(minus) ? 1 : 0));
+        // Asked of GLFW: the keys of ImGui::IsKeyDown have other numbers before version 1.87 than after.
+        GLFWwindow* const window = ::glfwGetCurrentContext();
+        return step * (::glfwGetKey(window, plus) - ::glfwGetKey(window, minus));
     };
     session.fly.go(held(GLFW_KEY_W, GLFW_KEY_S), held(GLFW_KEY_A, GLFW_KEY_D), held(GLFW_KEY_E, GLFW_KEY_Q));
 }
