@@ -1,5 +1,6 @@
 
 #include <cerrno>
+#include <initializer_list>
 
 #include <errno.h>
 #include <fcntl.h>

@@ -1,3 +1,5 @@
+#include <initializer_list>
+
 #include <fcntl.h>
 
 #include "v4l2_sink/preload/client/device.h"
