@@ -1,7 +1,9 @@
 #include "core/engine/engine.h"
 
+#include <chrono>
 #include <filesystem>
 #include <future>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -200,8 +202,23 @@ TEST_F(EngineTest, AWorldWithACameraThatCannotBeChangesNothing) {
 
     auto fits = std::make_shared<world::Scene>(*scene);
     fits->cameras.pop_back();
-    ASSERT_TRUE(call(LoadWorld{fits}));
+    const auto fitted = call(LoadWorld{fits});
+    ASSERT_TRUE(fitted);
+    EXPECT_EQ(fitted->applied_ns, 0) << "the first picture of the new world shows it";
     EXPECT_EQ(bus.cameras().size(), 4u);
+}
+
+// It may lag, on a busy machine; what is drawn in time must not push it on.
+TEST_F(EngineTest, BySlowPolicyTheWorldNeverRunsAheadOfTheClock) {
+    const auto begin = std::chrono::steady_clock::now();
+    start(RunMode::realtime, OverloadPolicy::slow);
+    ASSERT_TRUE(create("a", "50"));
+    std::vector<stream::Subscription> subscriptions;
+    const auto sink = watch("a", subscriptions);
+    while (sink->units().size() < 30) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const TimeNs world_ns = call(GetWorld{})->world_ns;
+    EXPECT_LE(world_ns, std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count());
+    EXPECT_GT(world_ns, 0);
 }
 
 TEST_F(EngineTest, ALongStepLetsCommandsThroughAndEndsWithTheRig) {
