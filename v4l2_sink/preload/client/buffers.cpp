@@ -47,9 +47,14 @@ void fill(const Device& device, uint32_t index, v4l2_buffer& out) {
     out.timestamp.tv_usec = static_cast<long>(buffer.monotonic_ns % 1'000'000'000u / 1000u);
 }
 
+/// Whole pages that hold so many bytes.
+uint64_t in_pages(uint32_t length) {
+    return (uint64_t{length} + page_mask) & ~uint64_t{page_mask};
+}
+
 /// Adds up to `count` buffers of `length` bytes; how many were added.
 uint32_t add_buffers(Device& device, uint32_t count, uint32_t length) {
-    const uint64_t room = (uint64_t{length} + page_mask) & ~uint64_t{page_mask};
+    const uint64_t room = in_pages(length);
     if (device.buffer_fd < 0) {
         const long fd = raw_syscall(SYS_memfd_create, arg("camrig buffers"), MFD_CLOEXEC);
         if (failed(fd)) return 0;
@@ -65,7 +70,7 @@ uint32_t add_buffers(Device& device, uint32_t count, uint32_t length) {
         if (memory == nullptr) break;
         Buffer& buffer = device.buffers[device.buffer_count++];
         buffer = {};
-        buffer.length = static_cast<uint32_t>(room);
+        buffer.length = length;
         buffer.offset = device.buffer_end;
         buffer.memory = static_cast<uint8_t*>(memory);
         device.buffer_end += room;
@@ -148,7 +153,8 @@ Taken try_take(Device& device, int fd, uint32_t& index) {
 }  // namespace
 
 void drop_buffers(Device& device) {
-    for (uint32_t i = 0; i < device.buffer_count; ++i) sys_unmap(device.buffers[i].memory, device.buffers[i].length);
+    for (uint32_t i = 0; i < device.buffer_count; ++i)
+        sys_unmap(device.buffers[i].memory, in_pages(device.buffers[i].length));
     device.buffer_count = 0;
     device.buffer_end = 0;
     close_hidden(device.buffer_fd);  // the program's own mappings stay valid until it unmaps them
@@ -321,7 +327,7 @@ int find_mapping(Device& device, size_t length, uint64_t offset) {
     for (uint32_t i = 0; i < device.buffer_count; ++i) {
         Buffer& buffer = device.buffers[i];
         if (buffer.offset != offset) continue;
-        if (length > buffer.length) return -EINVAL;
+        if (length > in_pages(buffer.length)) return -EINVAL;
         buffer.mapped = true;
         return device.buffer_fd;
     }

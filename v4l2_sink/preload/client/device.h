@@ -26,7 +26,7 @@ enum class BufferState : uint8_t { dequeued, prepared, queued };
 struct Buffer {
     BufferState state = BufferState::dequeued;
     bool mapped = false;
-    uint32_t length = 0;  // page-aligned room
+    uint32_t length = 0;  // bytes, as asked for; the memory is whole pages
     uint64_t offset = 0;  // in buffer_fd; also the offset the program gives to mmap()
     uint8_t* memory = nullptr;
     uint32_t bytes_used = 0;
