@@ -43,6 +43,8 @@ ELSEWHERE = {
     "docs/truth.md": "a list of doors; test_truth.py and test_record.py use each",
     "docs/view.md": "needs a display; test_view.py has one",
     "control/python/README.md": "test_guides.py",
+    "tools/bench/onvif/README.md": "clients of others, got from their makers: for who measures",
+    "tools/bench/peers/README.md": "simulators of others, got from their makers: for who measures",
     "examples/tracker/README.md": "minutes; test_tracker.py runs the example on the dome",
 }
 
