@@ -91,6 +91,8 @@ class Head:
         self.told.append((time.monotonic() + self.latency, np.array([x, y]) * self.full))
 
 
+if not hasattr(cv2, "HOGDescriptor"):
+    raise SystemExit(f"this OpenCV {cv2.__version__} has no HOG people detector: pip install 'opencv-python<5', or opencv-contrib-python in its place")
 HOG = cv2.HOGDescriptor()
 HOG.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector())
 

@@ -15,7 +15,7 @@ constexpr TimeNs lead_ns = 2 * ns_per_s;
 
 }  // namespace
 
-TimeNs WallOffset::measure() {
+TimeNs WallOffset::measured() {
     // Being preempted between the two clocks makes the offset wrong; the closest of some pairs is right.
     constexpr int tries = 8;
     TimeNs best_gap_ns = max_time_ns, offset_ns = 0;
@@ -31,7 +31,7 @@ TimeNs WallOffset::measure() {
 }
 
 TimeNs WallOffset::current() {
-    const TimeNs now_ns = measure();
+    const TimeNs now_ns = measure_();
     if (std::abs(now_ns - offset_ns_) > clock_was_set_ns) offset_ns_ = now_ns;
     return offset_ns_;
 }

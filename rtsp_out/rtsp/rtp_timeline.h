@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "core/base/time.h"
 
@@ -14,11 +16,15 @@ namespace camrig::rtsp {
 /// for copies; current() is for one thread.
 class WallOffset {
 public:
-    WallOffset() : offset_ns_(measure()) {}
+    /// `measure` tells the difference of the clocks as it is now; of this machine by default.
+    explicit WallOffset(std::function<TimeNs()> measure = measured)
+        : measure_(std::move(measure)), offset_ns_(measure_()) {}
     TimeNs current();
 
 private:
-    static TimeNs measure();
+    static TimeNs measured();
+
+    std::function<TimeNs()> measure_;
     TimeNs offset_ns_;
 };
 

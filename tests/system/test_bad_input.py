@@ -215,6 +215,16 @@ def test_serving_what_cannot_be_served_is_one_clear_line(tmp_path):
         assert len(done.stderr.strip().splitlines()) == 1
 
 
+def test_a_start_with_too_little_memory_is_one_clear_line(tmp_path):
+    """120 MB of address space; whichever thread it is that finds none."""
+    scene = REPOSITORY / "scenes" / "minimal.json"
+    command = f"ulimit -v 120000; exec {os.environ['CAMRIG_BIN']} serve {scene} --http 0 --rtsp 0 --control {tmp_path}/small.sock"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1, (done.returncode, done.stderr)
+    assert done.stderr.startswith("camrig: ") and len(done.stderr.splitlines()) == 1, done.stderr
+    assert not (tmp_path / "small.sock").exists()
+
+
 def test_a_rig_of_another_version_is_said_to_be_one(tmp_path):
     """An answer without a field that this command shows is neither made up nor shown as a parser's error."""
     import threading

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import os
 import re
 import signal
 import subprocess
@@ -194,13 +195,22 @@ def test_the_command_writes_a_report_that_needs_no_other_file(rig, tmp_path):
 def test_a_campaign_that_is_ended_leaves_nothing(rig, tmp_path, number, code):
     campaign = tmp_path / "long.json"
     campaign.write_text(json.dumps({"faults": [{"kind": "stall"}], "program": program("again", str(tmp_path)), **FAST, "hold_s": 60}))
-    running = subprocess.Popen([camrig.find_binary(), "--control", rig.control, "fault", "run", str(campaign), "--out", str(tmp_path / "out")])
-    wait_until(lambda: rig.fault.list(), timeout_s=30)
-    running.send_signal(number)
-    assert running.wait(20) == code
-    assert rig.fault.list() == []
-    assert [one.name for one in rig.cameras()] == ["main"]
-    assert subprocess.run(["pgrep", "-f", str(tmp_path)], capture_output=True).returncode == 1, "the program is gone"
+    # As a shell starts what it puts into the background: with SIGINT ignored.
+    running = subprocess.Popen([camrig.find_binary(), "--control", rig.control, "fault", "run", str(campaign), "--out", str(tmp_path / "out")],
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    programs = lambda: [int(word) for word in subprocess.run(["pgrep", "-f", str(tmp_path)], capture_output=True, text=True).stdout.split()]
+    try:
+        wait_until(lambda: rig.fault.list() and programs(), timeout_s=30)
+        running.send_signal(number)
+        assert running.wait(20) == code
+        assert rig.fault.list() == []
+        assert [one.name for one in rig.cameras()] == ["main"]
+        assert not programs(), "the program is gone"
+    finally:
+        running.kill()
+        running.wait()
+        for left in programs():
+            os.kill(left, signal.SIGKILL)
 
 
 def section():

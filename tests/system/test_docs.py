@@ -15,7 +15,8 @@ from conftest import REPOSITORY
 
 #: What a reader goes through block by block. Every sh and python block of these pages is run, by this file or by test_guides.py,
 #: test_actors_docs.py, test_ros2_docs.py and test_cpp_client.py ...
-PAGES = ["README.md", "docs/getting-started.md", "docs/recipes.md", "docs/actors.md", "docs/devices.md", "docs/ros2.md"]
+PAGES = ["README.md", "docs/getting-started.md", "docs/recipes.md", "docs/actors.md", "docs/devices.md", "docs/ros2.md",
+         "docs/sensor.md", "docs/ptz.md", "docs/clocks.md"]
 #: ... and these are all others: how they begin, and why not.
 NOT_RUN = {
     "git clone ADDRESS": "is how the tests came here",
@@ -24,6 +25,27 @@ NOT_RUN = {
     "vlc ": "as the page says",
     "FROM debian:12": "as the page says",
     "camrig exec -- ros2 launch": "ROS 2 is not in Debian; what it starts is checked by test_ros2.py",
+    "m = E t q V": "formulas",
+}
+#: The other pages with blocks, and who runs these or why nobody does.
+ELSEWHERE = {
+    "docs/accuracy.md": "minutes, with an environment of its own: tools/bench/accuracy, of which test_accuracy.py runs a part",
+    "docs/architecture.md": "drawings",
+    "docs/control-protocol.md": "messages and answers as they were, written by `camrig methods --write` and compared by CI",
+    "docs/cpp-client.md": "test_cpp_client.py and test_install.py",
+    "docs/faults.md": "test_faults.py and test_campaigns.py",
+    "docs/install.md": "needs root; test_install.py installs, packs and verifies",
+    "docs/mutations.md": "answers",
+    "docs/onvif.md": "files of other programs and a server's start: test_onvif*.py start theirs with the same options",
+    "docs/probe.md": "addresses of other machines; test_probe.py",
+    "docs/scene-format.md": "test_scene_schema.py loads them",
+    "docs/streams.md": "players that need a display; test_clients.py and test_rtsp*.py have the same programs without one",
+    "docs/truth.md": "a list of doors; test_truth.py and test_record.py use each",
+    "docs/view.md": "needs a display; test_view.py has one",
+    "control/python/README.md": "test_guides.py",
+    "tools/bench/onvif/README.md": "clients of others, got from their makers: for who measures",
+    "tools/bench/peers/README.md": "simulators of others, got from their makers: for who measures",
+    "examples/tracker/README.md": "minutes; test_tracker.py runs the example on the dome",
 }
 
 
@@ -40,6 +62,13 @@ def test_every_block_of_a_users_page_is_run_or_says_why_not():
                 assert (start := next((start for start in NOT_RUN if block.startswith(start)), None)), f"{page}: {block}"
                 left.pop(start, None)
     assert not left, "no page has these any more"
+
+
+def test_every_page_with_blocks_is_run_or_says_by_whom():
+    files = [name for name in run(["git", "ls-files", "*.md"], cwd=REPOSITORY).split() if not name.startswith("docs/decisions/")]  # notes for who changes camrig
+    pages = {name for name in files if re.search(r"^```", (REPOSITORY / name).read_text(), re.MULTILINE)}
+    assert pages == set(PAGES) | set(ELSEWHERE)
+    assert not set(PAGES) & set(ELSEWHERE)
 
 
 def run(command, timeout=120, **options):

@@ -52,6 +52,30 @@ def test_the_devices_page_works(hall, environment, tmp_path):  # noqa: F811
     assert (tmp_path / "door.mp4").stat().st_size > 10_000
 
 
+def test_the_sensor_page_works(hall, environment, tmp_path):  # noqa: F811
+    for block in blocks("docs/sensor.md", "sh"):
+        shell(block, hall, environment, tmp_path)
+    assert hall.camera("night").get()["sensor"]["lux"] == 5
+    (program,) = blocks("docs/sensor.md", "python")
+    shell("pip install ./control/python", hall, environment, tmp_path)
+    electrons, black_level, exposure_s = (float(word) for word in run(["python", "-c", program], env=environment, cwd=tmp_path).split())
+    assert electrons > 0 and black_level > 0 and exposure_s == 0.004
+
+
+def test_the_page_of_heads_works(hall, environment, tmp_path):  # noqa: F811
+    (block,) = blocks("docs/ptz.md", "sh")
+    shell(block, hall, environment, tmp_path)
+    assert hall.camera("dome").ptz.status()["tour"] is not None
+
+
+def test_the_page_of_clocks_works(hall, environment, tmp_path):  # noqa: F811
+    hall.camera("lobby").delete()
+    (block,) = blocks("docs/clocks.md", "sh")
+    shell(block.replace("create garage", "create garage --place lobby"), hall, environment, tmp_path)
+    assert hall.camera("lobby").get()["clock"]["state"] == "ntp"
+    assert hall.camera("garage").get()["clock"]["phase_ns"] == 13_000_000
+
+
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_the_page_of_the_python_package_works(rig, tmp_path, monkeypatch):
     """Its programs one after the other at one rig, as they share names; the one that connects elsewhere and the test are not run."""

@@ -12,6 +12,14 @@ from test_onvif import free_port
 EXAMPLE = REPOSITORY / "examples" / "tracker"
 
 
+def test_an_opencv_without_the_detector_is_told_what_to_install():
+    """OpenCV 5 without contrib."""
+    program = f"import cv2, runpy, sys\nvars(cv2).pop('HOGDescriptor', None)\nrunpy.run_path({str(EXAMPLE / 'tracker.py')!r}, run_name='__main__')"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert "has no HOG people detector: pip install" in done.stderr and "Traceback" not in done.stderr, done.stderr
+
+
 def test_a_person_who_walks_stays_near_the_middle_of_a_domes_picture(tmp_path):
     scene = json.loads((EXAMPLE / "yard.json").read_text())
     (dome,) = (camera for camera in scene["cameras"] if camera["name"] == "dome")

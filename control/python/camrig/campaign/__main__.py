@@ -24,7 +24,8 @@ def main(arguments: Sequence[str]) -> int:
         words = words[: words.index("--")]
     options = _parser().parse_args(words)
     campaign = load(options.campaign, _changes(options, program))
-    # So that the camera, its fault and the program go, whoever ends us.
+    # So that the camera, its fault and the program go, whoever ends us; a shell's background starts us with SIGINT ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     is_json = getattr(options, "json", False)
     with launch.start(campaign.scene, mode="realtime") if campaign.scene else connect_as_told(options) as rig:

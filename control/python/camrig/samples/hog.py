@@ -38,11 +38,11 @@ def strongest(found: list[tuple[float, Box]]) -> list[tuple[float, Box]]:
 
 
 class Detector:
-    """Needs OpenCV 4: version 5 dropped the detector and its model."""
+    """Needs OpenCV 4, or 5 with its contrib modules, where that has the detector and its model."""
 
     def __init__(self, threshold: float) -> None:
         if not hasattr(cv2, "HOGDescriptor"):
-            raise CamrigError("unsupported", f"OpenCV {cv2.__version__} has no HOG people detector any more; pip install 'camrig[samples]', or 'opencv-python-headless<5'")
+            raise CamrigError("unsupported", f"this OpenCV {cv2.__version__} has no HOG people detector; pip install 'camrig[samples]', or opencv-contrib-python-headless in its place")
         self._hog = cv2.HOGDescriptor()
         self._hog.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector())
         self._threshold = threshold

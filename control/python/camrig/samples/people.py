@@ -3,7 +3,7 @@
     python -m camrig.samples.people                               # starts scenes/hall.json and looks at its cameras
     python -m camrig.samples.people --control /tmp/camrig.sock --cameras lobby,gallery
 
-The detector is OpenCV's, with its default people model (OpenCV 4: pip install 'camrig[samples]'); hog.py runs it, views.py shows it the pictures, scoring.py says what counts.
+The detector is OpenCV's, with its default people model (OpenCV 4: pip install 'camrig[samples]'; of 5 opencv-contrib-python-headless); hog.py runs it, views.py shows it the pictures, scoring.py says what counts.
 """
 
 from __future__ import annotations

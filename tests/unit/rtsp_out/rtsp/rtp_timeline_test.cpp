@@ -88,5 +88,26 @@ TEST(WallOffset, IsTheRealTimeClockMinusTheMonotonicOne) {
     EXPECT_NEAR(static_cast<double>(monotonic_now_ns() + offset_ns), static_cast<double>(realtime_now_ns()), 50e6);
 }
 
+/// Somebody sets CLOCK_REALTIME: streams that begin after that have the new time, one that runs keeps its own.
+TEST(WallOffset, FollowsAClockThatIsSetButNotOneThatIsSlewed) {
+    TimeNs now_ns = 1'790'000'000 * ns_per_s;
+    WallOffset wall([&] { return now_ns; });
+    const TimeNs first_ns = wall.current();
+    EXPECT_EQ(first_ns, now_ns);
+    const RtpTimeline running(1000 * ns_per_s, 0, first_ns);
+    for (const TimeNs slewed_ns : {ns_per_ms, -ns_per_ms, 99 * ns_per_ms, -99 * ns_per_ms}) {
+        now_ns = first_ns + slewed_ns;
+        EXPECT_EQ(wall.current(), first_ns);  // or two streams gave one instant two times
+    }
+    for (const TimeNs set_ns : {3600 * ns_per_s, -3600 * ns_per_s, 101 * ns_per_ms, -101 * ns_per_ms}) {
+        const TimeNs before_ns = wall.current();
+        now_ns = before_ns + set_ns;
+        EXPECT_EQ(wall.current(), now_ns);
+        const RtpTimeline later(1000 * ns_per_s, 0, wall.current());
+        EXPECT_EQ(later.realtime_of(2000 * ns_per_s) - running.realtime_of(2000 * ns_per_s), now_ns - first_ns);
+    }
+    EXPECT_EQ(running.realtime_of(2000 * ns_per_s), 2000 * ns_per_s + first_ns);
+}
+
 }  // namespace
 }  // namespace camrig::rtsp

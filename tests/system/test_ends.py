@@ -1,0 +1,53 @@
+"""The rig ends cleanly and in time, whatever it is doing. tests/attack does the same with more of everything."""
+
+import json
+import threading
+import urllib.request
+
+import camrig
+from conftest import control_socket, stuck_mjpeg_reader, wait_until
+from rtsp_client import read_aside
+
+#: Through this lens and from so far away the outline of everything in the hall is hard to follow.
+HARD = {"lens": {"model": "rational_polynomial", "coefficients": [0.1, -0.2, 0, 0, 0.01, 0.3, -0.1, 0.02]}, "hfov_deg": 60,
+        "position": (2, 1e5, 2.8), "orientation": (0, 0, 0, 1)}
+TRUTHS = 200
+
+
+def read_mjpeg(url):
+    """A thread that takes all of a stream until its end, and the sizes of what it took."""
+    taken = []
+
+    def read():
+        with urllib.request.urlopen(url, timeout=30) as stream:
+            while chunk := stream.read1(1 << 16):
+                taken.append(len(chunk))
+
+    thread = threading.Thread(target=read, daemon=True)
+    thread.start()
+    return thread, taken
+
+
+def test_a_rig_under_load_ends_within_five_seconds_of_sigterm(scenes):
+    """Readers that read, one that is mute, one by RTSP, and truth that is dear. close() raises unless the exit code is 0 within 5 s."""
+    with camrig.start(str(scenes / "hall.json"), mode="realtime") as rig:
+        cam = rig.create_camera("busy", size=(1280, 720), fps=25, place="lobby")
+        rig.create_camera("hard", size=(64, 48), **HARD)
+        reading = [read_mjpeg(cam.url("mjpeg")) for _ in range(3)]
+        mute = stuck_mjpeg_reader(cam)
+        playing, pictures, _ = read_aside(cam.url("rtsp"))
+        wait_until(lambda: pictures and all(len(taken) > 5 for _, taken in reading), what="pictures for everybody")
+        asking = control_socket(rig)
+        asking.sendall(b"".join(json.dumps({"jsonrpc": "2.0", "id": n, "method": "truth.get", "params": {"camera": "hard"}}).encode() + b"\n" for n in range(TRUTHS)))
+        answers = asking.makefile("rb")
+        assert "result" in json.loads(answers.readline())  # the others are under way
+        rig.close()
+        with mute, asking:
+            try:
+                answered = 1 + len(answers.readlines())
+            except ConnectionError:
+                answered = 1
+        assert answered < TRUTHS, "all truth had been told before it was to end"
+        for thread in (playing, *(thread for thread, _ in reading)):
+            thread.join(10)
+            assert not thread.is_alive(), "a reader was not told of the end"
