@@ -40,7 +40,7 @@ namespace {
 constexpr std::size_t max_truths_waiting = 64;
 constexpr int max_heaps = 2;
 /// Memory of this size and more goes back to the system when it is freed.
-constexpr int mapped_bytes = 1 << 20;
+constexpr int mapped_bytes = 1 << 18;
 
 int fail(const Error& why) {
     std::fprintf(stderr, "camrig: %s\n", why.message.c_str());
@@ -330,7 +330,7 @@ int run_serve(const ServeOptions& options) {
     mallopt(M_ARENA_MAX, max_heaps);
     // Without a fixed bound it keeps up to 64 MB of what was freed last: pictures and textures of scenes that are gone.
     mallopt(M_MMAP_THRESHOLD, mapped_bytes);
-    mallopt(M_TRIM_THRESHOLD, 8 * mapped_bytes);
+    mallopt(M_TRIM_THRESHOLD, 32 * mapped_bytes);
     StopSignal stop;
 
     auto token = options.token_file.empty() ? Result<std::string>(std::string()) : read_token_file(options.token_file);
