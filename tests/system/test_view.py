@@ -244,4 +244,6 @@ def test_the_world_is_flown_through_and_paused(rig, display, view):
 def test_without_a_display_or_a_rig_it_says_what_to_do(tmp_path, rig):
     for control, word in ((rig.info()["control"], "DISPLAY"), (str(tmp_path / "none"), "camrig serve")):
         done = subprocess.run([CAMRIG, "view", "--control", control], env={"PATH": "/usr/bin:/bin"}, capture_output=True, text=True, timeout=60, check=False)
-        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1 and word in done.stderr
+        # What else is there comes from libraries: libwayland says that it has no folder either.
+        ours = [line for line in done.stderr.splitlines() if line.startswith("camrig")]
+        assert done.returncode == 1 and len(ours) == 1 and word in ours[0]

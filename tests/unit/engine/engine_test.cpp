@@ -106,6 +106,19 @@ TEST_F(EngineTest, LockstepDeliversEveryDueFrameAndOneStampPerInstant) {
     }
 }
 
+TEST_F(EngineTest, AnOutputGoesWithItsLastReader) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    const auto outputs = [this] { return call(GetStats{})->cameras.at(0).outputs.size(); };
+    std::vector<stream::Subscription> subscriptions;
+    const auto first = watch("a", subscriptions), second = watch("a", subscriptions);
+    EXPECT_EQ(outputs(), 1U) << "both take the same pictures";
+    subscriptions.pop_back();
+    EXPECT_EQ(outputs(), 1U);
+    subscriptions.clear();
+    EXPECT_EQ(outputs(), 0U);
+}
+
 TEST_F(EngineTest, AStuckReaderFailsTheStepAndIsNamed) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));
