@@ -33,8 +33,8 @@ struct LatestDue {
     TimeNs monotonic_ns = 0;
     world::SnapshotRef snapshot;
     std::shared_ptr<const world::CameraPast> past;  ///< of a camera with a sensor
-    std::vector<frame::FrameRef> colors;  ///< as they went out, a pixel format each; none until then
-    fault::FrameFaultsRef faults;         ///< what fails at that instant; null: nothing
+    std::vector<frame::FrameRef> colors;            ///< as they went out, a pixel format each; none until then
+    fault::FrameFaultsRef faults;                   ///< what fails at that instant; null: nothing
     /// Of a frame that does not come, or shows the picture before it again: the frame with that picture.
     std::shared_ptr<LatestDue> shown = {};
 

@@ -29,7 +29,8 @@ std::shared_ptr<const world::WorldPast> RigState::world_past(TimeNs now_ns) cons
     for (const auto& [id, entry] : cameras.all()) {
         const world::CameraSpec& spec = entry.spec();
         if (!spec.sensor) continue;
-        const double exposure_s = spec.sensor->exposure_s.value_or(1e-9 * static_cast<double>(spec.rate.time_of_frame(1)));
+        const double exposure_s =
+            spec.sensor->exposure_s.value_or(1e-9 * static_cast<double>(spec.rate.time_of_frame(1)));
         const auto taken_ns = static_cast<TimeNs>((exposure_s + spec.sensor->readout_s) * 1e9) + 1;
         longest_ns = std::max(longest_ns, std::min(taken_ns, world::CameraPast::span_ns));
     }

@@ -77,7 +77,8 @@ void add_points(const world::Instance& instance, world::PosedModel& pose, std::v
         for (const world::Primitive& primitive : model.meshes[static_cast<std::size_t>(model.nodes[i].mesh)].primitives)
             for (int corner = 0; corner < 8; ++corner) {
                 const world::Box& box = primitive.bounds;
-                const glm::dvec3 at((corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
+                const glm::dvec3 at((corner & 1) != 0 ? box.max.x : box.min.x,
+                                    (corner & 2) != 0 ? box.max.y : box.min.y,
                                     (corner & 4) != 0 ? box.max.z : box.min.z);
                 add(glm::dvec3(node * glm::dvec4(at, 1.0)));
             }
@@ -91,10 +92,12 @@ std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& ti
     ViewMotion motion{.times = times, .moments = {}, .moving = {}, .flicker_hz = {}};
     // What is further back is not known; what is seen of the rest stands for it.
     const TimeNs end_ns = times.end_ns();
-    motion.times.exposure_ns = std::min(times.exposure_ns, world::CameraPast::span_ns - (times.rows - 1) * times.row_ns);
+    motion.times.exposure_ns =
+        std::min(times.exposure_ns, world::CameraPast::span_ns - (times.rows - 1) * times.row_ns);
     motion.times.begin_ns = end_ns - (motion.times.end_ns() - motion.times.begin_ns);
     const TimeNs begin_ns = motion.times.begin_ns;
-    motion.moments = {view.past->at(begin_ns), view.past->at(begin_ns + (end_ns - begin_ns) / 2), view.past->at(end_ns)};
+    motion.moments = {view.past->at(begin_ns), view.past->at(begin_ns + (end_ns - begin_ns) / 2),
+                      view.past->at(end_ns)};
     const auto& [begin, middle, end] = motion.moments;
     const auto is_same_state = [](const camera::CameraState& a, const camera::CameraState& b) {
         return a.pose == b.pose && a.intrinsics == b.intrinsics;
@@ -131,16 +134,14 @@ double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* 
     const std::array<Eye, 3> eyes{eye_at(view, begin.state), eye_at(view, middle.state), eye_at(view, end.state)};
     const ImageSize size = view.spec->size;
     double most = motion.statics_change ? most_px : 0.0;
-    const auto in_reach = [&](const glm::dvec2& at) {
-        return at.x > -size.width && at.x < 2.0 * size.width && at.y > -size.height && at.y < 2.0 * size.height;
-    };
-    /// Places of one point at the three times; none: not to be seen.
-    const auto consider = [&](const std::array<std::optional<glm::dvec2>, 3>& at) {
+    using Places = std::array<std::optional<glm::dvec2>, 3>;
+    const auto way_of = [](const Places& at) {
         double way = 0.0;
         for (std::size_t i = 1; i < at.size(); ++i)
-            if (at[i] && at[i - 1] && in_reach(*at[i]) && in_reach(*at[i - 1])) way += glm::distance(*at[i], *at[i - 1]);
-        most = std::max(most, std::min(way, most_px));
+            if (at[i] && at[i - 1]) way += glm::distance(*at[i], *at[i - 1]);
+        return std::min(way, most_px);
     };
+    const auto consider = [&](const Places& at) { most = std::max(most, way_of(at)); };
     if (motion.camera_moves) {
         const auto* const metres = depth != nullptr ? reinterpret_cast<const float*>(depth->bytes().data()) : nullptr;
         for (int y = 0; y < size.height; y += std::min(grid_px, std::max(1, size.height - 1 - y))) {
@@ -166,8 +167,19 @@ double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* 
             for (const world::Instance& instance : motion.moments[i].snapshot->movers)
                 if (instance.info->id == id) add_points(instance, pose, points[i]);
         }
-        for (std::size_t k = 0; k < std::min({points[0].size(), points[1].size(), points[2].size()}); ++k)
-            consider({eyes[0].see(points[0][k]), eyes[1].see(points[1][k]), eyes[2].see(points[2][k])});
+        // Large things reach out of the picture with all of their corners; what does not touch it moves nothing.
+        glm::dvec2 low(INFINITY), high(-INFINITY);
+        double way = 0.0;
+        for (std::size_t k = 0; k < std::min({points[0].size(), points[1].size(), points[2].size()}); ++k) {
+            const Places at{eyes[0].see(points[0][k]), eyes[1].see(points[1][k]), eyes[2].see(points[2][k])};
+            for (const auto& one : at) {
+                if (!one) continue;
+                low = glm::min(low, *one);
+                high = glm::max(high, *one);
+            }
+            way = std::max(way, way_of(at));
+        }
+        if (low.x < size.width && low.y < size.height && high.x >= 0.0 && high.y >= 0.0) most = std::max(most, way);
     }
     return most;
 }

@@ -13,11 +13,11 @@ namespace camrig::render {
 
 /// What moves, or flickers, while a picture of a camera with a sensor is taken.
 struct ViewMotion {
-    sensor::RowTimes times;                              ///< as far back as the world's past is kept
-    std::array<world::CameraPast::Moment, 3> moments;    ///< begin, middle and end
+    sensor::RowTimes times;                            ///< as far back as the world's past is kept
+    std::array<world::CameraPast::Moment, 3> moments;  ///< begin, middle and end
     bool camera_moves = false;
-    bool statics_change = false;    ///< a command or an event put others in their place
-    std::vector<ObjectId> moving;   ///< of the movers, by rising id
+    bool statics_change = false;     ///< a command or an event put others in their place
+    std::vector<ObjectId> moving;    ///< of the movers, by rising id
     std::vector<double> flicker_hz;  ///< of lamps, each once
 };
 

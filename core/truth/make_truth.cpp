@@ -264,9 +264,9 @@ std::vector<Keypoint> TruthMaker::keypoints_of(const world::Instance& instance) 
         Keypoint& point = points[index];
         point.is_known = true;
         point.world = object_.position() + object_.orientation() * object_.place_of_node(i);
-        const glm::dvec3 seen = rolling_ ? rolling_->see(world_of(first_, first_.place_of_node(i)),
-                                                         world_of(last_, last_.place_of_node(i)))
-                                         : optical(point.world);
+        const glm::dvec3 seen =
+            rolling_ ? rolling_->see(world_of(first_, first_.place_of_node(i)), world_of(last_, last_.place_of_node(i)))
+                     : optical(point.world);
         const auto pixel = camera_.project(seen);
         point.has_pixel = pixel.has_value();
         if (!pixel) continue;
@@ -392,7 +392,8 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
             truth.classes[instance.info->class_number] = instance.info->object_class;
     }
     // What stands still was measured of an eye that stood.
-    if (auto measured = maker.measure(snapshot, view.rows ? nullptr : standing); !measured) return std::unexpected(measured.error());
+    if (auto measured = maker.measure(snapshot, view.rows ? nullptr : standing); !measured)
+        return std::unexpected(measured.error());
     auto objects = maker.finish(find_silhouettes);
     if (!objects) return std::unexpected(objects.error());
     truth.objects = std::move(*objects);

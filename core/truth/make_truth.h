@@ -24,7 +24,7 @@ struct RowsInTime {
 struct TruthView {
     std::shared_ptr<const std::string> name;
     std::shared_ptr<const world::CameraSpec> spec;
-    camera::Pose pose;  ///< world_from_link at the snapshot's instant
+    camera::Pose pose;                    ///< world_from_link at the snapshot's instant
     std::optional<RowsInTime> rows = {};  ///< nullopt: all rows show that instant
     std::optional<camera::Pose> believed_pose = {};
     std::optional<camera::PtzStatus> head = {};

@@ -96,7 +96,7 @@ json truth_to_json(const TruthOfFrame& truth) {
     add_faults(truth, value);
     value["sensor"] =
         truth.sensor ? write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor) : json(nullptr);
-    const auto of_sensor = [&](TimeNs SensorReading::*time) {
+    const auto of_sensor = [&](TimeNs SensorReading::* time) {
         return truth.sensor ? json((*truth.sensor).*time) : json(nullptr);
     };
     value["exposure_start_ns"] = of_sensor(&SensorReading::exposure_start_ns);

@@ -243,18 +243,18 @@ void SoftwareDrawer::sum_light(ViewWork& work, double moved_px) {
     const Moments moments(blurs ? motion.times : middles_of(motion.times), moved_px);
     const RowShares shares(motion, moments);
     const bool stands = !motion.camera_moves && !motion.statics_change && moments.count() > 1;
-    const LightRows sum = work.canvas.light, standing = light_rows(exposure_scratch_.standing);
     if (stands) {
         for (auto* const planes : {&exposure_scratch_.standing, &exposure_scratch_.opaque})
             for (Plane<float>& plane : *planes) plane.fit(work.view->spec->size);
         exposure_scratch_.depth.fit(work.view->spec->size);
     }
+    const LightRows sum = work.canvas.light, standing = light_rows(exposure_scratch_.standing);
     std::vector<float> weights(static_cast<std::size_t>(work.whole.y1));
     const auto add_moment = [&](std::span<const PixelRect> rects, const LightRows& minus) {
         in_bands(work, {0, 0, 0, work.whole.y1}, [&](int, const PixelRect& band) {
             for (const PixelRect& rect : rects)
-                add(sum, moment_.canvas.light, minus, {rect.x0, std::max(rect.y0, band.y0), rect.x1, std::min(rect.y1, band.y1)},
-                    weights);
+                add(sum, moment_.canvas.light, minus,
+                    {rect.x0, std::max(rect.y0, band.y0), rect.x1, std::min(rect.y1, band.y1)}, weights);
         });
     };
     for (const auto& rows : {sum.red, sum.green, sum.blue}) fill(rows, work.whole, 0.0f);

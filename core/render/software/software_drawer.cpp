@@ -362,8 +362,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     keep_only(work.view->only_objects, work.movers.opaque);
     if (work.moment) {
         for (auto* const list : {&scratch.opaque, &scratch.blending, &work.movers.opaque, &work.movers.blended})
-            std::erase_if(*list,
-                          [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
+            std::erase_if(*list, [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
     }
     if (work.is_in_parts)
         std::erase_if(scratch.blending,

@@ -103,8 +103,8 @@ private:
     void keep_shadowed(ViewWork& work, ViewScratch& scratch);
     /// Says that the layer takes so much more; without room it is given up.
     void charge_for(StaticLayer& layer, std::int64_t bytes);
-    /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene is
-    /// placed as it was afterwards.
+    /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
+    /// is placed as it was afterwards.
     void draw_exposed(TimeNs monotonic_ns);
     void draw_exposed(ViewWork& work, TimeNs monotonic_ns);
     double moved_pixels(ViewWork& work, TimeNs monotonic_ns);

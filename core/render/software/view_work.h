@@ -9,11 +9,11 @@
 
 #include "core/render/renderer.h"
 #include "core/render/shown_picture.h"
-#include "core/render/view_motion.h"
 #include "core/render/software/area_work.h"
 #include "core/render/software/asked_pictures.h"
 #include "core/render/software/rasterizer.h"
 #include "core/render/software/shadowed_statics.h"
+#include "core/render/view_motion.h"
 
 /// What is known of a view from instant to instant, and while it is drawn.
 namespace camrig::render::software {
@@ -81,11 +81,11 @@ struct ViewWork {
     std::span<std::uint16_t> numbers;          ///< of that sensor: of its frame or in scratch memory
     bool is_in_frame = false;                  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
-    bool has_areas = false;             ///< Antialias::coverage
-    std::optional<ViewMotion> motion;   ///< while it is taken; nullopt: the view is drawn as of its instant
+    bool has_areas = false;            ///< Antialias::coverage
+    std::optional<ViewMotion> motion;  ///< while it is taken; nullopt: the view is drawn as of its instant
     /// Of a moment of such a view: what of it is drawn, in the rectangles alone; nullopt: it is no moment.
     std::optional<MomentPart> moment;
-    bool is_light = false;  ///< of a moment: light is drawn, no frame
+    bool is_light = false;              ///< of a moment: light is drawn, no frame
     std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
@@ -116,10 +116,10 @@ struct ViewScratch {
 
 /// Of views that are taken while something moves: light before a sensor.
 struct ExposureScratch {
-    std::array<Plane<float>, 3> sum;                ///< of all moments so far
-    std::array<Plane<float>, 3> standing, opaque;   ///< what stands still; the same before anything is blended
-    Plane<float> depth;                             ///< of `opaque`
-    std::vector<std::uint16_t> numbers;             ///< as ViewScratch::sensor_numbers
+    std::array<Plane<float>, 3> sum;               ///< of all moments so far
+    std::array<Plane<float>, 3> standing, opaque;  ///< what stands still; the same before anything is blended
+    Plane<float> depth;                            ///< of `opaque`
+    std::vector<std::uint16_t> numbers;            ///< as ViewScratch::sensor_numbers
 };
 
 inline LightRows light_rows(const std::array<Plane<float>, 3>& planes) {
