@@ -109,7 +109,7 @@ Result<RpcResult> frame_result(const stream::MediaUnit& unit, const FrameQuestio
                 {"format", json_of(question.format)},
                 {"encoding", question.encoding},
                 {"bytes", bytes.size()}};
-    if (info.clock) {
+    if (info.clock || info.sensor) {
         fields["stamp_ns"] = info.stamp_ns();
         fields["steady_ns"] = info.steady_ns();
     }
@@ -175,11 +175,12 @@ std::vector<Method> frame_methods(RpcContext& context) {
                   {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
                   {"time_ns", "integer", "world time it shows", false, "ns"},
                   {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
-                  {"stamp_ns", "integer", "of a camera with a clock: the instant as that has it, beside `time_ns`",
+                  {"stamp_ns", "integer",
+                   "of a camera with a clock or a sensor, beside `time_ns`: the instant as its clock has it; with a "
+                   "sensor the begin of the exposure",
                    false, "ns"},
                   {"steady_ns", "integer",
-                   "of a camera with a clock: the instant as its monotonic clock has it, beside `monotonic_ns`", false,
-                   "ns"},
+                   "of such a camera, beside `monotonic_ns`: the same as its monotonic clock has it", false, "ns"},
                   {"size", "[width, height]", "size of the picture", false, "px"},
                   {"kind", "string", "as asked"},
                   {"format", "string", "as asked"},

@@ -21,6 +21,13 @@ FieldTable<SensorReading> fields_of(std::type_identity<SensorReading>) {
                                       "number; 0: none yet, or manual"}),
         field_at<&S::is_settled>(
             {.name = "settled", .doc = "automatic exposure stood still for six pictures, or is manual"}),
+        field_at<&S::exposure_start_ns>(
+            {.name = "exposure_start_ns", .doc = "world time at which the first row began to count", .unit = "ns"}),
+        field_at<&S::exposure_end_ns>(
+            {.name = "exposure_end_ns", .doc = "at which the last row ended: the frame's `time_ns`", .unit = "ns"}),
+        field_at<&S::row_ns>({.name = "row_ns",
+                              .doc = "from the begin of a row to that of the next; 0: all rows at once",
+                              .unit = "ns"}),
     };
     return table;
 }

@@ -69,7 +69,7 @@ void CameraDesk::renew_latest(CameraEntry& entry, std::int64_t sequence) {
     const TimeNs now_ns = rig_.world_now_ns(monotonic_ns);
     if (rig_.clock.running()) monotonic_ns = rig_.clock.monotonic_at(now_ns);
     rig_.world->advance_to(now_ns);
-    rig_.cameras.show(entry, sequence, rig_.world->snapshot(now_ns), monotonic_ns);
+    rig_.show(entry, sequence, rig_.world->snapshot(now_ns), monotonic_ns, rig_.world_past(now_ns));
 }
 
 void CameraDesk::show_latest(CameraEntry& entry) {

@@ -18,6 +18,7 @@
 #include "core/stream/statistics.h"
 #include "core/truth/make_truth.h"
 #include "core/world/camera.h"
+#include "core/world/camera_past.h"
 
 namespace camrig::engine {
 
@@ -31,8 +32,9 @@ struct LatestDue {
     camera::CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;
     world::SnapshotRef snapshot;
-    std::vector<frame::FrameRef> colors;  ///< as they went out, a pixel format each; none until then
-    fault::FrameFaultsRef faults;         ///< what fails at that instant; null: nothing
+    std::shared_ptr<const world::CameraPast> past;  ///< of a camera with a sensor
+    std::vector<frame::FrameRef> colors;            ///< as they went out, a pixel format each; none until then
+    fault::FrameFaultsRef faults;                   ///< what fails at that instant; null: nothing
     /// Of a frame that does not come, or shows the picture before it again: the frame with that picture.
     std::shared_ptr<LatestDue> shown = {};
 

@@ -101,9 +101,10 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
     due.may_be_dropped = may_be_dropped;
     world_time_.record(world_.take_spent_ns() + monotonic_now_ns() - start_ns);
 
+    const std::shared_ptr<const world::WorldPast> past = rig_.world_past(world_ns);
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
-        rig_.cameras.show(entry, next.sequence, due.snapshot, monotonic_ns);
+        rig_.show(entry, next.sequence, due.snapshot, monotonic_ns, past);
         if (rig_.cameras.follow_plug(entry, world_ns)) {
             rig_.bus.change_camera(stream_of(entry));
             rig_.bus.adjust_camera(stream_of(entry));

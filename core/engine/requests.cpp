@@ -5,6 +5,8 @@
 
 #include "core/base/clock.h"
 #include "core/base/out_of_memory.h"
+#include "core/render/view_frames.h"
+#include "core/render/view_motion.h"
 #include "core/truth/make_truth.h"
 
 namespace camrig::engine {
@@ -58,18 +60,36 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
         if (auto found = renderer.silhouettes(due.snapshot, view, objects)) return std::move(*found);
         return truth::silhouettes_from(draw_alone)(objects, reaches);
     };
+    // While a sensor counted things moved: places are those of the middle row, which is drawn from the past.
+    const auto exposure = render::exposure_of(view, *due.snapshot);
+    if (!exposure) return std::unexpected(exposure.error());
+    const auto motion = *exposure ? render::motion_of(view, (*exposure)->times) : std::nullopt;
+    world::CameraPast::Moment shown{due.snapshot,
+                                    {.pose = view.pose,
+                                     .believed_pose = view.believed_pose,
+                                     .intrinsics = view.spec->intrinsics,
+                                     .head = view.head,
+                                     .clock = {}}};
+    std::optional<truth::RowsInTime> rows;
+    if (motion) {
+        shown = view.past->at(motion->times.middle_ns());
+        if (motion->times.row_ns > 0)
+            rows = truth::RowsInTime{view.past, motion->times.middle_ns(0), motion->times.row_ns};
+    }
     auto truth = make_truth({.name = view.name,
-                             .spec = view.spec,
-                             .pose = view.pose,
-                             .believed_pose = view.believed_pose,
-                             .head = view.head,
+                             .spec = render::view_at(view, shown.state).spec,
+                             .pose = shown.state.pose,
+                             .rows = std::move(rows),
+                             .believed_pose = shown.state.believed_pose,
+                             .head = shown.state.head,
                              .clock = view.clock,
                              .sensor = pictures.instance->info().sensor,
                              .faults = view.faults,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
-                            *due.snapshot, pictures, find_silhouettes, &standing);
+                            *shown.snapshot, pictures, find_silhouettes, &standing);
     if (!truth) return at("camera " + *view.name, truth.error());
+    truth->world_ns = due.snapshot->world_ns;
     return std::make_shared<const truth::TruthOfFrame>(std::move(*truth));
 }
 

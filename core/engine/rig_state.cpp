@@ -24,6 +24,27 @@ TimeNs RigState::world_now_ns(TimeNs monotonic_ns) const {
     return std::min(now_ns, schedule.next_due_ns());
 }
 
+std::shared_ptr<const world::WorldPast> RigState::world_past(TimeNs now_ns) const {
+    TimeNs longest_ns = 0;
+    for (const auto& [id, entry] : cameras.all()) {
+        const world::CameraSpec& spec = entry.spec();
+        if (!spec.sensor) continue;
+        const double exposure_s =
+            spec.sensor->exposure_s.value_or(1e-9 * static_cast<double>(spec.rate.time_of_frame(1)));
+        const auto taken_ns = static_cast<TimeNs>((exposure_s + spec.sensor->readout_s) * 1e9) + 1;
+        longest_ns = std::max(longest_ns, std::min(taken_ns, world::CameraPast::span_ns));
+    }
+    return longest_ns == 0 ? nullptr : world->past(now_ns - longest_ns);
+}
+
+void RigState::show(CameraEntry& entry, std::int64_t sequence, const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                    const std::shared_ptr<const world::WorldPast>& past) {
+    cameras.show(entry, sequence, snapshot, monotonic_ns);
+    entry.latest.past = entry.spec().sensor && past != nullptr
+                            ? std::make_shared<const world::CameraPast>(past, entry.camera)
+                            : nullptr;
+}
+
 render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const {
     render::View view;
     view.camera = entry.id;
@@ -35,6 +56,7 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.head = latest.state.head;
     view.clock = latest.state.clock;
     view.sensor = entry.sensor;
+    view.past = latest.past;
     view.faults = latest.faults;
     if (latest.faults && fault::changes_picture(*latest.faults))
         view.failing = std::make_shared<const render::FailingPicture>(render::FailingPicture{latest.faults});

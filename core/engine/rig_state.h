@@ -34,6 +34,11 @@ struct RigState {
     /// World time now, but never past an instant that is still to begin, nor far from where the world's steps are:
     /// commands never wait for a world that has much to catch up.
     TimeNs world_now_ns(TimeNs monotonic_ns) const;
+    /// What a camera with a sensor may have to look back at now; null: there is none. The same for all of one instant.
+    std::shared_ptr<const world::WorldPast> world_past(TimeNs now_ns) const;
+    /// CameraTable::show, with the past.
+    void show(CameraEntry& entry, std::int64_t sequence, const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+              const std::shared_ptr<const world::WorldPast>& past);
     render::View view_of(const CameraEntry& entry, const LatestDue& latest) const;
     /// The colour picture of the camera's latest frame that comes: its own, or one that it shows again.
     DueViews picture_of(const CameraEntry& entry) const;

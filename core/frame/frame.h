@@ -52,10 +52,13 @@ struct FrameInfo {
     std::optional<SensorReading> sensor{};  ///< of a camera that has one: how the picture is taken
     std::shared_ptr<const fault::FrameFaults> faults{};  ///< what fails on its way out too; null: nothing does
 
-    /// The instant as the camera's time of day has it, where world time is the true one.
-    TimeNs stamp_ns() const { return world_ns + (clock ? clock->stamp_error_ns : 0); }
+    /// What is stamped: the instant, or where there is a sensor the begin of its first row's exposure, which is so long
+    /// before it.
+    TimeNs taken_for_ns() const { return sensor ? world_ns - sensor->exposure_start_ns : 0; }
+    /// It as the camera's time of day has it, where world time is the true one.
+    TimeNs stamp_ns() const { return world_ns - taken_for_ns() + (clock ? clock->stamp_error_ns : 0); }
     /// The same as its monotonic clock has it, where CLOCK_MONOTONIC is the true one.
-    TimeNs steady_ns() const { return monotonic_ns + (clock ? clock->steady_error_ns : 0); }
+    TimeNs steady_ns() const { return monotonic_ns - taken_for_ns() + (clock ? clock->steady_error_ns : 0); }
 };
 
 /// Whether `info.damage` is the damage since this earlier frame.

@@ -14,6 +14,7 @@
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/sensor/camera_sensor.h"
+#include "core/world/camera_past.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
@@ -40,6 +41,8 @@ struct View {
     std::shared_ptr<const FailingPicture> failing;  ///< null: the picture goes out as it is drawn
     /// Of a camera with a sensor: what it knows from picture to picture; null: this picture stands alone.
     std::shared_ptr<sensor::CameraSensor> sensor;
+    /// Of the same: what it saw until the instant; null: nothing moved.
+    std::shared_ptr<const world::CameraPast> past;
     world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
     std::uint32_t camera_number = 0;                                                  ///< what the code strip carries

@@ -40,15 +40,15 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                          .faults = view.faults});
 }
 
-Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Environment& environment) {
+Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Snapshot& snapshot) {
     if (!view.spec->sensor) return std::nullopt;
     sensor::SensorSetup setup{.spec = *view.spec->sensor,
                               .size = view.spec->size,
                               .intrinsics = view.spec->intrinsics,
                               .max_exposure_s = static_cast<double>(view.spec->rate.time_of_frame(1)) * 1e-9};
-    if (!setup.spec.lux) setup.spec.lux = environment.lux;
+    if (!setup.spec.lux) setup.spec.lux = snapshot.statics->environment.lux;
     const auto known = view.sensor != nullptr ? view.sensor : std::make_shared<sensor::CameraSensor>();
-    auto exposure = known->exposure_of(setup, view.sequence);
+    auto exposure = known->exposure_of(setup, view.sequence, snapshot.world_ns);
     if (!exposure) return std::unexpected(exposure.error());
     return std::optional(std::move(*exposure));
 }

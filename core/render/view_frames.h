@@ -23,9 +23,9 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                                             frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns,
                                             const std::optional<sensor::Exposure>& exposure = {});
 
-/// How a view of a camera with a sensor is taken, by the light of that scene; nullopt: it has none. Errors:
+/// How a view of a camera with a sensor is taken at that instant of a world; nullopt: it has none. Errors:
 /// CameraSensor::exposure_of.
-Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Environment& environment);
+Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Snapshot& snapshot);
 /// In which layout the numbers of a sensor are given.
 frame::PixelFormat raw_format(sensor::ColorFilter filter);
 

@@ -42,7 +42,7 @@ CameraSensor::Taken CameraSensor::next(std::int64_t sequence) const {
             .is_settled = !exposure_ || exposure_->is_locked()};
 }
 
-Result<Exposure> CameraSensor::exposure_of(const SensorSetup& setup, std::int64_t sequence) {
+Result<Exposure> CameraSensor::exposure_of(const SensorSetup& setup, std::int64_t sequence, TimeNs end_ns) {
     const std::lock_guard lock(mutex_);
     if (auto good = set_up(setup); !good) return std::unexpected(good.error());
     const Taken& held = taken_[static_cast<std::uint64_t>(sequence) % taken_.size()];
@@ -51,6 +51,7 @@ Result<Exposure> CameraSensor::exposure_of(const SensorSetup& setup, std::int64_
                   .shot = {.frame = sequence, .exposure_s = one.setting.exposure_s, .gain_db = one.setting.gain_db},
                   .balance = one.balance,
                   .reading = {},
+                  .times = setup.spec.row_times(one.setting.exposure_s, setup.size.height, end_ns),
                   .life = life_};
     const auto& gains = one.balance.gains;
     made.reading = {.exposure_s = one.setting.exposure_s,
@@ -62,7 +63,10 @@ Result<Exposure> CameraSensor::exposure_of(const SensorSetup& setup, std::int64_
                     .green_gain = gains[1],
                     .blue_gain = gains[2],
                     .metered = one.metered,
-                    .is_settled = one.is_settled};
+                    .is_settled = one.is_settled,
+                    .exposure_start_ns = made.times.begin_ns,
+                    .exposure_end_ns = made.times.end_ns(),
+                    .row_ns = made.times.row_ns};
     return made;
 }
 

@@ -28,6 +28,7 @@ struct Exposure {
     Shot shot;
     WhiteBalance balance;
     SensorReading reading;
+    RowTimes times;
     std::uint64_t life = 0;  ///< of automatic exposure, which a change of the spec begins anew
 };
 
@@ -37,9 +38,10 @@ struct Exposure {
 /// Thread: any.
 class CameraSensor {
 public:
-    /// How picture `sequence` is taken: as it was if it was among the last ones, else as the next one is. Another spec
+    /// How picture `sequence` is taken, whose last row ends at end_ns: as it was if it was among the last ones, else as
+    /// the next one is. Another spec
     /// (but for its lux) or size begins automatic exposure anew, from where it is. Errors: Sensor::create.
-    Result<Exposure> exposure_of(const SensorSetup& setup, std::int64_t sequence);
+    Result<Exposure> exposure_of(const SensorSetup& setup, std::int64_t sequence, TimeNs end_ns);
     /// The picture was taken and has these statistics. Only the first time counts, and none before it.
     void taken(const Exposure& exposure, const FrameStatistics& statistics);
 

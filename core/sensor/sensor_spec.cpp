@@ -59,6 +59,15 @@ double SensorSpec::electrons_per_s() const {
     return focal_plane_lux * area_um2 * photons_per_um2_lux_s * quantum_efficiency;
 }
 
+RowTimes SensorSpec::row_times(double counted_s, int rows, TimeNs end_ns) const {
+    RowTimes times{.begin_ns = 0,
+                   .exposure_ns = std::llround(counted_s * 1e9),
+                   .row_ns = std::llround(readout_s * 1e9 / rows),
+                   .rows = rows};
+    times.begin_ns = end_ns - times.end_ns();
+    return times;
+}
+
 std::array<double, 3> SensorSpec::responses() const {
     if (!is_bayer()) return {1.0, 1.0, 1.0};
     return {response_red, 1.0, response_blue};
@@ -89,6 +98,7 @@ SensorSpec sensor_preset(SensorPreset preset) {
     switch (preset) {
         case SensorPreset::imx219:
             s.full_well_e = 4866.0;
+            s.readout_s = 0.0233;
             s.read_noise_e = 2.5;
             s.pixel_pitch_m = 1.12e-6;
             s.response_red = 0.53;
@@ -96,6 +106,7 @@ SensorSpec sensor_preset(SensorPreset preset) {
             break;
         case SensorPreset::imx477:
             s.full_well_e = 8560.0;
+            s.readout_s = 0.0231;
             s.read_noise_e = 2.5;
             s.pixel_pitch_m = 1.55e-6;
             s.bits = 12;
@@ -104,6 +115,7 @@ SensorSpec sensor_preset(SensorPreset preset) {
             break;
         case SensorPreset::imx290:
             s.full_well_e = 9193.0;
+            s.readout_s = 0.032;
             s.read_noise_e = 2.5;
             s.pixel_pitch_m = 2.9e-6;
             s.quantum_efficiency = 0.7;
@@ -130,6 +142,7 @@ SensorSpec sensor_preset(SensorPreset preset) {
             break;
         case SensorPreset::webcam:
             s.full_well_e = 3600.0;
+            s.readout_s = 0.03;
             s.read_noise_e = 5.0;
             s.pixel_pitch_m = 1.4e-6;
             s.quantum_efficiency = 0.5;
@@ -209,6 +222,12 @@ FieldTable<SensorSpec> fields_of(std::type_identity<SensorSpec>) {
                                   .doc = "of the mains: automatic exposures last whole periods of its lamps; 0: any",
                                   .unit = "Hz",
                                   .range = {0, 400}}),
+        field_at<&S::readout_s>({.name = "readout_s",
+                                 .doc = "rows begin one after the other in this time (rolling shutter); 0: all at once",
+                                 .unit = "s",
+                                 .range = {0, 0.2}}),
+        field_at<&S::blur>(
+            {.name = "blur", .doc = "what moves while a row counts is smeared; false: sharp, as in the middle of it"}),
         field_at<&S::seed>({.name = "seed", .doc = "of all that is random", .range = {.low = 0}}),
     };
     return table;

@@ -1,6 +1,7 @@
 #include "core/truth/make_truth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -41,6 +42,57 @@ struct StandingObjects::Found {
 StandingObjects::StandingObjects() : found_(std::make_unique<Found>()) {}
 StandingObjects::~StandingObjects() = default;
 
+/// Where points of the world are for the camera at the time of the row that shows them.
+class RollingEye {
+public:
+    RollingEye(const RowsInTime& rows, const camera::CameraModel& camera) : camera_(camera) {
+        for (std::size_t i = 0; i < knots_.size(); ++i) {
+            const double row = static_cast<double>(i) * (camera.size().height - 1) / (knots_.size() - 1);
+            const auto moment = rows.past->at(rows.first_ns + std::llround(row * static_cast<double>(rows.row_ns)));
+            knots_[i] = {glm::transpose(camera::world_from_optical_rotation(moment.state.pose)),
+                         moment.state.pose.position};
+            if (i == 0) first_ = moment.snapshot;
+            last_ = moment.snapshot;
+        }
+    }
+
+    const world::Snapshot& first() const { return *first_; }
+    const world::Snapshot& last() const { return *last_; }
+
+    /// In the optical frame of that time, of a point that goes straight from one place to another from the first row to
+    /// the last. Each step leaves the share of the error that the picture moves while a row is read.
+    glm::dvec3 see(const glm::dvec3& from, const glm::dvec3& to) const {
+        double share = 0.5;
+        glm::dvec3 seen = at(share, from, to);
+        for (int i = 0; i < steps; ++i) {
+            const auto pixel = camera_.project(seen);
+            if (!pixel) break;
+            share = std::clamp(pixel->y / std::max(1, camera_.size().height - 1), 0.0, 1.0);
+            seen = at(share, from, to);
+        }
+        return seen;
+    }
+
+private:
+    static constexpr int steps = 4;
+    struct Knot {
+        glm::dmat3 optical_from_world{1.0};
+        glm::dvec3 eye{0.0};
+    };
+    glm::dvec3 at(double share, const glm::dvec3& from, const glm::dvec3& to) const {
+        const glm::dvec3 point = glm::mix(from, to, share);
+        const double place = share * static_cast<double>(knots_.size() - 1);
+        const auto k = std::min(static_cast<std::size_t>(place), knots_.size() - 2);
+        const Knot &a = knots_[k], &b = knots_[k + 1];
+        return glm::mix(a.optical_from_world * (point - a.eye), b.optical_from_world * (point - b.eye),
+                        place - static_cast<double>(k));
+    }
+
+    const camera::CameraModel& camera_;
+    std::array<Knot, 65> knots_;  ///< as is linear enough between: half a degree of a pan of 300 deg/s in 0.1 s
+    world::SnapshotRef first_, last_;
+};
+
 class TruthMaker {
 public:
     TruthMaker(const TruthView& view, const camera::CameraModel& camera, const TruthPictures& pictures)
@@ -50,7 +102,9 @@ public:
           cone_(camera),
           projector_(camera, view.spec->near_m, view.spec->far_m),
           optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
-          counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {}
+          counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {
+        if (view.rows) rolling_.emplace(*view.rows, camera);
+    }
 
     /// All of the snapshot's objects.
     Result<void> measure(const world::Snapshot& snapshot, StandingObjects* standing);
@@ -60,6 +114,11 @@ private:
     using Candidate = StandingObjects::Found::Candidate;
 
     Result<void> measure(const world::Instance& instance);
+    static glm::dvec3 world_of(const PosedObject& object, const glm::dvec3& own) {
+        return object.position() + object.orientation() * own;
+    }
+    /// As it is in another snapshot, or as here if it is not there.
+    static void pose_as_in(const world::Snapshot& snapshot, const world::Instance& instance, PosedObject& object);
     /// Relative to the eye in double before anything else: exact however far out the world is.
     glm::dvec3 optical(const glm::dvec3& world) const { return optical_from_world_ * (world - view_.pose.position); }
     std::optional<PixelBox> reach_of(const ProjectedBox& box) const;
@@ -75,7 +134,9 @@ private:
     BoxProjector projector_;
     glm::dmat3 optical_from_world_;
     std::unordered_map<std::uint32_t, IdCount> counts_;
+    std::optional<RollingEye> rolling_;
     PosedObject object_;
+    PosedObject first_, last_;  ///< the same where the first and the last row show it
     std::vector<glm::dvec3> points_;
     std::vector<Candidate> candidates_;
 };
@@ -111,19 +172,35 @@ Result<void> TruthMaker::measure(const world::Snapshot& snapshot, StandingObject
     return {};
 }
 
+void TruthMaker::pose_as_in(const world::Snapshot& snapshot, const world::Instance& instance, PosedObject& object) {
+    const auto found = std::ranges::find(snapshot.movers, instance.info, &world::Instance::info);
+    object.pose(found != snapshot.movers.end() ? *found : instance);
+    object.place_vertices();
+}
+
 Result<void> TruthMaker::measure(const world::Instance& instance) {
     object_.pose(instance);
     const glm::dmat3 optical_from_object = optical_from_world_ * glm::mat3_cast(object_.orientation());
     const glm::dvec3 origin = optical(object_.position());
     // Most of a large world is beside or behind the camera: there is no need to look at its vertices.
     const auto reach_m = object_.reach();
-    if (reach_m && !cone_.may_meet(optical_from_object * reach_m->center + origin, reach_m->radius)) return {};
+    if (!rolling_ && reach_m && !cone_.may_meet(optical_from_object * reach_m->center + origin, reach_m->radius))
+        return {};
     object_.place_vertices();
     if (object_.is_empty()) return {};
+    if (rolling_) {
+        pose_as_in(rolling_->first(), instance, first_);
+        pose_as_in(rolling_->last(), instance, last_);
+    }
     ProjectedBox box;
-    for (const PosedObject::Part& part : object_.parts()) {
+    for (std::size_t n = 0; n < object_.parts().size(); ++n) {
+        const PosedObject::Part& part = object_.parts()[n];
         points_.clear();
-        for (const glm::dvec3& p : part.points) points_.push_back(optical_from_object * p + origin);
+        for (std::size_t i = 0; i < part.points.size(); ++i) {
+            points_.push_back(rolling_ ? rolling_->see(world_of(first_, first_.parts()[n].points[i]),
+                                                       world_of(last_, last_.parts()[n].points[i]))
+                                       : optical_from_object * part.points[i] + origin);
+        }
         if (auto added = projector_.add(points_, *part.primitive, box); !added)
             return at("object " + instance.info->name, added.error());
     }
@@ -187,7 +264,9 @@ std::vector<Keypoint> TruthMaker::keypoints_of(const world::Instance& instance) 
         Keypoint& point = points[index];
         point.is_known = true;
         point.world = object_.position() + object_.orientation() * object_.place_of_node(i);
-        const glm::dvec3 seen = optical(point.world);
+        const glm::dvec3 seen =
+            rolling_ ? rolling_->see(world_of(first_, first_.place_of_node(i)), world_of(last_, last_.place_of_node(i)))
+                     : optical(point.world);
         const auto pixel = camera_.project(seen);
         point.has_pixel = pixel.has_value();
         if (!pixel) continue;
@@ -312,7 +391,9 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
         for (const world::Instance& instance : *instances)
             truth.classes[instance.info->class_number] = instance.info->object_class;
     }
-    if (auto measured = maker.measure(snapshot, standing); !measured) return std::unexpected(measured.error());
+    // What stands still was measured of an eye that stood.
+    if (auto measured = maker.measure(snapshot, view.rows ? nullptr : standing); !measured)
+        return std::unexpected(measured.error());
     auto objects = maker.finish(find_silhouettes);
     if (!objects) return std::unexpected(objects.error());
     truth.objects = std::move(*objects);

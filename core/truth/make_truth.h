@@ -8,15 +8,24 @@
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/truth/truth.h"
+#include "core/world/camera_past.h"
 #include "core/world/snapshot.h"
 
 namespace camrig::truth {
+
+/// Of a picture whose rows show one time after the other: where camera and world were.
+struct RowsInTime {
+    std::shared_ptr<const world::CameraPast> past;
+    TimeNs first_ns = 0;  ///< what the first row shows
+    TimeNs row_ns = 0;
+};
 
 /// The camera and the frame whose truth is asked for.
 struct TruthView {
     std::shared_ptr<const std::string> name;
     std::shared_ptr<const world::CameraSpec> spec;
-    camera::Pose pose;  ///< world_from_link at the snapshot's instant
+    camera::Pose pose;                    ///< world_from_link at the snapshot's instant
+    std::optional<RowsInTime> rows = {};  ///< nullopt: all rows show that instant
     std::optional<camera::Pose> believed_pose = {};
     std::optional<camera::PtzStatus> head = {};
     std::optional<ClockReading> clock = {};

@@ -96,9 +96,17 @@ json truth_to_json(const TruthOfFrame& truth) {
     add_faults(truth, value);
     value["sensor"] =
         truth.sensor ? write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor) : json(nullptr);
-    if (truth.clock) {
-        value["stamp_ns"] = truth.world_ns + truth.clock->stamp_error_ns;
-        value["steady_ns"] = truth.monotonic_ns + truth.clock->steady_error_ns;
+    const auto of_sensor = [&](TimeNs SensorReading::* time) {
+        return truth.sensor ? json((*truth.sensor).*time) : json(nullptr);
+    };
+    value["exposure_start_ns"] = of_sensor(&SensorReading::exposure_start_ns);
+    value["exposure_end_ns"] = of_sensor(&SensorReading::exposure_end_ns);
+    value["row_ns"] = of_sensor(&SensorReading::row_ns);
+    if (truth.clock || truth.sensor) {
+        const ClockReading clock = truth.clock.value_or(ClockReading{});
+        const TimeNs taken_for_ns = truth.sensor ? truth.world_ns - truth.sensor->exposure_start_ns : 0;
+        value["stamp_ns"] = truth.world_ns - taken_for_ns + clock.stamp_error_ns;
+        value["steady_ns"] = truth.monotonic_ns - taken_for_ns + clock.steady_error_ns;
     }
     return value;
 }

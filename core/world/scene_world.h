@@ -26,6 +26,7 @@ public:
     void advance_to(TimeNs world_ns) override;
     TimeNs last_step_ns() const override { return now_ns_; }
     SnapshotRef snapshot(TimeNs world_ns) const override;
+    std::shared_ptr<const WorldPast> past(TimeNs from_ns) const override;
 
     std::vector<ActorReport> actors() const override;
     Result<ActorReport> spawn_actor(const ActorSpec& spec) override;

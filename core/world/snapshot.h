@@ -47,6 +47,9 @@ struct Light {
     float range = 0.0f;
     float inner_cone_rad = 0.0f;
     float outer_cone_rad = 0.7853982f;
+    /// Of a lamp on the mains: intensity * (1 + flicker_depth * sin(2 pi flicker_hz t)), for cameras with a sensor.
+    float flicker_depth = 0.0f;
+    double flicker_hz = 100.0;
     friend bool operator==(const Light&, const Light&) = default;
 };
 

@@ -112,4 +112,16 @@ SnapshotRef StepHistory::at(TimeNs world_ns, const StepRecord& present) const {
     return snapshot;
 }
 
+StepHistory StepHistory::since(TimeNs world_ns) const {
+    StepHistory made;
+    auto first = std::ranges::upper_bound(records_, world_ns, {}, &StepRecord::world_ns);
+    if (first != records_.begin()) --first;
+    made.records_.assign(first, records_.end());
+    return made;
+}
+
+SnapshotRef WorldPast::at(TimeNs world_ns) const {
+    return before_.at(std::clamp(world_ns, before_.oldest_ns(present_), present_.world_ns), present_);
+}
+
 }  // namespace camrig::world

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/world/behaviour/behaviour.h"
@@ -56,12 +57,27 @@ public:
     StepRecord push(StepRecord record);
     /// The world at `world_ns`, from the oldest record to `present`, which is newer than all here.
     SnapshotRef at(TimeNs world_ns, const StepRecord& present) const;
+    /// A copy of what is needed to see every time from `world_ns` on, as far as it is kept.
+    StepHistory since(TimeNs world_ns) const;
     TimeNs oldest_ns(const StepRecord& present) const {
         return records_.empty() ? present.world_ns : records_.front().world_ns;
     }
 
 private:
     std::deque<StepRecord> records_;  ///< oldest first
+};
+
+/// The last while of a world as it was known at one instant: whatever is changed later does not change it.
+/// A value; any thread.
+class WorldPast {
+public:
+    WorldPast(StepHistory before, StepRecord present) : before_(std::move(before)), present_(std::move(present)) {}
+    /// The world of that time, or of the nearest that is kept.
+    SnapshotRef at(TimeNs world_ns) const;
+
+private:
+    StepHistory before_;
+    StepRecord present_;
 };
 
 }  // namespace camrig::world

@@ -197,6 +197,11 @@ SnapshotRef SceneWorld::snapshot(TimeNs world_ns) const {
     return history_.at(world_ns, present());
 }
 
+std::shared_ptr<const WorldPast> SceneWorld::past(TimeNs from_ns) const {
+    thread_.check();
+    return std::make_shared<const WorldPast>(history_.since(from_ns), present());
+}
+
 StateHash SceneWorld::state_hash() const {
     Fnv hash;
     for (const auto& mover : movers_) {

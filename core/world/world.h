@@ -11,6 +11,8 @@
 
 namespace camrig::world {
 
+class WorldPast;
+
 inline constexpr std::size_t max_world_actors = 5000;
 inline constexpr std::size_t max_world_events = 1000;
 
@@ -52,6 +54,8 @@ public:
     /// the world's begin on. The same whenever and in whatever order it is asked for, but for changes at the last step,
     /// which may still come.
     virtual SnapshotRef snapshot(TimeNs world_ns) const = 0;
+    /// All of it from `from_ns` on, as far as it is kept, for who looks at it later and on another thread.
+    virtual std::shared_ptr<const WorldPast> past(TimeNs from_ns) const = 0;
 
     virtual std::vector<ActorReport> actors() const = 0;
     virtual Result<ActorReport> spawn_actor(const ActorSpec& spec) = 0;

@@ -163,6 +163,10 @@ class Sensor(TypedDict, total=False):
     """K; 2000 to 12000: the light that is taken for white"""
     flicker_hz: float
     """Hz; 0 to 400: of the mains: automatic exposures last whole periods of its lamps; 0: any"""
+    readout_s: float
+    """s; 0 to 0.2: rows begin one after the other in this time (rolling shutter); 0: all at once"""
+    blur: bool
+    """what moves while a row counts is smeared; false: sharp, as in the middle of it"""
     seed: int
     """at least 0: of all that is random"""
 

@@ -176,7 +176,7 @@ Result<void> GlRenderer::read_back(std::span<const View> views) {
 
 frame::FrameRef GlRenderer::finish(const View& view, const Pending& pending, TimeNs monotonic_ns) {
     auto frame = acquire_frame(*pool_, view, pending.kind, pending.format, scene_.placed().snapshot()->world_ns,
-                               monotonic_ns, exposure_of(view, scene_.placed().environment()).value());
+                               monotonic_ns, exposure_of(view, *scene_.placed().snapshot()).value());
     const std::span<std::byte> bytes = frame->mutable_bytes();
     if (readback_mode_ == ReadbackMode::buffered) {
         const auto source = readback_.bytes(pending.buffer_offset, bytes.size());

@@ -5,9 +5,10 @@
 
 namespace camrig::render::scene {
 
-LightInView light_in_view(const world::Light& light, const ViewTransform& view, float exposure) {
+LightInView light_in_view(const world::Light& light, const ViewTransform& view, float exposure, double lamps_hz) {
     LightInView made;
     made.color = light.color * light.intensity * exposure;
+    if (light.flicker_hz == lamps_hz) made.color *= 1.0f + light.flicker_depth;
     made.towards = glm::vec3(view.optical_from_world * -light.direction);
     if (light.type == world::LightType::directional) return made;
     made.position = glm::vec3(view.optical_from_world * (light.position - view.eye));

@@ -17,7 +17,8 @@ struct LightInView {
     float inverse_range2 = 0.0f;
     float spot_scale = 0.0f, spot_offset = 1.0f;
 };
-LightInView light_in_view(const world::Light& light, const ViewTransform& view, float exposure);
+/// lamps_hz: those that flicker so are at their peak, all others as in the mean; 0: none.
+LightInView light_in_view(const world::Light& light, const ViewTransform& view, float exposure, double lamps_hz = 0.0);
 
 /// What all surfaces of a view share.
 struct AmbientInView {

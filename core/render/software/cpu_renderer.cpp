@@ -102,7 +102,7 @@ std::optional<std::vector<frame::Silhouette>> CpuRenderer::silhouettes(const wor
     thread_.check();
     try {
         begin_instant(snapshot);
-        if (!drawer_.can_draw(view, frame::FrameKind::instance)) return std::nullopt;
+        if (!drawer_.can_draw(view, frame::FrameKind::instance) || drawer_.is_exposed(view)) return std::nullopt;
         return drawer_.silhouettes(view, objects);
     } catch (const std::bad_alloc&) {
         drawer_.clear();

@@ -53,7 +53,7 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
         const world::Light& light = view_.scene->lights()[index];
         const bool is_directional = i < set.directional;
         (is_directional ? lights.directional : lights.local)
-            .push_back(scene::light_in_view(light, view_.transform, light_.exposure));
+            .push_back(scene::light_in_view(light, view_.transform, light_.exposure, view_.lamps_hz));
         const auto shadow = std::ranges::find(shadows_, index, &ShadowInView::light);
         (is_directional ? lights.directional_shadows : lights.local_shadows)
             .push_back(shadow == shadows_.end() ? -1 : static_cast<int>(shadow - shadows_.begin()));

@@ -62,11 +62,15 @@ void SoftwareDrawer::begin_instant(const world::SnapshotRef& snapshot) {
     layers_.next_instant();
     ++instant_;
     asked_.next_instant();
+    place(snapshot);
+    caches_.software->evict_unused();
+}
+
+void SoftwareDrawer::place(const world::SnapshotRef& snapshot) {
     const std::uint64_t statics_before = scene_.statics_number();
     scene_.place(snapshot);
     find_primitives(scene_.movers(), mover_primitives_);
     if (scene_.statics_number() != statics_before) find_primitives(scene_.statics(), static_primitives_);
-    caches_.software->evict_unused();
 }
 
 void SoftwareDrawer::find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to) {
@@ -143,9 +147,10 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     work.rays = lens_of(view)->rays;
-    work.exposure = exposure_of(view, scene_.environment()).value();
+    work.exposure = exposure_of(view, *scene_.snapshot()).value();
+    work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;
     // Chosen objects are another picture than the one that is kept, and light is not kept.
-    const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded);
+    const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded) && !work.motion;
     work.layer = is_kept ? layer_of(view, work.scene) : nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
@@ -180,16 +185,20 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     cost_ns_.clear();
     while (works_.size() < views.size()) works_.emplace_back();
     in_work_.clear();
+    exposed_.clear();
     for (std::size_t i = 0; i < views.size(); ++i) {
         works_[i].cost_ns = 0;
         const CpuMeter meter(works_[i].cost_ns);
         works_[i].kinds = kinds_to_draw(*views[i], works_[i]);
         if (works_[i].kinds.none()) continue;
         prepare(*views[i], works_[i]);
-        in_work_.push_back(&works_[i]);
+        (works_[i].motion ? exposed_ : in_work_).push_back(&works_[i]);
     }
-    deform_seen(in_work_);
+    const std::size_t plain = in_work_.size();
+    in_work_.insert(in_work_.end(), exposed_.begin(), exposed_.end());
     make_shadows(in_work_);
+    in_work_.resize(plain);
+    deform_seen(in_work_);
     const auto threads = static_cast<std::size_t>(team_.size());
     if (in_work_.size() >= threads) {
         team_.run(in_work_.size(), [&](int worker, std::size_t i) {
@@ -218,6 +227,8 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
             });
         }
     }
+    draw_exposed(monotonic_ns);
+    in_work_.insert(in_work_.end(), exposed_.begin(), exposed_.end());
     for (const ViewWork* work : in_work_) {
         ++views_;
         views_in_parts_ += work->is_in_parts;
@@ -269,7 +280,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     work.has_areas = work.frame != nullptr && has_areas(view);
     work.canvas = {{}, scratch.depth.rows(), {}};
     if (work.takes_picture()) {
-        begin_taking(work, scratch);
+        begin_taking(work, scratch.light, scratch.sensor_numbers);
     } else if (work.frame != nullptr) {
         if (!work.is_in_frame) scratch.color.fit(size);
         work.canvas.color = work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows();
@@ -344,10 +355,15 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows);
     scratch.opaque.clear();
     scratch.blending.clear();
-    const bool is_shaded = work.frame != nullptr;
-    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
+    const bool is_shaded = work.is_shaded();
+    const bool has_statics = work.is_in_parts || work.moment == MomentPart::moving;
+    work.scene.see_all(true, has_statics ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
     keep_only(work.view->only_objects, scratch.opaque);
     keep_only(work.view->only_objects, work.movers.opaque);
+    if (work.moment) {
+        for (auto* const list : {&scratch.opaque, &scratch.blending, &work.movers.opaque, &work.movers.blended})
+            std::erase_if(*list, [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
+    }
     if (work.is_in_parts)
         std::erase_if(scratch.blending,
                       [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
@@ -479,11 +495,14 @@ void SoftwareDrawer::forget_here(CameraId camera) {
     layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};
+    exposure_scratch_ = {};
     options_.pool->release_idle();
 }
 
 void SoftwareDrawer::clear() {
     works_.clear();
+    exposed_.clear();
+    exposure_scratch_ = {};
     in_work_.clear();
     unmade_.clear();
     for (ViewScratch& scratch : scratch_) scratch = {};

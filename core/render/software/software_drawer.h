@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -55,6 +56,8 @@ public:
     void draw(std::span<const View* const> views, TimeNs monotonic_ns, std::vector<frame::FrameRef>& frames);
     /// Which pixels each of these objects would show in the instance picture of the view if nothing else were there.
     std::vector<frame::Silhouette> silhouettes(const View& view, std::span<const ObjectId> objects);
+    /// Whether something moves while the view's picture is taken, so that its rows show different moments.
+    bool is_exposed(const View& view) const;
     /// CPU time that each view of the last draw() took by itself.
     std::span<const TimeNs> cost_ns() const { return cost_ns_; }
     void forget(CameraId camera);
@@ -72,6 +75,7 @@ private:
     };
     Result<ViewLens> lens_of(const View& view) { return caches_.lenses->of(view, options_.wide_lanes); }
     void forget_here(CameraId camera);
+    void place(const world::SnapshotRef& snapshot);
     void find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
     void prepare(const View& view, ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
@@ -99,6 +103,20 @@ private:
     void keep_shadowed(ViewWork& work, ViewScratch& scratch);
     /// Says that the layer takes so much more; without room it is given up.
     void charge_for(StaticLayer& layer, std::int64_t bytes);
+    /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
+    /// is placed as it was afterwards.
+    void draw_exposed(TimeNs monotonic_ns);
+    void draw_exposed(ViewWork& work, TimeNs monotonic_ns);
+    double moved_pixels(ViewWork& work, TimeNs monotonic_ns);
+    void sum_light(ViewWork& work, double moved_px);
+    void draw_moment_channels(ViewWork& work, double moved_px);
+    /// Makes moment_ the view's at that time; its rectangles, and what of it is drawn, come next.
+    void begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz);
+    void draw_moment_light(const ViewWork& work, MomentPart part, std::span<const PixelRect> rects);
+    void draw_moment_rows_of_channels(const PixelRect& rows);
+    std::vector<PixelRect> moving_rects(const ViewWork& work, int first_row, int end_row) const;
+    /// In bands of these rows, numbered, by all threads.
+    void in_bands(ViewWork& work, const PixelRect& rows, const std::function<void(int, const PixelRect&)>& draw);
     /// A band is drawn: with the last one the frames are finished, and noted for those that follow.
     void end_band(ViewWork& work, ViewScratch& scratch);
 
@@ -116,7 +134,10 @@ private:
     SoftwareShadows shadows_;
     std::uint64_t shadows_instant_ = 0;  ///< for which they are made
     std::deque<ViewWork> works_;
-    std::vector<ViewWork*> in_work_;
+    std::vector<ViewWork*> in_work_, exposed_;
+    View moment_view_;
+    ViewWork moment_;
+    ExposureScratch exposure_scratch_;
     std::vector<TimeNs> cost_ns_;
     std::deque<ViewScratch> scratch_;  ///< by thread, or by view where they are few
     std::vector<Unmade> unmade_;

@@ -4,15 +4,15 @@
 
 namespace camrig::render::software {
 
-void begin_taking(ViewWork& work, ViewScratch& scratch) {
-    for (Plane<float>& plane : scratch.light) plane.fit(work.view->spec->size);
-    work.canvas.light = {scratch.light[0].rows(), scratch.light[1].rows(), scratch.light[2].rows()};
+void begin_taking(ViewWork& work, std::array<Plane<float>, 3>& light, std::vector<std::uint16_t>& numbers) {
+    for (Plane<float>& plane : light) plane.fit(work.view->spec->size);
+    work.canvas.light = light_rows(light);
     const std::size_t count = work.exposure->sensor->count();
     if (const auto& raw = work.channels[static_cast<std::size_t>(frame::FrameKind::sensor)].frame; raw != nullptr) {
         work.numbers = {reinterpret_cast<std::uint16_t*>(raw->mutable_bytes().data()), count};
     } else {
-        if (scratch.sensor_numbers.size() < count) scratch.sensor_numbers.resize(count);
-        work.numbers = {scratch.sensor_numbers.data(), count};
+        if (numbers.size() < count) numbers.resize(count);
+        work.numbers = {numbers.data(), count};
     }
 }
 

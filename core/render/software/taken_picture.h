@@ -7,7 +7,7 @@
 namespace camrig::render::software {
 
 /// Where the light is gathered and the numbers go; both frames are there if they are wanted.
-void begin_taking(ViewWork& work, ViewScratch& scratch);
+void begin_taking(ViewWork& work, std::array<Plane<float>, 3>& light, std::vector<std::uint16_t>& numbers);
 /// Light to numbers.
 void expose_rows(const ViewWork& work, const PixelRect& band);
 /// Numbers to the picture.

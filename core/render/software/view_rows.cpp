@@ -87,17 +87,17 @@ void put_back(ViewWork& work, const PixelRect& band) {
     }
 }
 
-void draw_background(ViewWork& work, const PixelRect& band) {
+void draw_background(ViewWork& work, const PixelRect& rect) {
     const Canvas& canvas = work.canvas;
     const world::Environment& environment = work.scene.scene->environment();
     const glm::vec3 background = environment.background * environment.exposure;
     if (canvas.light) {
-        fill_light(canvas.light, band, background);
+        fill_light(canvas.light, rect, background);
     } else {
-        fill(canvas.color, band, pixel_of(background));
+        fill(canvas.color, rect, pixel_of(background));
     }
-    fill(canvas.depth, band, 0.0f);
-    cover_blind(work.scene, canvas, band);
+    fill(canvas.depth, rect, 0.0f);
+    cover_blind(work.scene, canvas, rect);
 }
 
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
@@ -116,6 +116,32 @@ void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     draw_blended(scratch, scratch.blended, work, band, true);
     if (work.is_in_frame || work.canvas.light) return;
     for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
+}
+
+void draw_moment_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band, const LightRows& opaque,
+                      Rows<float> depth) {
+    const auto copy_light = [](const LightRows& from, const LightRows& to, const PixelRect& rect) {
+        copy(from.red, to.red, rect);
+        copy(from.green, to.green, rect);
+        copy(from.blue, to.blue, rect);
+    };
+    for (const PixelRect& rect : work.rects) {
+        const PixelRect part = common(rect, band);
+        if (work.moment == MomentPart::moving) {
+            copy_light(opaque, work.canvas.light, part);
+            copy(depth, work.canvas.depth, part);
+        } else {
+            draw_background(work, part);
+        }
+    }
+    draw_opaque(scratch, scratch.movers, work, band, true);
+    if (work.moment == MomentPart::standing) {
+        for (const PixelRect& rect : work.rects) {
+            copy_light(work.canvas.light, opaque, common(rect, band));
+            copy(work.canvas.depth, depth, common(rect, band));
+        }
+    }
+    draw_blended(scratch, scratch.blended, work, band, true);
 }
 
 PixelRect band_of(const ViewWork& work, int band, int bands) {

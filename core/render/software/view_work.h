@@ -13,6 +13,7 @@
 #include "core/render/software/asked_pictures.h"
 #include "core/render/software/rasterizer.h"
 #include "core/render/software/shadowed_statics.h"
+#include "core/render/view_motion.h"
 
 /// What is known of a view from instant to instant, and while it is drawn.
 namespace camrig::render::software {
@@ -53,6 +54,13 @@ struct ChannelFrame {
     std::span<const PixelRect> stale;     ///< if a layer is kept: where the frame's memory holds something else
 };
 
+/// What of a moment is drawn (exposed_views.cpp).
+enum class MomentPart : std::uint8_t {
+    everything,
+    standing,  ///< without what moves
+    moving,    ///< over what stands, which is there
+};
+
 struct ViewWork {
     const View* view = nullptr;
     KindSet kinds;                             ///< that are drawn
@@ -73,13 +81,18 @@ struct ViewWork {
     std::span<std::uint16_t> numbers;          ///< of that sensor: of its frame or in scratch memory
     bool is_in_frame = false;                  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
-    bool has_areas = false;             ///< Antialias::coverage
+    bool has_areas = false;            ///< Antialias::coverage
+    std::optional<ViewMotion> motion;  ///< while it is taken; nullopt: the view is drawn as of its instant
+    /// Of a moment of such a view: what of it is drawn, in the rectangles alone; nullopt: it is no moment.
+    std::optional<MomentPart> moment;
+    bool is_light = false;              ///< of a moment: light is drawn, no frame
     std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 
     /// A sensor makes the colour picture.
     bool takes_picture() const { return exposure && frame != nullptr; }
+    bool is_shaded() const { return is_light || frame != nullptr; }
 };
 
 struct TriangleRange {
@@ -100,6 +113,18 @@ struct ViewScratch {
     std::array<Plane<float>, 3> light;          ///< of cameras with a sensor
     std::vector<std::uint16_t> sensor_numbers;  ///< of those whose numbers nobody asked for
 };
+
+/// Of views that are taken while something moves: light before a sensor.
+struct ExposureScratch {
+    std::array<Plane<float>, 3> sum;               ///< of all moments so far
+    std::array<Plane<float>, 3> standing, opaque;  ///< what stands still; the same before anything is blended
+    Plane<float> depth;                            ///< of `opaque`
+    std::vector<std::uint16_t> numbers;            ///< as ViewScratch::sensor_numbers
+};
+
+inline LightRows light_rows(const std::array<Plane<float>, 3>& planes) {
+    return {planes[0].rows(), planes[1].rows(), planes[2].rows()};
+}
 
 inline Rows<std::uint32_t> rows_of(frame::Frame& frame) {
     return {reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data()), frame.info().size.width};

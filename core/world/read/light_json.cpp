@@ -54,6 +54,12 @@ std::vector<FieldOf<Light>> light_fields(LightType type) {
                                                         out /= length;
                                                     }));
     }
+    table.push_back(field_at<&Light::flicker_depth>(
+        {.name = "flicker_depth",
+         .doc = "of a lamp on the mains: its light swings by this share of it, for cameras with a sensor",
+         .range = {0.0, 1.0}}));
+    table.push_back(field_at<&Light::flicker_hz>(
+        {.name = "flicker_hz", .doc = "so often: twice the mains' frequency", .unit = "Hz", .range = {1.0, 1000.0}}));
     if (type == LightType::spot) {
         table.push_back(degrees_at<&Light::inner_cone_rad>(
             {.name = "inner_cone_deg", .doc = "half angle", .fallback = "0", .range = {0.0, 90.0}}));

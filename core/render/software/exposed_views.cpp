@@ -1,0 +1,289 @@
+#include <algorithm>
+#include <functional>
+
+#include "core/base/cpu_meter.h"
+#include "core/render/moments.h"
+#include "core/render/software/area_rows.h"
+#include "core/render/software/channels.h"
+#include "core/render/software/rows.h"
+#include "core/render/software/software_drawer.h"
+#include "core/render/software/taken_picture.h"
+#include "core/render/software/view_rows.h"
+#include "core/render/view_frames.h"
+
+namespace camrig::render::software {
+namespace {
+
+constexpr std::size_t max_moving_rects = 16;
+/// Pixels of areas look at so many rows beside theirs.
+constexpr int area_margin_rows = 2;
+
+/// to += weight of the row * (from - minus), in a rectangle.
+void add(const LightRows& to, const LightRows& from, const LightRows& minus, const PixelRect& rect,
+         std::span<const float> weights) {
+    const auto add_plane = [&](Rows<float> sum, Rows<float> light, Rows<float> less) {
+        for (int y = rect.y0; y < rect.y1; ++y) {
+            const float weight = weights[static_cast<std::size_t>(y)];
+            if (weight == 0.0f) continue;
+            float* const row = sum(y);
+            const float* const a = light(y);
+            if (less.data == nullptr) {
+                for (int x = rect.x0; x < rect.x1; ++x) row[x] += weight * a[x];
+            } else {
+                const float* const b = less(y);
+                for (int x = rect.x0; x < rect.x1; ++x) row[x] += weight * (a[x] - b[x]);
+            }
+        }
+    };
+    add_plane(to.red, from.red, minus.red);
+    add_plane(to.green, from.green, minus.green);
+    add_plane(to.blue, from.blue, minus.blue);
+}
+
+/// How much of each row's light comes of a cell, with lamps of no frequency (0) or of one at their peak.
+class RowShares {
+public:
+    RowShares(const ViewMotion& motion, const Moments& moments) : motion_(motion), moments_(moments) {}
+
+    float of(int cell, int row, std::size_t lamps) const {
+        const float weight = moments_.weight(cell, row);
+        if (motion_.flicker_hz.empty() || weight == 0.0f) return lamps == 0 ? weight : 0.0f;
+        auto [begin_ns, end_ns] = moments_.shared(cell, row);
+        if (begin_ns >= end_ns) {
+            begin_ns = motion_.times.begin_ns + row * motion_.times.row_ns;
+            end_ns = begin_ns + motion_.times.exposure_ns;
+        }
+        if (lamps > 0) return weight * static_cast<float>(mean_sine(motion_.flicker_hz[lamps - 1], begin_ns, end_ns));
+        double rest = 1.0;
+        for (const double hz : motion_.flicker_hz) rest -= mean_sine(hz, begin_ns, end_ns);
+        return weight * static_cast<float>(rest);
+    }
+
+private:
+    const ViewMotion& motion_;
+    const Moments& moments_;
+};
+
+/// Each row as if it counted in the middle of its exposure alone.
+sensor::RowTimes middles_of(const sensor::RowTimes& times) {
+    return {.begin_ns = times.middle_ns(0), .exposure_ns = 0, .row_ns = times.row_ns, .rows = times.rows};
+}
+
+bool is_moving(const ViewMotion& motion, const scene::SeenSurface& seen) {
+    return std::ranges::binary_search(motion.moving, seen.placed->object->id);
+}
+
+}  // namespace
+
+bool SoftwareDrawer::is_exposed(const View& view) const {
+    const auto exposure = exposure_of(view, *scene_.snapshot());
+    return exposure && *exposure && motion_of(view, (*exposure)->times);
+}
+
+void SoftwareDrawer::draw_exposed(TimeNs monotonic_ns) {
+    if (exposed_.empty()) return;
+    const world::SnapshotRef instant = scene_.snapshot();
+    for (ViewWork* const work : exposed_) {
+        const CpuMeter meter(work->cost_ns);
+        draw_exposed(*work, monotonic_ns);
+    }
+    place(instant);
+}
+
+void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
+    const ImageSize size = work.view->spec->size;
+    work.whole = {0, 0, size.width, size.height};
+    work.rects.assign(1, work.whole);
+    work.bands_left = 1;
+    work.is_in_parts = work.has_areas = false;
+    work.is_in_frame = true;
+    acquire_frames(work, monotonic_ns);
+    const double moved_px = moved_pixels(work, monotonic_ns);
+    if (work.takes_picture()) {
+        begin_taking(work, exposure_scratch_.sum, exposure_scratch_.numbers);
+        work.history->picture.next(work.view->sequence, {});
+        sum_light(work, moved_px);
+        in_bands(work, work.whole, [&](int, const PixelRect& band) { expose_rows(work, band); });
+        in_bands(work, work.whole, [&](int, const PixelRect& band) { develop_rows(work, band); });
+    }
+    if (std::ranges::any_of(channel_kinds, [&](frame::FrameKind kind) {
+            return work.channels[static_cast<std::size_t>(kind)].frame != nullptr;
+        }))
+        draw_moment_channels(work, moved_px);
+    end_band(work, scratch_[0]);
+}
+
+void SoftwareDrawer::in_bands(ViewWork& work, const PixelRect& rows,
+                              const std::function<void(int, const PixelRect&)>& draw) {
+    const int bands = team_.size();
+    team_.run(static_cast<std::size_t>(bands), [&](int worker, std::size_t number) {
+        // The first worker is the one that asks, whose time counts as a whole.
+        std::atomic<TimeNs> counted = 0;
+        const CpuMeter meter(worker == 0 ? counted : work.cost_ns);
+        const int i = static_cast<int>(number);
+        const PixelRect band{rows.x0, rows.y0 + rows.height() * i / bands, rows.x1,
+                             rows.y0 + rows.height() * (i + 1) / bands};
+        draw(i, band);
+    });
+}
+
+void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz) {
+    place(at.snapshot);
+    moment_view_ = view_at(*work.view, at.state);
+    const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
+    ViewWork& moment = moment_;
+    moment.view = &moment_view_;
+    moment.whole = work.whole;
+    moment.scene = scene_view_of(moment_view_, is_shaded ? moment_view_.quality : world::Quality::simple);
+    moment.scene.lamps_hz = lamps_hz;
+    moment.rays = lens_of(moment_view_)->rays;
+    moment.channels = {};
+    moment.shadows.clear();
+    if (moment.scene.quality == world::Quality::beautiful && !shadows_.empty())
+        moment.shadows = shadows_.in_view(moment.scene.transform);
+    moment.movers.see(moment.scene);
+    ViewScratch& scratch = scratch_[0];
+    scratch.numbers.fit(work.view->spec->size);
+    scratch.depth.fit(work.view->spec->size);
+    moment.canvas = {{}, scratch.depth.rows(), {}};
+    moment.moment = MomentPart::everything;
+    moment.is_light = moment.has_areas = false;
+}
+
+double SoftwareDrawer::moved_pixels(ViewWork& work, TimeNs monotonic_ns) {
+    const View& view = *work.view;
+    if (!needs_depth(*work.motion)) return moved_px(*work.motion, view, nullptr);
+    begin_moment(work, work.motion->moments[1], 0.0);
+    auto& depth = moment_.channels[static_cast<std::size_t>(frame::FrameKind::depth)].frame;
+    depth = acquire_frame(*options_.pool, view, frame::FrameKind::depth, frame::PixelFormat::depth32f,
+                          work.exposure->times.end_ns(), monotonic_ns);
+    draw_moment_rows_of_channels(work.whole);
+    const double moved = moved_px(*work.motion, view, depth.get());
+    moment_.channels = {};
+    return moved;
+}
+
+void SoftwareDrawer::draw_moment_rows_of_channels(const PixelRect& rows) {
+    ViewScratch& scratch = scratch_[0];
+    moment_.rects.assign(1, rows);
+    deform_seen(std::vector<ViewWork*>{&moment_});
+    add_triangles(moment_, scratch);
+    name_draws(scratch);
+    scratch.movers = {0, scratch.movers.first + scratch.movers.count};
+    in_bands(moment_, rows, [&](int, const PixelRect& band) { draw_channel_rows(moment_, scratch, band); });
+}
+
+void SoftwareDrawer::draw_moment_channels(ViewWork& work, double moved_px) {
+    const Moments moments(middles_of(work.motion->times), moved_px);
+    for (int cell = 0; cell < moments.count(); ++cell) {
+        const auto [first, end] = moments.rows(cell);
+        if (first >= end) continue;
+        begin_moment(work, work.view->past->at(moments.time(cell)), 0.0);
+        moment_.channels = work.channels;
+        draw_moment_rows_of_channels({0, first, work.whole.x1, end});
+    }
+    moment_.channels = {};
+}
+
+void SoftwareDrawer::draw_moment_light(const ViewWork& work, MomentPart part, std::span<const PixelRect> rects) {
+    ViewScratch& scratch = scratch_[0];
+    ViewWork& moment = moment_;
+    moment.has_areas = has_areas(*work.view);
+    moment.is_light = true;
+    moment.moment = moment.has_areas && part == MomentPart::moving ? MomentPart::everything : part;
+    moment.rects.assign(rects.begin(), rects.end());
+    const PixelRect hull = hull_of(rects);
+    PixelRect rows{0, hull.y0, work.whole.x1, hull.y1};
+    if (moment.has_areas) {
+        rows.y0 = std::max(0, rows.y0 - area_margin_rows);
+        rows.y1 = std::min(work.whole.y1, rows.y1 + area_margin_rows);
+        moment.rects.assign(1, rows);
+    }
+    const auto leave_out = [&](std::vector<scene::SeenSurface>& list, bool moves) {
+        std::erase_if(list, [&](const scene::SeenSurface& seen) { return is_moving(*work.motion, seen) == moves; });
+    };
+    if (moment.moment == MomentPart::moving) leave_out(moment.movers.opaque, false);
+    if (moment.moment == MomentPart::standing) {
+        leave_out(moment.movers.opaque, true);
+        leave_out(moment.movers.blended, true);
+    }
+    deform_seen(std::vector<ViewWork*>{&moment});
+    for (Plane<float>& plane : scratch.light) plane.fit(work.view->spec->size);
+    moment.canvas.light = light_rows(scratch.light);
+    add_triangles(moment, scratch);
+    if (moment.has_areas) {
+        scratch.areas.begin(work.view->spec->size, team_.size());
+        for (int pass = 0; pass < area_passes; ++pass)
+            in_bands(moment, rows,
+                     [&](int i, const PixelRect& band) { draw_area_rows(moment, scratch, pass, i, band); });
+        return;
+    }
+    scratch.movers = {0, scratch.movers.first + scratch.movers.count};
+    in_bands(moment, rows, [&](int, const PixelRect& band) {
+        draw_moment_rows(moment, scratch, band, light_rows(exposure_scratch_.opaque), exposure_scratch_.depth.rows());
+    });
+}
+
+std::vector<PixelRect> SoftwareDrawer::moving_rects(const ViewWork& work, int first_row, int end_row) const {
+    std::vector<PixelRect> rects;
+    for (const auto* const list : {&moment_.movers.opaque, &moment_.movers.blended}) {
+        for (const scene::SeenSurface& seen : *list) {
+            if (!is_moving(*work.motion, seen)) continue;
+            const PixelRect rect =
+                common(moment_.scene.pixels_of(seen).value_or(PixelRect{}), {0, first_row, work.whole.x1, end_row});
+            if (rect.width() > 0 && rect.height() > 0) rects.push_back(rect);
+        }
+    }
+    return disjoint_cover(std::move(rects), max_moving_rects);
+}
+
+void SoftwareDrawer::sum_light(ViewWork& work, double moved_px) {
+    const ViewMotion& motion = *work.motion;
+    const bool blurs = work.view->spec->sensor->blur;
+    const Moments moments(blurs ? motion.times : middles_of(motion.times), moved_px);
+    const RowShares shares(motion, moments);
+    const bool stands = !motion.camera_moves && !motion.statics_change && moments.count() > 1;
+    if (stands) {
+        for (auto* const planes : {&exposure_scratch_.standing, &exposure_scratch_.opaque})
+            for (Plane<float>& plane : *planes) plane.fit(work.view->spec->size);
+        exposure_scratch_.depth.fit(work.view->spec->size);
+    }
+    const LightRows sum = work.canvas.light, standing = light_rows(exposure_scratch_.standing);
+    std::vector<float> weights(static_cast<std::size_t>(work.whole.y1));
+    const auto add_moment = [&](std::span<const PixelRect> rects, const LightRows& minus) {
+        in_bands(work, {0, 0, 0, work.whole.y1}, [&](int, const PixelRect& band) {
+            for (const PixelRect& rect : rects)
+                add(sum, moment_.canvas.light, minus,
+                    {rect.x0, std::max(rect.y0, band.y0), rect.x1, std::min(rect.y1, band.y1)}, weights);
+        });
+    };
+    for (const auto& rows : {sum.red, sum.green, sum.blue}) fill(rows, work.whole, 0.0f);
+    for (std::size_t lamps = 0; lamps <= motion.flicker_hz.size(); ++lamps) {
+        const double lamps_hz = lamps == 0 ? 0.0 : motion.flicker_hz[lamps - 1];
+        if (stands) {
+            begin_moment(work, motion.moments[1], lamps_hz);
+            draw_moment_light(work, MomentPart::standing, std::span(&work.whole, 1));
+            std::ranges::fill(weights, 0.0f);
+            for (int y = 0; y < work.whole.y1; ++y)
+                for (int cell = 0; cell < moments.count(); ++cell)
+                    weights[static_cast<std::size_t>(y)] += shares.of(cell, y, lamps);
+            add_moment(std::span(&work.whole, 1), {});
+            copy(moment_.canvas.light.red, standing.red, work.whole);
+            copy(moment_.canvas.light.green, standing.green, work.whole);
+            copy(moment_.canvas.light.blue, standing.blue, work.whole);
+        }
+        for (int cell = 0; cell < moments.count(); ++cell) {
+            const auto [first, end] = moments.rows(cell);
+            if (first >= end) continue;
+            begin_moment(work, work.view->past->at(moments.time(cell)), lamps_hz);
+            const std::vector<PixelRect> rects =
+                stands ? moving_rects(work, first, end) : std::vector<PixelRect>{{0, first, work.whole.x1, end}};
+            if (rects.empty()) continue;
+            for (int y = first; y < end; ++y) weights[static_cast<std::size_t>(y)] = shares.of(cell, y, lamps);
+            draw_moment_light(work, stands ? MomentPart::moving : MomentPart::everything, rects);
+            add_moment(rects, stands ? standing : LightRows{});
+        }
+    }
+}
+
+}  // namespace camrig::render::software

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/frame/frame.h"
+#include "core/render/renderer.h"
+#include "core/sensor/row_times.h"
+#include "core/world/camera_past.h"
+
+namespace camrig::render {
+
+/// What moves, or flickers, while a picture of a camera with a sensor is taken.
+struct ViewMotion {
+    sensor::RowTimes times;                            ///< as far back as the world's past is kept
+    std::array<world::CameraPast::Moment, 3> moments;  ///< begin, middle and end
+    bool camera_moves = false;
+    bool statics_change = false;     ///< a command or an event put others in their place
+    std::vector<ObjectId> moving;    ///< of the movers, by rising id
+    std::vector<double> flicker_hz;  ///< of lamps, each once
+};
+
+/// nullopt: everything stands still.
+std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& times);
+
+/// The view at a moment. Of a camera with a lens the focal length stays what it is.
+View view_at(const View& view, const camera::CameraState& state);
+
+/// How many pixels anything in the picture is moved from begin to end, about. depth: of the middle moment, where the
+/// camera moves by more than turning.
+double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* depth);
+bool needs_depth(const ViewMotion& motion);
+
+}  // namespace camrig::render
