@@ -46,6 +46,7 @@ json json_of(const T& value) {
             if (is_null_when_empty(name) && object[name] == "") object[name] = nullptr;
         });
         if constexpr (std::is_same_v<T, Mount>) return value.actor.empty() ? json(nullptr) : object;
+        if constexpr (std::is_same_v<T, Backdrop>) return value.file.empty() ? json(nullptr) : object;
         return object;
     } else if constexpr (is_optional<T>) {
         return value ? json_of(*value) : json(nullptr);
