@@ -60,8 +60,11 @@ void add_backdrop(const TruthOfFrame& truth, json& to) {
                          : json(nullptr);
     to["ignore"] = json::array();
     if (here == nullptr) return;
-    for (const world::IgnoredRegion& region : here->ignore)
-        to["ignore"].push_back(write_fields(fields_of(std::type_identity<world::IgnoredRegion>{}), region));
+    for (const world::IgnoredRegion& region : here->ignore) {
+        json corners = json::array();
+        for (const glm::dvec2& corner : region.polygon_px) corners.push_back({corner.x, corner.y});
+        to["ignore"].push_back({{"polygon_px", std::move(corners)}, {"class", region.object_class}});
+    }
 }
 
 json object_json(const ObjectTruth& object) {

@@ -52,7 +52,7 @@ def test_a_stream_of_another_size_shows_the_photo_scaled_once(rig, tmp_path):
     plate = tmp_path / "street.png"
     empty = empty_street(rig, plate, size=(1280, 960))
     backdrop = {"file": str(plate), "proxies": {"scene": "hidden", "boxes": [{"position": [10, 0, 0], "size": [1, 1, 1]}]},
-                "ignore": [{"polygon_px": [[100, 200], [140, 200], [140, 300]], "class": "car"}]}
+                "ignore": [{"polygon_px": [[100, 200], [140, 200], [140, 300]], "object_class": "car"}]}
     half = rig.create_camera("half", **CORNER, backdrop=backdrop)
     done = rig.record(tmp_path / "set", ["half"], frames=1)
     coco = json.loads((tmp_path / "set" / "coco.json").read_text())

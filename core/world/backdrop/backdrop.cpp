@@ -15,7 +15,7 @@ namespace {
 /// Ground farther away is as good as the horizon.
 constexpr double max_ground_m = 1e5;
 /// Sides of what was outlined in a picture through a lens are bent: they are cut so short, or into so many pieces.
-constexpr double piece_px = 4.0, max_pieces = 1500.0;
+constexpr double piece_px = 16.0, max_pieces = 500.0;
 
 Error refused(std::string message) {
     return {ErrorKind::invalid_argument, std::move(message)};

@@ -51,12 +51,12 @@ Result<Image> read_picture(const std::filesystem::path& file) {
     try {
         const auto bytes = gltf::read_file(file, max_picture_bytes);
         if (const int turned = orientation_of(bytes); turned != 1)
-            return error(ErrorKind::unsupported, file.string() + ": is stored turned (Exif orientation " +
-                                                     std::to_string(turned) + "); save it upright");
+            gltf::fail("", "is stored turned (Exif orientation " + std::to_string(turned) + "); save it upright",
+                       ErrorKind::unsupported);
         gltf::Budget budget;
-        return gltf::decode_image(bytes, file.string(), budget);
+        return gltf::decode_image(bytes, "", budget);
     } catch (const gltf::Failure& failure) {
-        return std::unexpected(failure.error);
+        return at(file.string(), failure.error);
     }
 }
 

@@ -162,7 +162,7 @@ FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>) {
         polygon_at<&IgnoredRegion::polygon_px>(
             {.name = "polygon_px", .doc = "its outline in the picture", .required = true, .unit = "px"}),
         field_at<&IgnoredRegion::object_class>(
-            {.name = "class", .doc = "of what the picture shows there", .range = {1, 64}})};
+            {.name = "object_class", .doc = "of what the picture shows there", .range = {1, 64}})};
     return table;
 }
 

@@ -173,7 +173,7 @@ TEST(Backdrop, WhatCameraGetAnswersIsTakenAgain) {
         camera(R"({"kind": "plate", "file": "gate.png", "proxies": {"ground": {"polygon_m": [[5, 2], [9, 2],
         [9, 6]], "z": 0.1}, "boxes": [{"position": [6, 4, 0], "size": [1, 2, 3], "yaw_deg": 30}], "cutouts":
         [{"polygon_px": [[400, 450], [430, 450], [430, 120]], "foot_px": [410, 452]}], "scene": "hidden"},
-        "ignore": [{"polygon_px": [[1, 1], [9, 1], [9, 9]], "class": "vehicle"}]})");
+        "ignore": [{"polygon_px": [[1, 1], [9, 1], [9, 9]], "object_class": "vehicle"}]})");
     ASSERT_TRUE(spec) << spec.error().message;
     const nlohmann::json told = camera_to_json(*spec)["backdrop"];
     const auto again = camera(told.dump());
@@ -198,7 +198,8 @@ TEST(Backdrop, ACommandThatChangesNothingOfItMakesItNotAnew) {
 
 TEST(Backdrop, FilesOfACommandAreAbsoluteAndThoseOfASceneBelowIt) {
     CameraPatch patch;
-    patch.backdrop.emplace(BackdropSpec{.file = "gate.png"});
+    patch.backdrop.emplace(BackdropSpec{});
+    (*patch.backdrop)->file = "gate.png";
     EXPECT_THAT(load_backdrop(patch, "").error().message, StartsWith("backdrop.file: must be an absolute path"));
     EXPECT_THAT(load_backdrop(patch, "/nowhere").error().message, StartsWith("backdrop.file: /nowhere/gate.png: "));
     (*patch.backdrop)->file = "../gate.png";
