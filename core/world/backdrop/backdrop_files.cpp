@@ -22,7 +22,8 @@ Result<std::filesystem::path> file_of(const std::string& file, const std::filesy
     return error(ErrorKind::invalid_argument, "must be a path below the scene file's folder");
 }
 
-/// A JPEG as a camera wrote it may lie on its side, and say so (Exif 2.3, 4.6.4, tag 0x0112); 1: upright.
+/// A JPEG as a camera wrote it may lie on its side, and say so (Exif 2.3, 4.6.4, tag 0x0112); 0 and 1: upright or not
+/// said.
 int orientation_of(std::span<const std::byte> bytes) {
     const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i]) : 0u; };
     if (at(0) != 0xFF || at(1) != 0xD8) return 1;
@@ -50,7 +51,7 @@ int orientation_of(std::span<const std::byte> bytes) {
 Result<Image> read_picture(const std::filesystem::path& file) {
     try {
         const auto bytes = gltf::read_file(file, max_picture_bytes);
-        if (const int turned = orientation_of(bytes); turned != 1)
+        if (const int turned = orientation_of(bytes); turned > 1)
             gltf::fail("", "is stored turned (Exif orientation " + std::to_string(turned) + "); save it upright",
                        ErrorKind::unsupported);
         gltf::Budget budget;
