@@ -30,6 +30,13 @@ constexpr bool is_list_of_objects = false;
 template <typename T>
 constexpr bool is_list_of_objects<std::vector<T>> = has_members<T>;
 
+/// By its members: the program that makes the structs is built with this file.
+template <typename T>
+constexpr bool is_backdrop = requires(const T& value) {
+    value.file;
+    value.proxies;
+};
+
 bool is_null_when_empty(std::string_view name) {
     return std::ranges::find(null_when_empty, name) != std::end(null_when_empty);
 }
@@ -46,6 +53,7 @@ json json_of(const T& value) {
             if (is_null_when_empty(name) && object[name] == "") object[name] = nullptr;
         });
         if constexpr (std::is_same_v<T, Mount>) return value.actor.empty() ? json(nullptr) : object;
+        if constexpr (is_backdrop<T>) return value.file.empty() ? json(nullptr) : object;
         return object;
     } else if constexpr (is_optional<T>) {
         return value ? json_of(*value) : json(nullptr);

@@ -28,12 +28,14 @@ namespace camrig::client {
 
 /// Of a JSON type; a string for null is empty.
 std::string plain_type(const Field& field) {
-    constexpr std::array<std::pair<std::string_view, std::string_view>, 10> types{
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 12> types{
         {{"boolean", "bool"},
          {"integer", "std::int64_t"},
          {"number", "double"},
          {"string", "std::string"},
          {"[width, height]", "Size"},
+         {"[x, y]", "Vector2"},
+         {"array of [x, y]", "std::vector<Vector2>"},
          {"[x, y, z]", "Vector3"},
          {"[x, y, z, w]", "Quaternion"},
          {"number or \"num/den\"", "Rate"},

@@ -37,6 +37,8 @@ std::string python_type(const Field& field, bool is_given) {
                                   Type{"number", "float", "float"},
                                   Type{"string", "str", "str"},
                                   Type{"[width, height]", "Sequence[int]", "list[int]"},
+                                  Type{"[x, y]", "Vector", "list[float]"},
+                                  Type{"array of [x, y]", "Sequence[Vector]", "list[list[float]]"},
                                   Type{"[x, y, z]", "Vector", "list[float]"},
                                   Type{"[r, g, b]", "Vector", "list[float]"},
                                   Type{"[string, string]", "Sequence[str]", "list[str]"},

@@ -102,6 +102,9 @@ ordered_json schema_of(const Field& field) {
         schema["enum"] = field.choices;
     } else if (field.type.starts_with("object")) {
         schema = object_schema(field);
+    } else if (field.type == "array of objects") {
+        schema = {{"type", "array"}, {"items", object_schema(field)}};
+        put_range(schema, field, "minItems", "maxItems");
     } else {
         schema["type"] = field.plain_type();
         put_range(schema, field, field.type.starts_with("string") ? "minLength" : "minimum",

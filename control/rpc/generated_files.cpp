@@ -105,10 +105,13 @@ std::vector<Field> camera_descriptions() {
 
 std::vector<Field> shapes_in(const std::vector<Field>& fields) {
     std::vector<Field> shapes;
+    const auto add = [&](const Field& shape) {
+        if (std::ranges::find(shapes, shape.shape, &Field::shape) == shapes.end()) shapes.push_back(shape);
+    };
     for (const Field& field : fields) {
         if (field.shape.empty()) continue;
-        for (Field& inner : shapes_in(field.parts)) shapes.push_back(std::move(inner));
-        if (std::ranges::find(shapes, field.shape, &Field::shape) == shapes.end()) shapes.push_back(field);
+        for (const Field& inner : shapes_in(field.parts)) add(inner);
+        add(field);
     }
     return shapes;
 }

@@ -40,6 +40,10 @@ std::vector<SharedObject> shared_objects() {
                   "and the picture is made of its numbers. A preset sets all figures, what is given beside it counts. "
                   "frame.get gives the numbers (kind sensor), frame.get and truth.get how the picture was taken. "
                   "docs/sensor.md has the model and the presets."),
+        object_of("backdrop",
+                  "A picture of a real place, which the camera took or might have: people and vehicles are drawn into "
+                  "it through the camera's lens, hidden by proxies, the shapes of what it shows. Given as a whole. "
+                  "Pixels are those of the picture's file, centres at integers. docs/backdrops.md has all of it."),
         object_of(
             "intrinsics",
             "The pinhole camera in pixels. Pixel centres are at integer coordinates (OpenCV): cx = (width - 1) / 2 "

@@ -1,5 +1,6 @@
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
+#include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_fields.h"
 #include "core/world/camera_json.h"
 
@@ -48,6 +49,8 @@ Result<engine::CreateCamera> read_create(JsonReader& reader) {
     reader.optional("place", command.place);
     command.patch = world::read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
+    // Here, because nobody's picture waits for this thread.
+    if (auto loaded = world::load_backdrop(command.patch, {}); !loaded) return std::unexpected(loaded.error());
     return command;
 }
 
@@ -59,6 +62,8 @@ Result<engine::SetCamera> read_set(JsonReader& reader) {
     reader.required("name", command.name);
     command.patch = world::read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
+    // Here, because nobody's picture waits for this thread.
+    if (auto loaded = world::load_backdrop(command.patch, {}); !loaded) return std::unexpected(loaded.error());
     return command;
 }
 

@@ -49,6 +49,12 @@ std::vector<Method> truth_methods(RpcContext& context) {
                     {"ptz", "object or null",
                      "of a camera on a head: pan_deg, tilt_deg and zoom as it believes, turning, zooming, and under "
                      "`true` where it is"},
+                    {"depth_source", "string",
+                     "`render`: depth is that of what is drawn; `proxy`: where a backdrop shows, that of its proxies"},
+                    {"backdrop", "object or null", "of a camera with a backdrop: its kind and file"},
+                    {"ignore", "array of objects",
+                     "where the backdrop shows people and vehicles that are not in `objects`: polygon_px in pixels of "
+                     "this frame, class"},
                     {"classes", "object", "number of each class, as in semantic pictures, by its name"},
                     {"objects", "array of objects",
                      "id, name, class, class_number, box, box_full, clipped, truncated, pixels, pixels_alone, "

@@ -166,6 +166,12 @@ world::CameraPatch replug_patch(const world::CameraSpec& spec, const fault::Unpl
 
 Result<fault::FaultRef> CameraTable::set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                                TimeNs now_ns) {
+    if (entry.spec().backdrop && fault::layer_of(spec.kind) == fault::Layer::body)
+        return error(
+            ErrorKind::unsupported,
+            "kind: camera " + *entry.name +
+                " has a backdrop, which shows the place as it looked from where the camera stands; it cannot be "
+                "moved by a fault");
     if (const auto* const out = std::get_if<fault::Unplug>(&spec.kind)) {
         if (std::ranges::none_of(entry.spec().outputs, is_device))
             return error(ErrorKind::unsupported,

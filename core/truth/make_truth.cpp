@@ -378,6 +378,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
     truth.monotonic_ns = view.monotonic_ns;
     truth.clock = view.clock;
     truth.sensor = view.sensor;
+    truth.spec = view.spec;
     truth.size = spec.size;
     truth.intrinsics = spec.intrinsics;
     truth.lens = spec.lens;

@@ -70,14 +70,15 @@ struct TruthOfFrame {
     ImageSize size;
     camera::Intrinsics intrinsics;
     camera::Lens lens;
-    camera::Pose pose;                             ///< world_from_link at that instant
-    std::optional<camera::Pose> believed_pose;     ///< what its calibration says, where that is not so
-    std::optional<camera::PtzStatus> head;         ///< of a camera on a pan/tilt/zoom head
-    std::optional<ClockReading> clock;             ///< of a camera with one of its own
-    std::optional<SensorReading> sensor;           ///< of a camera with one: how the frame is taken
-    fault::FrameFaultsRef faults;                  ///< of a camera that fails; null: nothing does
-    std::map<std::uint32_t, std::string> classes;  ///< by number, of everything in the world
-    std::vector<ObjectTruth> objects;              ///< that the camera sees or would see alone, by rising id
+    camera::Pose pose;                              ///< world_from_link at that instant
+    std::optional<camera::Pose> believed_pose;      ///< what its calibration says, where that is not so
+    std::optional<camera::PtzStatus> head;          ///< of a camera on a pan/tilt/zoom head
+    std::optional<ClockReading> clock;              ///< of a camera with one of its own
+    std::optional<SensorReading> sensor;            ///< of a camera with one: how the frame is taken
+    fault::FrameFaultsRef faults;                   ///< of a camera that fails; null: nothing does
+    std::shared_ptr<const world::CameraSpec> spec;  ///< of the camera
+    std::map<std::uint32_t, std::string> classes;   ///< by number, of everything in the world
+    std::vector<ObjectTruth> objects;               ///< that the camera sees or would see alone, by rising id
 };
 
 using TruthRef = std::shared_ptr<const TruthOfFrame>;

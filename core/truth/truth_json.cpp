@@ -2,6 +2,7 @@
 
 #include "core/base/field_of.h"
 #include "core/fault/mask.h"
+#include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_json.h"
 
 namespace camrig::truth {
@@ -50,6 +51,22 @@ void add_faults(const TruthOfFrame& truth, json& to) {
     to["shown_sequence"] = truth.faults ? truth.faults->shown_sequence : truth.sequence;
 }
 
+/// What the camera sees that is a picture, and what truth does not know of it.
+void add_backdrop(const TruthOfFrame& truth, json& to) {
+    const world::Backdrop* const here = truth.spec != nullptr ? truth.spec->backdrop_here.get() : nullptr;
+    to["depth_source"] = here != nullptr ? "proxy" : "render";
+    to["backdrop"] = here != nullptr
+                         ? json{{"kind", to_string(truth.spec->backdrop->kind)}, {"file", truth.spec->backdrop->file}}
+                         : json(nullptr);
+    to["ignore"] = json::array();
+    if (here == nullptr) return;
+    for (const world::IgnoredRegion& region : here->ignore) {
+        json corners = json::array();
+        for (const glm::dvec2& corner : region.polygon_px) corners.push_back({corner.x, corner.y});
+        to["ignore"].push_back({{"polygon_px", std::move(corners)}, {"class", region.object_class}});
+    }
+}
+
 json object_json(const ObjectTruth& object) {
     const glm::dvec2 low = object.box_full_min, extent = object.box_full_max - object.box_full_min;
     json value{
@@ -94,6 +111,7 @@ json truth_to_json(const TruthOfFrame& truth) {
                {"classes", std::move(classes)},
                {"objects", std::move(objects)}};
     add_faults(truth, value);
+    add_backdrop(truth, value);
     value["sensor"] =
         truth.sensor ? write_fields(fields_of(std::type_identity<SensorReading>{}), *truth.sensor) : json(nullptr);
     const auto of_sensor = [&](TimeNs SensorReading::* time) {

@@ -30,6 +30,11 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
     auto spec = patch_camera_spec(base, patch);
     if (!spec) return std::unexpected(spec.error());
 
+    if (spec->backdrop && duration_ns > 0 && (patch.pose || turns || patch.optics || patch.zoom))
+        return error(ErrorKind::unsupported,
+                     "seconds: a camera with a backdrop stands still, because its picture is true from one place only; "
+                     "what changes its pose or optics is at once");
+
     Camera next = *this;
     next.spec_ = std::make_shared<const CameraSpec>(std::move(*spec));
     const CameraSpec &before = *spec_, &after = *next.spec_;

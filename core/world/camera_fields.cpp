@@ -65,6 +65,23 @@ Entry mount() {
     return entry;
 }
 
+Entry backdrop() {
+    Entry entry =
+        camera_at<&CameraSpec::backdrop>({.name = "backdrop",
+                                          .doc = "a picture of a real place that people walk in, see backdrop",
+                                          .null = "the scene's own objects are what it sees",
+                                          .shape = "Backdrop",
+                                          .is_whole = true});
+    entry.has_checked_range = false;
+    entry.read = [field = entry.field](JsonReader& reader, CameraPatch& patch) {
+        if (reader.has_null(field.name))
+            patch.backdrop.emplace();
+        else if (auto value = read_object<BackdropSpec>(reader, field))
+            patch.backdrop.emplace(std::move(*value));
+    };
+    return entry;
+}
+
 void read_pose_of(JsonReader& reader, CameraPatch& patch) {
     const json* value = reader.find("pose");
     if (!value) return;
@@ -208,6 +225,7 @@ std::vector<Entry> make_camera_fields() {
              .doc = "counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers",
              .null = "none: light of 1 is white",
              .shape = "Sensor"}),
+        backdrop(),
         {.field = {.name = "lens",
                    .type = "object",
                    .doc = "see lens",

@@ -5,6 +5,7 @@
 
 #include "core/base/output_family.h"
 #include "core/camera/camera_model.h"
+#include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_fields.h"
 
 namespace camrig::world {
@@ -66,6 +67,29 @@ Result<void> check_pose(const camera::Pose& pose) {
     return {};
 }
 
+/// A plate is true from one place, through one lens.
+Result<void> check_backdrop(const CameraSpec& spec) {
+    if (!spec.backdrop) return {};
+    const auto refuse = [](const std::string& why) { return std::unexpected(Error{ErrorKind::unsupported, why}); };
+    if (spec.mount)
+        return refuse("mount: a camera with a backdrop stands still, because its picture is true from one place only");
+    if (spec.ptz)
+        return refuse(
+            "ptz: a camera with a backdrop stands still, because its picture shows what was before it at one pan, tilt "
+            "and zoom; leave out one of both");
+    if (spec.sensor)
+        return refuse("sensor: the picture of a backdrop went through a sensor already; leave out one of both");
+    if (spec.zoom != spec.optics_zoom)
+        return refuse("zoom: a camera with a backdrop has the zoom that its picture was taken with");
+    if (spec.lens_sampling != LensSampling{})
+        return refuse("lens.method: people are drawn into a backdrop through the lens itself (method auto)");
+    const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
+    if (spec.antialias != Antialias::automatic && spec.antialias != Antialias::none &&
+        !(spec.antialias == Antialias::coverage && is_pinhole))
+        return refuse("antialias: with a backdrop it is auto, none or, without a lens, coverage");
+    return {};
+}
+
 /// The pose with its head turned.
 Result<camera::Pose> turned(const camera::Pose& pose, std::optional<double> pan_rad, std::optional<double> tilt_rad) {
     if (!pan_rad && !tilt_rad) return pose;
@@ -97,6 +121,8 @@ void assign_if(const std::optional<From>& from, To& to) {
 
 Antialias antialias_of(const CameraSpec& spec, Quality quality) {
     if (spec.antialias != Antialias::automatic) return spec.antialias;
+    // Of pictures through a lens coverage is not drawn by what draws backdrops.
+    if (spec.backdrop && spec.lens.model != camera::LensModel::pinhole) return Antialias::none;
     // Above 4 megapixels pixels are small enough for what several samples of each (lenses, GPUs) would take of memory.
     constexpr std::int64_t most_pixels = std::int64_t{1} << 22;
     return quality == Quality::beautiful && spec.size.pixels() <= most_pixels ? Antialias::coverage : Antialias::none;
@@ -123,21 +149,31 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     assign_if(patch.lens, spec.lens);
     assign_if(patch.lens_sampling, spec.lens_sampling);
     assign_if(patch.outputs, spec.outputs);
+    assign_if(patch.backdrop, spec.backdrop);
     for (const auto& change : patch.others) change(spec);
 
     for (const auto& good : {check_size(spec), check_range(spec), check_sensor(spec), check_pose(spec.pose),
-                             check_outputs(spec.outputs, spec.size)})
+                             check_outputs(spec.outputs, spec.size), check_backdrop(spec)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());
     intrinsics->fx *= spec.zoom / spec.optics_zoom;
     intrinsics->fy *= spec.zoom / spec.optics_zoom;
+    if (spec.backdrop && spec.backdrop->intrinsics && spec.backdrop->files)
+        *intrinsics = scaled(*spec.backdrop->intrinsics, spec.backdrop->files->picture.size, spec.size);
     if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
     spec.intrinsics = *intrinsics;
     const bool same_optics = spec.lens == base.lens && spec.lens_sampling == base.lens_sampling &&
                              spec.size == base.size && spec.intrinsics == base.intrinsics;
-    if (same_optics) return spec;
-    if (auto good = check_lens(spec); !good) return std::unexpected(good.error());
+    if (!same_optics)
+        if (auto good = check_lens(spec); !good) return std::unexpected(good.error());
+    if (!spec.backdrop) {
+        spec.backdrop_here = nullptr;
+    } else if (!same_optics || spec.pose != base.pose || spec.backdrop != base.backdrop) {
+        auto made = make_backdrop(spec);
+        if (!made) return std::unexpected(made.error());
+        spec.backdrop_here = std::move(*made);
+    }
     return spec;
 }
 

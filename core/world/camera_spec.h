@@ -18,9 +18,12 @@
 #include "core/camera/pose.h"
 #include "core/camera/ptz_spec.h"
 #include "core/sensor/sensor_spec.h"
+#include "core/world/backdrop/backdrop_spec.h"
 #include "core/world/camera_sampling.h"
 
 namespace camrig::world {
+
+struct Backdrop;
 
 /// What a camera is fixed to: an actor, at one of its model's nodes or, without one, at its body.
 struct Mount {
@@ -57,9 +60,11 @@ struct CameraSpec {
     /// at pan and tilt 0.
     camera::Pose pose;
     std::optional<Mount> mount;
-    std::optional<camera::PtzSpec> ptz;        ///< the head that turns and zooms it; nullopt: none
-    std::optional<camera::ClockSpec> clock;    ///< nullopt: none of its own, it is right
-    std::optional<sensor::SensorSpec> sensor;  ///< what counts the light; nullopt: light 1 is white
+    std::optional<camera::PtzSpec> ptz;             ///< the head that turns and zooms it; nullopt: none
+    std::optional<camera::ClockSpec> clock;         ///< nullopt: none of its own, it is right
+    std::optional<sensor::SensorSpec> sensor;       ///< what counts the light; nullopt: light 1 is white
+    std::optional<BackdropSpec> backdrop;           ///< a picture of the place; nullopt: the scene's own objects are it
+    std::shared_ptr<const Backdrop> backdrop_here;  ///< derived from backdrop, size, optics, lens and pose
     camera::Lens lens;
     LensSampling lens_sampling;
     Antialias antialias = Antialias::automatic;
@@ -94,6 +99,7 @@ struct CameraPatch {
                           tilt_rad = {};  ///< turn the pose as a pan/tilt head does; position and roll stay
     std::optional<camera::Lens> lens = {};
     std::optional<LensSampling> lens_sampling = {};
+    std::optional<std::optional<BackdropSpec>> backdrop = {};  ///< after load_backdrop(); nullopt inside: none
     std::optional<std::vector<OutputSpec>> outputs = {};
     std::vector<std::function<void(CameraSpec&)>> others = {};  ///< in this order
 

@@ -4,6 +4,7 @@
 
 #include "core/base/error_list.h"
 #include "core/base/names.h"
+#include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_json.h"
 #include "core/world/model_lights.h"
 #include "core/world/read/actor_json.h"
@@ -167,6 +168,8 @@ Result<CameraSpec> SceneReader::read_camera(JsonReader& reader) const {
             if (!patch.optics) patch.optics = VerticalFov{found->second.vfov_rad};
         }
     }
+    if (reader.ok())
+        if (auto loaded = load_backdrop(patch, folder_); !loaded) reader.fail_inside(loaded.error());
     auto camera = reader.ok() ? patch_camera_spec(spec, patch) : Result<CameraSpec>(CameraSpec{});
     if (!camera) reader.fail_inside(camera.error());
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());

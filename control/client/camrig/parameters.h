@@ -190,6 +190,96 @@ struct Sensor {
     }
 };
 
+/// Of a camera: ground.
+struct GroundProxy {
+    std::vector<Vector2> polygon_m = {};  ///< m; its corners in the world
+    std::vector<Vector2> polygon_px = {};  ///< px; instead: its corners in the picture, below the horizon
+    double z = 0;  ///< m; -1e10 to 1e10: height of the ground
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("polygon_m", self.polygon_m);
+        visit("polygon_px", self.polygon_px);
+        visit("z", self.z);
+    }
+};
+
+/// Of a camera: boxes.
+struct BoxProxy {
+    Vector3 position = {};  ///< m; the middle of its bottom
+    Vector3 size = {};  ///< m; along its x, y and z
+    double yaw_deg = 0;  ///< deg; -360 to 360: about z, counter-clockwise
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("position", self.position);
+        visit("size", self.size);
+        visit("yaw_deg", self.yaw_deg);
+    }
+};
+
+/// Of a camera: cutouts.
+struct CutoutProxy {
+    std::vector<Vector2> polygon_px = {};  ///< px; its outline in the picture
+    Vector2 foot_px = {};  ///< px; where it stands on the ground, below the horizon
+    double z = 0;  ///< m; -1e10 to 1e10: height of the ground
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("polygon_px", self.polygon_px);
+        visit("foot_px", self.foot_px);
+        visit("z", self.z);
+    }
+};
+
+/// Of a camera: proxies.
+struct Proxies {
+    std::string file = {};  ///< .glb or .gltf, placed in the world as it is; beside `file` of the picture. Empty: none
+    std::optional<GroundProxy> ground = {};  ///< a piece of level ground, by one of the polygons; null: none
+    std::vector<BoxProxy> boxes = {};  ///< at most 200: that stand in the place
+    std::vector<CutoutProxy> cutouts = {};  ///< at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences
+    std::string scene = "drawn";  ///< `drawn`, `proxies` or `hidden`: what the scene's objects that stand still are. drawn: they are drawn into the picture; proxies: the picture shows them already; hidden: they are not in it
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("file", self.file);
+        visit("ground", self.ground);
+        visit("boxes", self.boxes);
+        visit("cutouts", self.cutouts);
+        visit("scene", self.scene);
+    }
+};
+
+/// Of a camera: ignore.
+struct IgnoredRegion {
+    std::vector<Vector2> polygon_px = {};  ///< px; its outline in the picture
+    std::string object_class = "person";  ///< of 1 to 64 characters: of what the picture shows there
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("polygon_px", self.polygon_px);
+        visit("object_class", self.object_class);
+    }
+};
+
+/// Of a camera: backdrop.
+struct Backdrop {
+    std::string kind = "plate";  ///< `plate`: plate: one picture of a camera that stands still
+    std::string file = {};  ///< PNG or JPEG, upright, of the camera's size or of one with the same sides; relative to the scene file, in its folder or below, or, of commands, an absolute path
+    std::optional<Intrinsics> intrinsics = {};  ///< px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size
+    Proxies proxies = {};  ///< shapes of what the picture shows: they hide what goes behind them
+    std::vector<IgnoredRegion> ignore = {};  ///< at most 200: where the picture shows people or vehicles of its own, which truth does not know
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("kind", self.kind);
+        visit("file", self.file);
+        visit("intrinsics", self.intrinsics);
+        visit("proxies", self.proxies);
+        visit("ignore", self.ignore);
+    }
+};
+
 /// Of a camera: lens.
 struct Lens {
     std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
@@ -287,6 +377,7 @@ struct CameraOptions {
     std::optional<std::optional<Ptz>> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<std::optional<Clock>> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
     std::optional<std::optional<Sensor>> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
+    std::optional<Backdrop> backdrop = {};  ///< a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees
     std::optional<Lens> lens = {};  ///< see lens
     std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -317,6 +408,7 @@ struct CameraOptions {
         visit("ptz", self.ptz);
         visit("clock", self.clock);
         visit("sensor", self.sensor);
+        visit("backdrop", self.backdrop);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -344,6 +436,7 @@ struct CameraState {
     std::optional<Ptz> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<Clock> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
     std::optional<Sensor> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
+    std::optional<Backdrop> backdrop = {};  ///< a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees
     Lens lens = {};  ///< see lens
     std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -379,6 +472,7 @@ struct CameraState {
         visit("ptz", self.ptz);
         visit("clock", self.clock);
         visit("sensor", self.sensor);
+        visit("backdrop", self.backdrop);
         visit("lens", self.lens);
         visit("antialias", self.antialias);
         visit("near", self.near);
@@ -454,6 +548,7 @@ inline CameraOptions CameraState::options() const {
     options.ptz = ptz;
     options.clock = clock;
     options.sensor = sensor;
+    options.backdrop = backdrop;
     options.lens = lens;
     options.antialias = antialias;
     options.near = near;

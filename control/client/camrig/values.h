@@ -7,6 +7,7 @@
 /// Value types of the API.
 namespace camrig::client {
 
+using Vector2 = std::array<double, 2>;
 using Vector3 = std::array<double, 3>;
 /// x, y, z, w
 using Quaternion = std::array<double, 4>;

@@ -171,6 +171,78 @@ class Sensor(TypedDict, total=False):
     """at least 0: of all that is random"""
 
 
+class GroundProxy(TypedDict, total=False):
+    """Of a camera: ground."""
+
+    polygon_m: list[list[float]]
+    """m; its corners in the world"""
+    polygon_px: list[list[float]]
+    """px; instead: its corners in the picture, below the horizon"""
+    z: float
+    """m; -1e10 to 1e10: height of the ground"""
+
+
+class BoxProxy(TypedDict, total=False):
+    """Of a camera: boxes."""
+
+    position: list[float]
+    """m; the middle of its bottom"""
+    size: list[float]
+    """m; along its x, y and z"""
+    yaw_deg: float
+    """deg; -360 to 360: about z, counter-clockwise"""
+
+
+class CutoutProxy(TypedDict, total=False):
+    """Of a camera: cutouts."""
+
+    polygon_px: list[list[float]]
+    """px; its outline in the picture"""
+    foot_px: list[float]
+    """px; where it stands on the ground, below the horizon"""
+    z: float
+    """m; -1e10 to 1e10: height of the ground"""
+
+
+class Proxies(TypedDict, total=False):
+    """Of a camera: proxies."""
+
+    file: str
+    """.glb or .gltf, placed in the world as it is; beside `file` of the picture. Empty: none"""
+    ground: Union[GroundProxy, None]
+    """a piece of level ground, by one of the polygons; null: none"""
+    boxes: list[BoxProxy]
+    """at most 200: that stand in the place"""
+    cutouts: list[CutoutProxy]
+    """at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences"""
+    scene: Literal["drawn", "proxies", "hidden"]
+    """`drawn`, `proxies` or `hidden`: what the scene's objects that stand still are. drawn: they are drawn into the picture; proxies: the picture shows them already; hidden: they are not in it"""
+
+
+class IgnoredRegion(TypedDict, total=False):
+    """Of a camera: ignore."""
+
+    polygon_px: list[list[float]]
+    """px; its outline in the picture"""
+    object_class: str
+    """of 1 to 64 characters: of what the picture shows there"""
+
+
+class Backdrop(TypedDict, total=False):
+    """Of a camera: backdrop."""
+
+    kind: Literal["plate"]
+    """`plate`: plate: one picture of a camera that stands still"""
+    file: str
+    """PNG or JPEG, upright, of the camera's size or of one with the same sides; relative to the scene file, in its folder or below, or, of commands, an absolute path"""
+    intrinsics: Union[Intrinsics, None]
+    """px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size"""
+    proxies: Proxies
+    """shapes of what the picture shows: they hide what goes behind them"""
+    ignore: list[IgnoredRegion]
+    """at most 200: where the picture shows people or vehicles of its own, which truth does not know"""
+
+
 class Lens(TypedDict, total=False):
     """Of a camera: lens."""
 
@@ -275,6 +347,8 @@ class CameraOptions(TypedDict, total=False):
     """its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right; default null"""
     sensor: Union[Sensor, None]
     """counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white; default null"""
+    backdrop: Union[Backdrop, None]
+    """a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees; default null"""
     lens: Union[Lens, str, tuple[str, Vector]]
     """see lens; default pinhole"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
@@ -324,6 +398,8 @@ class CameraState(TypedDict):
     """its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right"""
     sensor: Union[Sensor, None]
     """counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white"""
+    backdrop: Union[Backdrop, None]
+    """a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees"""
     lens: Lens
     """see lens"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
@@ -472,6 +548,7 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "ptz": ("object or null", ""),
     "clock": ("object or null", ""),
     "sensor": ("object or null", ""),
+    "backdrop": ("object or null", ""),
     "lens": ("object", ""),
     "antialias": ("string", ""),
     "near": ("number", ""),

@@ -127,6 +127,11 @@ Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
         return error(ErrorKind::unsupported,
                      "sensor: drawn by camrig's own rasteriser only: with --device cpu, the lens method auto, and "
                      "antialias none or, of pinhole cameras, coverage");
+    if (view.spec->backdrop)
+        return error(
+            ErrorKind::unsupported,
+            "backdrop: drawn by camrig's own rasteriser only: with --device cpu, the principal point less than 8192 "
+            "pixels beside the picture and, through a lens, no points and lines in the scene");
     auto painted = painter_.paint(view, index, scene_, targets_[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame::frame_kind_count; ++k) {

@@ -85,6 +85,13 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     }
 }
 
+void PlacedSurfaces::light_anew(LightTable& light_sets, std::span<const world::Light> lights, float exposure) {
+    for (PlacedSurface& surface : surfaces_)
+        surface.light_set = light_sets.add(
+            surface.primitive->is_lit ? lights_around(lights, exposure, surface.world_from_local, surface.bounds)
+                                      : LightSet{});
+}
+
 PlacedSurface& PlacedSurfaces::place(const PreparedPrimitive& primitive, const PreparedModel& model,
                                      const world::ModelRef& source, const world::ObjectInfo& object) {
     PlacedSurface& surface = surfaces_.emplace_back();
@@ -132,6 +139,7 @@ void PlacedScene::place(const world::SnapshotRef& snapshot) {
     // What is placed points into the snapshot, and into models that live as long as it holds them.
     movers_.clear();
     place_statics(snapshot->statics);
+    keep_proxies();
     snapshot_ = snapshot;
     light_sets_.truncate(static_light_sets_);
     for (const world::Instance& mover : snapshot->movers)
@@ -151,6 +159,32 @@ void PlacedScene::place_statics(const std::shared_ptr<const world::StaticSet>& s
         statics_.add(object, *models_, light_sets_, lights(), environment().exposure);
     for (const PlacedSurface& surface : statics_.all())
         if (surface.deformation >= 0) statics_.deform(surface);
+    own_light_sets_ = static_light_sets_ = light_sets_.size();
+    has_new_statics_ = true;
+}
+
+const PlacedSurfaces* PlacedScene::proxies_of(const std::shared_ptr<const world::Backdrop>& backdrop) {
+    if (backdrop == nullptr || backdrop->proxies.empty()) return nullptr;
+    Proxies& kept = proxies_[backdrop.get()];
+    if (kept.of.lock() == backdrop) return &kept.placed;
+    kept.of = backdrop;
+    kept.placed.clear();
+    for (const world::Instance& proxy : backdrop->proxies)
+        kept.placed.add(proxy, *models_, light_sets_, lights(), environment().exposure);
+    for (const PlacedSurface& surface : kept.placed.all())
+        if (surface.deformation >= 0) kept.placed.deform(surface);
+    ++proxies_number_;
+    has_new_proxies_ = true;
+    return &kept.placed;
+}
+
+void PlacedScene::keep_proxies() {
+    const std::size_t gone = std::erase_if(proxies_, [](const auto& one) { return one.second.of.expired(); });
+    if (gone > 0) ++proxies_number_;
+    if (!has_new_proxies_ && !has_new_statics_ && gone == 0) return;
+    has_new_proxies_ = has_new_statics_ = false;
+    light_sets_.truncate(own_light_sets_);
+    for (auto& [key, one] : proxies_) one.placed.light_anew(light_sets_, lights(), environment().exposure);
     static_light_sets_ = light_sets_.size();
 }
 
@@ -160,7 +194,9 @@ void PlacedScene::clear() {
     movers_.clear();
     statics_.clear();
     light_sets_.truncate(0);
-    static_light_sets_ = 0;
+    static_light_sets_ = own_light_sets_ = 0;
+    proxies_.clear();
+    ++proxies_number_;
     snapshot_.reset();
     static_set_.reset();
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/render/scene/contact_shadows.h"
 #include "core/render/scene/light_selection.h"
 #include "core/render/scene/prepared_model.h"
+#include "core/world/backdrop/backdrop.h"
 #include "core/world/posed_model.h"
 #include "core/world/snapshot.h"
 
@@ -63,6 +65,8 @@ public:
     void clear();
     void add(const world::Instance& instance, PreparedModels& models, LightTable& light_sets,
              std::span<const world::Light> lights, float exposure);
+    /// Under the lights of another static set.
+    void light_anew(LightTable& light_sets, std::span<const world::Light> lights, float exposure);
     std::span<const PlacedSurface> all() const { return surfaces_; }
     /// Those that are blended, into all().
     std::span<const std::size_t> blended() const { return blended_; }
@@ -112,10 +116,19 @@ public:
     PlacedSurfaces& movers() { return movers_; }
     const PlacedSurfaces& movers() const { return movers_; }
     const PlacedSurfaces& group_of(bool is_static) const { return is_static ? statics_ : movers_; }
+    /// The proxies of a backdrop, which stand still; null: it has none of its own. Good as long as the backdrop.
+    const PlacedSurfaces* proxies_of(const std::shared_ptr<const world::Backdrop>& backdrop);
+    /// Of all backdrops that were asked for.
+    template <typename Use>
+    void each_proxy(const Use& use) const {
+        for (const auto& [key, one] : proxies_)
+            for (const PlacedSurface& surface : one.placed.all()) use(surface);
+    }
     bool has_only_triangles() const { return statics_.has_only_triangles() && movers_.has_only_triangles(); }
 
     std::uint64_t statics_number() const { return statics_number_; }  ///< counts the static sets
     std::uint64_t objects_number() const { return objects_number_; }  ///< counts those with other objects
+    std::uint64_t proxies_number() const { return proxies_number_; }  ///< counts the sets of proxies
 
     /// Deformed meshes of movers since the start, once an instant: those that were made, and those that no camera saw.
     std::uint64_t meshes_made() const { return meshes_made_ + movers_.made(); }
@@ -123,6 +136,13 @@ public:
 
 private:
     void place_statics(const std::shared_ptr<const world::StaticSet>& statics);
+    /// Those of backdrops that are gone are forgotten; of those that are new, the lights stay from now on.
+    void keep_proxies();
+
+    struct Proxies {
+        std::weak_ptr<const world::Backdrop> of;
+        PlacedSurfaces placed;
+    };
 
     std::shared_ptr<PreparedModels> models_;
     world::SnapshotRef snapshot_;
@@ -131,6 +151,10 @@ private:
     PlacedSurfaces statics_, movers_;
     LightTable light_sets_;  ///< those of the statics first, then the movers' of this instant
     int static_light_sets_ = 0;
+    std::map<const world::Backdrop*, Proxies> proxies_;
+    std::uint64_t proxies_number_ = 0;
+    bool has_new_proxies_ = false, has_new_statics_ = false;
+    int own_light_sets_ = 0;                             ///< of the statics, without those of proxies
     std::uint64_t meshes_made_ = 0, meshes_unseen_ = 0;  ///< in the instants before this one
 };
 

@@ -55,7 +55,7 @@ std::uint64_t SeenStatics::number_of(const View& view, const SceneView& scene) {
     Seen& seen = seen_[view.camera];
     const bool is_same_view = seen.number != 0 && seen.spec_revision == view.spec_revision && seen.pose == view.pose &&
                               seen.quality == view.quality;
-    if (is_same_view && seen.statics == placed.statics_number()) {
+    if (is_same_view && seen.statics == placed.statics_number() && seen.proxies == placed.proxies_number()) {
         if (!seen.lights) seen.lights = lights_of_statics(scene, view.quality);
         return seen.number;
     }
@@ -69,6 +69,7 @@ std::uint64_t SeenStatics::number_of(const View& view, const SceneView& scene) {
             .quality = view.quality,
             .statics = placed.statics_number(),
             .objects = placed.objects_number(),
+            .proxies = placed.proxies_number(),
             .environment = placed.environment(),
             .lights = std::move(lights)};
     return seen.number;

@@ -35,7 +35,7 @@ private:
         std::uint64_t spec_revision = 0;
         camera::Pose pose;
         world::Quality quality = world::Quality::simple;
-        std::uint64_t statics = 0, objects = 0;  ///< as the scene counts them
+        std::uint64_t statics = 0, objects = 0, proxies = 0;  ///< as the scene counts them
         world::Environment environment;
         /// None: not looked for. A camera that moves never needs them.
         std::optional<std::vector<world::Light>> lights;

@@ -23,6 +23,14 @@ inline std::vector<WorldBox> shadow_receivers(const PlacedScene& scene) {
     return boxes;
 }
 
+/// Boxes of what the pictures of backdrops show, beside what is in the scene.
+inline std::vector<WorldBox> shadow_catchers(const PlacedScene& scene) {
+    std::vector<WorldBox> boxes;
+    scene.each_proxy(
+        [&](const PlacedSurface& surface) { boxes.push_back(world_box(surface.world_from_local, surface.bounds)); });
+    return boxes;
+}
+
 /// Boxes of what moves and casts, into `to`.
 inline void find_moving_casters(const PlacedScene& scene, std::vector<WorldBox>& to) {
     to.clear();

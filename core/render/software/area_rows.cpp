@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/coverage.h"
 #include "core/render/software/rows.h"
@@ -73,6 +74,19 @@ struct RowsOfView {
     const PixelRect& rect;
 };
 
+bool is_proxy(const RowsOfView& of, std::uint32_t triangle) {
+    return triangle < of.scratch.proxies;
+}
+
+/// A part of a static pixel that shows the picture of a backdrop.
+CAMRIG_LANES void add_picture(const RowsOfView& of, SampleMask mask, const PixelPlane& plane, int x, int y) {
+    StaticFragment& made = of.band.statics.fragments.emplace_back();
+    made.mask = mask;
+    made.plane = plane;
+    made.color = linear_of(of.work.canvas.color(y)[x]);
+    of.band.place_of_fragment.push_back(no_triangle);
+}
+
 /// A part of a static pixel; place: of its colour.
 CAMRIG_LANES void add_static(AreaBand& band, SampleMask mask, const PixelPlane& plane, std::uint32_t place) {
     StaticFragment& made = band.statics.fragments.emplace_back();
@@ -91,21 +105,30 @@ CAMRIG_LANES void add_crowded(const RowsOfView& of, int x, int y, ShownParts& pa
     const std::span<Shown> shown = parts.all();
     find_surfaces(of.scratch.geometry, shown);
     if (is_as_its_middle(shown, number)) return;
-    if (shown.empty()) add_static(band, 0, {}, no_triangle);
+    if (shown.empty() && of.work.backdrop == nullptr) add_static(band, 0, {}, no_triangle);
     const auto first = band.place_of_fragment.size();
+    SampleMask uncovered = all_samples;
     for (std::size_t i = 0; i < shown.size(); ++i) {
+        uncovered &= ~shown[i].mask;
+        if (is_proxy(of, shown[i].triangle)) {
+            add_picture(of, shown[i].mask, shown[i].plane, x, y);
+            continue;
+        }
         const auto surface = static_cast<std::size_t>(shown[i].surface);
         add_static(band, shown[i].mask, shown[i].plane,
                    surface != i ? band.place_of_fragment[first + surface]
                                 : add_surface(shown, shown[i].surface, x, y, band.places).place);
     }
+    if (of.work.backdrop != nullptr && uncovered != 0) add_picture(of, uncovered, {}, x, y);
 }
 
 CAMRIG_LANES void add_divided(const RowsOfView& of, int x, int y, const DividedPixel& pixel) {
     if (pixel.mask == all_samples) return;
     const ViewGeometry& geometry = of.scratch.geometry;
     const auto add = [&](std::uint32_t number, SampleMask mask) {
+        if (number == 0 && of.work.backdrop != nullptr) return add_picture(of, mask, {}, x, y);
         if (number == 0) return;
+        if (is_proxy(of, number - 1)) return add_picture(of, mask, plane_at(geometry, number - 1, x, y), x, y);
         add_static(of.band, mask, plane_at(geometry, number - 1, x, y),
                    add_place(number - 1, mask, count_of(mask), x, y, of.band.places));
     };
@@ -175,6 +198,7 @@ void draw_static_pixels(const RowsOfView& of) {
     }
     describe_visible(of.scratch, of.rect, of.work);
     mixed.leave_out(numbers);
+    catch_shadows(of.scratch.geometry, of.scratch.proxies, false, of.rect, of.work.canvas, numbers);
     shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
     mixed.mix(of.band.places, of.work.canvas);
 }
@@ -346,14 +370,21 @@ void draw_movers(const RowsOfView& of) {
     shade_places(geometry, band.places);
     if (of.work.layer == nullptr) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
-        for (const PixelRect& rect : of.work.movers.rects)
-            shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.areas.shown_behind);
+        for (const PixelRect& rect : of.work.movers.rects) {
+            const PixelRect part = common(rect, of.rect);
+            catch_shadows(geometry, of.scratch.proxies, false, part, of.work.canvas,
+                          of.scratch.areas.shown_behind.rows());
+            shade_visible(geometry, part, of.work.canvas, of.scratch.areas.shown_behind);
+        }
         mixed.take_behind(of.work.canvas);
     }
     for (const PixelRect& rect : of.work.rects) describe_visible(of.scratch, common(rect, of.rect), of.work);
     mixed.leave_out(of.scratch.numbers.rows());
-    for (const PixelRect& rect : of.work.rects)
-        shade_visible(geometry, common(rect, of.rect), of.work.canvas, of.scratch.numbers);
+    for (const PixelRect& rect : of.work.rects) {
+        const PixelRect part = common(rect, of.rect);
+        catch_shadows(geometry, of.scratch.proxies, false, part, of.work.canvas, of.scratch.numbers.rows());
+        shade_visible(geometry, part, of.work.canvas, of.scratch.numbers);
+    }
     mixed.mix(band.places, of.work.canvas);
     finish_rows(of.work, of.scratch, of.rect);
 }
@@ -372,6 +403,9 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
             draw_background(work, rect);
             const TriangleRange& range = scratch.statics;
             find_visible(scratch.geometry, range.first, range.count, rect, work.canvas, scratch.numbers);
+            // Without a layer, that is.
+            if (!work.shadows.empty())
+                darken_proxies(scratch.geometry, scratch.proxies, rect, work.canvas, scratch.numbers.rows());
             scratch.areas.edges.clear(rect);
             return mark_outlines(scratch.geometry, range.first, range.count, rect, work.canvas.depth,
                                  scratch.areas.outlines, &scratch.areas.edges);

@@ -8,7 +8,8 @@ namespace camrig::render::software {
 /// What a static layer keeps to shade its pixels anew. Its picture is drawn as if nothing moved.
 struct ShadowedStatics {
     ViewGeometry geometry;
-    TriangleNumbers numbers;  ///< of its triangles
+    TriangleNumbers numbers;    ///< of its triangles
+    std::uint32_t proxies = 0;  ///< so many of the first are not shaded (catchers.h)
 
     std::int64_t bytes() const { return geometry.bytes(); }
 };

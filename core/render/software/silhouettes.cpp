@@ -48,7 +48,9 @@ std::vector<frame::Silhouette> SoftwareDrawer::silhouettes(const View& view, std
         place_of.emplace(static_cast<std::uint32_t>(objects[i]), unknown.size());
         unknown.push_back({.index = i, .surfaces = {}});
     }
+    const auto& backdrop = view.spec->backdrop;
     for (const bool of_statics : {true, false}) {
+        if (of_statics && backdrop && backdrop->proxies.scene == world::SceneInBackdrop::hidden) continue;
         for (const scene::PlacedSurface& surface : scene_.group_of(of_statics).all()) {
             if (surface.primitive->is_blended) continue;
             const auto found = place_of.find(static_cast<std::uint32_t>(surface.object->id));

@@ -144,6 +144,8 @@ KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
 
 void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
+    work.backdrop = view.spec->backdrop_here.get();
+    work.proxies = scene_.proxies_of(view.spec->backdrop_here);
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     work.rays = lens_of(view)->rays;
@@ -186,6 +188,8 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     while (works_.size() < views.size()) works_.emplace_back();
     in_work_.clear();
     exposed_.clear();
+    // What shadows fall on is known before the first layer is looked for.
+    for (const View* view : views) scene_.proxies_of(view->spec->backdrop_here);
     for (std::size_t i = 0; i < views.size(); ++i) {
         works_[i].cost_ns = 0;
         const CpuMeter meter(works_[i].cost_ns);
@@ -297,7 +301,9 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
     name_draws(scratch);
     if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
-    if (work.layer == nullptr && !work.has_areas) scratch.movers = {0, scratch.movers.first + scratch.movers.count};
+    const bool has_picture = work.backdrop != nullptr && work.frame != nullptr;
+    if (work.layer == nullptr && !work.has_areas && !has_picture)
+        scratch.movers = {0, scratch.movers.first + scratch.movers.count};
 }
 
 void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
@@ -355,9 +361,11 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows);
     scratch.opaque.clear();
     scratch.blending.clear();
+    scratch.proxies = 0;
     const bool is_shaded = work.is_shaded();
     const bool has_statics = work.is_in_parts || work.moment == MomentPart::moving;
     work.scene.see_all(true, has_statics ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
+    if (work.backdrop != nullptr) add_proxies(work, scratch);
     keep_only(work.view->only_objects, scratch.opaque);
     keep_only(work.view->only_objects, work.movers.opaque);
     if (work.moment) {
@@ -379,6 +387,27 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     }
     sort_far_to_near(scratch.blended_statics);
     sort_far_to_near(scratch.blended);
+}
+
+void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
+    const world::SceneInBackdrop role = work.view->spec->backdrop->proxies.scene;
+    if (role != world::SceneInBackdrop::drawn) scratch.blending.clear();
+    if (role == world::SceneInBackdrop::hidden) scratch.opaque.clear();
+    if (work.is_in_parts) return;
+    if (work.proxies != nullptr && work.view->only_objects.empty()) {
+        find_primitives(*work.proxies, scratch.proxy_primitives);
+        for (const scene::PlacedSurface& surface : work.proxies->all()) {
+            if (surface.primitive->is_blended) continue;
+            if (const auto seen = work.scene.see(surface, true))
+                scratch.geometry.add(*seen, *scratch.proxy_primitives[surface.index]);
+        }
+    }
+    if (role == world::SceneInBackdrop::proxies && work.view->only_objects.empty()) {
+        for (const scene::SeenSurface& seen : scratch.opaque)
+            scratch.geometry.add(seen, *static_primitives_[seen.placed->index]);
+        scratch.opaque.clear();
+    }
+    scratch.proxies = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
 }
 
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
@@ -431,6 +460,7 @@ void SoftwareDrawer::keep_shadowed(ViewWork& work, ViewScratch& scratch) {
     ShadowedStatics& shadowed = *work.layer->shadowed;
     const std::int64_t before = shadowed.bytes();
     shadowed.geometry = std::exchange(scratch.geometry, {});
+    shadowed.proxies = scratch.proxies;
     charge_for(*work.layer, shadowed.bytes() - before);
 }
 

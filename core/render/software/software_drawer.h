@@ -100,6 +100,8 @@ private:
     /// The layer's part whose size only the picture tells; without room for it the layer is given up.
     void keep_areas(ViewWork& work, const ViewScratch& scratch);
     /// What the layer shades anew; it is the geometry that drew it. As keep_areas.
+    /// What the picture of a backdrop shows, before all that is drawn.
+    void add_proxies(ViewWork& work, ViewScratch& scratch);
     void keep_shadowed(ViewWork& work, ViewScratch& scratch);
     /// Says that the layer takes so much more; without room it is given up.
     void charge_for(StaticLayer& layer, std::int64_t bytes);

@@ -64,8 +64,12 @@ PixelRect texels_of_tile(int column, int row, int around) {
 }  // namespace
 
 void SoftwareShadows::plan(const scene::PlacedScene& scene) {
-    const std::vector<WorldBox> boxes = shadow_receivers(scene);
-    const std::vector<ShadowView> views = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
+    std::vector<WorldBox> boxes = shadow_receivers(scene);
+    const std::vector<WorldBox> catchers = shadow_catchers(scene);
+    // Where there is a scene, its maps are the same whatever backdrops there are.
+    const std::vector<ShadowView> views =
+        plan_shadows(scene.lights(), scene.environment().exposure, boxes.empty() ? catchers : boxes);
+    boxes.insert(boxes.end(), catchers.begin(), catchers.end());
     if (!boxes.empty()) receivers_ = joined(boxes);
     while (maps_.size() > views.size()) maps_.pop_back();
     while (maps_.size() < views.size()) {
@@ -128,10 +132,11 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
         });
     };
     bool is_new = false;
-    if (scene.statics_number() != statics_number_) {
+    if (scene.statics_number() != statics_number_ || scene.proxies_number() != proxies_number_) {
         std::vector<ShadowView> before;
         for (const Map& map : maps_) before.push_back(map.view);
         statics_number_ = scene.statics_number();
+        proxies_number_ = scene.proxies_number();
         plan(scene);
         // A light that only flickers changes no shadow.
         is_new = scene.objects_number() != objects_number_ || !std::ranges::equal(maps_, before, {}, &Map::view);

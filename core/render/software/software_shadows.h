@@ -50,7 +50,7 @@ private:
     static Rows<float> still(const Map& map) { return {map.texels, shadow_stride}; }
     static Rows<float> moving(const Map& map) { return {map.texels + shadow_texels_of_map, shadow_stride}; }
 
-    std::uint64_t statics_number_ = 0, objects_number_ = 0;
+    std::uint64_t statics_number_ = 0, objects_number_ = 0, proxies_number_ = 0;
     std::deque<Map> maps_;
     WorldBox receivers_;
     std::vector<WorldBox> casters_;  ///< the movers

@@ -1,6 +1,7 @@
 #include "core/render/software/view_rows.h"
 
 #include "core/render/software/area_rows.h"
+#include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/taken_picture.h"
@@ -11,6 +12,11 @@ namespace {
 std::uint32_t pixel_of(const glm::vec3& linear) {
     return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
            0xFFu << 24;
+}
+
+const std::uint8_t* row_of(const world::Image& picture, int y) {
+    return picture.rgba.data() +
+           std::size_t{4} * static_cast<std::size_t>(picture.size.width) * static_cast<std::size_t>(y);
 }
 
 void fill_light(const LightRows& rows, const PixelRect& rect, const glm::vec3& light) {
@@ -31,6 +37,9 @@ void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork&
         copy(scratch.numbers.rows(), work.layer->shadowed->numbers.rows(), band);
     for (const PixelRect& rect : work.rects) {
         describe_visible(scratch, common(rect, band), work);
+        // What movers keep from a layer is found anew in each picture (draw_shadows_of_movers).
+        catch_shadows(scratch.geometry, scratch.proxies, !work.shadows.empty() && work.layer == nullptr,
+                      common(rect, band), work.canvas, scratch.numbers.rows());
         shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers, has_movers);
     }
 }
@@ -55,9 +64,11 @@ void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRec
     const ShadowedStatics& statics = *work.layer->shadowed;
     // Its geometry becomes the layer's with the last band of the first picture.
     const ViewGeometry& geometry = work.is_in_parts ? statics.geometry : scratch.geometry;
+    const std::uint32_t proxies = work.is_in_parts ? statics.proxies : scratch.proxies;
     for (const PixelRect& rect : work.rects) {
         const PixelRect part = common(rect, band);
         find_shadowed(geometry, part, work.layer->depth.rows(), statics.numbers.rows(), scratch.numbers.rows());
+        catch_shadows(geometry, proxies, true, part, work.canvas, scratch.numbers.rows());
         shade_visible(geometry, part, work.canvas, scratch.numbers);
     }
 }
@@ -91,13 +102,18 @@ void draw_background(ViewWork& work, const PixelRect& rect) {
     const Canvas& canvas = work.canvas;
     const world::Environment& environment = work.scene.scene->environment();
     const glm::vec3 background = environment.background * environment.exposure;
-    if (canvas.light) {
+    if (work.backdrop != nullptr && canvas.color.data != nullptr) {
+        for (int y = rect.y0; y < rect.y1; ++y)
+            std::memcpy(canvas.color(y) + rect.x0, row_of(work.backdrop->picture, y) + 4 * rect.x0,
+                        static_cast<std::size_t>(rect.width()) * sizeof(std::uint32_t));
+    } else if (canvas.light) {
         fill_light(canvas.light, rect, background);
     } else {
         fill(canvas.color, rect, pixel_of(background));
     }
     fill(canvas.depth, rect, 0.0f);
-    cover_blind(work.scene, canvas, rect);
+    // The picture of a backdrop shows what it shows, also where the lens sees nothing.
+    cover_blind(work.scene, work.backdrop != nullptr ? Canvas{{}, canvas.depth, {}} : canvas, rect);
 }
 
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
@@ -171,6 +187,8 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int b
         if (work.layer != nullptr) {
             draw_opaque(scratch, scratch.statics, work, band, false);
             keep_layer(work, scratch, band);
+        } else if (work.backdrop != nullptr) {
+            draw_opaque(scratch, scratch.statics, work, band, true);
         }
     }
     draw_shadows_of_movers(work, scratch, band);

@@ -70,6 +70,8 @@ struct ViewWork {
     StaticLayer* layer = nullptr;
     FrameHistory* history = nullptr;
     scene::SeenMovers movers;
+    const world::Backdrop* backdrop = nullptr;       ///< null: none
+    const scene::PlacedSurfaces* proxies = nullptr;  ///< of the backdrop, beside those of the scene; null: none
     PixelRect whole;
     std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
     std::span<const PixelRect> stale;  ///< if a layer is kept: where the frame's memory holds something else
@@ -103,8 +105,10 @@ struct TriangleRange {
 struct ViewScratch {
     ViewGeometry geometry;
     TriangleRange statics, movers;                             ///< opaque
+    std::uint32_t proxies = 0;                                 ///< so many of the first triangles, of `statics` too
     std::vector<ViewDraw> blended_statics, blended;            ///< from far to near; the second with the first
     std::vector<scene::SeenSurface> opaque, blending;          ///< static ones, as they are seen
+    std::vector<const SoftwarePrimitive*> proxy_primitives;    ///< of ViewWork::proxies
     std::vector<std::int32_t> ids_of_draws, classes_of_draws;  ///< by draw, for channels
     TriangleNumbers numbers;
     Plane<float> depth;

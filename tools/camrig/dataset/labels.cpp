@@ -132,8 +132,41 @@ json coco_categories(const json& classes) {
     return categories;
 }
 
+namespace {
+
+/// Where a backdrop shows somebody whom nobody labels: who finds them is neither right nor wrong.
+void add_ignored(const json& truth, std::int64_t image_id, std::int64_t& next_id, json& annotations) {
+    for (const json& region : truth.value("ignore", json::array())) {
+        const std::string name = region.at("class");
+        const json& classes = truth.at("classes");
+        if (!classes.contains(name)) continue;
+        // From centres at integers to COCO's edges.
+        double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+        json outline = json::array();
+        for (const json& corner : region.at("polygon_px")) {
+            for (std::size_t axis = 0; axis < 2; ++axis) {
+                const double at = corner.at(axis).get<double>() + 0.5;
+                low[axis] = std::min(low[axis], at);
+                high[axis] = std::max(high[axis], at);
+                outline.push_back(at);
+            }
+        }
+        const double width = high[0] - low[0], height = high[1] - low[1];
+        annotations.push_back({{"id", next_id++},
+                               {"image_id", image_id},
+                               {"category_id", coco_category(name, classes.at(name).get<int>())},
+                               {"bbox", {low[0], low[1], width, height}},
+                               {"area", width * height},
+                               {"iscrowd", 1},
+                               {"segmentation", json::array({std::move(outline)})}});
+    }
+}
+
+}  // namespace
+
 json coco_annotations(const json& truth, std::int64_t image_id, std::int64_t& next_id) {
     json annotations = json::array();
+    add_ignored(truth, image_id, next_id, annotations);
     for (const json& object : truth.at("objects")) {
         if (object.at("pixels").get<std::int64_t>() == 0) continue;
         json annotation{{"id", next_id++},

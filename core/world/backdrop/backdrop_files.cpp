@@ -1,0 +1,101 @@
+#include <cstring>
+
+#include "core/base/error_list.h"
+#include "core/world/backdrop/backdrop.h"
+#include "core/world/gltf/image_decode.h"
+#include "core/world/gltf/resources.h"
+#include "core/world/gltf_loader.h"
+#include "core/world/shipped.h"
+
+namespace camrig::world {
+namespace {
+
+constexpr std::size_t max_picture_bytes = std::size_t{256} << 20;
+
+Result<std::filesystem::path> file_of(const std::string& file, const std::filesystem::path& folder) {
+    if (folder.empty()) {
+        if (std::filesystem::path(file).is_absolute() && file.find('\0') == std::string::npos) return file;
+        return error(ErrorKind::invalid_argument, "must be an absolute path; relative ones are those of scene files");
+    }
+    // What a scene file said is an absolute path in what camera.get answers.
+    if (leads_below(file)) return std::filesystem::absolute(folder / file);
+    return error(ErrorKind::invalid_argument, "must be a path below the scene file's folder");
+}
+
+/// A JPEG as a camera wrote it may lie on its side, and say so (Exif 2.3, 4.6.4, tag 0x0112); 0 and 1: upright or not
+/// said.
+int orientation_of(std::span<const std::byte> bytes) {
+    const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i]) : 0u; };
+    if (at(0) != 0xFF || at(1) != 0xD8) return 1;
+    for (std::size_t from = 2; at(from) == 0xFF && at(from + 1) >= 0xE0 && at(from + 1) <= 0xEF;) {
+        const std::size_t length = at(from + 2) << 8 | at(from + 3), body = from + 4;
+        if (at(from + 1) == 0xE1 && length > 8 && body + 6 <= bytes.size() &&
+            std::memcmp(bytes.data() + body, "Exif\0\0", 6) == 0) {
+            const std::size_t tiff = body + 6;
+            const bool is_little = at(tiff) == 'I';
+            const auto word = [&](std::size_t i) {
+                return is_little ? at(i) | at(i + 1) << 8 : at(i) << 8 | at(i + 1);
+            };
+            const std::size_t directory =
+                tiff + (is_little ? word(tiff + 4) | word(tiff + 6) << 16 : word(tiff + 4) << 16 | word(tiff + 6));
+            const std::uint32_t entries = word(directory);
+            for (std::uint32_t i = 0; i < entries && directory + 14 + 12 * i <= bytes.size(); ++i)
+                if (word(directory + 2 + 12 * i) == 0x0112) return static_cast<int>(word(directory + 10 + 12 * i));
+        }
+        if (length < 2) break;
+        from += 2 + length;
+    }
+    return 1;
+}
+
+Result<Image> read_picture(const std::filesystem::path& file) {
+    try {
+        const auto bytes = gltf::read_file(file, max_picture_bytes);
+        if (const int turned = orientation_of(bytes); turned > 1)
+            gltf::fail("", "is stored turned (Exif orientation " + std::to_string(turned) + "); save it upright",
+                       ErrorKind::unsupported);
+        gltf::Budget budget;
+        return gltf::decode_image(bytes, "", budget);
+    } catch (const gltf::Failure& failure) {
+        return at(file.string(), failure.error);
+    }
+}
+
+}  // namespace
+
+Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& folder) {
+    if (!patch.backdrop || !*patch.backdrop) return {};
+    BackdropSpec& spec = **patch.backdrop;
+    auto files = std::make_shared<BackdropFiles>();
+    const auto read = [&](std::string& file, const char* field, const auto& load) -> Result<void> {
+        const ErrorList::Pause paths_of_another_file;
+        auto place = file_of(file, folder);
+        if (!place) return at(field, place.error());
+        if (auto loaded = load(*place); !loaded) return at(field, loaded.error());
+        file = place->string();
+        return {};
+    };
+    if (auto good = read(spec.file, "backdrop.file",
+                         [&](const std::filesystem::path& file) -> Result<void> {
+                             auto picture = read_picture(file);
+                             if (!picture) return std::unexpected(picture.error());
+                             files->picture = std::move(*picture);
+                             return {};
+                         });
+        !good)
+        return good;
+    if (!spec.proxies.file.empty()) {
+        auto good =
+            read(spec.proxies.file, "backdrop.proxies.file", [&](const std::filesystem::path& file) -> Result<void> {
+                auto model = load_model(file);
+                if (!model) return std::unexpected(model.error());
+                files->proxies = std::move(*model);
+                return {};
+            });
+        if (!good) return good;
+    }
+    spec.files = std::move(files);
+    return {};
+}
+
+}  // namespace camrig::world

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "core/base/field_table.h"
+#include "core/base/named.h"
+#include "core/camera/intrinsics.h"
+
+/// What a user says of a picture of a real place that people walk in (docs/backdrops.md). Pixels are those of the
+/// picture as its file has it, centres at integers; metres are the world's.
+namespace camrig::world {
+
+struct BackdropFiles;
+
+/// plate: one picture of a camera that stands still.
+enum class BackdropKind : std::uint8_t { plate };
+std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>);
+
+/// What objects of the scene that stand still are to the picture. drawn: they stand in the place and are drawn into
+/// it. proxies: the picture shows them already. hidden: they are not there.
+enum class SceneInBackdrop : std::uint8_t { drawn, proxies, hidden };
+std::span<const Named<SceneInBackdrop>> names_of(std::type_identity<SceneInBackdrop>);
+
+/// A piece of level ground. One of the polygons.
+struct GroundProxy {
+    std::vector<glm::dvec2> polygon_m, polygon_px;
+    double z = 0.0;
+    friend bool operator==(const GroundProxy&, const GroundProxy&) = default;
+};
+FieldTable<GroundProxy> fields_of(std::type_identity<GroundProxy>);
+
+/// Stands on the middle of its bottom.
+struct BoxProxy {
+    glm::dvec3 position{0.0};
+    glm::dvec3 size{1.0};
+    double yaw_deg = 0.0;  ///< about z, counter-clockwise
+    friend bool operator==(const BoxProxy&, const BoxProxy&) = default;
+};
+FieldTable<BoxProxy> fields_of(std::type_identity<BoxProxy>);
+
+/// What the picture shows within the polygon stands upright where its foot is on the ground, and faces the camera.
+struct CutoutProxy {
+    std::vector<glm::dvec2> polygon_px;
+    glm::dvec2 foot_px{0.0};
+    double z = 0.0;  ///< of the ground at its foot
+    friend bool operator==(const CutoutProxy&, const CutoutProxy&) = default;
+};
+FieldTable<CutoutProxy> fields_of(std::type_identity<CutoutProxy>);
+
+/// The shapes of what the picture shows: they hide what goes behind them, and shadows fall on them.
+struct ProxiesSpec {
+    std::string file;  ///< glTF, in the world's place; empty: none
+    std::optional<GroundProxy> ground;
+    std::vector<BoxProxy> boxes;
+    std::vector<CutoutProxy> cutouts;
+    SceneInBackdrop scene = SceneInBackdrop::drawn;
+    friend bool operator==(const ProxiesSpec&, const ProxiesSpec&) = default;
+
+    bool is_empty() const {
+        return file.empty() && !ground && boxes.empty() && cutouts.empty() && scene != SceneInBackdrop::proxies;
+    }
+};
+FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>);
+
+/// Where the picture shows something real that truth does not know: a person of that moment.
+struct IgnoredRegion {
+    std::vector<glm::dvec2> polygon_px;
+    std::string object_class = "person";
+    friend bool operator==(const IgnoredRegion&, const IgnoredRegion&) = default;
+};
+FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>);
+
+struct BackdropSpec {
+    BackdropKind kind = BackdropKind::plate;
+    std::string file;
+    std::optional<camera::Intrinsics> intrinsics;  ///< of the picture's own pixels; nullopt: the camera's
+    ProxiesSpec proxies;
+    std::vector<IgnoredRegion> ignore;
+    std::shared_ptr<const BackdropFiles> files;  ///< read by load_backdrop
+    friend bool operator==(const BackdropSpec&, const BackdropSpec&) = default;
+};
+FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>);
+
+}  // namespace camrig::world

@@ -1,0 +1,422 @@
+#include "core/world/backdrop/backdrop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/render/software/software_drawer.h"
+#include "tests/render/support/test_rig.h"
+
+// Plates: a picture that people walk in. What is known exactly: the picture's own bytes where nothing is in front, and
+// what a scene looks like whose empty picture is the plate.
+namespace camrig::render {
+namespace {
+
+using world::SceneInBackdrop;
+
+constexpr std::uint32_t person_id = 90;
+
+std::unique_ptr<software::SoftwareDrawer> drawer(int threads = 1, std::int64_t layer_bytes = std::int64_t{64} << 20) {
+    return std::make_unique<software::SoftwareDrawer>(software::SoftwareDrawer::Options{
+        .pool = std::make_shared<frame::FramePool>(), .static_layer_bytes = layer_bytes, .threads = threads});
+}
+
+std::vector<frame::FrameRef> drawn(software::SoftwareDrawer& by, const world::SnapshotRef& snapshot, const View& view) {
+    by.begin_instant(snapshot);
+    const View* const asked = &view;
+    std::vector<frame::FrameRef> frames;
+    by.draw({&asked, 1}, 0, frames);
+    return frames;
+}
+
+View all_kinds(View view) {
+    for (const frame::FrameKind kind :
+         {frame::FrameKind::depth, frame::FrameKind::instance, frame::FrameKind::semantic, frame::FrameKind::normal})
+        view.kinds[static_cast<int>(kind)] = true;
+    return view;
+}
+
+/// The view with this picture behind what moves.
+View with_plate(View view, world::Image picture, const world::ProxiesSpec& proxies) {
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+    spec->pose = view.pose;
+    auto files = std::make_shared<world::BackdropFiles>();
+    files->picture = std::move(picture);
+    spec->backdrop.emplace().proxies = proxies;
+    spec->backdrop->files = files;
+    auto made = make_backdrop(*spec);
+    if (!made) throw std::runtime_error(made.error().message);
+    spec->backdrop_here = *made;
+    view.spec = spec;
+    view.spec_revision += 1'000'000;
+    return view;
+}
+
+world::Image picture_of(const frame::Frame& frame) {
+    world::Image image{.size = frame.info().size, .rgba = {}};
+    const auto* const bytes = reinterpret_cast<const std::uint8_t*>(frame.bytes().data());
+    image.rgba.assign(bytes, bytes + frame.bytes().size());
+    return image;
+}
+
+world::Image noise(ImageSize size) {
+    world::Image image{.size = size, .rgba = {}};
+    for (std::int64_t i = 0; i < size.pixels(); ++i) {
+        for (std::uint64_t c = 0; c < 3; ++c)
+            image.rgba.push_back(static_cast<std::uint8_t>(256.0 * random_unit(7, c, static_cast<std::uint64_t>(i))));
+        image.rgba.push_back(255);
+    }
+    return image;
+}
+
+bool has_bytes_of(const frame::Frame& frame, const world::Image& image) {
+    return std::ranges::equal(frame.bytes(), std::as_bytes(std::span(image.rgba)));
+}
+
+/// A yard: ground, a wall and pillars, under the sun and a lamp; nothing of it is as bright as white.
+TestWorld yard() {
+    TestWorld world;
+    world.environment = {.background = {0.3f, 0.4f, 0.5f},
+                         .ambient_sky = glm::vec3(0.25f, 0.28f, 0.32f),
+                         .ambient_ground = glm::vec3(0.15f)};
+    world.lights = {
+        light_of(world::LightType::directional, 0.6f, {}, glm::normalize(glm::dvec3(0.6, 0.5, -0.7))),
+        light_of(world::LightType::spot, 5.0f, {4.0, -2.0, 3.0}, glm::normalize(glm::dvec3(0.3, 0.4, -0.8)))};
+    std::uint32_t id = 1;
+    const auto put = [&](world::Primitive primitive, glm::vec3 color, glm::dvec3 position) {
+        world::Material paint = colored(color);
+        paint.roughness = 1.0f;
+        world.objects.push_back(instance_of(model_of(std::move(primitive), paint), position, id++));
+    };
+    put(rectangle({10, 0, 0}, {10, 0, 0}, {0, 10, 0}), {0.45f, 0.42f, 0.4f}, {});
+    put(box({0.2f, 3.0f, 1.0f}), {0.5f, 0.3f, 0.25f}, {9.0, 1.0, 1.0});
+    put(box({0.15f, 0.15f, 1.2f}), {0.3f, 0.4f, 0.3f}, {4.0, 0.9, 1.2});
+    put(box({0.15f, 0.15f, 1.2f}), {0.3f, 0.3f, 0.5f}, {6.0, -1.3, 1.2});
+    return world;
+}
+
+/// Somebody as a box of this height, and a pane of glass, on their way.
+TestWorld walked(TestWorld world, double where) {
+    world::Material glass = colored({0.3f, 0.5f, 0.9f});
+    glass.alpha_mode = world::AlphaMode::blend;
+    glass.base_color.a = 0.4f;
+    world.movers = {
+        instance_of(model_of(box({0.2f, 0.25f, 0.875f}), colored({0.6f, 0.2f, 0.1f})), {5.0, where, 0.875}, person_id),
+        instance_of(model_of(box({0.1f, 0.3f, 0.5f}), glass), {3.2, -where, 0.5}, person_id + 1)};
+    return world;
+}
+
+struct Looking {
+    const char* name;
+    camera::Lens lens;
+    double focal_px;
+};
+std::vector<Looking> lenses() {
+    const auto lens = [](camera::LensModel model, std::vector<double> k) {
+        return camera::make_lens(model, k).value();
+    };
+    return {{"pinhole", {}, 110.0},
+            {"plumb_bob", lens(camera::LensModel::plumb_bob, {-0.25, 0.05, 0.001, -0.001, 0.0}), 110.0},
+            {"rational",
+             lens(camera::LensModel::rational_polynomial, {0.3, 0.02, 0.0005, -0.0004, 0.001, 0.6, 0.1, 0.01}), 110.0},
+            // Its corners see nothing.
+            {"equidistant", lens(camera::LensModel::equidistant, {0.02, -0.01, 0.0, 0.0}), 45.0}};
+}
+TestCamera camera_through(const Looking& looking, world::Quality quality) {
+    return {.eye = {0.0, 0.3, 1.6},
+            .size = {163, 121},
+            .focal_px = looking.focal_px,
+            .lens = looking.lens,
+            .quality = quality};
+}
+constexpr world::Quality qualities[] = {world::Quality::fast, world::Quality::simple, world::Quality::beautiful};
+
+world::ProxiesSpec scene_is(SceneInBackdrop role) {
+    world::ProxiesSpec proxies;
+    proxies.scene = role;
+    return proxies;
+}
+
+int largest_difference(const frame::Frame& a, const frame::Frame& b) {
+    int most = 0;
+    for (std::size_t i = 0; i < a.bytes().size(); ++i)
+        most = std::max(most, std::abs(std::to_integer<int>(a.bytes()[i]) - std::to_integer<int>(b.bytes()[i])));
+    return most;
+}
+
+TEST(Plate, WithoutMoversIsThePictureByteForByte) {
+    const world::SnapshotRef empty = yard().snapshot();
+    for (const Looking& looking : lenses()) {
+        for (const world::Quality quality : qualities) {
+            for (const world::Antialias antialias : {world::Antialias::none, world::Antialias::coverage}) {
+                if (antialias == world::Antialias::coverage && looking.lens != camera::Lens{}) continue;
+                TestCamera camera = camera_through(looking, quality);
+                camera.antialias = antialias;
+                const world::Image picture = noise(camera.size);
+                const View view = all_kinds(with_plate(camera.view(), picture, scene_is(SceneInBackdrop::proxies)));
+                for (const int threads : {1, 2, 3}) {
+                    const auto by = drawer(threads);
+                    // The first is drawn, the second kept, the third put together of what was kept.
+                    for (int n = 0; n < 3; ++n)
+                        EXPECT_TRUE(has_bytes_of(*drawn(*by, empty, view).front(), picture))
+                            << looking.name << ", " << to_string(quality) << ", " << to_string(antialias) << ", "
+                            << threads << " threads, picture " << n;
+                }
+            }
+        }
+    }
+}
+
+TEST(Plate, OfASceneIsTheSceneWithWhoMovesInIt) {
+    for (const Looking& looking : lenses()) {
+        for (const world::Quality quality : qualities) {
+            const TestCamera camera = camera_through(looking, quality);
+            const auto full = drawer(), plate = drawer(2);
+            const View scene_view = camera.view();
+            const TestWorld empty = yard();
+            const world::Image picture = picture_of(*drawn(*full, empty.snapshot(), scene_view).front());
+            const View seen = all_kinds(scene_view);
+            const View on_plate = all_kinds(with_plate(scene_view, picture, scene_is(SceneInBackdrop::proxies)));
+            const auto statics = empty.snapshot()->statics;
+            for (int n = 0; n < 5; ++n) {
+                const std::string what = std::string(looking.name) + ", " + std::string(to_string(quality)) +
+                                         ", picture " + std::to_string(n);
+                auto moment = std::make_shared<world::Snapshot>(*walked(empty, -1.6 + 0.7 * n).snapshot());
+                moment->statics = statics;
+                const auto expected = drawn(*full, moment, seen), got = drawn(*plate, moment, on_plate);
+                ASSERT_EQ(expected.size(), got.size());
+                // Codes of light are what the picture knows: one that is multiplied may be rounded to the next.
+                EXPECT_LE(largest_difference(*expected[0], *got[0]), quality == world::Quality::beautiful ? 1 : 0)
+                    << what;
+                EXPECT_FALSE(has_bytes_of(*got[0], picture)) << what << ": nobody is there";
+                for (std::size_t k = 1; k < got.size(); ++k)
+                    EXPECT_TRUE(std::ranges::equal(expected[k]->bytes(), got[k]->bytes()))
+                        << what << ", " << to_string(got[k]->info().kind);
+            }
+        }
+    }
+}
+
+TEST(Plate, HasTheSameBytesWithAndWithoutLayersAndWideLanes) {
+    world::ProxiesSpec own;
+    own.ground.emplace().polygon_m = {{1, -9}, {30, -9}, {30, 9}, {1, 9}};
+    const auto statics = yard().snapshot()->statics;
+    for (const world::ProxiesSpec& proxies : {scene_is(SceneInBackdrop::proxies), own}) {
+        for (const Looking& looking : lenses()) {
+            for (const auto& [quality, antialias] :
+                 {std::pair(world::Quality::fast, world::Antialias::none),
+                  std::pair(world::Quality::simple, world::Antialias::coverage),
+                  std::pair(world::Quality::beautiful, world::Antialias::none),
+                  std::pair(world::Quality::beautiful, world::Antialias::coverage)}) {
+                if (antialias == world::Antialias::coverage && looking.lens != camera::Lens{}) continue;
+                TestCamera camera = camera_through(looking, quality);
+                camera.antialias = antialias;
+                const View view = all_kinds(with_plate(camera.view(), noise(camera.size), proxies));
+                const auto kept = drawer(2), bare = drawer(1, 0);
+                software::SoftwareDrawer narrow({.pool = std::make_shared<frame::FramePool>(), .wide_lanes = false});
+                for (int n = 0; n < 4; ++n) {
+                    auto moment = std::make_shared<world::Snapshot>(*walked(yard(), -1.5 + n).snapshot());
+                    moment->statics = statics;
+                    const auto a = drawn(*kept, moment, view), b = drawn(*bare, moment, view),
+                               c = drawn(narrow, moment, view);
+                    for (std::size_t k = 0; k < a.size(); ++k) {
+                        const std::string what = std::string(looking.name) + ", " + std::string(to_string(quality)) +
+                                                 ", " + std::string(to_string(antialias)) + ", picture " +
+                                                 std::to_string(n);
+                        EXPECT_TRUE(std::ranges::equal(a[k]->bytes(), b[k]->bytes())) << what << ", layers";
+                        EXPECT_TRUE(std::ranges::equal(b[k]->bytes(), c[k]->bytes())) << what << ", lanes";
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Linear light of the three channels of a pixel.
+glm::dvec3 light_at(const world::Image& image, int x, int y) {
+    const std::size_t at =
+        4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.size.width) + static_cast<std::size_t>(x));
+    return {linear_of(image.rgba[at]), linear_of(image.rgba[at + 1]), linear_of(image.rgba[at + 2])};
+}
+
+/// Where somebody goes behind an edge that the picture has mixed already, it is wrong by c(1 - c) of the contrast;
+/// where a shadow falls on one side of such an edge, by as much as the other side's half of the pixel.
+TEST(Plate, ByCoverageIsTheSceneButForMixedEdgesOfWhatHidesSomebody) {
+    for (const world::Quality quality : qualities) {
+        TestCamera camera = camera_through(lenses()[0], quality);
+        camera.antialias = world::Antialias::coverage;
+        const auto full = drawer(), plate = drawer();
+        const View seen = camera.view();
+        const auto statics = yard().snapshot()->statics;
+        const world::Image picture = picture_of(*drawn(*full, yard().snapshot(), seen).front());
+        const View on_plate = with_plate(seen, picture, scene_is(SceneInBackdrop::proxies));
+        int wrong = 0;
+        for (int n = 0; n < 5; ++n) {
+            auto moment = std::make_shared<world::Snapshot>(*walked(yard(), -1.6 + 0.7 * n).snapshot());
+            moment->statics = statics;
+            const world::Image expected = picture_of(*drawn(*full, moment, seen).front()),
+                               got = picture_of(*drawn(*plate, moment, on_plate).front());
+            for (int y = 1; y + 1 < camera.size.height; ++y) {
+                for (int x = 1; x + 1 < camera.size.width; ++x) {
+                    const std::size_t at = 4 * static_cast<std::size_t>(y * camera.size.width + x);
+                    int codes = 0;
+                    for (std::size_t c = 0; c < 3; ++c)
+                        codes = std::max(codes, std::abs(expected.rgba[at + c] - got.rgba[at + c]));
+                    if (codes <= 1) continue;
+                    ++wrong;
+                    // What lies around the pixel is what it has mixed.
+                    glm::dvec3 least(1.0), most(0.0);
+                    for (int dy = -1; dy <= 1; ++dy) {
+                        for (int dx = -1; dx <= 1; ++dx) {
+                            least = glm::min(least, light_at(picture, x + dx, y + dy));
+                            most = glm::max(most, light_at(picture, x + dx, y + dy));
+                        }
+                    }
+                    const glm::dvec3 off = glm::abs(light_at(expected, x, y) - light_at(got, x, y));
+                    const double shaded = quality == world::Quality::beautiful ? 0.5 : 0.0;
+                    for (int c = 0; c < 3; ++c)
+                        EXPECT_LE(off[c], 0.25 * (most[c] - least[c]) + shaded * most[c] + 0.01)
+                            << to_string(quality) << ", " << x << ", " << y << ", picture " << n;
+                }
+            }
+        }
+        RecordProperty("pixels_" + std::string(to_string(quality)), wrong);
+        // Of five pictures with some 400 pixels of somebody's outline each.
+        EXPECT_LT(wrong, 300) << to_string(quality);
+    }
+}
+
+/// A person-sized box, and the rows that it shows in.
+TEST(Plate, SomebodyIsAsHighAsHeadAndFeetAreApart) {
+    for (const Looking& looking : lenses()) {
+        TestCamera camera = camera_through(looking, world::Quality::fast);
+        camera.size = {640, 480};
+        camera.focal_px = looking.focal_px * 4;
+        world::ProxiesSpec proxies;
+        proxies.ground.emplace().polygon_m = {{1, -9}, {30, -9}, {30, 9}, {1, 9}};
+        const View view = with_plate(camera.view(), noise(camera.size), proxies);
+        View ids = view;
+        std::ranges::fill(ids.kinds, false);
+        ids.kinds[static_cast<int>(frame::FrameKind::instance)] = true;
+        for (const double ahead : {5.0, 9.0, 20.0}) {
+            TestWorld world;
+            // Thin, so that head and feet are points.
+            world.movers = {instance_of(model_of(box({0.001f, 0.15f, 0.875f}), colored(glm::vec3(0.4f))),
+                                        {ahead, 0.3, 0.875}, person_id)};
+            const auto by = drawer();
+            const auto frame = drawn(*by, world.snapshot(), ids).front();
+            int top = camera.size.height, bottom = -1;
+            for (int y = 0; y < camera.size.height; ++y) {
+                for (int x = 0; x < camera.size.width; ++x) {
+                    std::uint32_t id = 0;
+                    std::memcpy(
+                        &id,
+                        frame->bytes().data() + 4 * (static_cast<std::size_t>(y) * 640 + static_cast<std::size_t>(x)),
+                        4);
+                    if (id != person_id) continue;
+                    top = std::min(top, y);
+                    bottom = std::max(bottom, y);
+                }
+            }
+            const auto row_of = [&](double z) {
+                return camera.model().project({0.0, camera.eye.z - z, ahead}).value().y;
+            };
+            EXPECT_NEAR(bottom + 1 - top, row_of(0.0) - row_of(1.75), 1.0) << looking.name << ", " << ahead << " m";
+        }
+    }
+}
+
+TEST(Plate, CutoutHidesWhoGoesBehindItAndNotWhoIsInFront) {
+    const TestCamera camera{.eye = {0, 0, 1.6}, .size = {160, 120}, .focal_px = 120.0};
+    world::ProxiesSpec proxies;
+    // A pole whose foot is 8 m away: 1.6 m below the eye are 24 pixels.
+    proxies.cutouts = {{.polygon_px = {{70, 84}, {90, 84}, {90, 20}, {70, 20}}, .foot_px = {79.5, 83.5}}};
+    const world::Image picture = noise(camera.size);
+    const View view = all_kinds(with_plate(camera.view(), picture, proxies));
+    const auto at = [&](double ahead) {
+        TestWorld world;
+        world.movers = {
+            instance_of(model_of(box({0.1f, 0.6f, 0.875f}), colored(glm::vec3(0.4f))), {ahead, 0, 0.875}, person_id)};
+        const auto by = drawer();
+        return drawn(*by, world.snapshot(), view);
+    };
+    const auto id = [&](const frame::Frame& frame, int x, int y) {
+        std::uint32_t value = 0;
+        std::memcpy(&value, frame.bytes().data() + 4 * static_cast<std::size_t>(y * 160 + x), 4);
+        return value;
+    };
+    const auto behind = at(9.0), before = at(7.0);
+    EXPECT_EQ(id(*behind[2], 80, 70), 0u);
+    EXPECT_EQ(id(*behind[2], 88, 70), 0u);
+    EXPECT_EQ(id(*before[2], 80, 70), person_id);
+    const std::size_t pixel = 4 * (70 * 160 + 80);
+    EXPECT_TRUE(std::equal(behind[0]->bytes().begin() + pixel, behind[0]->bytes().begin() + pixel + 4,
+                           std::as_bytes(std::span(picture.rgba)).begin() + pixel));
+    float depth = 0.0f;
+    std::memcpy(&depth, behind[1]->bytes().data() + pixel, 4);
+    EXPECT_NEAR(depth, 8.0, 1e-4);
+}
+
+/// Of the sun that a proxy keeps from the picture already, nobody can keep any more.
+TEST(Plate, NoShadowIsThereTwice) {
+    TestWorld world;
+    world.environment = {
+        .background = glm::vec3(0.0f), .ambient_sky = glm::vec3(0.2f), .ambient_ground = glm::vec3(0.2f)};
+    world.lights = {light_of(world::LightType::directional, 0.5f, {}, glm::normalize(glm::dvec3(0.0, 1.0, -1.0)))};
+    world::Material paint = colored(glm::vec3(0.5f));
+    paint.roughness = 1.0f;
+    world.objects = {instance_of(model_of(rectangle({5, 0, 0}, {5, 0, 0}, {0, 8, 0}), paint), {}, 1),
+                     // From x = 4 to 6 its shadow reaches from y = -1 to 1.
+                     instance_of(model_of(box({1.0f, 0.05f, 1.0f}), paint), {5.0, -1.0, 1.0}, 2)};
+    const TestCamera camera{
+        .eye = {5.0, 0.0, 9.0}, .size = {160, 120}, .focal_px = 100.0, .quality = world::Quality::beautiful};
+    View looking = camera.view();
+    looking.pose = camera::pose_look_at({5.0, 0.0, 9.0}, {5.0, 0.0, 0.0}).value();
+    const world::Image picture = {.size = camera.size, .rgba = std::vector<std::uint8_t>(160 * 120 * 4, 150)};
+    const View view = with_plate(looking, picture, scene_is(SceneInBackdrop::proxies));
+    // In its shadow, and the same beside it, in the sun.
+    const auto code = [&](double x, double y) {
+        TestWorld now = world;
+        now.movers = {instance_of(model_of(box({0.2f, 0.2f, 0.3f}), paint), {x, y, 0.3}, person_id)};
+        const auto by = drawer();
+        const auto frame = drawn(*by, now.snapshot(), view).front();
+        // Half a metre behind it, as the sun sees it. The top of the picture is +x, its left +y.
+        const int column = static_cast<int>(std::lround(79.5 - 100.0 * (y + 0.45) / 9.0)),
+                  row = static_cast<int>(std::lround(59.5 - 100.0 * (x - 5.0) / 9.0));
+        return std::to_integer<int>(frame->bytes()[static_cast<std::size_t>(4 * (row * 160 + column))]);
+    };
+    EXPECT_EQ(code(5.0, -0.3), 150) << "in the shadow of the wall";
+    // Of the sun's 0.5 cos 45 deg and 0.2 from all around, the latter is left.
+    const double share = 0.2 / (0.2 + 0.5 * std::sqrt(0.5));
+    EXPECT_NEAR(code(5.0, 2.0), srgb_code(share * linear_of(150)), 3) << "in the sun";
+}
+
+TEST(Plate, ObjectsOfTheSceneAreDrawnIntoItOrNotThere) {
+    const TestCamera camera = camera_through(lenses()[0], world::Quality::simple);
+    const world::Image picture = noise(camera.size);
+    world::ProxiesSpec proxies;
+    proxies.ground = {.polygon_m = {{1, -9}, {30, -9}, {30, 9}, {1, 9}}, .polygon_px = {}, .z = -0.5};
+    const world::SnapshotRef empty = yard().snapshot();
+    const auto by = drawer();
+    proxies.scene = SceneInBackdrop::hidden;
+    const View without = all_kinds(with_plate(camera.view(1), picture, proxies));
+    proxies.scene = SceneInBackdrop::drawn;
+    const View with = all_kinds(with_plate(camera.view(2), picture, proxies));
+    const auto full = drawn(*by, empty, all_kinds(camera.view(3)));
+    for (int n = 0; n < 3; ++n) {
+        const auto hidden = drawn(*by, empty, without), there = drawn(*by, empty, with);
+        EXPECT_TRUE(has_bytes_of(*hidden[0], picture));
+        EXPECT_TRUE(std::ranges::all_of(hidden[2]->bytes(), [](std::byte b) { return b == std::byte{0}; }));
+        EXPECT_TRUE(std::ranges::equal(there[2]->bytes(), full[2]->bytes()));
+        const std::vector<ObjectId> pillar{ObjectId{3}};
+        EXPECT_FALSE(by->silhouettes(with, pillar)[0].empty());
+        EXPECT_TRUE(by->silhouettes(without, pillar)[0].empty());
+    }
+}
+
+}  // namespace
+}  // namespace camrig::render

@@ -1,0 +1,153 @@
+"""Cameras whose picture is a photo that people walk in."""
+
+import json
+import struct
+
+import cv2
+import numpy as np
+import pytest
+
+import camrig
+from conftest import REPOSITORY
+
+CORNER = {"place": "corner", "size": (640, 480), "fps": 25}
+
+
+def empty_street(rig, path, **camera):
+    """The street as a camera sees it with nobody in it, as a file; the street is then as it was."""
+    for actor in rig.actors():
+        rig.remove_actor(actor["name"])
+    cam = rig.create_camera("before", **{**CORNER, **camera})
+    rig.step(seconds=0.04)
+    picture = cam.frame().image
+    cv2.imwrite(str(path), picture)
+    rig.load("street")
+    return picture
+
+
+@pytest.mark.camrig(scene="street", mode="lockstep", seed=5)
+def test_a_plate_of_the_street_is_the_street(rig, tmp_path):
+    """Pictures, depth, ids and truth are those of a camera that sees the scene itself."""
+    plate = tmp_path / "street.png"
+    empty = empty_street(rig, plate)
+    seen = rig.create_camera("seen", **CORNER)
+    shown = rig.create_camera("shown", **CORNER, backdrop={"file": str(plate), "proxies": {"scene": "proxies"}})
+    people = 0
+    for _ in range(5):
+        rig.step(seconds=0.4)
+        assert np.array_equal(seen.frame().image, shown.frame().image)
+        assert not np.array_equal(seen.frame().image, empty)
+        for kind in ("depth", "instance", "semantic", "normal"):
+            assert np.array_equal(seen.frame(kind=kind).image, shown.frame(kind=kind).image), kind
+        of_scene, of_plate = seen.truth(), shown.truth()
+        assert of_plate["objects"] == of_scene["objects"]
+        assert (of_scene["depth_source"], of_scene["backdrop"], of_scene["ignore"]) == ("render", None, [])
+        assert (of_plate["depth_source"], of_plate["backdrop"]) == ("proxy", {"kind": "plate", "file": str(plate)})
+        people += sum(one["class"] == "person" and one["pixels"] > 100 for one in of_plate["objects"])
+    assert people > 5
+
+
+@pytest.mark.camrig(scene="street", mode="lockstep", seed=5)
+def test_a_stream_of_another_size_shows_the_photo_scaled_once(rig, tmp_path):
+    plate = tmp_path / "street.png"
+    empty = empty_street(rig, plate, size=(1280, 960))
+    backdrop = {"file": str(plate), "proxies": {"scene": "hidden", "boxes": [{"position": [10, 0, 0], "size": [1, 1, 1]}]},
+                "ignore": [{"polygon_px": [[100, 200], [140, 200], [140, 300]], "object_class": "car"}]}
+    half = rig.create_camera("half", **CORNER, backdrop=backdrop)
+    done = rig.record(tmp_path / "set", ["half"], frames=1)
+    coco = json.loads((tmp_path / "set" / "coco.json").read_text())
+    assert done["frames"] == 1
+    assert [[*one["bbox"], one["segmentation"]] for one in coco["annotations"] if one["iscrowd"]] == [
+        [50.25, 100.25, 20.0, 50.0, [[50.25, 100.25, 70.25, 100.25, 70.25, 150.25]]]]
+    for actor in rig.actors():
+        rig.remove_actor(actor["name"])
+    rig.step(seconds=0.04)
+    linear = np.where(empty / 255 <= 0.04045, empty / 255 / 12.92, ((empty / 255 + 0.055) / 1.055) ** 2.4)
+    mean = linear.reshape(480, 2, 640, 2, 3).mean(axis=(1, 3))
+    codes = 255 * np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * mean ** (1 / 2.4) - 0.055)
+    assert np.abs(half.frame().image - codes).max() < 0.51
+    assert half.truth()["ignore"] == [{"polygon_px": [[49.75, 99.75], [69.75, 99.75], [69.75, 149.75]], "class": "car"}]
+    assert half.truth()["objects"] == []
+    # What a camera answers makes it again.
+    again = rig.call("camera.create", **{**half.get(), "name": "again", "outputs": []})
+    assert again["backdrop"] == half.get()["backdrop"]
+
+
+def with_orientation(jpeg, orientation):
+    """The JPEG as a camera held upright writes it."""
+    tiff = b"MM\0*\0\0\0\x08" + b"\0\x01" + struct.pack(">HHIHH", 0x0112, 3, 1, orientation, 0) + b"\0\0\0\0"
+    body = b"Exif\0\0" + tiff
+    return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:]
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_what_is_wrong_is_said_with_its_place(rig, tmp_path):
+    picture = np.full((480, 640, 3), 90, np.uint8)
+    good, wide, turned, upright = (tmp_path / name for name in ("good.png", "wide.png", "turned.jpg", "upright.jpg"))
+    cv2.imwrite(str(good), picture)
+    cv2.imwrite(str(wide), picture[:360])
+    jpeg = cv2.imencode(".jpg", picture)[1].tobytes()
+    turned.write_bytes(with_orientation(jpeg, 6))
+    upright.write_bytes(with_orientation(jpeg, 1))
+    cut, text = tmp_path / "cut.png", tmp_path / "text.png"
+    cut.write_bytes(good.read_bytes()[:300])
+    text.write_text("no picture")
+    ground = {"ground": {"polygon_m": [[1, -9], [30, -9], [30, 9]]}}
+    pose = {"position": [0, 0, 2], "pan_deg": 0}
+
+    def refused(file=good, proxies=ground, **more):
+        with pytest.raises(camrig.CamrigError) as error:
+            rig.call("camera.create", name="gate", pose=pose, backdrop={"file": str(file), "proxies": proxies}, **more)
+        return str(error.value)
+
+    assert "backdrop.file: must be an absolute path" in refused("gate.png")
+    assert "backdrop.file" in refused(tmp_path / "none.png") and "none.png" in refused(tmp_path / "none.png")
+    assert "a picture of 640x360 for a camera of 640x480" in refused(wide)
+    assert "is stored turned (Exif orientation 6); save it upright" in refused(turned)
+    assert "PNG: " in refused(cut) and "neither a PNG nor a JPEG" in refused(text)
+    assert "backdrop.proxies: there are none" in refused(proxies={})
+    assert "backdrop.proxies.file: " in refused(proxies={"file": str(tmp_path / "none.glb")})
+    assert "ground.polygon_px[1]: is over the horizon" in refused(proxies={"ground": {"polygon_px": [[9, 400], [9, 20], [99, 400]]}})
+    assert "cutouts[0].foot_px: is over the horizon" in refused(
+        proxies={"cutouts": [{"polygon_px": [[9, 9], [20, 9], [20, 99]], "foot_px": [15, 100]}]})
+    assert "ptz: a camera with a backdrop stands still" in refused(ptz={})
+    cam = rig.create_camera("gate", position=(0, 0, 2), pan_deg=0, backdrop={"file": str(upright), "proxies": {**ground, "scene": "hidden"}})
+    with pytest.raises(camrig.CamrigError, match="seconds: a camera with a backdrop stands still"):
+        rig.call("camera.set", name="gate", pose=pose, seconds=2)
+    with pytest.raises(camrig.CamrigError, match="has a backdrop"):
+        rig.fault.set("gate", "knock")
+    rig.step(seconds=0.04)
+    assert np.abs(cam.frame().image.astype(int) - 90).max() <= 1
+
+
+def test_the_example_of_the_guide_is_a_scene(tmp_path):
+    page = (REPOSITORY / "docs" / "backdrops.md").read_text()
+    (tmp_path / "gate.json").write_text(page.split("```json")[1].split("```")[0])
+    photo = np.random.default_rng(4).integers(0, 256, (720, 1280, 3), np.uint8)
+    cv2.imwrite(str(tmp_path / "gate.jpg"), photo)
+    with camrig.start(str(tmp_path / "gate.json"), mode="lockstep") as rig:
+        gate = rig.camera("gate")
+        seen = []
+        for _ in range(12):
+            rig.step(seconds=1.0)
+            truth = gate.truth()
+            seen += [one["visible_fraction"] for one in truth["objects"] if one["name"] == "anna"]
+        assert len(seen) == 12 and min(seen) < 0.9 < max(seen), "she goes behind the pole"
+
+
+def test_a_scene_file_has_its_photo_beside_it(tmp_path):
+    cv2.imwrite(str(tmp_path / "gate.png"), np.full((120, 160, 3), 60, np.uint8))
+    camera = {"name": "gate", "size": [160, 120], "pose": {"position": [0, 0, 2], "tilt_deg": -10},
+              "backdrop": {"kind": "plate", "file": "gate.png", "proxies": {"ground": {"polygon_m": [[1, -9], [30, -9], [30, 9], [1, 9]]}}}}
+    scene = tmp_path / "gate.json"
+    scene.write_text(json.dumps({"camrig_scene": 1, "name": "gate", "cameras": [camera]}))
+    with camrig.start(str(scene), mode="lockstep") as rig:
+        rig.step(seconds=0.04)
+        gate = rig.camera("gate")
+        assert (gate.frame().image == 60).all()
+        depth = gate.depth()
+        assert np.isinf(depth[0]).all() and np.isfinite(depth[100, 80])
+    camera["backdrop"]["file"] = "nowhere.png"
+    scene.write_text(json.dumps({"camrig_scene": 1, "name": "gate", "cameras": [camera]}))
+    with pytest.raises(camrig.CamrigError, match=r"cameras\[0\]\.backdrop\.file: .*nowhere\.png"):
+        camrig.start(str(scene), mode="lockstep").close()

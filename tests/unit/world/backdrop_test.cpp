@@ -1,0 +1,258 @@
+#include "core/world/backdrop/backdrop.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/camera/camera_model.h"
+#include "core/world/backdrop/scale_picture.h"
+#include "core/world/backdrop/triangulate.h"
+#include "core/world/camera_json.h"
+
+namespace camrig::world::backdrop_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+Image gray(ImageSize size, std::uint8_t code = 128) {
+    return {.size = size, .rgba = std::vector<std::uint8_t>(static_cast<std::size_t>(size.pixels()) * 4, code)};
+}
+
+/// The camera that a scene file describes so, with a gray picture of 800x600 read for its backdrop.
+Result<CameraSpec> camera(const std::string& backdrop, const std::string& more = "") {
+    const auto json = parse_json(R"({"size": [800, 600], "vfov_deg": 50, "pose": {"position": [1, 2, 3], "pan_deg": 20,
+        "tilt_deg": -12}, "backdrop": )" +
+                                     backdrop + more + "}",
+                                 100000)
+                          .value();
+    JsonReader reader(json, "");
+    CameraPatch patch = read_camera_patch(reader);
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    auto files = std::make_shared<BackdropFiles>();
+    files->picture = gray({800, 600});
+    if (patch.backdrop && *patch.backdrop) (*patch.backdrop)->files = files;
+    CameraSpec base;
+    base.name = "gate";
+    return patch_camera_spec(base, patch);
+}
+std::string proxies(const std::string& inside) {
+    return R"({"file": "gate.png", "proxies": {)" + inside + "}}";
+}
+
+std::vector<glm::dvec3> places_of(const CameraSpec& spec) {
+    std::vector<glm::dvec3> places;
+    const Instance& own = spec.backdrop_here->proxies.at(0);
+    for (const glm::vec3& p : own.info->model->meshes[0].primitives[0].positions)
+        places.push_back(own.position + glm::dvec3(p.x, -p.z, p.y));
+    return places;
+}
+
+glm::dvec2 pixel_of(const CameraSpec& spec, const glm::dvec3& place) {
+    const auto model = camera::CameraModel::create(spec.size, spec.intrinsics, spec.lens).value();
+    return model.project(glm::transpose(world_from_optical_rotation(spec.pose)) * (place - spec.pose.position)).value();
+}
+
+constexpr const char* lens_texts[] = {
+    R"({"model": "pinhole"})", R"({"model": "plumb_bob", "coefficients": [-0.2, 0.05, 0.001, -0.001, 0]})",
+    R"({"model": "rational_polynomial", "coefficients": [0.3, 0.02, 0.0005, -0.0004, 0.001, 0.6, 0.1, 0.01]})"};
+
+TEST(Backdrop, GroundOutlinedInThePictureLiesUnderItsPixels) {
+    for (const std::string lens : lens_texts) {
+        const auto spec = camera(proxies(R"("ground": {"polygon_px": [[100, 560], [700, 580], [520, 330], [300, 340]],
+            "z": 0.5})"),
+                                 R"(, "lens": )" + lens);
+        ASSERT_TRUE(spec) << spec.error().message;
+        std::size_t corners = 0;
+        for (const glm::dvec3& place : places_of(*spec)) {
+            EXPECT_NEAR(place.z, 0.5, 1e-6);
+            for (const glm::dvec2 wanted : {glm::dvec2(100, 560), {700, 580}, {520, 330}, {300, 340}})
+                corners += glm::length(pixel_of(*spec, place) - wanted) < 1e-3;
+        }
+        EXPECT_EQ(corners, 4u) << lens;
+    }
+}
+
+TEST(Backdrop, CutoutStandsUprightAtItsFootUnderItsOutline) {
+    for (const std::string lens : lens_texts) {
+        const auto spec = camera(
+            proxies(
+                R"("cutouts": [{"polygon_px": [[400, 450], [430, 450], [430, 120], [400, 100]], "foot_px": [410, 452]}])"),
+            R"(, "lens": )" + lens);
+        ASSERT_TRUE(spec) << spec.error().message;
+        const auto model = camera::CameraModel::create(spec->size, spec->intrinsics, spec->lens).value();
+        const glm::dvec3 ray = world_from_optical_rotation(spec->pose) * model.ray({410, 452}).value();
+        const glm::dvec3 foot = spec->pose.position - ray * (spec->pose.position.z / ray.z);
+        const glm::dvec2 ahead = glm::normalize(glm::dvec2(foot - spec->pose.position));
+        // How far beside the nearest of the four sides it shows.
+        const auto aside = [&](const glm::dvec3& place) {
+            const glm::dvec2 pixel = pixel_of(*spec, place);
+            return std::min({std::abs(pixel.x - 400), std::abs(pixel.x - 430), std::abs(pixel.y - 450),
+                             std::abs(pixel.y - (100 + (pixel.x - 400) * 20 / 30))});
+        };
+        const std::vector<glm::dvec3> outline = places_of(*spec);
+        for (std::size_t i = 0; i < outline.size(); ++i) {
+            const glm::dvec3 &place = outline[i], &next = outline[(i + 1) % outline.size()];
+            EXPECT_NEAR(glm::dot(glm::dvec2(place - foot), ahead), 0.0, 1e-5) << lens;
+            EXPECT_LT(aside(place), 1e-3) << lens;
+            // Straight in space, bent by the lens.
+            EXPECT_LT(aside(0.5 * (place + next)), 0.1) << lens;
+        }
+    }
+}
+
+TEST(Backdrop, WhatIsWrongIsToldWithItsPlace) {
+    struct Case {
+        std::string backdrop, more, message;
+    };
+    const std::string ground = R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]]})";
+    const Case cases[] = {
+        {R"({"proxies": {}})", "", "backdrop.file: is missing"},
+        {R"({"file": "gate.png"})", "", "backdrop.proxies: there are none"},
+        {R"({"file": "gate.png", "kind": "film"})", "", "backdrop.kind: "},
+        {proxies(R"("ground": {"z": 1})"), "", "backdrop.proxies.ground: give one of polygon_m and polygon_px"},
+        {proxies(R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]], "z": 4})"), "",
+         "backdrop.proxies.ground.z: is not below the camera"},
+        {proxies(R"("ground": {"polygon_m": [[-5, 2], [-9, 2], [-9, 6]]})"), "",
+         "backdrop.proxies.ground.polygon_m: is behind the camera"},
+        {proxies(R"("ground": {"polygon_px": [[100, 560], [700, 580], [520, 100]]})"), "",
+         "backdrop.proxies.ground.polygon_px[2]: is over the horizon"},
+        {proxies(R"("ground": {"polygon_m": [[5, 2], [9, 6], [9, 2], [5, 6]]})"), "",
+         "backdrop.proxies.ground.polygon_m: the polygon crosses itself"},
+        {proxies(
+             R"("boxes": [{"position": [6, 4, 0], "size": [1, 1, 1]}, {"position": [-6, 0, 0], "size": [1, 1, 1]}])"),
+         "", "backdrop.proxies.boxes[1]: is behind the camera"},
+        {proxies(R"("boxes": [{"position": [6, 4, 0], "size": [1, 0, 1]}])"), "", "backdrop.proxies.boxes[0].size: "},
+        {proxies(R"("cutouts": [{"polygon_px": [[1, 1], [9, 1], [9, 9]], "foot_px": [400, 60]}])"), "",
+         "backdrop.proxies.cutouts[0].foot_px: is over the horizon"},
+        {proxies(R"("cutouts": [{"polygon_px": [[1, 1], [9, 1]], "foot_px": [400, 460]}])"), "",
+         "backdrop.proxies.cutouts[0].polygon_px: a polygon has at least 3 corners"},
+        {R"({"file": "gate.png", "proxies": {)" + ground + R"(}, "ignore": [{"polygon_px": [[1, 1]]}]})", "",
+         "backdrop.ignore[0].polygon_px: a polygon has at least 3 corners"},
+        {proxies(ground), R"(, "ptz": {})", "ptz: a camera with a backdrop stands still"},
+        {proxies(ground), R"(, "mount": {"actor": "car"})", "mount: a camera with a backdrop stands still"},
+        {proxies(ground), R"(, "sensor": {})", "sensor: the picture of a backdrop went through a sensor already"},
+        {proxies(ground), R"(, "antialias": "ssaa2")", "antialias: with a backdrop it is auto"},
+        {proxies(ground), R"(, "lens": {"model": "pinhole", "method": "cube"})", "lens.method: "},
+    };
+    for (const Case& one : cases) {
+        const auto spec = camera(one.backdrop, one.more);
+        ASSERT_FALSE(spec) << one.message;
+        EXPECT_THAT(spec.error().message, StartsWith(one.message)) << one.backdrop;
+    }
+}
+
+TEST(Backdrop, PictureHasTheSidesOfTheCamera) {
+    auto spec = camera(proxies(R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]]})")).value();
+    CameraPatch patch;
+    patch.size = ImageSize{640, 360};
+    const auto wrong = patch_camera_spec(spec, patch);
+    ASSERT_FALSE(wrong);
+    EXPECT_THAT(wrong.error().message, StartsWith("backdrop.file: a picture of 800x600 for a camera of 640x360"));
+    patch.size = ImageSize{400, 300};
+    const auto half = patch_camera_spec(spec, patch);
+    ASSERT_TRUE(half) << half.error().message;
+    EXPECT_EQ(half->backdrop_here->picture.size, (ImageSize{400, 300}));
+    EXPECT_EQ(half->backdrop_here->picture.rgba[0], 128);
+    EXPECT_EQ(half->backdrop_here->picture.rgba[3], 255);
+}
+
+TEST(Backdrop, IntrinsicsOfThePictureAreScaledWithIt) {
+    const auto spec = camera(R"({"file": "gate.png", "intrinsics": {"fx": 700, "fy": 710, "cx": 410, "cy": 290},
+        "proxies": {"ground": {"polygon_px": [[100, 560], [700, 580], [520, 330]]}}})");
+    ASSERT_TRUE(spec) << spec.error().message;
+    EXPECT_EQ(spec->intrinsics, (camera::Intrinsics{700, 710, 410, 290}));
+    CameraPatch patch;
+    patch.size = ImageSize{400, 300};
+    const auto half = patch_camera_spec(*spec, patch).value();
+    EXPECT_EQ(half.intrinsics, (camera::Intrinsics{350, 355, 204.75, 144.75}));
+    const auto before = places_of(*spec), after = places_of(half);
+    ASSERT_EQ(before.size(), after.size());
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_LT(glm::length(before[i] - after[i]), 1e-5);
+}
+
+TEST(Backdrop, WhatCameraGetAnswersIsTakenAgain) {
+    const auto spec =
+        camera(R"({"kind": "plate", "file": "gate.png", "proxies": {"ground": {"polygon_m": [[5, 2], [9, 2],
+        [9, 6]], "z": 0.1}, "boxes": [{"position": [6, 4, 0], "size": [1, 2, 3], "yaw_deg": 30}], "cutouts":
+        [{"polygon_px": [[400, 450], [430, 450], [430, 120]], "foot_px": [410, 452]}], "scene": "hidden"},
+        "ignore": [{"polygon_px": [[1, 1], [9, 1], [9, 9]], "object_class": "vehicle"}]})");
+    ASSERT_TRUE(spec) << spec.error().message;
+    const nlohmann::json told = camera_to_json(*spec)["backdrop"];
+    const auto again = camera(told.dump());
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_EQ(camera_to_json(*again)["backdrop"], told);
+    EXPECT_EQ(again->backdrop->proxies, spec->backdrop->proxies);
+    EXPECT_EQ(told["proxies"]["boxes"][0]["yaw_deg"], 30);
+    EXPECT_EQ(camera_to_json(CameraSpec{})["backdrop"], nullptr);
+}
+
+TEST(Backdrop, ACommandThatChangesNothingOfItMakesItNotAnew) {
+    const auto spec = camera(proxies(R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]]})")).value();
+    CameraPatch patch;
+    patch.change([](CameraSpec& target) { target.description = "north gate"; });
+    EXPECT_EQ(patch_camera_spec(spec, patch)->backdrop_here, spec.backdrop_here);
+    patch.pose = spec.pose;
+    patch.pose->position.x += 0.1;
+    EXPECT_NE(patch_camera_spec(spec, patch)->backdrop_here, spec.backdrop_here);
+    patch.backdrop.emplace();
+    EXPECT_EQ(patch_camera_spec(spec, patch)->backdrop_here, nullptr);
+}
+
+TEST(Backdrop, FilesOfACommandAreAbsoluteAndThoseOfASceneBelowIt) {
+    CameraPatch patch;
+    patch.backdrop.emplace(BackdropSpec{});
+    (*patch.backdrop)->file = "gate.png";
+    EXPECT_THAT(load_backdrop(patch, "").error().message, StartsWith("backdrop.file: must be an absolute path"));
+    EXPECT_THAT(load_backdrop(patch, "/nowhere").error().message, StartsWith("backdrop.file: /nowhere/gate.png: "));
+    (*patch.backdrop)->file = "../gate.png";
+    EXPECT_THAT(load_backdrop(patch, "/nowhere").error().message,
+                StartsWith("backdrop.file: must be a path below the scene file's folder"));
+}
+
+TEST(ScaledPicture, IsTheMeanOfTheLightUnderEachPixel) {
+    Image two = gray({2, 1}, 0);
+    for (std::size_t c = 0; c < 3; ++c) two.rgba[4 + c] = 255;
+    EXPECT_EQ(scaled_picture(two, {2, 1}).rgba, (std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255, 255, 255}));
+    EXPECT_EQ(scaled_picture(two, {1, 1}).rgba[0], 188);  // of linear 1/2
+    // A pixel of three sees two thirds of one: linear 1/2 of the middle one.
+    const Image three = scaled_picture(two, {3, 1});
+    EXPECT_EQ(three.rgba[0], 0);
+    EXPECT_EQ(three.rgba[4], 188);
+    EXPECT_EQ(three.rgba[8], 255);
+    for (int code = 0; code < 256; ++code)
+        EXPECT_EQ(scaled_picture(gray({64, 48}, static_cast<std::uint8_t>(code)), {20, 15}).rgba[100], code);
+}
+
+TEST(Triangles, CoverAPolygonOnceInEitherOrder) {
+    for (std::uint64_t n = 0; n < 200; ++n) {
+        // Any radius about the middle, so that it does not cross itself.
+        const std::size_t count = 3 + n % 40;
+        std::vector<glm::dvec2> star;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+            star.push_back((0.2 + random_unit(3, n, i)) * glm::dvec2(std::cos(angle), std::sin(angle)));
+        }
+        if (n % 2 == 1) std::ranges::reverse(star);
+        double area = 0.0, sum = 0.0;
+        const auto twice = [&](const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
+            return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        };
+        for (std::size_t i = 1; i + 1 < count; ++i) area += twice(star[0], star[i], star[i + 1]);
+        const auto triangles = triangles_of(star);
+        ASSERT_TRUE(triangles) << n << ": " << triangles.error().message;
+        for (const auto& [a, b, c] : *triangles) {
+            EXPECT_GT(twice(star[a], star[b], star[c]), 0.0);
+            sum += twice(star[a], star[b], star[c]);
+        }
+        EXPECT_NEAR(sum, std::abs(area), 1e-12) << n;
+    }
+    const std::vector<glm::dvec2> line{{0, 0}, {1, 1}, {2, 2}};
+    EXPECT_THAT(triangles_of(line).error().message, HasSubstr("no area"));
+}
+
+}  // namespace
+}  // namespace camrig::world::backdrop_test
