@@ -19,7 +19,7 @@ glm::dvec3 vector_at(Arguments arguments, std::size_t first) {
 }
 
 Awaited list(Session& session, Arguments) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     std::string names;
     for (const engine::CameraReply& one : (*now)->cameras)
@@ -31,7 +31,7 @@ Awaited list(Session& session, Arguments) {
 using Tell = std::string (*)(const world::CameraSpec&, const camera::CameraState&);
 
 asio::awaitable<Answer> tell(Session& session, std::string_view id, Tell text) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, id);
     if (!camera) co_return refused(camera.error());
@@ -74,7 +74,7 @@ Awaited actor_rotation(Session& session, Arguments) {
 /// Puts a camera somewhere in the world; it leaves what it was mounted on.
 asio::awaitable<Answer> place(Session& session, std::string_view id, std::optional<glm::dvec3> to,
                               std::optional<glm::dvec3> turned) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, id);
     if (!camera) co_return refused(camera.error());
@@ -104,7 +104,7 @@ Awaited set_pose(Session& session, Arguments arguments) {
 asio::awaitable<Answer> adjust(
     Session& session, std::string_view id,
     std::function<void(const Moment&, const engine::CameraReply&, world::CameraPatch&)> how) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, id);
     if (!camera) co_return refused(camera.error());
@@ -140,7 +140,7 @@ Awaited set_exposure_bias(Session& session, Arguments arguments) {
 }
 Awaited set_projection(Session& session, Arguments arguments) {
     const bool is_perspective = arguments[1] == "perspective";
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, arguments[0]);
     if (!camera) co_return refused(camera.error());
@@ -149,7 +149,7 @@ Awaited set_projection(Session& session, Arguments arguments) {
 }
 /// What camrig has no counterpart of changes nothing.
 Awaited ignore(Session& session, Arguments arguments) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, arguments[0]);
     if (!camera) co_return refused(camera.error());
@@ -157,7 +157,7 @@ Awaited ignore(Session& session, Arguments arguments) {
 }
 
 asio::awaitable<Answer> spawn_at(Session& session, glm::dvec3 to) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     std::size_t number = (*now)->cameras.size();
     for (int tried = 0; tried < most_names_tried; ++tried, ++number) {

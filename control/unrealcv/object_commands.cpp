@@ -27,48 +27,50 @@ Awaited list(Session& session, Arguments) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
     std::string names;
-    for (const world::ObjectReport& one : (*now)->objects) (names += names.empty() ? "" : " ") += shown_name(one.name);
+    for (const world::ObjectReport& one : objects_of((*now)->world()))
+        (names += names.empty() ? "" : " ") += shown_name(one.name);
     co_return names;
 }
 
-using Tell = std::string (*)(const world::ObjectReport&);
+using Tell = std::string (*)(const FoundObject&);
 asio::awaitable<Answer> tell(Session& session, std::string_view name, Tell text) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, name);
+    const auto object = object_named(session.door(), **now, name);
     if (!object) co_return refused(object.error());
-    co_return text(**object);
+    co_return text(*object);
 }
 
 Awaited location(Session& session, Arguments arguments) {
-    return tell(session, arguments[0], [](const auto& object) { return text_of(location_of(object.position)); });
+    return tell(session, arguments[0],
+                [](const auto& object) { return text_of(location_of(object.instance->position)); });
 }
 Awaited rotation(Session& session, Arguments arguments) {
-    return tell(session, arguments[0], [](const auto& object) { return text_of(rotation_of(object.orientation)); });
+    return tell(session, arguments[0], [](const auto& object) { return text_of(rotation_of(object.orientation())); });
 }
 Awaited scale(Session& session, Arguments arguments) {
-    return tell(session, arguments[0], [](const auto& object) { return text_of(glm::dvec3(object.scale)); });
+    return tell(session, arguments[0], [](const auto& object) { return text_of(glm::dvec3(object.instance->scale)); });
 }
 Awaited mobility(Session& session, Arguments arguments) {
     return tell(session, arguments[0],
                 [](const auto& object) { return std::string(object.moves ? "Movable" : "Static"); });
 }
 Awaited uclass_name(Session& session, Arguments arguments) {
-    return tell(session, arguments[0], [](const auto& object) { return object.object_class; });
+    return tell(session, arguments[0], [](const auto& object) { return object.instance->info->object_class; });
 }
 
 Awaited color(Session& session, Arguments arguments) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, arguments[0]);
+    const auto object = object_named(session.door(), **now, arguments[0]);
     if (!object) co_return refused(object.error());
-    co_return text_of(session.door().colors->of(ObjectId{(*object)->id}));
+    co_return text_of(session.door().colors->of(object->instance->info->id));
 }
 
 Awaited set_color(Session& session, Arguments arguments) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, arguments[0]);
+    const auto object = object_named(session.door(), **now, arguments[0]);
     if (!object) co_return refused(object.error());
     Rgb wanted{};
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -78,7 +80,7 @@ Awaited set_color(Session& session, Arguments arguments) {
     }
     // Pictures that are being made keep the colours that they began with.
     auto colors = std::make_shared<Colors>(*session.door().colors);
-    colors->set(ObjectId{(*object)->id}, wanted);
+    colors->set(object->instance->info->id, wanted);
     session.door().colors = std::move(colors);
     co_return std::string();
 }
@@ -88,10 +90,10 @@ template <typename ForActor, typename ForObject>
 asio::awaitable<Answer> change_one(Session& session, std::string_view name, ForActor for_actor, ForObject for_object) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, name);
+    const auto object = object_named(session.door(), **now, name);
     if (!object) co_return refused(object.error());
-    const std::string real_name = (*object)->name;
-    if ((*object)->moves) {
+    const std::string real_name = object->name();
+    if (object->moves) {
         auto done = co_await session.ask(for_actor(real_name));
         session.changed();
         if (done) co_return std::string();
@@ -122,9 +124,9 @@ Awaited set_rotation(Session& session, Arguments arguments) {
 asio::awaitable<Answer> set(Session& session, std::string_view name, world::ObjectPatch patch) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, name);
+    const auto object = object_named(session.door(), **now, name);
     if (!object) co_return refused(object.error());
-    patch.name = (*object)->name;
+    patch.name = object->name();
     co_return co_await session.change(engine::SetObject{std::move(patch)});
 }
 
@@ -144,12 +146,12 @@ Awaited set_scale(Session& session, Arguments arguments) {
 }
 
 Awaited destroy(Session& session, Arguments arguments) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     // Cameras are objects too in UnrealCV.
     const auto camera = std::ranges::find((*now)->cameras, arguments[0],
                                           [](const auto& one) { return std::string_view(one.camera.spec()->name); });
-    if (!object_named(**now, arguments[0]) && camera != (*now)->cameras.end())
+    if (!object_named(session.door(), **now, arguments[0]) && camera != (*now)->cameras.end())
         co_return co_await session.change(engine::DeleteCamera{camera->camera.spec()->name});
     const auto as_actor = [](const std::string& of) { return engine::RemoveActor{of}; };
     const auto as_object = [](const std::string& of) { return engine::RemoveObject{of}; };
@@ -196,10 +198,9 @@ asio::awaitable<Answer> measure(Session& session, std::string_view name,
                                 Result<std::string> (*text)(const world::Instance&)) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, name);
+    const auto object = object_named(session.door(), **now, name);
     if (!object) co_return refused(object.error());
-    const world::Instance* const instance = find_object((*now)->world(), (*object)->name);
-    auto made = co_await session.work([text, one = *instance, held = (*now)->instant] { return text(one); });
+    auto made = co_await session.work([text, one = *object->instance] { return text(one); });
     if (!made) co_return refused(made.error().message);
     co_return std::move(*made);
 }
@@ -235,11 +236,11 @@ asio::awaitable<Answer> spawn_model(Session& session, std::string of_class, std:
     std::string model = of_class;
     if (!scene.models.contains(model) && model.ends_with("_C")) model.resize(model.size() - 2);
     if (!scene.models.contains(model)) co_return refused("Can not find a class with name '" + of_class + "'");
-    if (!name.empty() && (*now)->by_name.contains(name))
+    if (!name.empty() && object_named(session.door(), **now, name))
         co_return refused("Failed to spawn " + name + ", object exists.");
     for (int i = 0; name.empty() && i < most_names_tried; ++i) {
         std::string free = of_class + "_" + std::to_string(i);
-        if (!(*now)->by_name.contains(free)) name = std::move(free);
+        if (!object_named(session.door(), **now, free)) name = std::move(free);
     }
     engine::SpawnActor command;
     command.actor.name = name;
@@ -277,20 +278,20 @@ Awaited spawn_named_cube(Session& session, Arguments arguments) {
 // Functions of blueprints, as UnrealZoo and SimWorld call them to move their agents.
 
 /// Turns an actor by an angle to the right, and lets it go ahead at a speed until it is told otherwise.
-asio::awaitable<Answer> set_move(Session& session, const world::ObjectReport& actor, double degrees, double cm_s) {
-    const double yaw = world::yaw_of(actor.orientation) - glm::radians(degrees);
-    world::SteerSpec steer{.name = actor.name, .yaw_rad = yaw};
+asio::awaitable<Answer> set_move(Session& session, const FoundObject& actor, double degrees, double cm_s) {
+    const double yaw = world::yaw_of(actor.orientation()) - glm::radians(degrees);
+    world::SteerSpec steer{.name = actor.name(), .yaw_rad = yaw};
     steer.velocity = cm_s / 100.0 * glm::dvec3(std::cos(yaw), std::sin(yaw), 0.0);
     return session.change(engine::SteerActors{{std::move(steer)}});
 }
 
-asio::awaitable<Answer> nav_to_goal(Session& session, const world::ObjectReport& actor, const world::Model& model,
-                                    glm::dvec3 to) {
+asio::awaitable<Answer> nav_to_goal(Session& session, const FoundObject& actor, glm::dvec3 to) {
+    const world::Model& model = *actor.instance->info->model;
     world::GoToBehaviour going;
     going.position = metres_of(to);
     if (model.find_animation("walk") >= 0) going.walk.clip = "walk";
     if (model.find_animation("wait") >= 0) going.walk.idle_clip = "wait";
-    return session.change(engine::SetActor{{.name = actor.name, .behaviour = std::move(going)}});
+    return session.change(engine::SetActor{{.name = actor.name(), .behaviour = std::move(going)}});
 }
 
 /// The words of an argument list, at most so many as functions have.
@@ -307,7 +308,7 @@ std::vector<std::string_view> words_of(std::string_view text) {
 Awaited blueprint(Session& session, Arguments arguments) {
     const auto now = co_await session.moment();
     if (!now) co_return refused(now.error());
-    const auto object = object_named(**now, arguments[0]);
+    const auto object = object_named(session.door(), **now, arguments[0]);
     if (!object) co_return refused(object.error());
     const auto words = words_of(arguments[1]);
     std::vector<double> numbers;
@@ -317,10 +318,9 @@ Awaited blueprint(Session& session, Arguments arguments) {
     const std::string_view function = words.empty() ? std::string_view() : words.front();
     Answer done = refused("Not Implemented");
     if (function == "set_move" && are_numbers && numbers.size() == 2) {
-        done = co_await set_move(session, **object, numbers[0], numbers[1]);
+        done = co_await set_move(session, *object, numbers[0], numbers[1]);
     } else if (function == "nav_to_goal" && are_numbers && numbers.size() == 3) {
-        const world::Instance* const instance = find_object((*now)->world(), (*object)->name);
-        done = co_await nav_to_goal(session, **object, *instance->info->model, {numbers[0], numbers[1], numbers[2]});
+        done = co_await nav_to_goal(session, *object, {numbers[0], numbers[1], numbers[2]});
     }
     // A function without values to give.
     if (done) done = "{}";

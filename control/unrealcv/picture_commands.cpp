@@ -68,7 +68,7 @@ std::function<Result<std::string>(const frame::Frame&)> maker(Session& session, 
 }
 
 asio::awaitable<Answer> give(Session& session, std::string_view id, frame::FrameKind kind, Target target, Depth depth) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, id);
     if (!camera) co_return refused(camera.error());

@@ -17,7 +17,7 @@ constexpr int max_vbatch = 10'000;
 using Awaited = asio::awaitable<Answer>;
 
 Awaited status(Session& session, Arguments) {
-    const auto now = co_await session.moment();
+    const auto now = co_await session.moment_of_cameras();
     if (!now) co_return refused(now.error());
     ImageSize size{640, 480};
     double hfov = 90.0;

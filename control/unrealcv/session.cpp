@@ -67,18 +67,21 @@ asio::awaitable<std::expected<const Moment*, std::string>> Session::moment() {
     if (moment_) co_return &*moment_;
     auto instant = co_await ask(engine::GetInstant{});
     if (!instant) co_return std::unexpected(instant.error().message);
-    auto cameras = co_await ask(engine::ListCameras{});
-    if (!cameras) co_return std::unexpected(cameras.error().message);
     moment_.emplace();
     moment_->instant = std::move(*instant);
-    moment_->cameras = std::move(*cameras);
-    moment_->objects = objects_of(moment_->world());
-    for (std::size_t i = 0; i < moment_->objects.size(); ++i)
-        moment_->by_name.try_emplace(shown_name(moment_->objects[i].name), i);
     if (door_.scene != moment_->instant->scene) {
         door_.scene = moment_->instant->scene;
         door_.colors = std::make_shared<const Colors>();
     }
+    co_return &*moment_;
+}
+
+asio::awaitable<std::expected<const Moment*, std::string>> Session::moment_of_cameras() {
+    const auto now = co_await moment();
+    if (!now || !moment_->cameras.empty()) co_return now;
+    auto cameras = co_await ask(engine::ListCameras{});
+    if (!cameras) co_return std::unexpected(cameras.error().message);
+    moment_->cameras = std::move(*cameras);
     co_return &*moment_;
 }
 
@@ -130,10 +133,21 @@ std::expected<const engine::CameraReply*, std::string> camera_at(const Moment& m
     return &moment.cameras[static_cast<std::size_t>(*index)];
 }
 
-std::expected<const world::ObjectReport*, std::string> object_named(const Moment& moment, std::string_view name) {
-    const auto found = moment.by_name.find(std::string(name));
-    if (found == moment.by_name.end()) return std::unexpected("Cannot find object");
-    return &moment.objects[found->second];
+std::expected<FoundObject, std::string> object_named(DoorState& door, const Moment& moment, std::string_view name) {
+    const world::Snapshot& world = moment.world();
+    for (const auto* movers : {&world.movers, &world.hidden})
+        for (const world::Instance& one : *movers)
+            if (one.info->name.size() == name.size() && shown_name(one.info->name) == name)
+                return FoundObject{&one, true};
+    StandingObjects& standing = door.standing;
+    if (standing.set != world.statics) {
+        standing = {.set = world.statics, .by_name = {}};
+        for (const auto* objects : {&world.statics->objects, &world.statics->hidden})
+            for (const world::Instance& one : *objects) standing.by_name.try_emplace(shown_name(one.info->name), &one);
+    }
+    const auto found = standing.by_name.find(std::string(name));
+    if (found == standing.by_name.end()) return std::unexpected("Cannot find object");
+    return FoundObject{found->second, false};
 }
 
 }  // namespace camrig::unrealcv

@@ -25,6 +25,24 @@
 
 namespace camrig::unrealcv {
 
+/// An object of a moment.
+struct FoundObject {
+    const world::Instance* instance = nullptr;
+    bool moves = false;
+
+    const std::string& name() const { return instance->info->name; }
+    /// Of an actor: its front is +x.
+    glm::dquat orientation() const {
+        return glm::normalize(instance->orientation * glm::inverse(instance->info->heading_from_model));
+    }
+};
+
+/// Objects that stand, by the names that clients know: many are asked for, and few come and go.
+struct StandingObjects {
+    std::shared_ptr<const world::StaticSet> set;
+    std::unordered_map<std::string, const world::Instance*> by_name;
+};
+
 /// What the connections of a door share. Lives on its thread; all that it refers to outlives the door's stop().
 struct DoorState {
     engine::CommandPort& commands;
@@ -36,6 +54,7 @@ struct DoorState {
     std::shared_ptr<stream::WorkerPool> workers = {};  ///< read scenes, make long texts
     std::shared_ptr<ByteBudget> budget = {};           ///< of pictures that are made or sent
 
+    StandingObjects standing = {};  ///< of the moment that was asked last
     std::shared_ptr<const Colors> colors = std::make_shared<const Colors>();
     world::SceneRef scene = {};          ///< that the colours are of
     std::optional<TimeNs> tick_ns = {};  ///< what /action/tick moves the world by; nullopt: one of its steps
@@ -45,9 +64,7 @@ struct DoorState {
 /// The world and its cameras at one moment, as the commands of one batch see them.
 struct Moment {
     std::shared_ptr<const engine::HeldInstant> instant;
-    std::vector<engine::CameraReply> cameras;  ///< in their order: UnrealCV's ids
-    std::vector<world::ObjectReport> objects;
-    std::unordered_map<std::string, std::size_t> by_name;  ///< as clients know them
+    std::vector<engine::CameraReply> cameras;  ///< in their order: UnrealCV's ids; where they were asked for
 
     const world::Snapshot& world() const { return *instant->snapshot; }
     camera::CameraState state_of(const engine::CameraReply& camera) const { return camera.camera.at(world()); }
@@ -96,6 +113,8 @@ public:
     }
     /// The moment of this batch; the error is the answer. It stays until the next change.
     boost::asio::awaitable<std::expected<const Moment*, std::string>> moment();
+    /// The same with its cameras.
+    boost::asio::awaitable<std::expected<const Moment*, std::string>> moment_of_cameras();
     /// Something was changed: the next read sees it.
     void changed() { moment_.reset(); }
     /// What `make` makes of the camera's picture of that moment, on a thread for such work.
@@ -141,6 +160,6 @@ private:
 /// The camera that a [uint] names.
 std::expected<const engine::CameraReply*, std::string> camera_at(const Moment& moment, std::string_view id);
 /// The object that a [str] names.
-std::expected<const world::ObjectReport*, std::string> object_named(const Moment& moment, std::string_view name);
+std::expected<FoundObject, std::string> object_named(DoorState& door, const Moment& moment, std::string_view name);
 
 }  // namespace camrig::unrealcv
