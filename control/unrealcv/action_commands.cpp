@@ -69,14 +69,16 @@ Awaited level(Session& session, Arguments arguments) {
     if (!world::shipped_scenes().contains(name))
         co_return refused("Can not find a level with name '" + name.substr(0, 100) + "'; there are the shipped scenes");
     const auto scene = std::make_shared<world::SceneRef>();
-    const auto read = co_await session.work([scene, name]() -> Result<std::string> {
+    std::function<Result<std::string>()> load = [scene, name]() -> Result<std::string> {
         auto loaded = world::load_scene(name);
         if (!loaded) return std::unexpected(loaded.error());
         *scene = std::move(*loaded);
         return std::string();
-    });
+    };
+    const auto read = co_await session.work(std::move(load));
     if (!read) co_return refused(read.error().message);
-    co_return co_await session.change(engine::LoadWorld{*scene});
+    engine::LoadWorld command{*scene};
+    co_return co_await session.change(std::move(command));
 }
 
 Awaited viewmode(Session& session, Arguments) {

@@ -67,7 +67,8 @@ asio::awaitable<void> ClientConnection::read_loop() {
 
 asio::awaitable<void> ClientConnection::serve_loop(std::string greeting) {
     const auto self = shared_from_this();
-    bool is_open = co_await write(frame_head(greeting.size()), greeting);
+    const std::string greeting_head = frame_head(greeting.size());
+    bool is_open = co_await write(greeting_head, greeting);
     while (is_open && !is_closed_) {
         if (waiting_.empty()) {
             session_->end_batch();

@@ -94,12 +94,14 @@ asio::awaitable<Answer> change_one(Session& session, std::string_view name, ForA
     if (!object) co_return refused(object.error());
     const std::string real_name = object->name();
     if (object->moves) {
-        auto done = co_await session.ask(for_actor(real_name));
+        auto command = for_actor(real_name);
+        auto done = co_await session.ask(std::move(command));
         session.changed();
         if (done) co_return std::string();
         if (done.error().kind != ErrorKind::not_found) co_return refused(done.error().message);
     }
-    co_return co_await session.change(for_object(real_name));
+    auto command = for_object(real_name);
+    co_return co_await session.change(std::move(command));
 }
 
 asio::awaitable<Answer> place(Session& session, std::string_view name, std::optional<glm::dvec3> position,
@@ -127,7 +129,8 @@ asio::awaitable<Answer> set(Session& session, std::string_view name, world::Obje
     const auto object = object_named(session.door(), **now, name);
     if (!object) co_return refused(object.error());
     patch.name = object->name();
-    co_return co_await session.change(engine::SetObject{std::move(patch)});
+    engine::SetObject command{std::move(patch)};
+    co_return co_await session.change(std::move(command));
 }
 
 Awaited show(Session& session, Arguments arguments) {
@@ -151,8 +154,10 @@ Awaited destroy(Session& session, Arguments arguments) {
     // Cameras are objects too in UnrealCV.
     const auto camera = std::ranges::find((*now)->cameras, arguments[0],
                                           [](const auto& one) { return std::string_view(one.camera.spec()->name); });
-    if (!object_named(session.door(), **now, arguments[0]) && camera != (*now)->cameras.end())
-        co_return co_await session.change(engine::DeleteCamera{camera->camera.spec()->name});
+    if (!object_named(session.door(), **now, arguments[0]) && camera != (*now)->cameras.end()) {
+        engine::DeleteCamera command{camera->camera.spec()->name};
+        co_return co_await session.change(std::move(command));
+    }
     const auto as_actor = [](const std::string& of) { return engine::RemoveActor{of}; };
     const auto as_object = [](const std::string& of) { return engine::RemoveObject{of}; };
     co_return co_await change_one(session, arguments[0], as_actor, as_object);
@@ -200,7 +205,8 @@ asio::awaitable<Answer> measure(Session& session, std::string_view name,
     if (!now) co_return refused(now.error());
     const auto object = object_named(session.door(), **now, name);
     if (!object) co_return refused(object.error());
-    auto made = co_await session.work([text, one = *object->instance] { return text(one); });
+    std::function<Result<std::string>()> make = [text, one = *object->instance] { return text(one); };
+    auto made = co_await session.work(std::move(make));
     if (!made) co_return refused(made.error().message);
     co_return std::move(*made);
 }
