@@ -9,9 +9,9 @@
 namespace camrig::unrealcv {
 namespace {
 
-/// From angles in [-180, 180].
+/// From angles in [-180, 180], where half a turn is one to the last digits.
 double half_open(double degrees) {
-    return degrees <= -180.0 ? 180.0 : degrees;
+    return degrees <= -180.0 + 1e-9 ? 180.0 : degrees;
 }
 
 }  // namespace

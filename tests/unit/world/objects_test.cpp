@@ -43,7 +43,9 @@ TEST(Objects, SpawnedAndRemovedOnesShowFromTheirStepOn) {
     EXPECT_FALSE(report(*world, "vase").moves);
     EXPECT_EQ(report(*world, "vase").model, "man");
     EXPECT_EQ(world->spawn_object(object("vase")).error().kind, ErrorKind::already_exists);
-    EXPECT_THAT(world->spawn_object({.name = "x", .model = "nothing"}).error().message, HasSubstr("nothing"));
+    ObjectSpec unknown = object("x");
+    unknown.model = "nothing";
+    EXPECT_THAT(world->spawn_object(unknown).error().message, HasSubstr("nothing"));
     ASSERT_TRUE(world->remove_object("vase"));
     EXPECT_EQ(find_object(*world->snapshot(100 * ns_per_ms), "vase"), nullptr);
     EXPECT_EQ(world->remove_object("vase").error().kind, ErrorKind::not_found);
