@@ -107,6 +107,31 @@ std::int64_t Rig::steer_actors(const json& actors) const {
     return connections_->call("actor.steer", {{"actors", actors}}).value("applied_ns", std::int64_t{0});
 }
 
+json Rig::objects() const {
+    return connections_->call("object.list")["objects"];
+}
+
+json Rig::object(const std::string& name) const {
+    return connections_->call("object.get", {{"name", name}});
+}
+
+json Rig::spawn_object(const std::string& name, const std::string& model, const json& keys) const {
+    json params = keys;
+    params["name"] = name;
+    params["model"] = model;
+    return connections_->call("object.spawn", params);
+}
+
+json Rig::set_object(const std::string& name, const json& keys) const {
+    json params = keys;
+    params["name"] = name;
+    return connections_->call("object.set", params);
+}
+
+void Rig::remove_object(const std::string& name) const {
+    connections_->call("object.remove", {{"name", name}});
+}
+
 void Rig::remove_actor(const std::string& name) const {
     connections_->call("actor.remove", {{"name", name}});
 }

@@ -18,6 +18,7 @@ std::vector<Method> fault_methods(RpcContext& context);
 std::vector<Method> world_methods(RpcContext& context);
 std::vector<Method> frame_methods(RpcContext& context);
 std::vector<Method> actor_methods(RpcContext& context);
+std::vector<Method> object_methods(RpcContext& context);
 std::vector<Method> event_methods(RpcContext& context);
 std::vector<Method> truth_methods(RpcContext& context);
 std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);

@@ -21,6 +21,7 @@ struct FrameQuestion {
     std::string pixels = "rgba8";
     std::string encoding = "base64";
     TimeNs min_ns = 0;
+    bool now = false;
 
     bool as_bytes() const { return encoding == "bytes"; }
 };
@@ -49,7 +50,11 @@ const std::vector<FieldOf<FrameQuestion>>& question_fields() {
                  "bytes, for programs that are in a hurry, follow the line of the answer, as many as its `bytes` says, "
                  "with nothing after them; on the control socket and TCP only, and not in a batch",
              .choices = {"base64", "bytes"}}),
-        min_ns_at<&Question::min_ns>()};
+        min_ns_at<&Question::min_ns>(),
+        field_at<&Question::now>(
+            {.name = "now",
+             .doc = "the world as commands find it now, whether the camera is due or not: a picture of the request's "
+                    "own, with a `sequence` below 0"})};
     return table;
 }
 
@@ -133,6 +138,7 @@ void get(RpcContext& context, const json& params, RpcReply done) {
                 keys.fail("pixels", "only raw pictures of colour have a choice");
             if (asked.kind == frame::FrameKind::sensor && asked.format != codec::Codec::raw)
                 keys.fail("format", "numbers of a sensor come raw only");
+            if (keys.has("min_ns") && asked.now) keys.fail("now", "give either min_ns or now");
         });
     if (!question) return done(std::unexpected(question.error()));
     if (question->as_bytes() && !done.takes_bytes())
@@ -152,13 +158,20 @@ void get(RpcContext& context, const json& params, RpcReply done) {
     request.format = {question->format, layout, is_jpeg ? question->quality : 0, {}};
     const auto claims = std::make_shared<FrameClaims>(done.budget(), context.budget);
     request.admit = [claims, asked = request](ImageSize size) { return claims->admit(asked, size); };
+    const bool shows_now = question->now;
     // The answer comes on the worker that encoded the picture: base64 is a small part of that work, so it is done
     // there.
-    context.frames.fetch(std::move(request), [question = std::move(*question), claims,
-                                              done = std::move(done)](Result<stream::MediaUnit> unit) {
+    const auto answer = [question = std::move(*question), claims, done](Result<stream::MediaUnit> unit) {
         if (!unit) return done(std::unexpected(unit.error()));
         done(unless_out_of_memory([&] { return frame_result(*unit, question, *claims); }));
-    });
+    };
+    if (!shows_now) return context.frames.fetch(std::move(request), answer);
+    context.commands.post(engine::Request<engine::GetInstant>{
+        {}, [&frames = context.frames, request = std::move(request), answer, done](auto instant) mutable {
+            if (!instant) return done(std::unexpected(instant.error()));
+            request.instant = std::move(*instant);
+            frames.fetch(std::move(request), answer);
+        }});
 }
 
 }  // namespace

@@ -231,6 +231,7 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     add(fault_methods(context));
     add(world_methods(context));
     add(actor_methods(context));
+    add(object_methods(context));
     add(event_methods(context));
     add(frame_methods(context));
     add(truth_methods(context));

@@ -36,7 +36,8 @@ Result<std::unique_ptr<Encoder>> create_jpeg_encoder(int quality, ChromaSampling
 
 /// 8-bit RGB from rgba8/rgb24/bgr24, 8-bit gray, or 16-bit gray from depth32f (millimetres, 0 = nothing or
 /// beyond 65.535 m) and id32 (ids; above 65535 is an error). `level` 0..9: 0 stores, 1 is fast, 9 is small.
-Result<std::unique_ptr<Encoder>> create_png_encoder(int level = 1);
+/// `keeps_alpha`: RGBA from rgba8.
+Result<std::unique_ptr<Encoder>> create_png_encoder(int level = 1, bool keeps_alpha = false);
 
 inline constexpr int default_jpeg_quality = 90;
 

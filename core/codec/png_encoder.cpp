@@ -19,7 +19,7 @@ namespace camrig::codec {
 namespace {
 
 constexpr std::array<std::uint8_t, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-constexpr std::uint8_t gray_color = 0, rgb_color = 2;
+constexpr std::uint8_t gray_color = 0, rgb_color = 2, rgba_color = 6;
 constexpr std::uint8_t perceptual_intent = 0;
 constexpr std::uint8_t sub_filter = 1;
 
@@ -101,7 +101,8 @@ void append_header(Bytes& out, const Picture& picture) {
 class PngEncoder : public Encoder {
 public:
     using CompressorPtr = std::unique_ptr<libdeflate_compressor, Compressor>;
-    explicit PngEncoder(CompressorPtr compressor) : compressor_(std::move(compressor)) {}
+    PngEncoder(CompressorPtr compressor, bool keeps_alpha)
+        : compressor_(std::move(compressor)), keeps_alpha_(keeps_alpha) {}
 
     Result<BytesRef> encode(const frame::Frame& frame) override {
         auto picture = picture_of(frame);
@@ -142,6 +143,7 @@ private:
         const std::byte* const pixels = frame.bytes().data();
         switch (info.format) {
             case frame::PixelFormat::rgba8:
+                if (keeps_alpha_) return Picture{info.size, pixels, 4, 4, filter_row<4, 4>, 8, rgba_color};
                 return Picture{info.size, pixels, 4, 3, filter_row<4, 3>};
             case frame::PixelFormat::rgb24:
                 return Picture{info.size, pixels, 3, 3, filter_row<3, 3>};
@@ -190,6 +192,7 @@ private:
     }
 
     CompressorPtr compressor_;
+    const bool keeps_alpha_;
     Bytes gray16_;                    ///< of ids and depth
     std::vector<std::uint8_t> rows_;  ///< filtered
     BytesRecycler recycler_;
@@ -197,14 +200,14 @@ private:
 
 }  // namespace
 
-Result<std::unique_ptr<Encoder>> create_png_encoder(int level) {
+Result<std::unique_ptr<Encoder>> create_png_encoder(int level, bool keeps_alpha) {
     if (level < 0 || level > 9) {
         return error(ErrorKind::invalid_argument,
                      "png: level is " + std::to_string(level) + "; it goes from 0 (stored) to 9 (smallest)");
     }
     PngEncoder::CompressorPtr compressor(libdeflate_alloc_compressor(level));
     if (!compressor) return error(ErrorKind::resource_exhausted, "png: no memory for the compressor");
-    return std::make_unique<PngEncoder>(std::move(compressor));
+    return std::make_unique<PngEncoder>(std::move(compressor), keeps_alpha);
 }
 
 }  // namespace camrig::codec

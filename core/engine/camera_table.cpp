@@ -131,6 +131,31 @@ void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::Snapsho
     latest.colors.clear();
 }
 
+LatestDue CameraTable::at_instant(const CameraEntry& entry, const HeldInstant& instant) {
+    LatestDue due;
+    due.spec = entry.camera.spec();
+    due.spec_revision = due.of_revision = entry.spec_revision;
+    due.sequence = instant.sequence;
+    due.state = entry.camera.at(*instant.snapshot);
+    due.monotonic_ns = instant.monotonic_ns;
+    due.snapshot = instant.snapshot;
+    const LatestDue& latest = entry.latest;
+    if (latest.of_revision == entry.spec_revision && latest.state.intrinsics == due.state.intrinsics) {
+        due.spec = latest.spec;
+        due.spec_revision = latest.spec_revision;
+    } else if (due.state.intrinsics != due.spec->intrinsics) {
+        auto zooming = std::make_shared<world::CameraSpec>(*due.spec);
+        zooming->intrinsics = due.state.intrinsics;
+        due.spec = std::move(zooming);
+        due.spec_revision = ++last_revision_;
+    }
+    if (auto faults = entry.camera.faults().at({latest.sequence, due.state.world_ns})) {
+        faults->is_dropped = false;
+        due.faults = std::make_shared<const fault::FrameFaults>(std::move(*faults));
+    }
+    return due;
+}
+
 void CameraTable::keep_colors(CameraEntry& entry, const render::View& view, std::span<const frame::FrameRef> frames) {
     const auto is_of = [&](const LatestDue& due) {
         return due.sequence == view.sequence && due.spec_revision == view.spec_revision;

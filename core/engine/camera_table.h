@@ -87,6 +87,9 @@ public:
     Result<void> replace(CameraEntry& entry, world::Camera camera);
     /// Its newest picture is the one of this instant.
     void show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns);
+    /// What the camera would show at an instant that somebody holds. Its pictures are not the camera's: nothing is
+    /// kept. Faults that change pixels act as on its latest frame; those of sending do not.
+    LatestDue at_instant(const CameraEntry& entry, const HeldInstant& instant);
     /// Takes note of colour pictures of a view that have gone out.
     void keep_colors(CameraEntry& entry, const render::View& view, std::span<const frame::FrameRef> frames);
     /// Gives the camera a fault. Errors as of FaultPlan::set(), and change nothing.

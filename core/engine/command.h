@@ -11,6 +11,7 @@
 #include "core/base/named.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "core/stream/frame_bus.h"
 #include "core/stream/statistics.h"
 #include "core/truth/truth.h"
 #include "core/world/camera.h"
@@ -192,6 +193,21 @@ struct StepWorld {
     TimeNs timeout_ns = 10 * ns_per_s;
 };
 
+/// The world as commands find it and leave it: at its last step, which may be some ms ahead of the cameras' pictures.
+/// Whoever holds it can have pictures of it (stream::FetchRequest::instant), all of one moment.
+struct HeldInstant final : stream::Instant {
+    world::SnapshotRef snapshot;
+    TimeNs monotonic_ns = 0;
+    /// Of its pictures, which have none of their camera's numbers: below 0, another for each instant.
+    std::int64_t sequence = -1;
+    world::SceneRef scene;     ///< what the snapshot is of
+    bool stands_still = true;  ///< the world does not move by itself now
+    RunMode mode = RunMode::realtime;
+};
+struct GetInstant {
+    using Reply = std::shared_ptr<const HeldInstant>;
+};
+
 struct ActorList {
     std::vector<world::ActorReport> actors;  ///< in the order they came
     world::StateHash state;
@@ -220,6 +236,19 @@ struct SetActor {
 struct SteerActors {
     using Reply = Applied;
     std::vector<world::SteerSpec> actors;
+};
+using ObjectChange = AppliedReport<world::ObjectReport>;
+struct SpawnObject {
+    using Reply = ObjectChange;
+    world::ObjectSpec object;
+};
+struct SetObject {
+    using Reply = ObjectChange;
+    world::ObjectPatch patch;
+};
+struct RemoveObject {
+    using Reply = Applied;
+    std::string name;
 };
 struct ListEvents {
     using Reply = std::vector<world::EventReport>;
@@ -261,8 +290,9 @@ using Command =
                  Request<StopPtz>, Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>,
                  Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>,
                  Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
-                 Request<SteerActors>, Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>,
-                 Request<WaitEvents>, Request<GetStats>, Request<GetTruth>>;
+                 Request<SteerActors>, Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>,
+                 Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>,
+                 Request<GetStats>, Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

@@ -251,9 +251,19 @@ std::optional<DrawTask> Requests::next() {
     if (next_turn_ns(turn_ns_) > turn_ns_) return std::nullopt;
     for (auto it = waiting_.begin(); it != waiting_.end();) {
         const auto waiter = it++;
-        const CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
+        CameraEntry* entry = rig_.cameras.find_id(waiter->camera);
         if (entry == nullptr || !is_to_be_drawn(*waiter, *entry)) continue;
-        const LatestDue& latest = entry->latest;
+        LatestDue held;
+        if (const HeldInstant* const instant = waiter->instant()) {
+            if (instant->scene != rig_.scene) {
+                waiter->fail(
+                    {ErrorKind::unavailable, "another world was loaded since that instant; ask for a new one"});
+                waiting_.erase(waiter);
+                continue;
+            }
+            held = rig_.cameras.at_instant(*entry, *instant);
+        }
+        const LatestDue& latest = waiter->instant() ? held : entry->latest;
         DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(*entry, latest)}};
         if (waiter->wants_color()) due = rig_.picture_of(*entry);
         due.may_be_dropped = false;
@@ -273,7 +283,7 @@ std::optional<DrawTask> Requests::next() {
 DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
     render::View& view = due.views.front();
     view = only(view, waiter->picture.kind);
-    if (waiter->wants_color())
+    if (waiter->draws_color())
         view.color_formats = rig_.made_of(view, {source_format(waiter->picture.format, view.spec->size)});
     const auto drawn = std::make_shared<DrawnViews>();
     return {.draw = [drawn, due = std::move(due), timer = rig_.drawing->timer()](

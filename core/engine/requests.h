@@ -41,7 +41,11 @@ private:
         std::function<void(Result<truth::TruthRef>)> got_truth;
         TimeNs deadline_ns = 0;
 
-        bool wants_color() const { return got_picture && picture.kind == frame::FrameKind::color; }
+        /// The colour picture of the camera's latest frame, which others may want too.
+        bool wants_color() const { return draws_color() && !picture.instant; }
+        bool draws_color() const { return got_picture && picture.kind == frame::FrameKind::color; }
+        /// That it wants a picture of; null: the camera's latest frame.
+        const HeldInstant* instant() const { return static_cast<const HeldInstant*>(picture.instant.get()); }
         void fail(const Error& why) const;
     };
     using Waiters = std::list<Waiter>;
@@ -50,6 +54,7 @@ private:
     /// Whether it was answered.
     bool answer(const Waiter& waiter, TimeNs monotonic_ns) const;
     bool is_there(const Waiter& waiter, const CameraEntry& entry) const {
+        if (waiter.instant()) return true;
         return (waiter.wants_color() ? entry.latest.delivered() : entry.latest).state.world_ns >= waiter.min_ns;
     }
     bool is_to_be_drawn(const Waiter& waiter, const CameraEntry& entry) const;

@@ -139,6 +139,19 @@ Result<WorldState> Rig::run(GetWorld&) {
     return world_state();
 }
 
+Result<std::shared_ptr<const HeldInstant>> Rig::run(GetInstant&) {
+    const world::World& world = world_.world_of_now();
+    auto instant = std::make_shared<HeldInstant>();
+    instant->snapshot = world.snapshot(world.last_step_ns());
+    instant->stands_still = !state_.clock.running();
+    instant->monotonic_ns =
+        instant->stands_still ? monotonic_now_ns() : state_.clock.monotonic_at(instant->snapshot->world_ns);
+    instant->sequence = --last_held_;
+    instant->scene = state_.scene;
+    instant->mode = state_.options.mode;
+    return instant;
+}
+
 Result<WorldState> Rig::run(PauseWorld&) {
     if (state_.options.mode == RunMode::lockstep)
         return error(ErrorKind::unsupported,

@@ -42,6 +42,7 @@ private:
 
     Result<WorldState> run(LoadWorld& command);
     Result<WorldState> run(GetWorld& command);
+    Result<std::shared_ptr<const HeldInstant>> run(GetInstant& command);
     Result<WorldState> run(PauseWorld& command);
     Result<WorldState> run(ResumeWorld& command);
     Result<stream::RigReport> run(GetStats& command);
@@ -49,6 +50,7 @@ private:
     WorldState world_state() const;
 
     ThreadCheck thread_;
+    std::int64_t last_held_ = -1;  ///< HeldInstant::sequence
     RigState state_;
     WorldDesk world_;
     CameraDesk cameras_;

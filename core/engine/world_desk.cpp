@@ -81,6 +81,34 @@ Result<Applied> WorldDesk::run(SteerActors& command) {
     return Applied{world.last_step_ns()};
 }
 
+namespace {
+
+ObjectChange change_of(const world::World& world, const std::string& name) {
+    ObjectChange change{.report = {}, .applied_ns = world.last_step_ns()};
+    find_object(*world.snapshot(change.applied_ns), name, &change.report);
+    return change;
+}
+
+}  // namespace
+
+Result<ObjectChange> WorldDesk::run(SpawnObject& command) {
+    world::World& world = world_of_now();
+    if (auto done = world.spawn_object(command.object); !done) return std::unexpected(done.error());
+    return change_of(world, command.object.name);
+}
+
+Result<ObjectChange> WorldDesk::run(SetObject& command) {
+    world::World& world = world_of_now();
+    if (auto done = world.change_object(command.patch); !done) return std::unexpected(done.error());
+    return change_of(world, command.patch.name);
+}
+
+Result<Applied> WorldDesk::run(RemoveObject& command) {
+    world::World& world = world_of_now();
+    if (auto done = world.remove_object(command.name); !done) return std::unexpected(done.error());
+    return Applied{world.last_step_ns()};
+}
+
 Result<std::vector<world::EventReport>> WorldDesk::run(ListEvents&) {
     return world_of_now().events();
 }

@@ -19,6 +19,9 @@ public:
     Result<Applied> run(RemoveActor& command);
     Result<ActorChange> run(SetActor& command);
     Result<Applied> run(SteerActors& command);
+    Result<ObjectChange> run(SpawnObject& command);
+    Result<ObjectChange> run(SetObject& command);
+    Result<Applied> run(RemoveObject& command);
     Result<std::vector<world::EventReport>> run(ListEvents& command);
     Result<EventChange> run(AddEvent& command);
     Result<Applied> run(RemoveEvent& command);

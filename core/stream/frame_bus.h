@@ -83,12 +83,22 @@ public:
     virtual void remove_observer(CameraObserver* observer) = 0;
 };
 
+/// An instant that somebody holds: pictures of it can be asked for, of any camera, as long as he does. What it is, is
+/// the engine's matter (engine::HeldInstant).
+class Instant {
+public:
+    virtual ~Instant() = default;
+};
+using InstantRef = std::shared_ptr<const Instant>;
+
 /// What a one-off request for a picture gives.
 struct FetchRequest {
     std::string camera;
     frame::FrameKind kind = frame::FrameKind::color;
     TimeNs min_ns = 0;   ///< world time the picture must at least show; waits for it
     MediaFormat format;  ///< raw rgba8, jpeg or png
+    /// Not null: the picture shows this instant, whether the camera is due then or not; min_ns says nothing.
+    InstantRef instant = {};
     /// Asked before anything is drawn, with the picture's size; an error is the answer. May be empty. On the engine's
     /// thread; must not block.
     std::function<Result<void>(ImageSize)> admit = {};

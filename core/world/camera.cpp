@@ -108,9 +108,12 @@ Camera::Place between(const Camera::Place& a, const Camera::Place& b, double sha
 }
 
 camera::Pose Camera::frame_in(const Snapshot& world, const Mount& mount) const {
-    const auto carrier =
-        std::ranges::find_if(world.movers, [&](const Instance& mover) { return mover.info->name == mount.actor; });
-    return carrier == world.movers.end() ? left_.at(world.world_ns) : mount_frame(*carrier, mount.node);
+    for (const std::vector<Instance>* movers : {&world.movers, &world.hidden}) {
+        const auto carrier =
+            std::ranges::find_if(*movers, [&](const Instance& mover) { return mover.info->name == mount.actor; });
+        if (carrier != movers->end()) return mount_frame(*carrier, mount.node);
+    }
+    return left_.at(world.world_ns);
 }
 
 camera::CameraState Camera::at(const Snapshot& world) const {

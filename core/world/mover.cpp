@@ -81,6 +81,7 @@ void Mover::record(TimeNs step_ns, MoverRecord& record) const {
     record.velocity = velocity(step_ns);
     record.state = now;
     record.held = held;
+    record.is_hidden = is_hidden;
 }
 
 MoverRecord Mover::record(TimeNs step_ns) const {
@@ -95,7 +96,8 @@ MoverRecord Mover::record_before() const {
             .heading_from_model = heading_from_model,
             .velocity = {},
             .state = before,
-            .held = {}};
+            .held = {},
+            .is_hidden = is_hidden};
 }
 
 std::optional<Body> Mover::body(TimeNs step_ns) const {

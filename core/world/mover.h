@@ -23,6 +23,7 @@ struct Mover {
     double radius_m = 0.0;
 
     ActorState before, now;
+    bool is_hidden = false;    ///< nobody sees it
     bool is_gone = false;      ///< removed in this step
     bool was_arrived = false;  ///< for the events
 

@@ -15,8 +15,8 @@
 
 namespace camrig::world {
 
-/// The World of a scene. Steps and snapshots are in world.cpp, what commands do in world_actors.cpp, events in
-/// world_events.cpp.
+/// The World of a scene. Steps and snapshots are in world.cpp, what commands do in world_actors.cpp and
+/// world_objects.cpp, events in world_events.cpp.
 class SceneWorld final : public World, private WorldView {
 public:
     SceneWorld(SceneRef scene, std::uint64_t seed);
@@ -34,6 +34,10 @@ public:
     Result<ActorReport> change_actor(const ActorPatch& patch) override;
     Result<void> steer_actors(std::span<const SteerSpec> steers) override;
 
+    Result<void> spawn_object(const ObjectSpec& spec) override;
+    Result<void> change_object(const ObjectPatch& patch) override;
+    Result<void> remove_object(const std::string& name) override;
+
     Result<void> check_mount(const Mount& mount, const std::string& path) const override;
 
     std::vector<EventReport> events() const override { return events_.reports(); }
@@ -43,7 +47,7 @@ public:
     std::vector<CameraMove> take_camera_moves() override { return std::exchange(camera_moves_, {}); }
     std::vector<Departure> take_departures() override { return std::exchange(departures_, {}); }
 
-    std::size_t object_count() const override { return scene_->objects.size(); }
+    std::size_t object_count() const override;
     std::size_t actor_count() const override {
         return static_cast<std::size_t>(
             std::ranges::count_if(movers_, [](const auto& mover) { return mover->is_actor && !mover->is_gone; }));
@@ -62,7 +66,7 @@ private:
 
     // world.cpp
     std::shared_ptr<const ObjectInfo> new_info(const std::string& name, const std::string& object_class,
-                                               const SceneModel& model, bool turns);
+                                               const std::string& model, bool turns);
     void add_object(const ObjectSpec& spec, StaticSet& statics);
     Mover& add_actor(const ActorSpec& spec);
     Mover& add_mover(std::unique_ptr<Mover> mover);
@@ -88,6 +92,9 @@ private:
     void remove(Mover& mover);
     /// The mover of this name, made of a static object when there is none yet.
     Mover* as_mover(const std::string& object);
+
+    // world_objects.cpp
+    Result<void> change_mover(Mover& mover, const ObjectPatch& patch);
 
     // world_events.cpp
     void run_events();

@@ -23,6 +23,7 @@ struct ObjectInfo {
     ModelRef model;
     /// What Instance::orientation holds beside the object's heading: the turn that makes the model face +x.
     glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
+    std::string model_name = {};  ///< in the scene
 };
 
 /// One object at one instant. World placement in double: world_from_model = T(position) * R(orientation) * scale.
@@ -69,6 +70,7 @@ struct StaticSet {
     std::vector<Instance> objects;
     std::vector<Light> lights;
     Environment environment;
+    std::vector<Instance> hidden = {};  ///< objects that nobody sees
 };
 
 /// The world at one instant: light, immutable, complete. Everything drawn or told about this instant comes from here.
@@ -76,6 +78,7 @@ struct Snapshot {
     TimeNs world_ns = 0;
     std::shared_ptr<const StaticSet> statics;
     std::vector<Instance> movers;
+    std::vector<Instance> hidden = {};  ///< movers that nobody sees
 };
 
 using SnapshotRef = std::shared_ptr<const Snapshot>;

@@ -51,6 +51,16 @@ void hang(const std::vector<MoverRecord>& movers, std::vector<Instance>& instanc
     }
 }
 
+/// What nobody sees is kept apart: pictures and ground truth are of the rest.
+void take_hidden(std::span<const MoverRecord> movers, Snapshot& snapshot) {
+    if (std::ranges::none_of(movers, &MoverRecord::is_hidden)) return;
+    std::vector<Instance> seen;
+    seen.reserve(movers.size());
+    for (std::size_t i = 0; i < movers.size(); ++i)
+        (movers[i].is_hidden ? snapshot.hidden : seen).push_back(std::move(snapshot.movers[i]));
+    snapshot.movers = std::move(seen);
+}
+
 }  // namespace
 
 Instance instance_of(const MoverRecord& mover) {
@@ -109,6 +119,7 @@ SnapshotRef StepHistory::at(TimeNs world_ns, const StepRecord& present) const {
                                        : instance_between(begin.movers[i], end.arrived[i], end.world_ns - world_ns,
                                                           end.world_ns - begin.world_ns));
     hang(begin.movers, snapshot->movers);
+    take_hidden(begin.movers, *snapshot);
     return snapshot;
 }
 

@@ -30,6 +30,7 @@ struct MoverRecord {
     glm::dvec3 velocity{0.0};  ///< m/s, of the step that led here
     ActorState state;
     std::optional<Held> held;
+    bool is_hidden = false;
 };
 
 /// The world at one step: how the step came to its end, and what commands and events then made of it.

@@ -59,21 +59,23 @@ void SceneWorld::populate() {
 
 /// `turns`: the model is turned so that its front faces ahead (actors).
 std::shared_ptr<const ObjectInfo> SceneWorld::new_info(const std::string& name, const std::string& object_class,
-                                                       const SceneModel& model, bool turns) {
+                                                       const std::string& model, bool turns) {
     auto info = std::make_shared<ObjectInfo>();
     info->id = ObjectId{++last_id_};
     info->name = name;
     info->object_class = object_class;
     const auto next_number = static_cast<std::uint32_t>(class_numbers_.size() + 1);
     info->class_number = class_numbers_.try_emplace(object_class, next_number).first->second;
-    info->model = model.model;
-    if (turns) info->heading_from_model = model.heading_from_model;
+    const SceneModel& of_scene = scene_->models.at(model);
+    info->model = of_scene.model;
+    info->model_name = model;
+    if (turns) info->heading_from_model = of_scene.heading_from_model;
     return info;
 }
 
 void SceneWorld::add_object(const ObjectSpec& spec, StaticSet& statics) {
     const ModelRef& model = scene_->models.at(spec.model).model;
-    auto info = new_info(spec.name, spec.object_class, scene_->models.at(spec.model), false);
+    auto info = new_info(spec.name, spec.object_class, spec.model, false);
     if (!spec.clip.empty()) {
         auto mover = std::make_unique<Mover>();
         mover->info = std::move(info);
@@ -96,7 +98,7 @@ void SceneWorld::add_object(const ObjectSpec& spec, StaticSet& statics) {
 Mover& SceneWorld::add_actor(const ActorSpec& spec) {
     const SceneModel& model = scene_->models.at(spec.model);
     auto mover = std::make_unique<Mover>();
-    mover->info = new_info(spec.name, spec.object_class, model, true);
+    mover->info = new_info(spec.name, spec.object_class, spec.model, true);
     mover->model = spec.model;
     mover->is_actor = true;
     mover->spec = spec.behaviour;

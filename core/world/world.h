@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/world/object_report.h"
 #include "core/world/scene.h"
 #include "core/world/snapshot.h"
 
@@ -63,6 +64,11 @@ public:
     virtual Result<ActorReport> change_actor(const ActorPatch& patch) = 0;
     /// All of them or none.
     virtual Result<void> steer_actors(std::span<const SteerSpec> steers) = 0;
+
+    virtual Result<void> spawn_object(const ObjectSpec& spec) = 0;
+    /// Of an object or an actor.
+    virtual Result<void> change_object(const ObjectPatch& patch) = 0;
+    virtual Result<void> remove_object(const std::string& name) = 0;
 
     /// Whether a camera can be fixed to this now; messages begin with `path`.
     virtual Result<void> check_mount(const Mount& mount, const std::string& path) const = 0;

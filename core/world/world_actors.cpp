@@ -33,7 +33,8 @@ KnownNames SceneWorld::known_names() const {
         else
             names.objects.insert(name);
     }
-    for (const Instance& object : statics_->objects) names.objects.insert(object.info->name);
+    for (const auto* objects : {&statics_->objects, &statics_->hidden})
+        for (const Instance& object : *objects) names.objects.insert(object.info->name);
     for (const EventReport& event : events_.reports()) names.events.insert(event.name);
     return names;
 }
@@ -191,16 +192,19 @@ void SceneWorld::put_down(Mover& mover, const std::optional<glm::dvec3>& positio
 Mover* SceneWorld::as_mover(const std::string& object) {
     if (Mover* mover = find(object)) return mover;
     StaticSet& statics = edit_statics();
-    const auto found =
-        std::ranges::find_if(statics.objects, [&](const Instance& one) { return one.info->name == object; });
-    if (found == statics.objects.end()) return nullptr;
+    const auto is_it = [&](const Instance& one) { return one.info->name == object; };
+    const bool is_hidden = std::ranges::none_of(statics.objects, is_it);
+    auto& objects = is_hidden ? statics.hidden : statics.objects;
+    const auto found = std::ranges::find_if(objects, is_it);
+    if (found == objects.end()) return nullptr;
     auto mover = std::make_unique<Mover>();
     mover->info = found->info;
     mover->scale = found->scale;
     mover->now.position = found->position;
     mover->now.orientation = found->orientation;
     mover->behaviour = std::make_unique<Standing>(found->info->model, -1);
-    statics.objects.erase(found);
+    mover->is_hidden = is_hidden;
+    objects.erase(found);
     return &add_mover(std::move(mover));
 }
 

@@ -67,6 +67,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_fault_commands(app, context, hooks);
     add_world_commands(app, context);
     add_actor_commands(app, context);
+    add_object_commands(app, context);
     add_event_commands(app, context);
     add_snapshot_command(app, context);
     add_truth_command(app, context);

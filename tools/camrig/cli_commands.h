@@ -26,6 +26,7 @@ void add_fault_commands(CLI::App& app, CliContext& context, const CliHooks& hook
 void add_check_command(CLI::App& app, CliContext& context);
 void add_world_commands(CLI::App& app, CliContext& context);
 void add_actor_commands(CLI::App& app, CliContext& context);
+void add_object_commands(CLI::App& app, CliContext& context);
 void add_event_commands(CLI::App& app, CliContext& context);
 void add_snapshot_command(CLI::App& app, CliContext& context);
 void add_truth_command(CLI::App& app, CliContext& context);

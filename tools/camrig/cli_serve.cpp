@@ -73,6 +73,16 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve->add_option("--onvif-users", options->onvif_users,
                       "file of mode 0600 with a line NAME ROLE PASSWORD for each user of ONVIF devices; roles are "
                       "administrator, operator and user");
+    serve
+        ->add_option("--unrealcv", options->unrealcv_port,
+                     "port of UnrealCV's protocol for its clients, on loopback (off by default); 0: any free one. "
+                     "Clients of UnrealCV expect 9000")
+        ->check(is_port);
+    serve->add_option("--unrealcv-dir", options->unrealcv_folder,
+                      "folder in which UnrealCV's clients may have pictures written; without it nowhere");
+    serve->add_flag("--unrealcv-ray-depth", options->unrealcv_ray_depth,
+                    "depth for UnrealCV's clients is along each ray in metres, as before 1.0; else along the axis in "
+                    "centimetres");
     auto* open_loopback =
         serve->add_flag("--open-loopback", options->open_loopback,
                         "commands over loopback HTTP and TCP need no key: for containers and machines of "

@@ -18,6 +18,7 @@
 #include "control/onvif/onvif_service.h"
 #include "control/rpc/rpc_server.h"
 #include "control/server/control_server.h"
+#include "control/unrealcv/unrealcv_server.h"
 #include "control/web/page_files.h"
 #include "core/base/clock.h"
 #include "core/base/command_key.h"
@@ -219,6 +220,22 @@ Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& 
     return opened.get_future().get();
 }
 
+/// Null: it is not wanted.
+Result<std::unique_ptr<unrealcv::UnrealCvServer>> open_unrealcv(const ServeOptions& options, const std::string& scene,
+                                                                engine::Engine& engine) {
+    if (!options.unrealcv_port) return nullptr;
+    if (options.read_only)
+        return error(ErrorKind::invalid_argument,
+                     "--unrealcv: its clients command, and this rig was started with --read-only");
+    return unrealcv::UnrealCvServer::create(
+        engine, engine,
+        {.host = is_loopback_address(options.host) ? options.host : "127.0.0.1",
+         .port = *options.unrealcv_port,
+         .name = scene,
+         .folder = options.unrealcv_folder,
+         .depth = options.unrealcv_ray_depth ? unrealcv::Depth::ray_m : unrealcv::Depth::plane_cm});
+}
+
 /// The streams of a camera that can be read, as ONVIF tells them.
 std::vector<onvif::VideoStream> onvif_streams(const world::CameraSpec& camera) {
     std::vector<onvif::VideoStream> streams;
@@ -297,7 +314,8 @@ rtsp::RtspOptions rtsp_options(const ServeOptions& options, const std::string& t
 /// What a person wants to know who has started the rig by hand.
 void print_addresses(const ServeOptions& options, const std::string& renderer, const std::string& command_key,
                      const http::HttpServer& http, const rtsp::RtspServer& rtsp, const control::ControlServer& control,
-                     std::uint16_t onvif_port, const std::vector<stream::CameraStream>& cameras) {
+                     std::uint16_t onvif_port, const unrealcv::UnrealCvServer* unrealcv,
+                     const std::vector<stream::CameraStream>& cameras) {
     std::printf("camrig %s  %s\n  control  %s\n", version, renderer.c_str(), options.control.c_str());
     // As it stands in a URL: an address of IPv6 goes into brackets.
     const std::string address = options.host.contains(':') ? "[" + options.host + "]" : options.host;
@@ -316,6 +334,7 @@ void print_addresses(const ServeOptions& options, const std::string& renderer, c
                             options_of<onvif::OnvifOutput>(output).port);
     }
     if (onvif_port != 0) std::printf("  onvif    http://%s:%u/onvif/device_service\n", host, onvif_port);
+    if (unrealcv) std::printf("  unrealcv 127.0.0.1:%u\n", unrealcv->port());
     std::fflush(stdout);
 }
 
@@ -349,6 +368,7 @@ int run_serve(const ServeOptions& options) {
     auto scene = load_scene(options.scene, options.scene_options);
     if (!scene) return fail(scene.error());
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
+    const std::string scene_name = (*scene)->name;
 
     stream::WorkerPool truth_text(1, max_truths_waiting);
     auto pool = std::make_shared<frame::FramePool>();
@@ -418,14 +438,21 @@ int run_serve(const ServeOptions& options) {
     facts.add_connections("control", [server = control->get()] { return server->counts(); });
     facts.add_connections("http", [server = http->get()] { return server->counts().connections; });
     facts.add_connections("rtsp", [server = rtsp->get()] { return server->counts(); });
+    auto unrealcv = open_unrealcv(options, scene_name, **engine);
+    if (!unrealcv) return fail(unrealcv.error());
+    if (*unrealcv) {
+        facts.add("unrealcv", (*unrealcv)->port());
+        facts.add_connections("unrealcv", [server = unrealcv->get()] { return server->counts(); });
+    }
     auto keys = write_key_files(access->key, **http, **control, facts);
 
     print_addresses(options, (*engine)->renderer_description(), access->key, **http, **rtsp, **control, *onvif_port,
-                    bus.cameras());
+                    unrealcv->get(), bus.cameras());
     at_start.is_over();
     tell_ready(options.ready_fd, facts.get());
 
     stop.wait();
+    if (*unrealcv) (*unrealcv)->stop();
     keys.clear();  // before their ports are free for another rig
     (*control)->stop();
     (*rtsp)->stop();

@@ -19,9 +19,12 @@ struct ServeOptions {
     std::uint16_t http_port = 8080;
     std::uint16_t rtsp_port = 8554;
     std::optional<std::uint16_t> tcp_port;
-    std::optional<std::uint16_t> onvif_port;  ///< of an ONVIF device with every camera
-    std::string onvif_discovery;              ///< interface on which devices are found; empty: none
-    std::filesystem::path onvif_users;        ///< file of users with roles; empty: none
+    std::optional<std::uint16_t> onvif_port;     ///< of an ONVIF device with every camera
+    std::string onvif_discovery;                 ///< interface on which devices are found; empty: none
+    std::filesystem::path onvif_users;           ///< file of users with roles; empty: none
+    std::optional<std::uint16_t> unrealcv_port;  ///< of UnrealCV's protocol, on loopback
+    std::filesystem::path unrealcv_folder;       ///< where its clients may have files written; empty: nowhere
+    bool unrealcv_ray_depth = false;  ///< its `depth` is along rays, metres; else along the axis, centimetres
     std::filesystem::path token_file;
     bool open_loopback = false;                 ///< commands over loopback need no key
     bool read_only = false;                     ///< no commands over HTTP and TCP at all

@@ -34,6 +34,8 @@ ALLOWED: dict[str, list[str]] = {
     "control/rpc": ["core/base", "core/camera", "core/fault", "core/world", "core/frame", "core/codec", "core/stream",
                     "core/truth", "core/engine/command.h"],
     "control/onvif": ["core/base", "core/camera", "core/world", "core/frame", "core/stream", "core/engine/command.h"],
+    "control/unrealcv": ["core/base", "core/camera", "core/world", "core/frame", "core/codec", "core/stream", "core/truth",
+                         "core/engine/command.h", "control/server/loop_post.h"],
     "control/server": ["core/base", "control/rpc"],
     "control/client": ["core/base"],
     "control/web": [],

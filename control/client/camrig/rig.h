@@ -60,6 +60,16 @@ public:
     /// Returns the world time from which it shows.
     std::int64_t steer_actors(const nlohmann::json& actors) const;
     void remove_actor(const std::string& name) const;
+    /// Everything that has an identity in pictures, actors too.
+    nlohmann::json objects() const;
+    /// One of them, with its box.
+    nlohmann::json object(const std::string& name) const;
+    /// Puts in what stands where it is.
+    nlohmann::json spawn_object(const std::string& name, const std::string& model,
+                                const nlohmann::json& keys = nlohmann::json::object()) const;
+    /// Hides, shows, scales an object or an actor, or moves an object: {"hidden": true}.
+    nlohmann::json set_object(const std::string& name, const nlohmann::json& keys) const;
+    void remove_object(const std::string& name) const;
     nlohmann::json events() const;
     /// Lets a camera fail (docs/faults.md): {id, ..}. `params`: those of fault.set beside camera and kind.
     nlohmann::json set_fault(const std::string& camera, const std::string& kind,

@@ -130,6 +130,25 @@ class Rig:
     def remove_actor(self, name: str) -> dict[str, Any]:
         return self.call("actor.remove", name=name)
 
+    def objects(self) -> list[dict[str, Any]]:
+        """Everything that has an identity in pictures, actors too, by id: name, class, model, position, hidden, ..."""
+        return self.call("object.list")["objects"]
+
+    def object(self, name: str) -> dict[str, Any]:
+        """One of them, with its box along the world's axes."""
+        return self.call("object.get", name=name)
+
+    def spawn_object(self, name: str, model: str, **keys: Any) -> dict[str, Any]:
+        """Puts in what stands where it is; keys as in a scene file (``object_class`` for ``class``)."""
+        return self.call("object.spawn", name=name, model=model, **{"class" if key == "object_class" else key: value for key, value in keys.items()})
+
+    def set_object(self, name: str, **keys: Any) -> dict[str, Any]:
+        """Changes an object or an actor: hidden, scale; of objects also position, yaw_deg or orientation."""
+        return self.call("object.set", name=name, **keys)
+
+    def remove_object(self, name: str) -> dict[str, Any]:
+        return self.call("object.remove", name=name)
+
     def events(self) -> list[dict[str, Any]]:
         """The events that are there, and how often each has fired."""
         return self.call("event.list")["events"]

@@ -242,6 +242,42 @@ Result<engine::Applied> FakeRig::run(engine::SteerActors&) {
     return engine::Applied{10};
 }
 
+Result<std::shared_ptr<const engine::HeldInstant>> FakeRig::run(engine::GetInstant&) {
+    auto info = std::make_shared<world::ObjectInfo>();
+    info->id = ObjectId{7};
+    info->name = "table";
+    info->object_class = "furniture";
+    info->model = std::make_shared<const world::Model>();
+    auto statics = std::make_shared<world::StaticSet>();
+    statics->objects.emplace_back().info = std::move(info);
+    auto snapshot = std::make_shared<world::Snapshot>();
+    snapshot->world_ns = 10;
+    snapshot->statics = std::move(statics);
+    auto instant = std::make_shared<engine::HeldInstant>();
+    instant->snapshot = std::move(snapshot);
+    return instant;
+}
+
+Result<engine::ObjectChange> FakeRig::run(engine::SpawnObject& command) {
+    world::ObjectReport report;
+    report.name = command.object.name;
+    report.model = command.object.model;
+    return engine::ObjectChange{report, 10};
+}
+
+Result<engine::ObjectChange> FakeRig::run(engine::SetObject& command) {
+    if (command.patch.name != "table")
+        return error(ErrorKind::not_found, "name: there is no object '" + command.patch.name + "'");
+    world::ObjectReport report;
+    report.name = command.patch.name;
+    report.hidden = command.patch.hidden.value_or(false);
+    return engine::ObjectChange{report, 10};
+}
+
+Result<engine::Applied> FakeRig::run(engine::RemoveObject&) {
+    return engine::Applied{10};
+}
+
 Result<std::vector<world::EventReport>> FakeRig::run(engine::ListEvents&) {
     return std::vector<world::EventReport>{{"alarm", "every_s", 2, 0}};
 }

@@ -59,6 +59,10 @@ private:
     Result<engine::Applied> run(engine::RemoveActor& command);
     Result<engine::ActorChange> run(engine::SetActor& command);
     Result<engine::Applied> run(engine::SteerActors& command);
+    Result<std::shared_ptr<const engine::HeldInstant>> run(engine::GetInstant&);
+    Result<engine::ObjectChange> run(engine::SpawnObject& command);
+    Result<engine::ObjectChange> run(engine::SetObject& command);
+    Result<engine::Applied> run(engine::RemoveObject& command);
     Result<std::vector<world::EventReport>> run(engine::ListEvents&);
     Result<engine::EventChange> run(engine::AddEvent& command);
     Result<engine::Applied> run(engine::RemoveEvent& command);

@@ -77,6 +77,40 @@ TEST_F(EngineTest, ANewCameraShowsTheMomentItWasMade) {
     EXPECT_EQ(first->info.world_ns, 0);
 }
 
+TEST_F(EngineTest, PicturesOfAHeldInstantAreAllOfItAndNoneOfTheCamerasFrames) {
+    start(RunMode::realtime);
+    ASSERT_TRUE(create("a", "25", true));
+    ASSERT_TRUE(create("b", "10", true));
+    std::vector<stream::Subscription> subscriptions;
+    auto reader = watch("a", subscriptions);
+    const auto picture = [&](const std::string& camera, frame::FrameKind kind, stream::InstantRef of) {
+        std::promise<Result<stream::MediaUnit>> promise;
+        stream::FetchRequest request{
+            .camera = camera, .kind = kind, .min_ns = 0, .format = raw, .instant = std::move(of)};
+        if (kind == frame::FrameKind::depth) request.format.pixels = frame::PixelFormat::depth32f;
+        engine->fetch(std::move(request), [&](auto result) { promise.set_value(std::move(result)); });
+        return promise.get_future().get();
+    };
+    const auto held = call(GetInstant{}).value();
+    ASSERT_TRUE(fetch("a", held->snapshot->world_ns + 200 * ns_per_ms));  // the world has gone on since
+    for (const char* camera : {"a", "b", "a"})
+        for (const auto kind : {frame::FrameKind::color, frame::FrameKind::depth}) {
+            const auto unit = picture(camera, kind, held);
+            ASSERT_TRUE(unit) << unit.error().message;
+            EXPECT_EQ(unit->info.world_ns, held->snapshot->world_ns);
+            EXPECT_EQ(unit->info.sequence, held->sequence);
+        }
+    EXPECT_NE(call(GetInstant{}).value()->sequence, held->sequence);
+    EXPECT_LT(held->sequence, 0);
+    for (const auto& unit : reader->units()) EXPECT_GE(unit.info.sequence, 0);
+    // Of another world there are none.
+    auto other = std::make_shared<world::Scene>();
+    ASSERT_TRUE(call(LoadWorld{other}));
+    const auto refused = picture("a", frame::FrameKind::color, held);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().kind, ErrorKind::unavailable);
+}
+
 TEST_F(EngineTest, LockstepDeliversEveryDueFrameAndOneStampPerInstant) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a", "25", true));

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <glm/glm.hpp>
+
+#include "control/unrealcv/colors.h"
+#include "core/base/result.h"
+#include "core/camera/intrinsics.h"
+#include "core/camera/lens.h"
+#include "core/frame/frame.h"
+
+namespace camrig::unrealcv {
+
+/// The files that pictures come as: PNG and BMP with four channels (clients cut the last one off), NumPy arrays.
+enum class FileType : std::uint8_t { png, bmp, npy };
+std::optional<FileType> file_type(std::string_view ending);
+
+/// rgba8 as it is. The masks and normals are given as rgba8 too.
+Result<std::string> encode_picture(const frame::Frame& rgba, FileType type);
+
+/// An instance picture in the objects' colours.
+frame::FrameRef mask_of(const frame::Frame& ids, const Colors& colors);
+/// Normals of the optical frame as UnrealCV shows them: in the world, left-handed, (n + 1) / 2 in red, green and blue.
+frame::FrameRef shown_normals(const frame::Frame& normals, const glm::dmat3& world_from_optical);
+
+enum class Depth : std::uint8_t {
+    plane_cm,  ///< along the optical axis, centimetres: the plugin's of Unreal Engine 4.27 and 5
+    plane_m,   ///< the same in metres: `plane_depth` of 0.3.10
+    ray_m,     ///< along each pixel's ray, metres: `depth` of 0.3.10
+};
+/// What the plugin has where nothing is: the largest half-float.
+inline constexpr float depth_of_nothing = 65504.0f;
+/// float32 of height x width, as numpy.save writes it.
+Result<std::string> depth_array(const frame::Frame& depth, Depth how, const camera::Intrinsics& intrinsics,
+                                const camera::Lens& lens);
+
+}  // namespace camrig::unrealcv
