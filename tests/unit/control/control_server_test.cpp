@@ -126,7 +126,7 @@ TEST(ControlServer, AClientThatNeverReadsIsClosed) {
 
 TEST(ControlServer, WhatAClientCannotHaveAtOnceIsAnErrorAndTheConnectionStays) {
     ControlLimits limits;
-    limits.queued_reply_bytes = 1000;
+    limits.queued_reply_bytes = 1500;
     ServerHarness harness(limits);
     harness.rig.set_picture_bytes(2000);
     ASSERT_TRUE(harness.client().call("camera.create", {{"name", "lobby"}}));
