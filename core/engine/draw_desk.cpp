@@ -10,13 +10,8 @@
 namespace camrig::engine {
 namespace {
 
-/// The least cost of each class, CPU time of a view: what differs less than this is drawn and dropped together.
-constexpr std::array<TimeNs, DrawQueue::cost_classes> class_from_ns = {0, 4 * ns_per_ms, 16 * ns_per_ms, 64 * ns_per_ms,
-                                                                       256 * ns_per_ms};
 /// From here on views are drawn on the second lane.
 constexpr int first_dear_class = 2;
-/// A class is left only when the cost is so much beyond its bounds: costs vary.
-constexpr double class_margin = 1.25;
 /// So long a lane draws, some views at least, before that goes out and others have their turn: encoders begin while the
 /// rest is drawn, and the first camera's reader need not wait for the last camera.
 constexpr TimeNs turn_ns = ns_per_ms;
@@ -28,20 +23,6 @@ constexpr TimeNs late_turn_ns = 40 * ns_per_ms;
 constexpr std::size_t late_turn_views = 4;
 /// What a view is taken to cost before one was drawn.
 constexpr TimeNs first_view_ns = 8 * ns_per_ms;
-
-int class_of(TimeNs cpu_ns) {
-    int cost_class = 0;
-    while (cost_class + 1 < DrawQueue::cost_classes &&
-           cpu_ns >= class_from_ns[static_cast<std::size_t>(cost_class) + 1])
-        ++cost_class;
-    return cost_class;
-}
-
-/// The class of a camera that was in `present`.
-int class_of(TimeNs cpu_ns, int present) {
-    const auto nearer = static_cast<double>(cpu_ns) * (class_of(cpu_ns) > present ? 1.0 / class_margin : class_margin);
-    return class_of(static_cast<TimeNs>(nearer)) == present ? present : class_of(cpu_ns);
-}
 
 TimeNs smoothed(TimeNs before_ns, TimeNs now_ns) {
     return std::max(TimeNs{1}, (3 * before_ns + now_ns) / 4);
@@ -78,12 +59,22 @@ DrawDesk::DrawDesk(std::vector<std::unique_ptr<DrawLane>> lanes, std::shared_ptr
     }
 }
 
-int DrawDesk::Camera::cost_class(int present) const {
+TimeNs DrawDesk::Camera::known_ns() const {
     TimeNs known_ns = 0;
     for (const TimeNs ns : cpu_ns)
         if (ns > 0 && (known_ns == 0 || ns < known_ns)) known_ns = ns;
-    if (known_ns > 0) return class_of(known_ns, present);
-    return std::max(class_of(expected_ns), is_plain ? 0 : first_dear_class);
+    return known_ns;
+}
+
+int DrawDesk::class_of(const GroupName& name) const {
+    int dearest = 0;
+    for (const auto& [id, camera] : cameras_) {
+        if (camera.group != name) continue;
+        const TimeNs known_ns = camera.known_ns();
+        dearest = std::max(dearest, classes_.of(known_ns > 0 ? known_ns : camera.expected_ns));
+        if (known_ns == 0 && !camera.is_plain) dearest = std::max(dearest, first_dear_class);
+    }
+    return dearest;
 }
 
 void DrawDesk::note_settings(const render::View& view) {
@@ -104,9 +95,12 @@ void DrawDesk::note_settings(const render::View& view) {
     }
 }
 
-DrawDesk::Group& DrawDesk::assign(const render::View& view) {
+DrawDesk::Group& DrawDesk::assign(const render::View& view, bool may_be_dropped) {
     Camera& camera = cameras_.at(view.camera);
     Group& group = groups_[camera.group];
+    // Who always has something to draw would never come to the class that its cost is of: a picture that waits goes.
+    if (group.pending > 0 && may_be_dropped && class_of(camera.group) != group.cost_class)
+        give_up_waiting(camera.group, group);
     if (group.pending == 0) choose_lane(camera.group, group);
     ++camera.pending;
     ++group.pending;
@@ -115,21 +109,25 @@ DrawDesk::Group& DrawDesk::assign(const render::View& view) {
 }
 
 void DrawDesk::choose_lane(const GroupName& name, Group& group) {
-    int cost_class = 0;
-    bool is_plain = true;
-    for (const auto& [id, camera] : cameras_) {
-        if (camera.group != name) continue;
-        cost_class = std::max(cost_class, camera.cost_class(group.cost_class));
-        is_plain = is_plain && camera.is_plain;
-    }
-    group.cost_class = cost_class;
-    Lane* const lane = cost_class >= first_dear_class || !is_plain ? &lanes_.back() : &lanes_.front();
+    group.cost_class = class_of(name);
+    const bool is_plain = std::ranges::all_of(
+        cameras_, [&](const auto& other) { return other.second.group != name || other.second.is_plain; });
+    Lane* const lane = group.cost_class >= first_dear_class || !is_plain ? &lanes_.back() : &lanes_.front();
     if (group.lane != nullptr && group.lane != lane)
         for (const auto& [id, camera] : cameras_)
             if (camera.group == name) hand_over(*group.lane, id);
     group.lane = lane;
     group.requests_ns = lane->requests_ns;
     group.all_ns = lane->all_ns;
+}
+
+void DrawDesk::give_up_waiting(const GroupName& name, Group& group) {
+    const auto is_drawn = [&](const auto& other) { return other.second.group == name && other.second.drawing > 0; };
+    if (std::ranges::any_of(cameras_, is_drawn)) return;
+    std::vector<DueViews> waiting;
+    for (const auto& [id, camera] : cameras_)
+        if (camera.group == name) group.lane->queue.remove(id, waiting);
+    drop(waiting);
 }
 
 void DrawDesk::leave_group(const GroupName& name, CameraId camera) {
@@ -146,7 +144,7 @@ void DrawDesk::add(const DueViews& due) {
     // By lane and class, in the order of the views.
     std::map<std::pair<Lane*, int>, DueViews> parts;
     for (const render::View& view : due.views) {
-        const Group& group = assign(view);
+        const Group& group = assign(view, due.may_be_dropped);
         DueViews& part = parts[{group.lane, group.cost_class}];
         part.views.push_back(view);
     }
@@ -217,6 +215,7 @@ void DrawDesk::post_views(Lane& lane, int cost_class, TimeNs monotonic_ns) {
     const std::size_t least = is_dear ? 1 : is_late ? late_turn_views : turn_views;
     const TimeNs time_ns = is_late ? late_turn_ns : turn_ns;
     DueViews due = lane.queue.take(cost_class, std::max(least, static_cast<std::size_t>(time_ns / view_ns)));
+    for (const render::View& view : due.views) ++cameras_.at(view.camera).drawing;
     ++lane.tasks;
     const auto drawn = std::make_shared<DrawnViews>();
     lane.lane->post(
@@ -259,12 +258,21 @@ void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn) {
         const render::View& view = drawn.due.views[i];
         end_view(view);
         const auto found = cameras_.find(view.camera);
-        if (found == cameras_.end() || drawn.cost_ns.empty()) continue;
+        if (found == cameras_.end()) continue;  // deleted meanwhile
         Camera& camera = found->second;
-        if (drawn.cost_ns[i] != not_drawn_ns)
+        --camera.drawing;
+        if (!drawn.cost_ns.empty() && drawn.cost_ns[i] != not_drawn_ns)
             camera.cpu_ns[camera.next++ % camera.cpu_ns.size()] = std::max(TimeNs{1}, drawn.cost_ns[i]);
-        // Now and not with its next view: until then what is kept of it may have come to the other lane.
-        if (Group& group = groups_.at(camera.group); group.pending == 0) choose_lane(camera.group, group);
+    }
+    costs_.clear();
+    for (const auto& [id, camera] : cameras_)
+        if (const TimeNs known_ns = camera.known_ns(); known_ns > 0) costs_.push_back(known_ns);
+    classes_.divide(costs_);
+    // Now and not with its next view: until then what is kept of it may have come to the other lane.
+    for (const render::View& view : drawn.due.views) {
+        const auto found = cameras_.find(view.camera);
+        if (found == cameras_.end()) continue;
+        if (Group& group = groups_.at(found->second.group); group.pending == 0) choose_lane(found->second.group, group);
     }
     callbacks_.drawn(drawn);
 }
@@ -277,10 +285,12 @@ void DrawDesk::finish() {
 }
 
 void DrawDesk::forget(CameraId camera) {
+    std::vector<DueViews> waiting;
     for (Lane& lane : lanes_) {
-        pending_views_ -= lane.queue.remove(camera);
+        lane.queue.remove(camera, waiting);
         forget(lane, camera);
     }
+    pending_views_ -= waiting.size();  // each is of one instant
     const auto found = cameras_.find(camera);
     if (found == cameras_.end()) return;
     if (const auto group = groups_.find(found->second.group); group != groups_.end())

@@ -101,15 +101,20 @@ private:
         world::Quality quality = world::Quality::simple;
         bool is_plain = true;
         int pending = 0;  ///< views that wait or are being drawn
+        int drawing = 0;  ///< those that are being drawn
         GroupName group;  ///< of its last view
-        /// The class that it would have alone.
-        int cost_class(int present) const;
+        /// 0: no cost is known.
+        TimeNs known_ns() const;
     };
     /// Takes note of what the camera's cost depends on, and of its group.
     void note_settings(const render::View& view);
     /// The view is pending from now on, in the group and so on the lane that this says. The settings of all views of
     /// its instant have been noted.
-    Group& assign(const render::View& view);
+    Group& assign(const render::View& view, bool may_be_dropped);
+    /// The class that a group's costs are of now.
+    int class_of(const GroupName& name) const;
+    /// Drops what waits of a group of which nothing is being drawn.
+    void give_up_waiting(const GroupName& name, Group& group);
     /// The group has nothing pending: it goes to the lane of cameras that cost as much, and takes along what the other
     /// one kept for it.
     void choose_lane(const GroupName& name, Group& group);
@@ -133,6 +138,8 @@ private:
     const std::shared_ptr<stream::StageTimer> timer_ = std::make_shared<stream::StageTimer>();  ///< lanes write to it
     std::map<CameraId, Camera> cameras_;
     std::map<GroupName, Group> groups_;
+    CostClasses classes_;
+    std::vector<TimeNs> costs_;  ///< while classes_ are divided
     std::size_t pending_views_ = 0;
 };
 

@@ -81,11 +81,17 @@ void DrawQueue::charge(int one_class, TimeNs spent_ns) {
     classes_[static_cast<std::size_t>(one_class)].spent_ns += static_cast<double>(spent_ns) / std::max(1.0, cameras);
 }
 
-std::size_t DrawQueue::remove(CameraId camera) {
-    std::size_t removed = 0;
+void DrawQueue::remove(CameraId camera, std::vector<DueViews>& removed) {
     for (Class& one : classes_) {
         for (auto at = one.due.begin(); at != one.due.end();) {
-            removed += std::erase_if(at->views, [&](const render::View& view) { return view.camera == camera; });
+            const auto first = std::ranges::stable_partition(
+                at->views, [&](const render::View& view) { return view.camera != camera; });
+            if (!first.empty()) {
+                DueViews& gone = removed.emplace_back(at->snapshot, at->monotonic_ns);
+                gone.may_be_dropped = at->may_be_dropped;
+                std::ranges::move(first, std::back_inserter(gone.views));
+                at->views.erase(first.begin(), first.end());
+            }
             if (!at->views.empty()) {
                 ++at;
                 continue;
@@ -94,7 +100,6 @@ std::size_t DrawQueue::remove(CameraId camera) {
             at = one.due.erase(at);
         }
     }
-    return removed;
 }
 
 bool DrawQueue::empty() const {

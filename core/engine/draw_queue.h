@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/engine/cost_classes.h"
 #include "core/render/renderer.h"
 
 namespace camrig::engine {
@@ -30,7 +31,7 @@ struct DueViews {
 /// and truth on request are a class beside them, with a third of the share of all cameras together.
 class DrawQueue {
 public:
-    static constexpr int cost_classes = 5;
+    static constexpr int cost_classes = CostClasses::count;
     static constexpr int requests = cost_classes;
     static constexpr int all_classes = cost_classes + 1;
 
@@ -50,8 +51,8 @@ public:
         return classes_[static_cast<std::size_t>(cost_class)].due.front().monotonic_ns;
     }
 
-    /// A camera is gone; so many views of it were due.
-    std::size_t remove(CameraId camera);
+    /// What is due of a camera is not to be drawn any more: the views, each with its instant, go to `removed`.
+    void remove(CameraId camera, std::vector<DueViews>& removed);
     /// Nothing of cameras' instants is left; requests may be.
     bool empty() const;
 

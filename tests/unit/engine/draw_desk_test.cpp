@@ -59,6 +59,26 @@ public:
     }
 };
 
+/// A picture costs what its camera's next number says, the last one from then on.
+class Listed final : public Wrapped {
+public:
+    using Costs = std::map<CameraId, std::vector<TimeNs>>;
+    Listed(std::unique_ptr<render::Renderer> inner, Costs& costs) : Wrapped(std::move(inner)), costs_(costs) {}
+    Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                          std::span<const render::View> views) override {
+        auto finished = Wrapped::draw(snapshot, monotonic_ns, views);
+        for (std::size_t i = 0; i < views.size(); ++i) {
+            auto& costs = costs_[views[i].camera];
+            finished->cost_ns[i] = costs.front();
+            if (costs.size() > 1) costs.erase(costs.begin());
+        }
+        return finished;
+    }
+
+private:
+    Costs& costs_;
+};
+
 /// Draws nothing: there is no memory.
 class Exhausted final : public Wrapped {
 public:
@@ -287,6 +307,64 @@ TEST_F(ExhaustedDrawDeskTest, MemoryThatRunsOutIsAnErrorOfEachPictureAndNotTheEn
     lane_[0]->draw();
     take_finished();
     EXPECT_THAT(failed, ElementsAre(ErrorKind::resource_exhausted, ErrorKind::resource_exhausted));
+    EXPECT_TRUE(desk->is_idle());
+}
+
+class ListedDrawDeskTest : public DrawDeskTest {
+protected:
+    std::unique_ptr<render::Renderer> make_renderer() override {
+        return std::make_unique<Listed>(std::make_unique<render::NullRenderer>(pool), costs);
+    }
+    /// More instants than can be drawn: a lane has drawn a turn when the third one is due.
+    void run(int instants) {
+        for (int i = 0; i < instants; ++i) {
+            std::vector<render::View> views;
+            for (std::uint32_t camera = 1; camera <= costs.size(); ++camera) views.push_back(view(camera));
+            fall_due(std::move(views));
+            if (i % 3 != 0) continue;
+            for (HeldLane* lane : lane_) lane->draw();
+            take_finished();
+        }
+    }
+    /// What waits is drawn, too.
+    std::map<std::string, std::vector<std::int64_t>> drawn_of_each() {
+        while (!desk->is_idle()) {
+            for (HeldLane* lane : lane_) lane->draw();
+            take_finished();
+        }
+        std::map<std::string, std::vector<std::int64_t>> of;
+        for (const auto& [name, sequence] : drawn) of[name].push_back(sequence);
+        return of;
+    }
+    Listed::Costs costs;
+};
+
+TEST_F(ListedDrawDeskTest, CamerasOfLikeCostLoseTheSameInstants) {
+    // About the bound of two classes, on either side of it.
+    for (std::uint32_t camera = 1; camera <= 8; ++camera)
+        costs[CameraId(camera)] = {(3'700 + 100 * std::int64_t{camera}) * ns_per_us};
+    run(60);
+    drawn.clear();
+    run(200);
+    const auto of = drawn_of_each();
+    EXPECT_GT(of.at("c1").size(), 10U);
+    EXPECT_LT(of.at("c1").size(), 150U) << "not more than can be drawn";
+    for (const auto& [name, sequences] : of) EXPECT_EQ(sequences, of.at("c1")) << name;
+}
+
+TEST_F(ListedDrawDeskTest, WhoAlwaysHasSomethingToDrawComesToTheClassOfItsCost) {
+    for (std::uint32_t camera = 1; camera <= 6; ++camera) costs[CameraId(camera)] = {2 * ns_per_ms};
+    // Their first pictures took longer: something was made for them.
+    for (std::uint32_t camera = 7; camera <= 8; ++camera)
+        costs[CameraId(camera)] = {10 * ns_per_ms, 10 * ns_per_ms, 10 * ns_per_ms, 10 * ns_per_ms, 2 * ns_per_ms};
+    run(1);
+    drawn_of_each();  // from now on they are drawn among the dearer ones
+    run(60);
+    drawn.clear();
+    run(200);
+    const auto of = drawn_of_each();
+    EXPECT_GT(of.at("c1").size(), 10U);
+    for (const auto& [name, sequences] : of) EXPECT_EQ(sequences, of.at("c1")) << name;
     EXPECT_TRUE(desk->is_idle());
 }
 

@@ -149,8 +149,13 @@ TEST_F(DrawQueueTest, WhoHadNothingToDrawSavesNothingUp) {
 TEST_F(DrawQueueTest, ACameraThatGoesTakesItsViewsAlong) {
     add(0, due(10, {1, 2}));
     add(2, due(10, {3}));
-    EXPECT_EQ(queue.remove(CameraId(3)), 1U);
-    EXPECT_EQ(queue.remove(CameraId(2)), 1U);
+    std::vector<DueViews> removed;
+    queue.remove(CameraId(3), removed);
+    queue.remove(CameraId(2), removed);
+    ASSERT_EQ(removed.size(), 2U);
+    EXPECT_EQ(removed[0].snapshot->world_ns, 10);
+    EXPECT_THAT(cameras_of(removed[0]), ElementsAre(3));
+    EXPECT_THAT(cameras_of(removed[1]), ElementsAre(2));
     EXPECT_THAT(cameras_of(queue.take(0, 9)), ElementsAre(1));
     EXPECT_TRUE(queue.empty());
 }

@@ -98,21 +98,27 @@ void lens_plan(benchmark::State& state, const camera::Lens& lens) {
     state.SetItemsProcessed(state.iterations() * 640 * 480);
 }
 
-/// A standing camera's picture on the CPU rasteriser, read into host memory: what the warp costs beside no lens.
-void draw_through(benchmark::State& state, const camera::Lens& lens) {
+/// Pictures of the hall's lobby on the CPU rasteriser, read into host memory. A moving camera turns before each, so
+/// that nothing of the one before can be kept.
+void draw_lobby(benchmark::State& state, world::CameraSpec spec, bool is_moving) {
     auto renderer = render::create_renderer({.device = "cpu", .pool = std::make_shared<frame::FramePool>()});
     CHECK(renderer.has_value());
-    auto spec = std::make_shared<world::CameraSpec>();
-    spec->name = "lobby";
-    spec->size = {640, 480};
-    spec->intrinsics = *camera::intrinsics_from_vfov(spec->size, 1.0);
-    spec->lens = lens;
+    spec.name = "lobby";
+    spec.size = {640, 480};
+    spec.intrinsics = *camera::intrinsics_from_vfov(spec.size, 1.0);
     render::View view;
-    view.name = std::make_shared<const std::string>("lobby");
-    view.spec = std::move(spec);
+    view.name = std::make_shared<const std::string>(spec.name);
+    view.quality = spec.quality.value_or(world::Quality::simple);
+    view.spec = std::make_shared<const world::CameraSpec>(std::move(spec));
     view.pose = hall()->places.at("lobby").pose;
     const world::SnapshotRef snapshot = people();
+    int turns = 0;
     const auto draw = [&] {
+        if (is_moving) {
+            const double angle = 1e-3 * (turns++ % 100 - 50);
+            view.pose.orientation =
+                hall()->places.at("lobby").pose.orientation * glm::dquat(glm::dvec3(0.0, 0.0, angle));
+        }
         auto finished = (*renderer)->draw(snapshot, 0, {&view, 1});
         CHECK(finished.has_value());
         benchmark::DoNotOptimize(finished);
@@ -121,6 +127,21 @@ void draw_through(benchmark::State& state, const camera::Lens& lens) {
     for (int i = 0; i < 3; ++i) draw();
     for ([[maybe_unused]] auto turn : state) draw();
     state.SetItemsProcessed(state.iterations() * 640 * 480);
+}
+
+/// What looking through it costs beside no lens.
+void draw_through(benchmark::State& state, const camera::Lens& lens) {
+    world::CameraSpec spec;
+    spec.lens = lens;
+    draw_lobby(state, spec, false);
+}
+
+/// What an accurate picture costs beside one whose pixels show what lies at their middles.
+void draw_areas(benchmark::State& state, world::Antialias antialias, world::Quality quality, bool is_moving) {
+    world::CameraSpec spec;
+    spec.quality = quality;
+    spec.antialias = antialias;
+    draw_lobby(state, spec, is_moving);
 }
 
 BENCHMARK(pose)->Unit(benchmark::kMicrosecond);
@@ -140,6 +161,18 @@ BENCHMARK_CAPTURE(draw_through, equidistant, fisheye)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();
+
+#define CAMRIG_DRAW_AREAS(name, antialias, quality, is_moving)                                           \
+    BENCHMARK_CAPTURE(draw_areas, name, world::Antialias::antialias, world::Quality::quality, is_moving) \
+        ->Unit(benchmark::kMillisecond)                                                                  \
+        ->UseRealTime()                                                                                  \
+        ->MeasureProcessCPUTime()
+CAMRIG_DRAW_AREAS(simple_none_standing, none, simple, false);
+CAMRIG_DRAW_AREAS(simple_coverage_standing, coverage, simple, false);
+CAMRIG_DRAW_AREAS(simple_none_moving, none, simple, true);
+CAMRIG_DRAW_AREAS(simple_coverage_moving, coverage, simple, true);
+CAMRIG_DRAW_AREAS(beautiful_none_moving, none, beautiful, true);
+CAMRIG_DRAW_AREAS(beautiful_coverage_moving, coverage, beautiful, true);
 
 }  // namespace
 }  // namespace camrig::bench
