@@ -37,6 +37,8 @@ public:
     boost::asio::awaitable<void> run();
     /// Ends whatever run() is doing, and frees its place. Twice is fine.
     void close();
+    /// Something that a stream looks at has changed.
+    void wake() { event_->set(); }
     boost::asio::ip::address peer_address() const { return peer_address_; }
 
 private:

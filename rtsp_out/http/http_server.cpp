@@ -64,7 +64,12 @@ struct HttpServer::Impl final : stream::CameraObserver {
     explicit Impl(HttpOptions options) : state(std::move(options)) {}
 
     void camera_added(const stream::CameraStream&) override {}
-    void camera_changed(const stream::CameraStream&) override { ++state.camera_changes; }
+    void camera_changed(const stream::CameraStream&) override {
+        ++state.camera_changes;
+        asio::post(io, [this] {
+            for (HttpConnection* connection : state.connections) connection->wake();
+        });
+    }
     void camera_removed(const stream::CameraStream&) override {}
 
     /// A port that is listened on: the rig's, or one of a network camera.

@@ -82,6 +82,7 @@ asio::awaitable<PictureStream::Failure> PictureStream::follow_output(beast::tcp_
     bool ended = false;
     const Failure failed = co_await send_round(socket, sent, ended);  // what the old one has still
     channel = std::move(*next);
+    channel->fetch();  // a world that stands still brings no other picture
     co_return failed;
 }
 
