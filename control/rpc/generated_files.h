@@ -14,12 +14,12 @@ namespace camrig::control {
 
 struct GeneratedFile {
     std::string path;  ///< from the root of the repository
-    /// The text, given what the file has now: of some only a part is made.
+    /// Makes the file's text from the text it has now: of some files only a part is generated.
     std::function<Result<std::string>(const std::string& present)> make;
 };
 std::vector<GeneratedFile> generated_files();
 
-/// Each of one file, in a file of its own.
+/// One generator a source file.
 Result<std::string> scene_schema(const std::string& present);
 Result<std::string> scene_format_tables(const std::string& present);
 std::string python_parameters();

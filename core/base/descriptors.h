@@ -7,7 +7,7 @@ namespace camrig {
 /// What clients of the network leave free: for the owner on the Unix socket, who is never refused, for files of the rig
 /// itself, and for GLib, which ends the process where it finds none for its own needs (g_wakeup_new).
 inline constexpr int reserved_descriptors = 48;
-/// What is told to whom a connection or stream is refused for it.
+/// The error text where a connection or stream is refused because descriptors are short.
 inline constexpr const char* too_many_files =
     "too many open files; close some connections, or raise the limit (ulimit -n)";
 

@@ -23,7 +23,7 @@ struct PlacedError {
 ///     auto scene = load_scene(file);       // fails at the first error, or not at all
 ///     for (const PlacedError& each : errors.all()) ...
 ///
-/// One at a time a thread.
+/// At most one exists per thread at a time.
 class ErrorList {
 public:
     static constexpr std::size_t max_errors = 100;

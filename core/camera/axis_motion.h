@@ -38,7 +38,7 @@ public:
     AxisState at(double seconds) const;
     /// Infinite of one that goes on for ever.
     double duration_s() const { return duration_s_; }
-    /// Where it comes to a stand; of one that goes on for ever, nowhere.
+    /// The position at which it stops; not defined for a motion without an end.
     double end() const { return end_; }
 
 private:

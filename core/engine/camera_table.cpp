@@ -114,10 +114,11 @@ void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::Snapsho
     latest.faults = faults ? std::make_shared<const fault::FrameFaults>(std::move(*faults)) : nullptr;
     const camera::CameraState before = std::exchange(latest.state, entry.camera.at(*snapshot));
     // A camera that is zoomed in and stands is the same from picture to picture.
-    const bool is_as_before = latest.of_revision == entry.spec_revision && latest.state.intrinsics == before.intrinsics;
+    const bool is_as_before =
+        latest.source_revision == entry.spec_revision && latest.state.intrinsics == before.intrinsics;
     if (!is_as_before) {
         latest.spec = entry.camera.spec();
-        latest.spec_revision = latest.of_revision = entry.spec_revision;
+        latest.spec_revision = latest.source_revision = entry.spec_revision;
         if (latest.state.intrinsics != latest.spec->intrinsics) {
             auto zooming = std::make_shared<world::CameraSpec>(*latest.spec);
             zooming->intrinsics = latest.state.intrinsics;
@@ -134,13 +135,13 @@ void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::Snapsho
 LatestDue CameraTable::at_instant(const CameraEntry& entry, const HeldInstant& instant) {
     LatestDue due;
     due.spec = entry.camera.spec();
-    due.spec_revision = due.of_revision = entry.spec_revision;
+    due.spec_revision = due.source_revision = entry.spec_revision;
     due.sequence = instant.sequence;
     due.state = entry.camera.at(*instant.snapshot);
     due.monotonic_ns = instant.monotonic_ns;
     due.snapshot = instant.snapshot;
     const LatestDue& latest = entry.latest;
-    if (latest.of_revision == entry.spec_revision && latest.state.intrinsics == due.state.intrinsics) {
+    if (latest.source_revision == entry.spec_revision && latest.state.intrinsics == due.state.intrinsics) {
         due.spec = latest.spec;
         due.spec_revision = latest.spec_revision;
     } else if (due.state.intrinsics != due.spec->intrinsics) {

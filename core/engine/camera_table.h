@@ -27,7 +27,7 @@ namespace camrig::engine {
 struct LatestDue {
     std::shared_ptr<const world::CameraSpec> spec;  ///< as it was at that instant, with the intrinsics of it
     std::uint64_t spec_revision = 0;
-    std::uint64_t of_revision = 0;  ///< of the camera's spec that it was made from
+    std::uint64_t source_revision = 0;  ///< of the camera's spec that `spec` derives from
     std::int64_t sequence = -1;
     camera::CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;
@@ -39,7 +39,7 @@ struct LatestDue {
     std::shared_ptr<LatestDue> shown = {};
 
     bool is_dropped() const { return faults && faults->is_dropped; }
-    /// The frame that who asks for a picture gets.
+    /// The frame that requests for a picture are answered with.
     const LatestDue& delivered() const { return is_dropped() && shown ? *shown : *this; }
     /// The frame whose picture was last to be seen.
     const LatestDue& seen() const { return shown ? *shown : *this; }
@@ -85,7 +85,7 @@ public:
     Result<CameraEntry*> add(world::CameraSpec spec);
     /// Makes it another camera of the same name.
     Result<void> replace(CameraEntry& entry, world::Camera camera);
-    /// Its newest picture is the one of this instant.
+    /// Makes this instant's the camera's latest frame.
     void show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns);
     /// What the camera would show at an instant that somebody holds. Its pictures are not the camera's: nothing is
     /// kept. Faults that change pixels act as on its latest frame; those of sending do not.

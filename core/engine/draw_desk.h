@@ -62,7 +62,7 @@ public:
     void finish();
     /// A camera is gone.
     void forget(CameraId camera);
-    /// There is another world: no lane keeps what it had of the old one.
+    /// Another world: every lane discards what it keeps of the scene before.
     void begin_world(const world::SnapshotRef& snapshot);
     /// Requests share the lane of running cameras.
     bool has_one_lane() const { return lanes_.size() == 1; }

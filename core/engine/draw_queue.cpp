@@ -8,7 +8,7 @@ namespace camrig::engine {
 
 void DrawQueue::begin_work(int one_class) {
     Class& one = classes_[static_cast<std::size_t>(one_class)];
-    one.spent_ns = std::max(one.spent_ns, now_ns_);
+    one.spent_ns = std::max(one.spent_ns, virtual_time_ns_);
 }
 
 void DrawQueue::add(int cost_class, DueViews due, std::vector<DueViews>& dropped) {
@@ -47,7 +47,7 @@ std::optional<int> DrawQueue::next() {
             classes_[static_cast<std::size_t>(i)].spent_ns < classes_[static_cast<std::size_t>(*least)].spent_ns)
             least = i;
     }
-    if (least) now_ns_ = classes_[static_cast<std::size_t>(*least)].spent_ns;
+    if (least) virtual_time_ns_ = classes_[static_cast<std::size_t>(*least)].spent_ns;
     return least;
 }
 

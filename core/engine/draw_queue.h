@@ -60,8 +60,8 @@ private:
     struct Class {
         std::deque<DueViews> due;  ///< oldest first, each the newest of some camera; the first may be begun
         bool is_begun = false;
-        std::size_t cameras = 1;  ///< that share the time: those of its last instant
-        double spent_ns = 0;      ///< for a camera
+        std::size_t cameras = 1;  ///< of its last instant: the weight of the class
+        double spent_ns = 0;      ///< drawing time for each of `cameras`: the start tag of what is drawn next
     };
     bool has_work(int one_class) const {
         return one_class == requests ? has_requests_ : !classes_[static_cast<std::size_t>(one_class)].due.empty();
@@ -72,7 +72,7 @@ private:
 
     std::array<Class, all_classes> classes_;
     bool has_requests_ = false;
-    double now_ns_ = 0;  ///< the share of who was drawn last
+    double virtual_time_ns_ = 0;  ///< start tag of the class that was drawn last
 };
 
 }  // namespace camrig::engine

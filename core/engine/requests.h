@@ -12,7 +12,7 @@ namespace camrig::engine {
 class Requests {
 public:
     explicit Requests(RigState& rig) : rig_(rig) {}
-    /// Answers who still waits.
+    /// Fails all requests that still wait.
     ~Requests();
 
     void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done);

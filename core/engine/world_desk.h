@@ -11,7 +11,7 @@ namespace camrig::engine {
 class WorldDesk {
 public:
     explicit WorldDesk(RigState& rig) : rig_(rig) {}
-    /// Answers who still waits.
+    /// Fails all requests that still wait.
     ~WorldDesk();
 
     Result<ActorList> run(ListActors& command);

@@ -65,7 +65,7 @@ private:
     /// A batch, or one draw.
     void draw(std::span<const scene::SeenSurface> batch);
     void draw_as(std::span<const scene::SeenSurface> batch, bool both_sides);
-    /// Binds room for the blocks of so many draws, to be written.
+    /// Binds a range of the uniform buffer that holds the blocks of `count` draws; the caller fills it.
     DrawBlock* bind_blocks(std::size_t count);
     void use_depth_program(const GpuSurface& surface, GLuint (ShaderCache::*program)(DepthKey), bool batched);
 

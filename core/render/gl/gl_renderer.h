@@ -45,7 +45,7 @@ private:
     GlRenderer(std::unique_ptr<EglContext> context, std::optional<ColorConverter> converter,
                const RendererOptions& options);
     Result<Finished> draw_views(const world::SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
-    /// After an instant that broke off: the next one begins with nothing of it.
+    /// Discards what a failed instant left half made, before the next one.
     void forget_instant();
     void begin_instant(const world::SnapshotRef& snapshot);
     Result<void> draw_view(const View& view, std::size_t index);
