@@ -194,7 +194,10 @@ TEST(SamePictures, OfOurRasteriser) {
         {.camera = 1, .size = {117, 88}, .quality = world::Quality::fast, .lens = rational},
         {.camera = 2, .size = {160, 120}, .lens = equidistant},
         {.camera = 0, .quality = world::Quality::beautiful, .kinds = all_kinds},
-        {.camera = 1, .size = {117, 88}, .quality = world::Quality::beautiful, .lens = plumb_bob}};
+        {.camera = 1, .size = {117, 88}, .quality = world::Quality::beautiful, .lens = plumb_bob},
+        {.camera = 1, .size = {117, 88}, .antialias = world::Antialias::coverage, .kinds = all_kinds},
+        {.camera = 2, .size = {160, 120}, .quality = world::Quality::fast, .antialias = world::Antialias::coverage},
+        {.camera = 0, .quality = world::Quality::beautiful, .antialias = world::Antialias::coverage}};
     Hashes hashes;
     for (const std::string& scene : scenes) draw_scene(renderer, scene, shots, hashes);
     // The same on every machine, whatever its vectors and compiler.
