@@ -239,8 +239,8 @@ std::vector<Entry> make_camera_fields() {
         camera_at<&CameraSpec::antialias>(
             {.name = "antialias",
              .doc = "samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it "
-                    "covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage "
-                    "samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 "
+                    "covers, of 64 places, shaded once (as msaa4 on a GPU), msaa4: four coverage samples, "
+                    "ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 "
                     "megapixels, else none"}),
         camera_at<&CameraSpec::near_m>(
             {.name = "near", .doc = "nearest distance drawn", .unit = "m", .range = {0, 1e6, true}}),

@@ -193,7 +193,8 @@ std::array<glm::dvec2, 5> around(double px) {
     return {glm::dvec2(0, 0), {px, 0}, {-px, 0}, {0, px}, {0, -px}};
 }
 
-/// A sphere around the camera of shaken triangles, small and large ones.
+/// A sphere around the camera of shaken triangles, small and large ones; each a surface of its own, so that all edges
+/// are outlines.
 TestWorld shell(int rows, int columns, double radius, bool is_blended, std::uint64_t stream) {
     std::vector<glm::vec3> corners, result;
     for (int i = 0; i <= rows; ++i) {
@@ -221,8 +222,11 @@ TestWorld shell(int rows, int columns, double radius, bool is_blended, std::uint
         material.alpha_mode = world::AlphaMode::blend;
         material.base_color.a = 0.5f;
     }
+    world::Primitive apart = triangles(result);
+    for (std::size_t i = 0; i < result.size(); ++i)
+        apart.colors.emplace_back(1.0f, 1.0f, 1.0f, is_blended ? 1.0f : static_cast<float>(i / 3 % 4096) / 4096.0f);
     TestWorld world;
-    world.objects = {instance_of(model_of(triangles(result), material))};
+    world.objects = {instance_of(model_of(apart, material))};
     return world;
 }
 
@@ -235,8 +239,11 @@ TEST(LensWatertight, WhatSurroundsTheCameraCoversEveryPixelOnce) {
         const camera::CameraModel model = camera.model();
         // From triangles of half a sky, kilometres away, to those of a pixel; and one just outside of the near plane.
         for (const Shell& of : {Shell{2, 3, 9e3}, Shell{5, 9, 0.2}, Shell{40, 70, 5.0}, Shell{160, 300, 5.0}}) {
-            for (const bool is_blended : {false, true}) {
-                const Picture picture = drawn(shell(of.rows, of.columns, of.radius, is_blended, 7), camera);
+            for (const char* how : {"opaque", "by areas", "half clear"}) {
+                const bool is_blended = how == std::string("half clear");
+                TestCamera by = camera;
+                by.antialias = how == std::string("by areas") ? world::Antialias::coverage : world::Antialias::none;
+                const Picture picture = drawn(shell(of.rows, of.columns, of.radius, is_blended, 7), by);
                 int wrong = 0, pixels = 0;
                 for (int y = 0; y < camera.size.height; ++y) {
                     for (int x = 0; x < camera.size.width; ++x) {
@@ -249,8 +256,7 @@ TEST(LensWatertight, WhatSurroundsTheCameraCoversEveryPixelOnce) {
                         wrong += picture.red(x, y) != srgb_code(is_blended ? 0.5 : 1.0);
                     }
                 }
-                EXPECT_EQ(wrong, 0) << name << ", " << of.rows << " rows" << (is_blended ? ", half clear" : "")
-                                    << ": pixels of " << pixels;
+                EXPECT_EQ(wrong, 0) << name << ", " << of.rows << " rows, " << how << ": pixels of " << pixels;
             }
         }
     }
@@ -334,8 +340,9 @@ TEST(RayTriangles, HaveBoxesThatHoldAllTheirPixels) {
                            n % 2 == 0 && software::has_wide_lanes(), vertices.data());
             std::vector<software::ScreenTriangle> made;
             std::vector<software::RayTriangle> of_rays;
+            software::OutlineScratch scratch;
             assemble_rays({{{0}, {1}, {2}}}, vertices.data(), {.is_double_sided = true}, numbers, rays,
-                          n % 2 == 0 && software::has_wide_lanes(), made, of_rays);
+                          n % 2 == 0 && software::has_wide_lanes(), scratch, made, of_rays);
             ASSERT_EQ(made.size(), of_rays.size());
             boxes += made.size() == 1;
             for (const auto& [pixel, direction] : directions) {
@@ -388,6 +395,56 @@ TEST(LensPictures, ShowWhatRaysHitFirst) {
             }
         }
         EXPECT_EQ(wrong, 0) << name << " of " << pixels;
+    }
+}
+
+TEST(LensPictures, ByCoverageShowTheAreasThatManyRaysSee) {
+    constexpr int side = 16;
+    for (const auto& [name, camera] : cameras()) {
+        if (camera.focal_px > 1e3) continue;
+        const auto lens = lens_of(camera);
+        const camera::CameraModel& model = lens->model();
+        const auto [world, corners] = triangles_around();
+        TestCamera by_areas = camera;
+        by_areas.antialias = world::Antialias::coverage;
+        const Picture picture = drawn(world, by_areas);
+        double squares = 0.0, worst = 0.0;
+        int pixels = 0, off = 0;
+        for (int y = 0; y < camera.size.height; ++y) {
+            for (int x = y * 7 % 11; x < camera.size.width; x += 11) {
+                glm::dvec3 seen(0.0);
+                // Beside a pixel that sees nothing one shows what its middle does.
+                bool is_whole = true;
+                for (const glm::dvec2& beside : around(1.0))
+                    is_whole &= model.ray(glm::dvec2(x, y) + beside).has_value();
+                if (!is_whole) continue;
+                for (int n = 0; n < side * side; ++n) {
+                    const auto ray = model.ray({x + (n % side + 0.5) / side - 0.5, y + (n / side + 0.5) / side - 0.5});
+                    if (!ray) continue;
+                    const double near_m = lens->is_wide() ? camera.near_m : camera.near_m / ray->z;
+                    const int hit = hit_of(corners, *ray, near_m).triangle;
+                    if (hit < 0) continue;
+                    const auto first = static_cast<std::uint64_t>(3 * hit);
+                    seen += glm::dvec3(random(10, first), random(10, first + 1), random(10, first + 2));
+                }
+                for (int c = 0; c < 3; ++c) {
+                    const double error =
+                        std::abs(linear_of(picture.at(x, y)[static_cast<std::size_t>(c)]) - seen[c] / (side * side));
+                    squares += error * error;
+                    worst = std::max(worst, error);
+                    off += error > 0.06;
+                }
+                ++pixels;
+            }
+        }
+        const double rms = std::sqrt(squares / std::max(1, 3 * pixels));
+        std::printf("%s: %.4f rms, %.3f at most, %d of %d channels off by more than 0.06\n", name.c_str(), rms, worst,
+                    off, 3 * pixels);
+        EXPECT_GT(pixels, 30) << name;
+        // Where a pixel spans 5 degrees, rays do not change evenly in it.
+        EXPECT_LT(rms, camera.focal_px < 15.0 ? 0.015 : 0.006) << name;
+        EXPECT_LT(worst, 0.15) << name;
+        EXPECT_LE(off, 3) << name;
     }
 }
 
@@ -487,13 +544,16 @@ TEST(LensSameBytes, WithAndWithoutWideLanesWithLayersAndByAnyNumberOfThreads) {
     std::vector<View> views;
     for (const auto& [name, camera] : cameras()) {
         if (camera.focal_px > 1e3) continue;
-        View view = film.view("lobby", camera.size, static_cast<std::uint32_t>(views.size() + 1));
-        auto spec = std::make_shared<world::CameraSpec>(*view.spec);
-        spec->lens = camera.lens;
-        spec->intrinsics = camera.view().spec->intrinsics;
-        view.spec = spec;
-        std::ranges::fill(view.kinds, true);
-        views.push_back(view);
+        for (const world::Antialias antialias : {world::Antialias::none, world::Antialias::coverage}) {
+            View view = film.view("lobby", camera.size, static_cast<std::uint32_t>(views.size() + 1));
+            auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+            spec->lens = camera.lens;
+            spec->intrinsics = camera.view().spec->intrinsics;
+            spec->antialias = antialias;
+            view.spec = spec;
+            std::ranges::fill(view.kinds, true);
+            views.push_back(view);
+        }
     }
     for (int n = 0; n < 3; ++n) {
         const world::SnapshotRef snapshot = film.at(3 * ns_per_s + n * 200 * ns_per_ms);

@@ -5,6 +5,7 @@
 #include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/coverage.h"
+#include "core/render/software/ray_pixels.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/sample_places.h"
 #include "core/render/software/shading.h"
@@ -20,10 +21,16 @@ glm::vec3 background_of(const ViewWork& work) {
     return work.canvas.light ? background : glm::clamp(background, 0.0f, 1.0f);
 }
 
-/// The steps of a PixelPlane of a triangle, 16 bits each: as floats without their lower half.
-std::uint32_t packed_steps(const ViewGeometry& geometry, std::uint32_t triangle) {
+/// Only the steps of a triangle's plane about a pixel: on the screen they are the same everywhere.
+PixelPlane steps_of(const ViewGeometry& geometry, std::uint32_t triangle, int x, int y) {
+    if (geometry.rays() != nullptr)
+        return depth_in_pixel(geometry.ray_triangles()[triangle], 0.0f, PixelRay(*geometry.rays(), x, y));
     const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[triangle]);
-    const PixelPlane steps = depth_steps(s, depth_plane(s));
+    return depth_steps(s, depth_plane(s));
+}
+
+/// 16 bits each: as floats without their lower half.
+std::uint32_t packed(const PixelPlane& steps) {
     return std::bit_cast<std::uint32_t>(steps.dx) >> 16 | (std::bit_cast<std::uint32_t>(steps.dy) & 0xFFFF0000u);
 }
 
@@ -177,11 +184,13 @@ void add_statics(std::span<const StaticFragment> fragments, MixedPixels& mixed) 
 void draw_static_pixels(const RowsOfView& of) {
     const StaticPixels& statics = of.band.statics;
     const Rows<std::uint32_t> numbers = of.scratch.numbers.rows(), steps = of.work.layer->areas.steps.rows();
+    const bool has_rays = of.scratch.geometry.rays() != nullptr;
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         std::uint32_t last = 0, made = 0;
         for (int x = of.rect.x0; x < of.rect.x1; ++x) {
             const std::uint32_t number = numbers(y)[x];
-            if (number != last) made = number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1);
+            if (number != last || has_rays)
+                made = number == 0 ? 0 : packed(steps_of(of.scratch.geometry, number - 1, x, y));
             last = number;
             steps(y)[x] = made;
         }
@@ -212,10 +221,26 @@ void keep_behind(const RowsOfView& of) {
     }
 }
 
+/// What sees nothing shows nothing but itself; left of it and above, at the end of the lens, rays have no step to the
+/// next one (PixelRay), and pixels show what their middles do.
+void unmark_blind(const RowsOfView& of, MarkedPixels& marked) {
+    if (of.work.scene.lens == nullptr) return;
+    const PixelRect& rect = of.rect;
+    const auto unmark = [&](int y, int x0, int x1) {
+        if (y < rect.y0 || y >= rect.y1) return;
+        for (int x = std::max(rect.x0, x0); x < x1; ++x) marked.unset(x, y);
+    };
+    for (const auto [y, x0, x1] : blind_runs(*of.work.scene.lens, {rect.x0, rect.y0, rect.x1, rect.y1 + 1})) {
+        unmark(y, x0 - 1, x1);
+        unmark(y - 1, x0, x1);
+    }
+}
+
 void mark_statics(const RowsOfView& of) {
     AreaBand& band = of.band;
     band.statics.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
     mark_crossings(of.scratch.geometry, of.rect, of.scratch.areas.outlines, of.scratch.numbers, 0, band.statics.marked);
+    unmark_blind(of, band.statics.marked);
     band.statics.marked.number();
     band.crowded.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
     band.divided.clear();
@@ -289,7 +314,7 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
     } else {
         const std::uint32_t number = of.scratch.areas.statics_behind.rows()(y)[x];
         whole.plane = plane_of(of.scratch.areas.depth_behind.rows()(y)[x],
-                               number == 0 ? 0 : packed_steps(of.scratch.geometry, number - 1));
+                               number == 0 ? 0 : packed(steps_of(of.scratch.geometry, number - 1, x, y)));
         whole.is_behind = true;
     }
     whole.reach = whole.plane.reach();
@@ -350,6 +375,7 @@ void mark_movers(const RowsOfView& of) {
     for (const PixelRect& rect : of.work.rects)
         mark_crossings(of.scratch.geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
                        of.scratch.statics.count, band.marked);
+    unmark_blind(of, band.marked);
     band.marked.number();
 }
 

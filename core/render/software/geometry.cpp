@@ -160,8 +160,8 @@ void ViewGeometry::add_ray_triangles(const ViewDraw& draw, const TriangleRule& r
     lens_vertices_.resize(std::max<std::size_t>(lens_vertices_.size(), draw.vertex_count));
     place_vertices(lens_, transform().size, draw.optical_from_local, draw.positions, draw.mesh->vertices, wide_lanes_,
                    lens_vertices_.data());
-    assemble_rays(draw.mesh->triangles, lens_vertices_.data(), rule, lens_, *rays_, wide_lanes_, triangles_,
-                  ray_triangles_);
+    assemble_rays(draw.mesh->triangles, lens_vertices_.data(), rule, lens_, *rays_, wide_lanes_, outline_scratch_,
+                  triangles_, ray_triangles_);
 }
 
 std::int64_t ViewGeometry::bytes() const {

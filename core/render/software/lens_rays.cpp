@@ -246,11 +246,14 @@ void LensRays::find_bounds() {
     tiles_ = Grid({blocks * lane_count, cells_of(size_.height, tile_side)});
     blocks_ = Grid({cells_of(blocks, lane_count) * lane_count, cells_of(size_.height, block_side)});
     const Coordinates of = rays();
+    const auto ray_at = [&](int x, int y) { return glm::vec3(of.x(y)[x], of.y(y)[x], of.z(y)[x]); };
     for (int y = 0; y < size_.height; ++y) {
         for (int x = 0; x < size_.width; ++x) {
-            const glm::vec3 ray(of.x(y)[x], of.y(y)[x], of.z(y)[x]);
+            const glm::vec3 ray = ray_at(x, y);
             tiles_.add(x / tile_side, y / tile_side, ray);
             blocks_.add(x / block_side, y / block_side, ray);
+            const glm::vec3 steps = glm::abs(ray_at(x + 1, y) - ray) + glm::abs(ray_at(x, y + 1) - ray);
+            pixel_reach_ = glm::max(pixel_reach_, steps * 0.5f);
         }
     }
 }

@@ -41,6 +41,8 @@ public:
     };
     const Grid& tiles() const { return tiles_; }
     const Grid& blocks() const { return blocks_; }
+    /// No coordinate of a ray differs by more than this from that of its pixel's centre, anywhere in the pixel.
+    const glm::vec3& pixel_reach() const { return pixel_reach_; }
 
 private:
     static Rows<const float> rows_of(const Plane<float>& plane) { return {plane.rows().data, plane.rows().stride}; }
@@ -51,6 +53,7 @@ private:
     bool is_wide_ = false;
     Plane<float> x_, y_, z_;  ///< z: of a lens that is not wide, one row for all
     Grid tiles_, blocks_;
+    glm::vec3 pixel_reach_{0.0f};
 };
 
 }  // namespace camrig::render::software

@@ -5,6 +5,7 @@
 
 #include "core/render/software/coverage.h"
 #include "core/render/software/lanes.h"
+#include "core/render/software/ray_pixels.h"
 #include "core/render/software/rows.h"
 
 namespace camrig::render::software {
@@ -65,6 +66,56 @@ void mark_edge(const EdgeMarks& to, std::uint32_t number, float reach) {
             }
         }
     }
+}
+
+/// Marks what the outline of a triangle touches through a lens, eight pixels at a time.
+template <typename Isa>
+CAMRIG_LANES void mark_ray_outline(const EdgeMarks& to, const RayTriangle& triangle, unsigned outline,
+                                   const PixelRect& box) {
+    constexpr float half = 0.5f;
+    const LensRays& rays = *to.geometry.rays();
+    const float farthest = to.geometry.farthest();
+    const IntLanes from = int_lane_numbers();
+    const auto visit_part = [&](const PixelRect& part) __attribute__((always_inline)) {
+        for (int y = part.y0; y < part.y1; ++y) {
+            const float* const shown = to.depth(y);
+            std::uint64_t* const marks = to.pixels.row(y);
+            for (int x = part.x0 & -lane_count; x < part.x1; x += lane_count) {
+                const Lanes3 ray = rays_at(rays, x, y);
+                const Lanes3 dx = rays_at(rays, x + 1, y) - ray, dy = rays_at(rays, x, y + 1) - ray;
+                const auto reach = [&](const glm::vec3& of) __attribute__((always_inline)) {
+                    const Lanes across = along(of, dx), down = along(of, dy);
+                    return (max(across, -across) + max(down, -down)) * half;
+                };
+                IntLanes touched = ((from + (x - part.x0)) | ((part.x1 - 1 - x) - from)) >= 0;
+                IntLanes has_edge{};
+                for (std::size_t i = 0; i < 3; ++i) {
+                    const Lanes value = along(triangle.edges[i], ray), slack = reach(triangle.edges[i]);
+                    touched &= value >= -slack;
+                    if ((outline >> i & 1) != 0) has_edge |= value <= slack;
+                }
+                const Lanes depth = along(triangle.depth, ray) + farthest, nearest = depth + reach(triangle.depth);
+                const Lanes seen = *reinterpret_cast<const Lanes*>(shown + x) * hidden_below;
+                touched &= has_edge & (nearest > 0.0f) & (nearest >= seen) & (depth <= 1.0f);
+                const std::uint64_t bits = Isa::bits(touched);
+                marks[x / MarkedPixels::word_bits] |= bits << (x % MarkedPixels::word_bits);
+            }
+        }
+    };
+    each_touched_part<Isa>(rays, triangle, farthest, outline, box, visit_part);
+}
+
+template <typename Isa>
+CAMRIG_LANES void mark_ray_outlines_body(const EdgeMarks& to, std::uint32_t first, std::uint32_t count) {
+    for (std::uint32_t number = first; number < first + count; ++number) {
+        const ScreenTriangle& triangle = to.geometry.triangles()[number];
+        const PixelRect box = touched_by(triangle, to.rect);
+        if (triangle.outline == 0 || box.width() <= 0 || box.height() <= 0) continue;
+        mark_ray_outline<Isa>(to, to.geometry.ray_triangles()[number], triangle.outline, box);
+    }
+}
+CAMRIG_WIDE void mark_ray_outlines_wide(const EdgeMarks& to, std::uint32_t first, std::uint32_t count) {
+    mark_ray_outlines_body<Avx2Isa>(to, first, count);
 }
 
 /// The bits of pixels x0 <= x < x1 in a word of a row.
@@ -148,6 +199,11 @@ void OutlineEdges::clear(const PixelRect& rect) {
 void mark_outlines(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,
                    const PixelRect& rect, Rows<float> depth, MarkedPixels& to, OutlineEdges* edges) {
     const EdgeMarks marks{geometry, rect, depth, to, edges};
+    if (geometry.rays() != nullptr) {
+        // Which edge it was is not kept: no pixel is taken for one that a single edge divides.
+        if (geometry.wide_lanes()) return mark_ray_outlines_wide(marks, first_triangle, count);
+        return mark_ray_outlines_body<PlainIsa>(marks, first_triangle, count);
+    }
     for (std::uint32_t triangle = first_triangle; triangle < first_triangle + count; ++triangle) {
         const unsigned outline = geometry.triangles()[triangle].outline;
         if (outline == 0) continue;

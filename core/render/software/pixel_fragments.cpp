@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/render/software/coverage.h"
+#include "core/render/software/ray_pixels.h"
 #include "core/render/software/sample_places.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
@@ -122,10 +123,64 @@ CAMRIG_LANES Span span_of(const EdgesInPixels& edges, const Setup& s, const Pixe
     return span;
 }
 
+/// Calls visit(x, y) for the marked pixels of a row from x0 up to x1.
+template <typename Visit>
+CAMRIG_LANES void each_marked(const MarkedPixels& marked, int y, int x0, int x1, const Visit& visit) {
+    constexpr int word_bits = MarkedPixels::word_bits;
+    const std::uint64_t* const marks = marked.row(y);
+    for (int word = x0 / word_bits; word * word_bits < x1; ++word) {
+        std::uint64_t left = marks[word];
+        if (left == 0) continue;
+        const int from = x0 - word * word_bits, till = x1 - word * word_bits;
+        if (from > 0) left &= ~std::uint64_t{0} << from;
+        if (till < word_bits) left &= (std::uint64_t{1} << till) - 1;
+        for (; left != 0; left &= left - 1) visit(word * word_bits + std::countr_zero(left), y);
+    }
+}
+
+CAMRIG_LANES bool is_masked(const ViewDraw& draw) {
+    return draw.primitive->material->alpha_mode == world::AlphaMode::mask;
+}
+
+/// Of a triangle seen through a lens.
+template <typename Isa>
+CAMRIG_LANES void find_ray_fragments(const ViewGeometry& geometry, std::uint32_t number, const PixelRect& rect,
+                                     const MarkedPixels& marked, PixelFragments& to) {
+    const ScreenTriangle& triangle = geometry.triangles()[number];
+    const PixelRect box = touched_by(triangle, rect);
+    if (box.width() <= 0 || box.height() <= 0) return;
+    const RayTriangle& rays = geometry.ray_triangles()[number];
+    const float farthest = geometry.farthest();
+    const auto visit = [&](int x, int y) __attribute__((always_inline)) {
+        const std::uint32_t pixel = marked.index_of(x, y);
+        const PixelRay ray(*geometry.rays(), x, y);
+        const PixelPlane plane = depth_in_pixel(rays, farthest, ray);
+        const float reach = plane.reach(), nearest = plane.z + reach;
+        // Before the near plane nothing shows.
+        if (!(nearest > 0.0f) || plane.z > 1.0f || !to.may_show(pixel, nearest)) return;
+        const RayEdgesInPixel edges(rays, ray);
+        if (edges.is_outside()) return;
+        SampleMask mask = edges.template mask<Isa>();
+        if (mask == 0) return;
+        const ViewDraw& draw = geometry.draws()[triangle.draw];
+        if (is_masked(draw)) mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
+        if (mask != 0) to.add(pixel, mask, plane, reach, number);
+    };
+    each_touched_part<Isa>(*geometry.rays(), rays, farthest, 0, box,
+                           [&](const PixelRect& part) __attribute__((always_inline)) {
+                               for (int y = part.y0; y < part.y1; ++y) each_marked(marked, y, part.x0, part.x1, visit);
+                           });
+}
+
 template <typename Isa>
 CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                                       const PixelRect& rect, const MarkedPixels& marked, PixelFragments& to) {
-    constexpr int half = subpixels / 2, word_bits = MarkedPixels::word_bits, narrow = 8;
+    constexpr int half = subpixels / 2, narrow = 8;
+    if (geometry.rays() != nullptr) {
+        for (std::uint32_t number = first; number < first + count; ++number)
+            find_ray_fragments<Isa>(geometry, number, rect, marked, to);
+        return;
+    }
     const ScreenVertex* const vertices = geometry.vertices().data();
     for (std::uint32_t number = first; number < first + count; ++number) {
         const ScreenTriangle& triangle = geometry.triangles()[number];
@@ -157,14 +212,13 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
             SampleMask mask = edges->mask<Isa>(values);
             if (mask == 0) return;
             const ViewDraw& draw = geometry.draws()[triangle.draw];
-            if (draw.primitive->material->alpha_mode == world::AlphaMode::mask) {
+            if (is_masked(draw)) {
                 mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
                 if (mask == 0) return;
             }
             to.add(pixel, mask, plane, edges->depth_reach(), number);
         };
         for (int y = box.y0; y < box.y1; ++y) {
-            const std::uint64_t* const marks = marked.row(y);
             Span span{box.x0, box.x1};
             if (box.width() > narrow) {
                 if (!edges) {
@@ -173,14 +227,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                 }
                 span = span_of(*edges, setup, box, y);
             }
-            for (int word = span.x0 / word_bits; word * word_bits < span.x1; ++word) {
-                std::uint64_t left = marks[word];
-                if (left == 0) continue;
-                const int from = span.x0 - word * word_bits, till = span.x1 - word * word_bits;
-                if (from > 0) left &= ~std::uint64_t{0} << from;
-                if (till < word_bits) left &= (std::uint64_t{1} << till) - 1;
-                for (; left != 0; left &= left - 1) visit(word * word_bits + std::countr_zero(left), y);
-            }
+            each_marked(marked, y, span.x0, span.x1, visit);
         }
     }
 }

@@ -29,8 +29,10 @@ CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, ShadedPlaces& 
         }
         const TriangleAtPlaces<Isa> at(geometry, draw, triangle, x, y, share);
         constexpr double pixels = 1.0 / subpixels;
-        const Lanes3 rays{narrowed((x * pixels + -k.cx) * (1.0 / k.fx)), narrowed((y * pixels + -k.cy) * (1.0 / k.fy)),
-                          lanes(1.0f)};
+        const Lanes3 rays = geometry.rays() != nullptr
+                                ? at.point_rays(0, 0).at
+                                : Lanes3{narrowed((x * pixels + -k.cx) * (1.0 / k.fx)),
+                                         narrowed((y * pixels + -k.cy) * (1.0 / k.fy)), lanes(1.0f)};
         const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays);
         const Lanes red = clamp01(color.rgb.x), green = clamp01(color.rgb.y), blue = clamp01(color.rgb.z);
         for (std::uint32_t i = first; i < end; ++i) {

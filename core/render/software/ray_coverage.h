@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "core/render/software/lanes.h"
 #include "core/render/software/ray_triangles.h"
 #include "core/render/software/rows.h"
 
@@ -53,21 +54,40 @@ CAMRIG_LANES unsigned may_show(const RayTriangle& triangle, float farthest, cons
         (most_along(triangle.edges[2], rays) >= nothing) & (most_along(triangle.depth, rays) + farthest > nothing));
 }
 
-/// Calls visit(rect) for the parts of the rectangle, each inside of one tile, in which the triangle may show.
-template <typename Isa, typename Visit>
-CAMRIG_LANES void each_tile(const LensRays& rays, const RayTriangle& triangle, float farthest, const PixelRect& rect,
-                            const Visit& visit) {
+CAMRIG_LANES float most_of(const glm::vec3& of, const glm::vec3& reach) {
+    const glm::vec3 most = glm::abs(of) * reach;
+    return most.x + most.y + most.z;
+}
+
+/// In which of eight tiles or blocks the triangle may touch a pixel, also beside its centre, as bits. outline: not 0:
+/// in which one of these edges may.
+template <typename Isa>
+CAMRIG_LANES unsigned may_touch(const RayTriangle& triangle, float farthest, const glm::vec3& reach, unsigned outline,
+                                const RayBounds& rays) {
+    IntLanes touches = most_along(triangle.depth, rays) + (farthest + most_of(triangle.depth, reach)) > 0.0f;
+    IntLanes has_edge = outline == 0 ? IntLanes{} - 1 : IntLanes{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const float slack = most_of(triangle.edges[i], reach);
+        touches &= most_along(triangle.edges[i], rays) >= -slack;
+        if ((outline >> i & 1) != 0) has_edge |= -most_along(-triangle.edges[i], rays) <= slack;
+    }
+    return Isa::bits(touches & has_edge);
+}
+
+/// Calls visit(rect) for the parts of the rectangle, each inside of one tile, of which may(bounds) has the bit.
+template <typename Isa, typename May, typename Visit>
+CAMRIG_LANES void each_tile(const LensRays& rays, const PixelRect& rect, const May& may, const Visit& visit) {
     constexpr int block = LensRays::block_side, tile = LensRays::tile_side;
     for (int row = rect.y0 / block; row * block < rect.y1; ++row) {
         for (int first = rect.x0 / block & -lane_count; first * block < rect.x1; first += lane_count) {
-            unsigned blocks = may_show<Isa>(triangle, farthest, bounds_at(rays.blocks(), first, row));
+            unsigned blocks = may(bounds_at(rays.blocks(), first, row));
             for (; blocks != 0; blocks &= blocks - 1) {
                 const int column = first + std::countr_zero(blocks);
                 const PixelRect in_block =
                     common(rect, {column * block, row * block, (column + 1) * block, (row + 1) * block});
                 if (in_block.width() <= 0) continue;
                 for (int y = in_block.y0 / tile; y * tile < in_block.y1; ++y) {
-                    unsigned tiles = may_show<Isa>(triangle, farthest, bounds_at(rays.tiles(), column * lane_count, y));
+                    unsigned tiles = may(bounds_at(rays.tiles(), column * lane_count, y));
                     for (; tiles != 0; tiles &= tiles - 1) {
                         const int x = column * lane_count + std::countr_zero(tiles);
                         const PixelRect in_tile =
@@ -78,6 +98,12 @@ CAMRIG_LANES void each_tile(const LensRays& rays, const RayTriangle& triangle, f
             }
         }
     }
+}
+
+/// What is no larger touches few tiles, and needs no look at their bounds.
+CAMRIG_LANES bool touches_few_tiles(const PixelRect& rect) {
+    constexpr int large = 24;
+    return rect.width() <= large && rect.height() <= large;
 }
 
 /// rasterize() in coverage.h through a lens. farthest: depth of what is infinitely far.
@@ -99,9 +125,10 @@ CAMRIG_LANES void rasterize(const LensRays& rays, const RayTriangle& triangle, f
             }
         }
     };
-    constexpr int large = 24;  // one that touches few tiles needs no look at their bounds
-    if (rect.width() <= large && rect.height() <= large) return visit_part(rect);
-    each_tile<Isa>(rays, triangle, farthest, rect, visit_part);
+    if (touches_few_tiles(rect)) return visit_part(rect);
+    const auto may = [&](const RayBounds& bounds)
+                         __attribute__((always_inline)) { return may_show<Isa>(triangle, farthest, bounds); };
+    each_tile<Isa>(rays, rect, may, visit_part);
 }
 
 }  // namespace camrig::render::software

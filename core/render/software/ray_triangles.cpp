@@ -88,15 +88,17 @@ RayTriangle ray_triangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dv
     return made;
 }
 
-/// The pixels of the blocks in which it may show.
+/// The pixels of the blocks in which it may show; thin: in which it may touch a pixel.
 template <typename Isa>
-CAMRIG_LANES PixelRect hull_of_blocks(const RayTriangle& triangle, float farthest, const LensRays& rays) {
+CAMRIG_LANES PixelRect hull_of_blocks(const RayTriangle& triangle, float farthest, const LensRays& rays, bool thin) {
     constexpr int block = LensRays::block_side;
     const PixelRect whole = rays.whole();
     PixelRect hull{whole.x1, whole.y1, 0, 0};
     for (int row = 0; row * block < whole.y1; ++row) {
         for (int first = 0; first * block < whole.x1; first += lane_count) {
-            const unsigned blocks = may_show<Isa>(triangle, farthest, bounds_at(rays.blocks(), first, row));
+            const RayBounds bounds = bounds_at(rays.blocks(), first, row);
+            const unsigned blocks = thin ? may_touch<Isa>(triangle, farthest, rays.pixel_reach(), 0, bounds)
+                                         : may_show<Isa>(triangle, farthest, bounds);
             if (blocks == 0) continue;
             hull.x0 = std::min(hull.x0, (first + std::countr_zero(blocks)) * block);
             hull.x1 = std::max(hull.x1, (first + static_cast<int>(std::bit_width(blocks))) * block);
@@ -143,13 +145,16 @@ CAMRIG_LANES Doubles volume_of(const LensVertex* vertices, const std::array<IntL
 template <typename Isa>
 CAMRIG_LANES void assemble_rays_body(const scene::TriangleCorners& corners, const LensVertex* vertices,
                                      const TriangleRule& rule, const LensNumbers& lens, const LensRays& rays,
-                                     std::vector<ScreenTriangle>& to, std::vector<RayTriangle>& rays_to) {
+                                     OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
+                                     std::vector<RayTriangle>& rays_to) {
     static_assert(sizeof(LensVertex) == 8 * sizeof(float));
     constexpr std::int32_t words = 8, bits = 8;
     constexpr std::int32_t beside = outside_left | outside_right | outside_top | outside_bottom;
     constexpr double most_volume = 1e200;  // products of what is nowhere
     const auto farthest = static_cast<float>(lens.depth_scale);
-    const std::size_t count = corners[0].size();
+    const std::size_t count = corners[0].size(), first = to.size();
+    scratch.facing.assign(rule.neighbors != nullptr ? count : 0, facing_unknown);
+    scratch.sources.clear();
     for (std::size_t i = 0; i < count; i += lane_count) {
         std::array<IntLanes, 3> corner, x, y, beyond;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -182,7 +187,14 @@ CAMRIG_LANES void assemble_rays_body(const scene::TriangleCorners& corners, cons
         const IntLanes y0 = (min(y[0], min(y[1], y[2])) - slack + (subpixels - 1)) >> bits;
         const IntLanes x1 = ((max(x[0], max(x[1], x[2])) + slack) >> bits) + 1;
         const IntLanes y1 = ((max(y[0], max(y[1], y[2])) + slack) >> bits) + 1;
-        const IntLanes is_kept = may_be_seen & is_seen & has_volume & (~has_box | ((x0 < x1) & (y0 < y1)));
+        const IntLanes has_middles = rule.keeps_thin ? IntLanes{} - 1 : (x0 < x1) & (y0 < y1);
+        const IntLanes is_kept = may_be_seen & is_seen & has_volume & (~has_box | has_middles);
+        if (rule.neighbors != nullptr) {
+            const IntLanes facing =
+                has_volume & (is_turned ? IntLanes{} + facing_turned : IntLanes{} + facing_straight);
+            for (std::size_t k = 0; k < std::min<std::size_t>(count - i, lane_count); ++k)
+                scratch.facing[i + k] = static_cast<std::uint8_t>(facing[static_cast<int>(k)]);
+        }
         for (unsigned left = Isa::bits(is_kept); left != 0; left &= left - 1) {
             const int k = std::countr_zero(left);
             std::array<std::uint32_t, 3> own{};
@@ -191,12 +203,16 @@ CAMRIG_LANES void assemble_rays_body(const scene::TriangleCorners& corners, cons
             const RayTriangle made = ray_triangle(glm::dvec3(vertices[own[0]].at), glm::dvec3(vertices[own[1]].at),
                                                   glm::dvec3(vertices[own[2]].at), lens.depth_shift);
             const PixelRect box = has_box[k] != 0 ? common({x0[k], y0[k], x1[k], y1[k]}, rays.whole())
-                                                  : hull_of_blocks<Isa>(made, farthest, rays);
-            if (box.width() <= 0 || box.height() <= 0) continue;
+                                                  : hull_of_blocks<Isa>(made, farthest, rays, rule.keeps_thin);
+            const int thin = rule.keeps_thin ? 1 : 0;  // may lie between the centres of two pixels
+            if (box.width() + thin <= 0 || box.height() + thin <= 0) continue;
+            if (rule.neighbors != nullptr)
+                scratch.sources.push_back(static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(k));
             rays_to.push_back(made);
             to.push_back(
                 {.vertices = {rule.first_vertex + own[0], rule.first_vertex + own[1], rule.first_vertex + own[2]},
                  .draw = rule.draw & max_draws,
+                 .outline = rule.keeps_thin ? 7u : 0u,
                  .is_front = is_front[k] != 0,
                  .x0 = static_cast<std::int16_t>(box.x0),
                  .y0 = static_cast<std::int16_t>(box.y0),
@@ -204,12 +220,14 @@ CAMRIG_LANES void assemble_rays_body(const scene::TriangleCorners& corners, cons
                  .y1 = static_cast<std::int16_t>(box.y1)});
         }
     }
+    if (rule.neighbors != nullptr) find_outline(*rule.neighbors, scratch, std::span(to).subspan(first));
 }
 
 CAMRIG_WIDE void assemble_rays_wide(const scene::TriangleCorners& corners, const LensVertex* vertices,
                                     const TriangleRule& rule, const LensNumbers& lens, const LensRays& rays,
-                                    std::vector<ScreenTriangle>& to, std::vector<RayTriangle>& rays_to) {
-    assemble_rays_body<Avx2Isa>(corners, vertices, rule, lens, rays, to, rays_to);
+                                    OutlineScratch& scratch, std::vector<ScreenTriangle>& to,
+                                    std::vector<RayTriangle>& rays_to) {
+    assemble_rays_body<Avx2Isa>(corners, vertices, rule, lens, rays, scratch, to, rays_to);
 }
 
 }  // namespace
@@ -221,10 +239,10 @@ void place_vertices(const LensNumbers& lens, ImageSize size, const glm::dmat4& o
 }
 
 void assemble_rays(const scene::TriangleCorners& corners, const LensVertex* vertices, const TriangleRule& rule,
-                   const LensNumbers& lens, const LensRays& rays, bool wide, std::vector<ScreenTriangle>& to,
-                   std::vector<RayTriangle>& rays_to) {
-    if (wide) return assemble_rays_wide(corners, vertices, rule, lens, rays, to, rays_to);
-    assemble_rays_body<PlainIsa>(corners, vertices, rule, lens, rays, to, rays_to);
+                   const LensNumbers& lens, const LensRays& rays, bool wide, OutlineScratch& scratch,
+                   std::vector<ScreenTriangle>& to, std::vector<RayTriangle>& rays_to) {
+    if (wide) return assemble_rays_wide(corners, vertices, rule, lens, rays, scratch, to, rays_to);
+    assemble_rays_body<PlainIsa>(corners, vertices, rule, lens, rays, scratch, to, rays_to);
 }
 
 }  // namespace camrig::render::software

@@ -41,7 +41,7 @@ void place_vertices(const LensNumbers& lens, ImageSize size, const glm::dmat4& o
 
 /// Appends the triangles that may show a pixel, and what their rays are. Vertices: from rule.first_vertex on.
 void assemble_rays(const scene::TriangleCorners& corners, const LensVertex* vertices, const TriangleRule& rule,
-                   const LensNumbers& lens, const LensRays& rays, bool wide, std::vector<ScreenTriangle>& to,
-                   std::vector<RayTriangle>& rays_to);
+                   const LensNumbers& lens, const LensRays& rays, bool wide, OutlineScratch& scratch,
+                   std::vector<ScreenTriangle>& to, std::vector<RayTriangle>& rays_to);
 
 }  // namespace camrig::render::software

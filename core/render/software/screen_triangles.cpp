@@ -53,24 +53,6 @@ CAMRIG_LANES void project_body(const ViewTransform& t, const glm::dmat4& m, cons
     }
 }
 
-constexpr std::uint8_t facing_unknown = 0, facing_turned = 1, facing_straight = 2;
-
-/// An edge is inside of the outline if the triangle beyond it is there and faces the same way.
-void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch, std::span<ScreenTriangle> triangles) {
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        const std::uint32_t own = scratch.sources[i];
-        const std::uint8_t facing = scratch.facing[own];
-        std::array<std::uint32_t, 3> is_outline{};
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::int32_t beyond = neighbors[own][c];
-            is_outline[c] = beyond < 0 || scratch.facing[static_cast<std::size_t>(beyond)] != facing;
-        }
-        // The second and third corner of a turned triangle are swapped.
-        if (facing == facing_turned) std::swap(is_outline[1], is_outline[2]);
-        triangles[i].outline = (is_outline[0] | is_outline[1] << 1 | is_outline[2] << 2) & 7u;
-    }
-}
-
 /// Half of all triangles show their backs and most of far people's lie between the pixels: no branch would guess which.
 template <typename Isa>
 CAMRIG_LANES void assemble_body(const scene::TriangleCorners& corners, const ScreenVertex* vertices,
@@ -158,6 +140,21 @@ CAMRIG_WIDE void assemble_wide(const scene::TriangleCorners& corners, const Scre
 }
 
 }  // namespace
+
+void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch, std::span<ScreenTriangle> triangles) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const std::uint32_t own = scratch.sources[i];
+        const std::uint8_t facing = scratch.facing[own];
+        std::array<std::uint32_t, 3> is_outline{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::int32_t beyond = neighbors[own][c];
+            is_outline[c] = beyond < 0 || scratch.facing[static_cast<std::size_t>(beyond)] != facing;
+        }
+        // The second and third corner of a turned triangle are swapped.
+        if (facing == facing_turned) std::swap(is_outline[1], is_outline[2]);
+        triangles[i].outline = (is_outline[0] | is_outline[1] << 1 | is_outline[2] << 2) & 7u;
+    }
+}
 
 void project(const ViewTransform& view, const glm::dmat4& optical_from_local, const glm::vec3* positions,
              std::span<const std::uint32_t> which, bool wide, ScreenVertex* to, std::int32_t* outside) {

@@ -56,9 +56,16 @@ struct TriangleRule {
 
 /// What assemble() works with when the outline is kept.
 struct OutlineScratch {
-    std::vector<std::uint8_t> facing;    ///< of each triangle of the mesh: 0 not known, else which way its corners turn
+    std::vector<std::uint8_t> facing;    ///< of each triangle of the mesh
     std::vector<std::uint32_t> sources;  ///< which of them those that were appended come from
 };
+
+/// How a triangle's corners turn on the screen; of one that is nowhere it is not known.
+inline constexpr std::uint8_t facing_unknown = 0, facing_straight = 1, facing_turned = 2;
+
+/// An edge of a triangle is inside of the outline if the triangle beyond it is there and faces the same way. triangles:
+/// those that scratch.sources names.
+void find_outline(const MeshNeighbors& neighbors, const OutlineScratch& scratch, std::span<ScreenTriangle> triangles);
 
 /// Appends the triangles that may show a pixel; those that must be clipped first go to `to_clip`,
 /// and the rest nowhere. `vertices` and `outside`: from rule.first_vertex on.

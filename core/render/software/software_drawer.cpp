@@ -102,7 +102,7 @@ bool SoftwareDrawer::is_plain(const View& view, frame::FrameKind kind) {
     if (is_pinhole ? spec.lens_sampling.method != world::LensMethod::automatic
                    : spec.lens_sampling != world::LensSampling{})
         return false;
-    return antialias_of(spec, view.quality) == world::Antialias::none || (is_pinhole && has_areas(view));
+    return antialias_of(spec, view.quality) == world::Antialias::none || has_areas(view);
 }
 
 bool SoftwareDrawer::can_draw(const View& view, frame::FrameKind kind) {

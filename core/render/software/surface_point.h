@@ -74,6 +74,15 @@ struct RayEdges {
     }
 };
 
+/// Rays of a group of points, and how they change to the next pixel on the right and below.
+struct PointRays {
+    Lanes3 at, dx, dy;
+};
+CAMRIG_LANES PointRays point_rays_at(const LensRays& rays, int x, int y) {
+    const Lanes3 at = rays_at(rays, x, y);
+    return {at, rays_at(rays, x + 1, y) - at, rays_at(rays, x, y + 1) - at};
+}
+
 /// The shares of the second and third vertex in the plane of the screen, and their steps. V is float or Lanes.
 template <typename V>
 struct ScreenShares {
@@ -85,6 +94,7 @@ struct ScreenShares {
 class OneTriangle {
 public:
     using Value = float;
+    static constexpr bool stays_inside = false;  ///< a point beside a triangle takes what its border has
 
     CAMRIG_LANES OneTriangle(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
                              const Setup& setup)
@@ -93,6 +103,7 @@ public:
     }
 
     CAMRIG_LANES const LensRays* rays() const { return rays_; }
+    CAMRIG_LANES PointRays point_rays(int x, int y) const { return point_rays_at(*rays_, x, y); }
     CAMRIG_LANES RayEdges<float> ray_edges() const {
         RayEdges<float> made;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -141,6 +152,7 @@ template <typename Isa>
 class TriangleOfEach {
 public:
     using Value = Lanes;
+    static constexpr bool stays_inside = false;
 
     /// numbers: of triangles, from 1; none is 0.
     CAMRIG_LANES TriangleOfEach(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers)
@@ -169,6 +181,7 @@ public:
     }
 
     CAMRIG_LANES const LensRays* rays() const { return geometry_.rays(); }
+    CAMRIG_LANES PointRays point_rays(int x, int y) const { return point_rays_at(*rays(), x, y); }
     CAMRIG_LANES RayEdges<Lanes> ray_edges() const {
         static_assert(sizeof(RayTriangle) == 16 * sizeof(float));
         const RayTriangle* const triangles = geometry_.ray_triangles().data();
@@ -261,6 +274,9 @@ protected:
 template <typename Isa>
 class TriangleAtPlaces : public TriangleOfEach<Isa> {
 public:
+    /// A sliver's values go anywhere within a pixel.
+    static constexpr bool stays_inside = true;
+
     CAMRIG_LANES TriangleAtPlaces(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers,
                                   const Doubles& x, const Doubles& y, Lanes share)
         : TriangleOfEach<Isa>(geometry, draw, numbers), x_at_(x), y_at_(y), share_(share) {}
@@ -268,10 +284,33 @@ public:
     CAMRIG_LANES ScreenShares<Lanes> shares(int, int) const {
         const auto second = this->edge_from(2, 0), third = this->edge_from(0, 1);
         ScreenShares<Lanes> made = this->shares_of(second, third);
-        // Beside the triangle: what its border has. A sliver's values go anywhere within a pixel.
         made.second = clamp01(narrowed(second.at(x_at_, y_at_) * this->inverse_area_));
         made.third = min(clamp01(narrowed(third.at(x_at_, y_at_) * this->inverse_area_)), 1.0f - made.second);
         for (Lanes* step : {&made.second_dx, &made.third_dx, &made.second_dy, &made.third_dy}) *step = *step * share_;
+        return made;
+    }
+
+    /// Between the rays of pixels.
+    CAMRIG_LANES PointRays point_rays(int, int) const {
+        const Doubles x = x_at_ * (1.0 / subpixels), y = y_at_ * (1.0 / subpixels);
+        const IntLanes column = rounded(x), row = rounded(y);
+        const Lanes right = narrowed(x - widened(column)), down = narrowed(y - widened(row));
+        const LensRays::Coordinates of = this->rays()->rays();
+        const auto along = [&](const Rows<const float>& plane, Lanes& at, Lanes& dx, Lanes& dy)
+                               __attribute__((always_inline)) {
+                                   const auto stride = static_cast<std::int32_t>(plane.stride);
+                                   const IntLanes first = row * stride + column;
+                                   const Lanes centre = gathered<Isa>(plane.data, first);
+                                   dx = gathered<Isa>(plane.data, first + 1) - centre;
+                                   dy = gathered<Isa>(plane.data, first + stride) - centre;
+                                   at = centre + dx * right + dy * down;
+                                   dx = dx * share_;
+                                   dy = dy * share_;
+                               };
+        PointRays made;
+        along(of.x, made.at.x, made.dx.x, made.dy.x);
+        along(of.y, made.at.y, made.dx.y, made.dy.y);
+        along(of.z, made.at.z, made.dx.z, made.dy.z);
         return made;
     }
 
@@ -288,11 +327,17 @@ struct PointOnTriangle {
 };
 
 /// place_at() through a lens: the shares of a ray, and of those beside and below it.
-template <typename V>
-CAMRIG_LANES PointOnTriangle place_on_ray(const RayEdges<V>& triangle, const LensRays& rays, int x, int y) {
-    const Lanes3 ray = rays_at(rays, x, y), dx = rays_at(rays, x + 1, y) - ray, dy = rays_at(rays, x, y + 1) - ray;
-    const Lanes second = triangle.along(1, ray), third = triangle.along(2, ray);
-    const Lanes inverse = 1.0f / (triangle.along(0, ray) + second + third);
+template <bool stays_inside, typename V>
+CAMRIG_LANES PointOnTriangle place_on_ray(const RayEdges<V>& triangle, const PointRays& rays) {
+    const auto [ray, dx, dy] = rays;
+    Lanes first = triangle.along(0, ray), second = triangle.along(1, ray), third = triangle.along(2, ray);
+    if constexpr (stays_inside) {
+        constexpr float least = 1e-30f;
+        first = max(first, lanes(least));
+        second = max(second, Lanes{});
+        third = max(third, Lanes{});
+    }
+    const Lanes inverse = 1.0f / (first + second + third);
     PointOnTriangle place;
     place.z = triangle.length * inverse;
     place.second = second * inverse;
@@ -310,7 +355,8 @@ CAMRIG_LANES PointOnTriangle place_on_ray(const RayEdges<V>& triangle, const Len
 
 template <typename Triangles>
 CAMRIG_LANES PointOnTriangle place_at(const Triangles& triangles, int x, int y) {
-    if (triangles.rays() != nullptr) return place_on_ray(triangles.ray_edges(), *triangles.rays(), x, y);
+    if (triangles.rays() != nullptr)
+        return place_on_ray<Triangles::stays_inside>(triangles.ray_edges(), triangles.point_rays(x, y));
     using V = Triangles::Value;
     const ScreenShares<V> screen = triangles.shares(x, y);
     const V a = triangles.inverse_z(0), b = triangles.inverse_z(1), c = triangles.inverse_z(2);

@@ -75,15 +75,19 @@ void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRec
 
 }  // namespace
 
+std::span<const scene::LensView::BlindRun> blind_runs(const scene::LensView& lens, const PixelRect& rect) {
+    const std::vector<scene::LensView::BlindRun>& runs = lens.blind();
+    const auto first = std::ranges::lower_bound(runs, rect.y0, {}, &scene::LensView::BlindRun::y);
+    return {first, std::ranges::lower_bound(runs, rect.y1, {}, &scene::LensView::BlindRun::y)};
+}
+
 void cover_blind(const scene::SceneView& view, const Canvas& canvas, const PixelRect& rect) {
     constexpr std::uint32_t black = 0xFFu << 24;
     if (view.lens == nullptr) return;
-    const std::vector<scene::LensView::BlindRun>& runs = view.lens->blind();
-    const auto first = std::ranges::lower_bound(runs, rect.y0, {}, &scene::LensView::BlindRun::y);
-    for (auto run = first; run != runs.end() && run->y < rect.y1; ++run) {
-        if (canvas.color.data != nullptr) std::fill_n(canvas.color(run->y) + run->x0, run->x1 - run->x0, black);
-        if (canvas.light) fill_light(canvas.light, {run->x0, run->y, run->x1, run->y + 1}, glm::vec3(0.0f));
-        std::fill_n(canvas.depth(run->y) + run->x0, run->x1 - run->x0, blind_depth);
+    for (const auto [y, x0, x1] : blind_runs(*view.lens, rect)) {
+        if (canvas.color.data != nullptr) std::fill_n(canvas.color(y) + x0, x1 - x0, black);
+        if (canvas.light) fill_light(canvas.light, {x0, y, x1, y + 1}, glm::vec3(0.0f));
+        std::fill_n(canvas.depth(y) + x0, x1 - x0, blind_depth);
     }
 }
 

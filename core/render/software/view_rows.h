@@ -14,6 +14,9 @@ int passes_of(const ViewWork& work);
 /// Draws a band, and what of it a layer keeps. Different bands from different threads.
 void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int band, int bands);
 
+/// The runs of the rows of a rectangle.
+std::span<const scene::LensView::BlindRun> blind_runs(const scene::LensView& lens, const PixelRect& rect);
+
 /// What sees nothing is black whatever the background, and nothing comes before it. Of the rows of a rectangle; the
 /// canvas may be without colour.
 void cover_blind(const scene::SceneView& view, const Canvas& canvas, const PixelRect& rect);
