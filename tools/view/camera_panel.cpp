@@ -127,12 +127,14 @@ void set(Session& session, const std::string& camera, const std::string& key, js
 
 /// The parameters that have no control of their own above.
 void edit_described(Session& session, const json& fields, const json& camera) {
+    ImGui::PushID("described");  // some have the name of a control above
     draw_described(fields, camera, [&](json wish) {
         const std::string key = wish.begin().key();
         // Optics are what they are at the zoom that is given with them.
         if (key == "intrinsics" || key.ends_with("fov_deg")) wish["zoom"] = camera.at("zoom");
         set(session, camera.at("name"), key, std::move(wish));
     });
+    ImGui::PopID();
 }
 
 std::string words_of(const json& output) {
