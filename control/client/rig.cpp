@@ -6,6 +6,7 @@
 #include "control/client/camera_file.h"
 #include "control/client/camera_json.h"
 #include "control/client/connections.h"
+#include "control/client/member_json.h"
 
 namespace camrig::client {
 namespace {
@@ -86,60 +87,83 @@ WorldStatus Rig::load(const std::filesystem::path& scene, std::chrono::milliseco
     return world_status_of(connections_->call("world.load", {{"scene", found.string()}}, timeout));
 }
 
-json Rig::actors() const {
-    return connections_->call("actor.list")["actors"];
+std::vector<ActorState> Rig::actors() const {
+    return read_list<ActorState>("actors", connections_->call("actor.list"));
 }
 
-json Rig::spawn_actor(const std::string& name, const std::string& model, const json& keys) const {
-    json params = keys;
+Applied<ActorState> Rig::spawn_actor(const std::string& name, const std::string& model,
+                                     const ActorOptions& options) const {
+    json params = json_of(options);
     params["name"] = name;
     params["model"] = model;
-    return connections_->call("actor.spawn", params);
+    return read_applied<ActorState>("actor", connections_->call("actor.spawn", params));
 }
 
-json Rig::set_actor(const std::string& name, const json& keys) const {
-    json params = keys;
+Applied<ActorState> Rig::set_actor(const std::string& name, const ActorChanges& changes) const {
+    json params = json_of(changes);
     params["name"] = name;
-    return connections_->call("actor.set", params);
+    return read_applied<ActorState>("actor", connections_->call("actor.set", params));
 }
 
-std::int64_t Rig::steer_actors(const json& actors) const {
-    return connections_->call("actor.steer", {{"actors", actors}}).value("applied_ns", std::int64_t{0});
-}
-
-json Rig::objects() const {
-    return connections_->call("object.list")["objects"];
-}
-
-json Rig::object(const std::string& name) const {
-    return connections_->call("object.get", {{"name", name}});
-}
-
-json Rig::spawn_object(const std::string& name, const std::string& model, const json& keys) const {
-    json params = keys;
-    params["name"] = name;
-    params["model"] = model;
-    return connections_->call("object.spawn", params);
-}
-
-json Rig::set_object(const std::string& name, const json& keys) const {
-    json params = keys;
-    params["name"] = name;
-    return connections_->call("object.set", params);
-}
-
-void Rig::remove_object(const std::string& name) const {
-    connections_->call("object.remove", {{"name", name}});
+std::int64_t Rig::steer_actors(const std::vector<Steering>& actors) const {
+    return connections_->call("actor.steer", {{"actors", json_of(actors)}}).value("applied_ns", std::int64_t{0});
 }
 
 void Rig::remove_actor(const std::string& name) const {
     connections_->call("actor.remove", {{"name", name}});
 }
 
-json Rig::set_fault(const std::string& camera, const std::string& kind, json params) const {
+std::vector<ObjectState> Rig::objects() const {
+    return read_list<ObjectState>("objects", connections_->call("object.list"));
+}
+
+ObjectInfo Rig::object(const std::string& name) const {
+    return read_answer<ObjectInfo>("object", connections_->call("object.get", {{"name", name}}));
+}
+
+Applied<ObjectState> Rig::spawn_object(const std::string& name, const std::string& model,
+                                       const ObjectOptions& options) const {
+    json params = json_of(options);
+    params["name"] = name;
+    params["model"] = model;
+    return read_applied<ObjectState>("object", connections_->call("object.spawn", params));
+}
+
+Applied<ObjectState> Rig::set_object(const std::string& name, const ObjectChanges& changes) const {
+    json params = json_of(changes);
+    params["name"] = name;
+    return read_applied<ObjectState>("object", connections_->call("object.set", params));
+}
+
+void Rig::remove_object(const std::string& name) const {
+    connections_->call("object.remove", {{"name", name}});
+}
+
+std::vector<EventState> Rig::events() const {
+    return read_list<EventState>("events", connections_->call("event.list"));
+}
+
+Applied<EventState> Rig::add_event(const std::string& name, const json& when, const json& actions, int limit) const {
+    const json params{{"name", name}, {"when", when}, {"do", actions}, {"limit", limit}};
+    return read_applied<EventState>("event", connections_->call("event.add", params));
+}
+
+void Rig::remove_event(const std::string& name) const {
+    connections_->call("event.remove", {{"name", name}});
+}
+
+EventLog Rig::wait_events(std::int64_t since, std::chrono::milliseconds timeout) const {
+    const double timeout_s = std::chrono::duration<double>(timeout).count();
+    const json params{{"since", since}, {"timeout_s", timeout_s}};
+    return read_answer<EventLog>("events", connections_->call("event.wait", params, timeout + answer_margin));
+}
+
+Applied<FaultState> Rig::set_fault(const std::string& camera, const std::string& kind,
+                                   const FaultOptions& options) const {
+    json params = json_of(options);
     params["camera"] = camera;
     params["kind"] = kind;
-    return connections_->call("fault.set", std::move(params));
+    return read_applied<FaultState>("fault", connections_->call("fault.set", params));
 }
 
 std::int64_t Rig::clear_faults(const std::string& camera) const {
@@ -150,25 +174,8 @@ std::int64_t Rig::clear_fault(std::int64_t id) const {
     return connections_->call("fault.clear", {{"id", id}})["cleared"];
 }
 
-json Rig::faults() const {
-    return connections_->call("fault.list")["faults"];
-}
-
-json Rig::events() const {
-    return connections_->call("event.list")["events"];
-}
-
-json Rig::add_event(const std::string& name, const json& when, const json& actions, int limit) const {
-    return connections_->call("event.add", {{"name", name}, {"when", when}, {"do", actions}, {"limit", limit}});
-}
-
-void Rig::remove_event(const std::string& name) const {
-    connections_->call("event.remove", {{"name", name}});
-}
-
-json Rig::wait_events(std::int64_t since, std::chrono::milliseconds timeout) const {
-    const double timeout_s = std::chrono::duration<double>(timeout).count();
-    return connections_->call("event.wait", {{"since", since}, {"timeout_s", timeout_s}}, timeout + answer_margin);
+std::vector<FaultState> Rig::faults() const {
+    return read_list<FaultState>("faults", connections_->call("fault.list"));
 }
 
 json Rig::stats() const {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 
 #include "control/rpc/generated_files.h"
@@ -150,6 +151,12 @@ const std::vector<Method>& documented_methods() {
     static RpcContext context{no_rig, no_rig};
     static const std::vector<Method> methods = make_methods(context, [] { return nlohmann::json::object(); });
     return methods;
+}
+
+const Method& documented_method(std::string_view name) {
+    const auto found = std::ranges::find(documented_methods(), name, &Method::name);
+    CHECK(found != documented_methods().end());
+    return *found;
 }
 
 std::string control_protocol_markdown(const std::vector<Method>& methods) {

@@ -1,4 +1,4 @@
-#include "control/rpc/methods.h"
+#include "control/rpc/method_fields.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/world_fields.h"
 
@@ -34,8 +34,6 @@ auto reading(Read read) {
 
 std::vector<Method> actor_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<engine::RemoveActor>> remove{
-        world::name_at<&engine::RemoveActor::name>({.name = "name", .doc = "name of the actor", .required = true})};
     const std::vector<FieldOf<engine::SteerActors>> steer{world::list_at<&engine::SteerActors::actors>(
         {.name = "actors",
          .doc = "each {name, velocity: [x, y, z] m/s, or position: [x, y, z] reached after `seconds` (default 0: at "
@@ -82,13 +80,8 @@ std::vector<Method> actor_methods(RpcContext& context) {
          .errors = {invalid_argument, not_found},
          .handler = handler_of(context, steer, applied_json),
          .example = R"({"actors": [{"name": "anna", "velocity": [1.2, 0, 0], "clip": "walk"}]})"},
-        {.name = "actor.remove",
-         .summary = "Takes an actor out of the world; what it carries is put down.",
-         .params = descriptions_of(remove),
-         .result = {applied_field},
-         .errors = {invalid_argument, not_found},
-         .handler = handler_of(context, remove, applied_json),
-         .example = R"({"name": "anna"})"},
+        remove_method<engine::RemoveActor>(context, "actor",
+                                           "Takes an actor out of the world; what it carries is put down.", "anna"),
     };
 }
 

@@ -1,4 +1,4 @@
-#include "control/rpc/methods.h"
+#include "control/rpc/method_fields.h"
 #include "core/world/read/event_json.h"
 #include "core/world/world_fields.h"
 
@@ -33,8 +33,6 @@ Result<engine::AddEvent> read_added(JsonReader& reader) {
 
 std::vector<Method> event_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<engine::RemoveEvent>> remove{
-        world::name_at<&engine::RemoveEvent::name>({.name = "name", .doc = "name of the event", .required = true})};
     const std::vector<FieldOf<engine::WaitEvents>> wait{
         field_at<&engine::WaitEvents::since>({.name = "since", .doc = "number of the last event that is known"}),
         world::seconds_at<&engine::WaitEvents::timeout_ns>({.name = "timeout_s",
@@ -59,25 +57,26 @@ std::vector<Method> event_methods(RpcContext& context) {
          .errors = {invalid_argument, already_exists, not_found, resource_exhausted},
          .handler = handler_of(context, read_added, change_json<world::EventReport>),
          .example = R"({"name": "alarm", "when": {"every_s": 60}, "do": [{"action": "user", "data": {"level": 2}}]})"},
-        {.name = "event.remove",
-         .summary = "Removes an event; what it has done stays.",
-         .params = descriptions_of(remove),
-         .result = {{"applied_ns", "integer", "world time from which it is gone", false, "ns"}},
-         .errors = {invalid_argument, not_found},
-         .handler = handler_of(context, remove, applied_json),
-         .example = R"({"name": "alarm"})"},
+        remove_method<engine::RemoveEvent>(context, "event", "Removes an event; what it has done stays.", "alarm"),
         {.name = "event.wait",
          .summary =
              "The events that have fired after number `since`, oldest first; waits for one when there is none. Begin "
              "with 0 and go on with `last`. Requests on one connection are answered in order, so who waits long "
              "takes a connection of its own. The rig keeps the newest 1024.",
          .params = descriptions_of(wait),
-         .result =
-             {{"events", "array of objects",
-               "each sequence, event (its name), world_ns, actor (who entered, left, met or arrived, else empty), "
-               "data (of its user actions) and errors (actions that could not be done)"},
-              {"last", "integer", "number of the newest event of all"},
-              {"missed", "integer", "events after `since` that are not kept any more"}},
+         .result = {{.name = "events",
+                     .type = "array of objects",
+                     .doc = "each sequence, event (its name), world_ns, actor (who entered, left, met or arrived, else "
+                            "empty), data (of its user actions) and errors (actions that could not be done)",
+                     .parts = {{"sequence", "integer", "its number"},
+                               {"event", "string", "its name"},
+                               {"world_ns", "integer", "world time at which it fired", false, "ns"},
+                               {"actor", "string", "who entered, left, met or arrived; else empty"},
+                               {"data", "array", "of its user actions"},
+                               {"errors", "array of strings", "actions that could not be done"}},
+                     .shape = "FiredEvent"},
+                    {"last", "integer", "number of the newest event of all"},
+                    {"missed", "integer", "events after `since` that are not kept any more"}},
          .errors = {invalid_argument, resource_exhausted},
          .handler = handler_of(context, wait, log_json),
          .example = R"({"since": 0, "timeout_s": 0})",

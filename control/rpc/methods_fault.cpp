@@ -26,7 +26,11 @@ std::vector<Field> fault_result() {
             {"kind", "string", "what goes wrong"},
             {"layer", "string", "where: body, optics, sensor, driver or transport; faults act in this order"},
             {"start_ns", "integer", "world time from which on it is there", false, "ns"},
-            {"end_ns", "integer or null", "world time at which it is over; null: when it is cleared", false, "ns"},
+            {.name = "end_ns",
+             .type = "integer or null",
+             .doc = "world time at which it is over",
+             .unit = "ns",
+             .null = "when it is cleared"},
             {"severity", "number", "0 to 1"},
             {"seed", "integer", "of what is random in it"},
             {"params", "object", "of that kind, all of them"}};

@@ -186,14 +186,10 @@ std::vector<Method> frame_methods(RpcContext& context) {
              .result =
                  {{"camera", "string", "its name"},
                   {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
-                  {"time_ns", "integer", "world time it shows", false, "ns"},
-                  {"monotonic_ns", "integer", "CLOCK_MONOTONIC time of that instant", false, "ns"},
-                  {"stamp_ns", "integer",
-                   "of a camera with a clock or a sensor, beside `time_ns`: the instant as its clock has it; with a "
-                   "sensor the begin of the exposure",
-                   false, "ns"},
-                  {"steady_ns", "integer",
-                   "of such a camera, beside `monotonic_ns`: the same as its monotonic clock has it", false, "ns"},
+                  time_field,
+                  monotonic_field,
+                  stamp_field,
+                  steady_field,
                   {"size", "[width, height]", "size of the picture", false, "px"},
                   {"kind", "string", "as asked"},
                   {"format", "string", "as asked"},

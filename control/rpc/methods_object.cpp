@@ -1,4 +1,4 @@
-#include "control/rpc/methods.h"
+#include "control/rpc/method_fields.h"
 #include "core/truth/posed_object.h"
 #include "core/world/read/object_json.h"
 #include "core/world/world_fields.h"
@@ -9,7 +9,6 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* object_shows = "world time from which it shows";
-const Field object_applied{"applied_ns", "integer", object_shows, false, "ns"};
 
 /// What object.get is asked.
 struct ObjectQuestion {
@@ -71,14 +70,16 @@ void get_object(RpcContext& context, const std::vector<FieldOf<ObjectQuestion>>&
 
 std::vector<Method> object_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<engine::RemoveObject>> remove{
-        world::name_at<&engine::RemoveObject::name>({.name = "name", .doc = "name of the object", .required = true})};
     const std::vector<FieldOf<ObjectQuestion>> asked{world::name_at<&ObjectQuestion::name>(
         {.name = "name", .doc = "name of the object or actor", .required = true})};
     std::vector<Field> told = descriptions_of<world::ObjectReport>();
-    told.push_back({"box", "object or null",
-                    "{min: [x, y, z], max: [x, y, z]}: its box along the world's axes; null: nothing of it is drawn",
-                    false, "m"});
+    told.push_back({.name = "box",
+                    .type = "object or null",
+                    .doc = "its box along the world's axes",
+                    .unit = "m",
+                    .null = "nothing of it is drawn",
+                    .parts = {{.name = "min", .type = "[x, y, z]"}, {.name = "max", .type = "[x, y, z]"}},
+                    .shape = "Box"});
     told.push_back({"state_ns", "integer", "world time of the last step", false, "ns"});
     const auto read_set = [](JsonReader& reader) -> Result<engine::SetObject> {
         auto patch = read_all<world::ObjectPatch>(reader);
@@ -126,13 +127,7 @@ std::vector<Method> object_methods(RpcContext& context) {
          .errors = {invalid_argument, not_found},
          .handler = handler_of(context, read_set, change_json<world::ObjectReport>),
          .example = R"({"name": "table", "hidden": true})"},
-        {.name = "object.remove",
-         .summary = "Takes an object out of the world.",
-         .params = descriptions_of(remove),
-         .result = {object_applied},
-         .errors = {invalid_argument, not_found},
-         .handler = handler_of(context, remove, applied_json),
-         .example = R"({"name": "table"})"},
+        remove_method<engine::RemoveObject>(context, "object", "Takes an object out of the world.", "table"),
     };
 }
 

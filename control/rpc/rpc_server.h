@@ -89,6 +89,8 @@ std::vector<Method> make_methods(RpcContext& context, std::function<nlohmann::js
 
 /// The table without a rig, for documentation: every handler answers `unavailable`.
 const std::vector<Method>& documented_methods();
+/// One of them, which must be there.
+const Method& documented_method(std::string_view name);
 
 /// Methods, and the parameters of objects, for programs: what server.describe answers and `camrig methods --json`
 /// prints.

@@ -2,12 +2,10 @@
 
 #include <chrono>
 #include <map>
-#include <thread>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -15,6 +13,7 @@
 
 #include "control/rpc/json_rpc.h"
 #include "control/server/connection.h"
+#include "control/server/loop_thread.h"
 #include "core/base/clock.h"
 #include "core/base/descriptors.h"
 #include "core/base/log_pace.h"
@@ -31,17 +30,6 @@ namespace {
 constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
 /// Out of descriptors: accepting at once again would only burn the processor.
 constexpr std::chrono::milliseconds accept_pause{100};
-
-/// False when something threw (memory ran out): what it was about is lost, everything else goes on.
-bool run_until_thrown(asio::io_context& loop) {
-    try {
-        loop.run();
-        return true;
-    } catch (const std::exception& thrown) {
-        spdlog::error("control: {}", thrown.what());
-        return false;
-    }
-}
 
 }  // namespace
 
@@ -62,7 +50,8 @@ struct ControlServer::Impl {
     void begin_stop();
 
     const ControlServerOptions options;
-    asio::io_context loop{1};
+    LoopThread thread{"control"};
+    asio::io_context& loop = thread.loop();
     UnixListener unix_file;
     local::acceptor unix_acceptor{loop};
     tcp::acceptor tcp_acceptor{loop};
@@ -72,7 +61,7 @@ struct ControlServer::Impl {
     ConnectionShared shared{*options.rpc,
                             options.limits,
                             options.token,
-                            std::make_shared<LoopPost>(loop.get_executor()),
+                            thread.post(),
                             [this](Connection* connection) { closed(connection); },
                             [this](const std::string& peer) { count_wrong_token(peer); },
                             [this](Connection* connection) { return make_room(Transport::tcp, true, connection); }};
@@ -80,8 +69,6 @@ struct ControlServer::Impl {
     bool is_stopping = false;
     LiveConnectionCounts counts;
     LogPace token_log, refusal_log;
-    std::thread thread;
-    std::mutex stop_mutex;
 };
 
 Result<void> ControlServer::Impl::listen_unix() {
@@ -221,9 +208,7 @@ Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOption
                                                             .must_show_token = !self.options.token.empty(),
                                                             .authority = self.options.tcp_authority}),
                        asio::detached);
-    self.thread = std::thread([&self] {
-        while (!run_until_thrown(self.loop)) continue;
-    });
+    self.thread.start();
     return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
 }
 
@@ -245,12 +230,7 @@ ConnectionCounts ControlServer::counts() const {
 }
 
 void ControlServer::stop() {
-    std::lock_guard lock(impl_->stop_mutex);
-    if (!impl_->thread.joinable()) return;
-    (*impl_->shared.post)([impl = impl_.get()] { impl->begin_stop(); });
-    impl_->thread.join();
-    impl_->shared.post->disconnect();
-    impl_->unix_file.remove_file();
+    if (impl_->thread.stop([impl = impl_.get()] { impl->begin_stop(); })) impl_->unix_file.remove_file();
 }
 
 }  // namespace camrig::control

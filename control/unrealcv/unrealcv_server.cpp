@@ -1,17 +1,14 @@
 #include "control/unrealcv/unrealcv_server.h"
 
 #include <map>
-#include <mutex>
-#include <thread>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <pthread.h>
 #include <spdlog/spdlog.h>
 
+#include "control/server/loop_thread.h"
 #include "control/unrealcv/client_connection.h"
 #include "core/base/clock.h"
 #include "core/base/descriptors.h"
@@ -29,17 +26,6 @@ constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
 constexpr std::chrono::milliseconds accept_pause{100};
 constexpr std::size_t max_jobs = 64;
 
-/// False when something threw (memory ran out): what it was about is lost, everything else goes on.
-bool run_until_thrown(asio::io_context& loop) {
-    try {
-        loop.run();
-        return true;
-    } catch (const std::exception& thrown) {
-        spdlog::error("unrealcv: {}", thrown.what());
-        return false;
-    }
-}
-
 }  // namespace
 
 struct UnrealCvServer::Impl {
@@ -47,7 +33,7 @@ struct UnrealCvServer::Impl {
         : options(std::move(given)), door{.commands = commands, .frames = frames} {
         door.folder = options.folder;
         door.depth = options.depth;
-        door.post = std::make_shared<control::LoopPost>(loop.get_executor());
+        door.post = thread.post();
         door.workers = std::make_shared<stream::WorkerPool>(1, max_jobs);
         door.budget =
             ByteBudget::create(options.limits.picture_bytes,
@@ -60,15 +46,14 @@ struct UnrealCvServer::Impl {
     void begin_stop();
 
     const UnrealCvOptions options;
-    asio::io_context loop{1};
+    control::LoopThread thread{"unrealcv"};
+    asio::io_context& loop = thread.loop();
     tcp::acceptor acceptor{loop};
     DoorState door;
     std::map<ClientConnection*, std::shared_ptr<ClientConnection>> connections;
     LiveConnectionCounts counts;
     LogPace refusal_log;
     bool is_stopping = false;
-    std::thread thread;
-    std::mutex stop_mutex;
 };
 
 Result<void> UnrealCvServer::Impl::listen() {
@@ -146,10 +131,7 @@ Result<std::unique_ptr<UnrealCvServer>> UnrealCvServer::create(engine::CommandPo
     if (auto listening = impl->listen(); !listening) return std::unexpected(listening.error());
     Impl& self = *impl;
     asio::co_spawn(self.loop, self.accept_loop(), asio::detached);
-    self.thread = std::thread([&self] {
-        while (!run_until_thrown(self.loop)) continue;
-    });
-    pthread_setname_np(self.thread.native_handle(), "camrig-unrealcv");
+    self.thread.start();
     return std::unique_ptr<UnrealCvServer>(new UnrealCvServer(std::move(impl)));
 }
 
@@ -167,12 +149,7 @@ ConnectionCounts UnrealCvServer::counts() const {
 }
 
 void UnrealCvServer::stop() {
-    std::lock_guard lock(impl_->stop_mutex);
-    if (!impl_->thread.joinable()) return;
-    (*impl_->door.post)([impl = impl_.get()] { impl->begin_stop(); });
-    impl_->thread.join();
-    impl_->door.post->disconnect();
-    impl_->door.workers->stop();
+    if (impl_->thread.stop([impl = impl_.get()] { impl->begin_stop(); })) impl_->door.workers->stop();
 }
 
 }  // namespace camrig::unrealcv

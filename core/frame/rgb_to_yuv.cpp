@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "core/base/cpu_features.h"
+
 namespace camrig::frame {
 namespace {
 
@@ -81,15 +83,9 @@ void chroma_row_plain(YuvRange range, const std::byte* rgba_0, const std::byte* 
     range == YuvRange::full ? chroma_row_body<full_yuv>(rgba_0, rgba_1, width, u, v)
                             : chroma_row_body<limited_yuv>(rgba_0, rgba_1, width, u, v);
 }
-bool has_avx2() {
-    return __builtin_cpu_supports("avx2");
-}
 #else
 constexpr auto luma_row_avx2 = luma_row_plain;
 constexpr auto chroma_row_avx2 = chroma_row_plain;
-constexpr bool has_avx2() {
-    return false;
-}
 #endif
 
 }  // namespace

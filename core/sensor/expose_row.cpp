@@ -1,5 +1,6 @@
 #include "core/sensor/expose_row.h"
 
+#include "core/base/cpu_features.h"
 #include "core/sensor/row_loops.h"
 
 namespace camrig::sensor {
@@ -25,12 +26,7 @@ void count_electrons(const RowExposure& row, const float* mean_e, std::uint16_t*
 }
 
 bool has_wide_rows() {
-#if defined(__x86_64__)
-    static const bool has = __builtin_cpu_supports("avx2");
-    return has;
-#else
-    return false;
-#endif
+    return has_avx2();
 }
 
 }  // namespace camrig::sensor

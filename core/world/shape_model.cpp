@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/portable_math.h"
+#include "core/world/box_faces.h"
 
 namespace camrig::world {
 namespace {
@@ -111,18 +112,12 @@ ModelRef make(const GroundShape& ground) {
 ModelRef make(const BoxShape& box) {
     Mesher mesher;
     const glm::dvec3 middle(0.0, 0.0, 0.5 * box.size.z);
-    for (int axis = 0; axis < 3; ++axis) {
-        for (const double sign : {-1.0, 1.0}) {
-            glm::dvec3 out(0.0), right(0.0), up(0.0);
-            out[axis] = sign;
-            right[(axis + 1) % 3] = sign;
-            up[(axis + 2) % 3] = 1.0;
-            const auto first = static_cast<std::uint32_t>(mesher.primitive.positions.size());
-            for (const glm::dvec2 c : {glm::dvec2(-1, -1), glm::dvec2(1, -1), glm::dvec2(1, 1), glm::dvec2(-1, 1)})
-                mesher.corner(middle + 0.5 * box.size * (out + c.x * right + c.y * up), out, 0.5 * (c + 1.0));
-            for (const std::uint32_t index : {0u, 1u, 2u, 0u, 2u, 3u})
-                mesher.primitive.indices.push_back(first + index);
-        }
+    for (const BoxFace& face : box_faces()) {
+        const auto first = static_cast<std::uint32_t>(mesher.primitive.positions.size());
+        for (std::size_t c = 0; c < face.corners.size(); ++c)
+            mesher.corner(middle + 0.5 * box.size * face.corners[c], face.normal, 0.5 * (box_face_sides[c] + 1.0));
+        for (const auto& triangle : box_face_triangles)
+            for (const std::uint32_t index : triangle) mesher.primitive.indices.push_back(first + index);
     }
     Material material;
     material.base_color = {box.color, 1.0f};

@@ -46,7 +46,7 @@ def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
     wait_until(lambda: rig.camera("eye").get()["pose"]["pan_deg"] == pytest.approx(pose["pan_deg"] + 4), what="the button")
     wait_for_picture(page, turned, 1)
 
-    page.get_by_label("z (m)").fill("1.25")
+    page.get_by_label("z (m)", exact=True).fill("1.25")
     page.keyboard.press("Enter")
     wait_until(lambda: rig.camera("eye").get()["pose"]["position"][2] == 1.25, what="the number")
     # Parameters that only the rig's table tells of: a number, words, null, and one of an object.
@@ -203,6 +203,40 @@ def test_faults_are_set_listed_and_cleared(rig, browser):
         assert rig.fault.list() == []
         page.click(".tile[data-camera=lobby]")
         until(page, "document.querySelectorAll('#fault-list li').length === 0")
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_all_of_a_camera_is_shown_and_an_object_that_is_whole_is_changed_by_its_parts(rig, browser):
+    camera = rig.create_camera("bent", size=(320, 240), place="lobby", lens=("plumb_bob", [-0.2, 0.05, 0, 0, 0]), outputs=["mjpeg"], mount="anna")
+    with opened(browser, rig.page_url) as page:
+        page.click(".tile[data-camera=bent]")
+        fields = page.locator("#fields")
+        group = lambda name: fields.get_by_role("group", name=name, exact=True)  # noqa: E731
+        shown_texts = lambda page: page.evaluate("[...document.querySelectorAll('#fields label')].map(one => one.textContent)")  # noqa: E731
+        # The first controls are pose and picture in a form of their own.
+        labels = "[...document.querySelectorAll('#fields label, #fields legend')].map(one => one.textContent.toLowerCase())"
+        until(page, f"{labels}.some(one => one.startsWith('outputs'))")
+        shown = page.evaluate(labels)
+        for name in camera.get():
+            own = {"name": "near", "size": "width", "fps": "frames/s", "vfov_deg": "vertical view", "pose": "pan", "hfov_deg": "horizontal"}.get(name)
+            assert any(one.startswith(own or name.replace("_", " ")) for one in shown) or name in ("code_strip", "description"), (name, shown)
+        assert "mjpeg" in fields.get_by_label("Outputs").text_content()
+        assert f"Id {camera.get()['id']}" in shown_texts(page)
+
+        group("Lens").get_by_label("Coefficients").fill("-0.3 0.1 0 0 0")
+        page.keyboard.press("Enter")
+        wait_until(lambda: camera.get()["lens"]["coefficients"] == [-0.3, 0.1, 0, 0, 0], what="the coefficients")
+        assert camera.get()["lens"]["model"] == "plumb_bob"
+        group("Mount").get_by_label("Node").fill("head")
+        page.keyboard.press("Enter")
+        wait_until(lambda: camera.get()["mount"] == {"actor": "anna", "node": "head"}, what="the node")
+        mounted = group("Mount").get_by_label("Mount")
+        mounted.select_option(index=0)
+        wait_until(lambda: camera.get()["mount"] is None, what="the camera off its mount")
+        mounted.select_option("on")
+        group("Mount").get_by_label("Actor").fill("mei")
+        page.keyboard.press("Enter")
+        wait_until(lambda: (camera.get()["mount"] or {}).get("actor") == "mei", what="the other mount")
 
 
 def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):

@@ -2,29 +2,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "core/base/json_reader.h"
 #include "tools/camrig/cli_commands.h"
+#include "tools/camrig/cli_field_options.h"
 
 namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::size_t max_option_bytes = std::size_t{1} << 20;
-
-/// An option that takes JSON: a behaviour, a trigger, actions.
-struct JsonOption {
-    const char* key;
-    std::string text = {};
-
-    Result<void> put(json& params) const {
-        if (text.empty()) return {};
-        auto value = parse_json(text, max_option_bytes);
-        if (!value) return at(std::string("--") + key, value.error());
-        params[key] = std::move(*value);
-        return {};
-    }
-};
 
 std::string vector_words(const json& numbers) {
     std::string text;
@@ -58,54 +42,17 @@ int list_events(const CliContext& context) {
     return context.print(*answer, table(rows, 2));
 }
 
-/// `spawn` and `set`: what both take.
-struct ActorOptions {
-    std::string name, model, object_class, position, play;
-    std::optional<double> yaw_deg, scale;
-    JsonOption behaviour{"behaviour"}, attach{"attach"};
-
-    void add_to(CLI::App& command) {
-        command.add_option("NAME", name, "the actor")->required();
-        command.add_option("--position", position, "X,Y,Z in metres");
-        command.add_option("--yaw-deg", yaw_deg, "where it looks, counter-clockwise from +x");
-        command.add_option("--behaviour", behaviour.text, "JSON, as in a scene file");
-        command.add_option("--attach", attach.text, "JSON: {\"actor\": NAME, \"node\": NODE}");
-    }
-    Result<json> params() const {
-        json params{{"name", name}};
-        if (!model.empty()) params["model"] = model;
-        if (!object_class.empty()) params["class"] = object_class;
-        if (!position.empty()) {
-            auto numbers = parse_numbers("--position", position, 3);
-            if (!numbers) return numbers;
-            params["position"] = std::move(*numbers);
-        }
-        if (yaw_deg) params["yaw_deg"] = *yaw_deg;
-        if (scale) params["scale"] = *scale;
-        if (!play.empty()) params["play"] = play == "none" ? "" : play;
-        for (const JsonOption* option : {&behaviour, &attach})
-            if (auto good = option->put(params); !good) return std::unexpected(good.error());
-        return params;
-    }
-};
-
 void add_actor_change(CLI::App& group, CliContext& context, bool spawns) {
-    auto options = std::make_shared<ActorOptions>();
+    const std::string method = spawns ? "actor.spawn" : "actor.set";
     CLI::App* command = spawns ? group.add_subcommand("spawn", "puts an actor into the world")
                                : group.add_subcommand("set", "changes an actor; what is not given stays");
-    options->add_to(*command);
-    if (spawns) {
-        command->add_option("--model", options->model, "a model of the scene")->required();
-        command->add_option("--class", options->object_class, "what ground truth calls it");
-        command->add_option("--scale", options->scale, "of the model");
-    } else {
-        command->add_option("--play", options->play, "a clip over that of its behaviour; none: no longer");
-    }
-    command->callback([options, spawns, &context] {
-        context.action = [options, spawns, &context] {
-            auto params = options->params();
-            if (!params) return context.usage(params.error().message);
-            auto actor = context.call(spawns ? "actor.spawn" : "actor.set", *params);
+    const MethodParams params = make_params();
+    add_field_options(*command, params, params_of(method));
+    command->callback([params, method, &context] {
+        context.action = [params, method, &context] {
+            // Easier to type than an empty word.
+            if (params->value("play", "") == "none") (*params)["play"] = "";
+            auto actor = context.call(method, *params);
             return actor ? context.print(*actor, actor_words(*actor)) : context.fail(actor.error());
         };
     });
@@ -113,36 +60,18 @@ void add_actor_change(CLI::App& group, CliContext& context, bool spawns) {
 
 /// One actor at a time; programs that steer many speak to the socket.
 void add_steer(CLI::App& group, CliContext& context) {
-    struct Options {
-        std::string name, velocity, position, clip;
-        std::optional<double> seconds, yaw_deg;
-    };
-    auto options = std::make_shared<Options>();
     CLI::App* steer = group.add_subcommand("steer", "moves an actor by hand; it keeps its velocity until told another");
-    steer->add_option("NAME", options->name, "the actor")->required();
-    auto* velocity = steer->add_option("--velocity", options->velocity, "X,Y,Z in m/s");
-    auto* position = steer->add_option("--position", options->position, "X,Y,Z in metres")->excludes(velocity);
-    steer->add_option("--seconds", options->seconds, "until it is at the position; by default at once")
-        ->needs(position);
-    steer->add_option("--yaw-deg", options->yaw_deg, "where it looks; by default the way it moves");
-    steer->add_option("--clip", options->clip, "that it plays");
-    steer->callback([options, &context] {
-        context.action = [options, &context] {
-            json actor{{"name", options->name}};
-            for (const auto& [key, text] :
-                 {std::pair{"velocity", options->velocity}, {"position", options->position}}) {
-                if (text.empty()) continue;
-                auto numbers = parse_numbers(std::string("--") + key, text, 3);
-                if (!numbers) return context.usage(numbers.error().message);
-                actor[key] = std::move(*numbers);
-            }
-            if (options->seconds) actor["seconds"] = *options->seconds;
-            if (options->yaw_deg) actor["yaw_deg"] = *options->yaw_deg;
-            if (!options->clip.empty()) actor["clip"] = options->clip;
-            auto applied = context.call("actor.steer", {{"actors", json::array({actor})}});
-            return applied ? context.print(*applied, options->name + ": steered, shown from world time " +
-                                                         seconds_text((*applied).at("applied_ns")))
-                           : context.fail(applied.error());
+    const MethodParams actor = make_params();
+    add_field_options(*steer, actor, params_of("actor.steer").front().parts);
+    CLI::Option* const position = steer->get_option("--position")->excludes(steer->get_option("--velocity"));
+    steer->get_option("--seconds")->needs(position);
+    steer->callback([actor, &context] {
+        context.action = [actor, &context] {
+            auto applied = context.call("actor.steer", {{"actors", json::array({*actor})}});
+            return applied
+                       ? context.print(*applied, plain_text(actor->at("name")) + ": steered, shown from world time " +
+                                                     seconds_text((*applied).at("applied_ns")))
+                       : context.fail(applied.error());
         };
     });
 }
@@ -160,25 +89,13 @@ void add_remove(CLI::App& group, CliContext& context, const std::string& method)
 }
 
 void add_event_add(CLI::App& group, CliContext& context) {
-    struct Options {
-        std::string name;
-        JsonOption when{"when"}, actions{"do"};
-        std::optional<int> limit;
-    };
-    auto options = std::make_shared<Options>();
     CLI::App* add = group.add_subcommand("add", "adds an event");
-    add->add_option("NAME", options->name, "its name")->required();
-    add->add_option("--when", options->when.text, "JSON: what makes it fire, e.g. {\"at_s\": 30}")->required();
-    add->add_option("--do", options->actions.text, "JSON: a list of what happens then");
-    add->add_option("--limit", options->limit, "how often it fires at most");
-    add->callback([options, &context] {
-        context.action = [options, &context] {
-            json params{{"name", options->name}};
-            for (const JsonOption* option : {&options->when, &options->actions})
-                if (auto good = option->put(params); !good) return context.usage(good.error().message);
-            if (options->limit) params["limit"] = *options->limit;
-            auto event = context.call("event.add", params);
-            return event ? context.print(*event, options->name + ": waits from world time " +
+    const MethodParams params = make_params();
+    add_field_options(*add, params, params_of("event.add"));
+    add->callback([params, &context] {
+        context.action = [params, &context] {
+            auto event = context.call("event.add", *params);
+            return event ? context.print(*event, plain_text(params->at("name")) + ": waits from world time " +
                                                      seconds_text((*event).at("applied_ns")))
                          : context.fail(event.error());
         };

@@ -11,6 +11,7 @@
 
 #include "core/base/write_file.h"
 #include "core/camera/calibration_file.h"
+#include "core/camera/lens_traits.h"
 #include "core/world/camera_json.h"
 
 namespace camrig::cli {
@@ -84,9 +85,7 @@ Result<void> put_calibration(const CameraOptions& options, json& params) {
     if (!calibration) return at("--calibration", calibration.error());
     const auto& [fx, fy, cx, cy] = calibration->intrinsics;
     // ROS has no name for a pinhole and writes plumb_bob with zeros; here it has one.
-    const bool distorts = calibration->lens.model == camera::LensModel::equidistant ||
-                          std::ranges::any_of(calibration->lens.coefficients, [](double k) { return k != 0.0; });
-    const camera::Lens lens = distorts ? calibration->lens : camera::Lens{};
+    const camera::Lens lens = is_plain(calibration->lens) ? camera::Lens{} : calibration->lens;
     const auto& k = lens.coefficients;
     params["size"] = {calibration->size.width, calibration->size.height};
     params["intrinsics"] = {{"fx", fx}, {"fy", fy}, {"cx", cx}, {"cy", cy}};

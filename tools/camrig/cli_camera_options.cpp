@@ -8,6 +8,7 @@
 #include "core/base/output_family.h"
 #include "core/world/camera_fields.h"
 #include "tools/camrig/cli_context.h"
+#include "tools/camrig/cli_field_options.h"
 
 namespace camrig::cli {
 namespace {
@@ -122,14 +123,6 @@ bool is_from_table(const Field& field) {
     const std::string type = field.plain_type();
     return type == "boolean" || type == "number" || type == "integer" || type == "string" ||
            (type == "object" && !field.is_whole && !field.parts.empty());
-}
-
-/// Documentation for a terminal.
-std::string words_of(const Field& field) {
-    std::string text = field.doc_text();
-    std::erase(text, '`');
-    if (const auto null = text.find("null: "); null != std::string::npos) text.replace(null, 4, "none");
-    return field.unit.empty() ? text : field.unit + (text.empty() ? "" : "; " + text);
 }
 
 void add_from_table(CLI::App& command, CameraOptions::FromTable& given) {

@@ -6,12 +6,12 @@
 
 #include "core/world/read/fault_json.h"
 #include "tools/camrig/cli_commands.h"
+#include "tools/camrig/cli_field_options.h"
 
 namespace camrig::cli {
 namespace {
 
 using nlohmann::json;
-using Params = std::shared_ptr<json>;
 
 std::string world_seconds(const json& ns) {
     return ns.is_null() ? "cleared" : plain_text(json(ns.get<double>() * 1e-9)) + " s";
@@ -25,26 +25,9 @@ std::string faults_text(const json& faults) {
     return rows.size() == 1 ? "no camera fails" : table(rows);
 }
 
-/// An option that sets `key` of `params`, in the JSON type of the field.
-void add_option(CLI::App& app, const Params& params, const std::string& group, const Field& field,
-                const std::string& help) {
-    const auto set = [params, group, key = field.name](json value) {
-        (group.empty() ? *params : (*params)[group])[key] = std::move(value);
-    };
-    const std::string option = "--" + field.option_text(), type = field.plain_type();
-    if (type == "number")
-        app.add_option_function<double>(option, set, help);
-    else if (type == "integer")
-        app.add_option_function<std::int64_t>(option, set, help);
-    else if (type == "boolean")
-        app.add_option_function<bool>(option, set, help);
-    else
-        app.add_option_function<std::string>(option, set, help);
-}
-
 void add_set(CLI::App& group, CliContext& context) {
     CLI::App* const app = group.add_subcommand("set", "lets a camera fail");
-    const auto params = std::make_shared<json>(json::object());
+    const MethodParams params = make_params();
     const auto text = [&](const char* name, const char* key, const char* help) {
         return app->add_option_function<std::string>(
             name, [params, key](const std::string& value) { (*params)[key] = value; }, help);
@@ -52,7 +35,7 @@ void add_set(CLI::App& group, CliContext& context) {
     text("NAME", "camera", "the camera")->required();
     text("KIND", "kind", "what goes wrong; camrig fault kinds")->required()->check(CLI::IsMember(world::fault_names()));
     for (const Field& field : descriptions_of(world::timed_fault_fields()))
-        if (field.name != "kind" && field.name != "params") add_option(*app, params, "", field, field.doc_text());
+        if (field.name != "kind" && field.name != "params") add_field_option(*app, params, field);
     // What several kinds have is one option.
     std::vector<Field> shown;
     for (const auto& kind : fault::fault_kinds()) {
@@ -64,7 +47,7 @@ void add_set(CLI::App& group, CliContext& context) {
                 if (std::ranges::find(other.description.fields, field.name, &Field::name) !=
                     other.description.fields.end())
                     of += (of.empty() ? "of " : ", ") + other.description.name;
-            add_option(*app, params, "params", field, of);
+            add_field_option(*app, params, field, {.group = "params", .help = of, .takes_word = true});
         }
     }
     app->callback([params, &context] {
@@ -77,7 +60,7 @@ void add_set(CLI::App& group, CliContext& context) {
 
 void add_clear(CLI::App& group, CliContext& context) {
     CLI::App* const app = group.add_subcommand("clear", "ends faults");
-    const auto params = std::make_shared<json>(json::object());
+    const MethodParams params = make_params();
     app->add_option_function<std::string>(
         "NAME", [params](const std::string& name) { (*params)["camera"] = name; }, "of this camera");
     app->add_option_function<std::int64_t>("--id", [params](std::int64_t id) { (*params)["id"] = id; }, "this fault");
@@ -95,7 +78,7 @@ void add_clear(CLI::App& group, CliContext& context) {
 
 void add_list(CLI::App& group, CliContext& context) {
     CLI::App* const app = group.add_subcommand("list", "the faults that are not over");
-    const auto params = std::make_shared<json>(json::object());
+    const MethodParams params = make_params();
     app->add_option_function<std::string>(
         "NAME", [params](const std::string& name) { (*params)["camera"] = name; }, "of this camera");
     app->callback([params, &context] {

@@ -1,9 +1,9 @@
 #include <memory>
-#include <optional>
 
 #include <CLI/CLI.hpp>
 
 #include "tools/camrig/cli_commands.h"
+#include "tools/camrig/cli_field_options.h"
 
 namespace camrig::cli {
 namespace {
@@ -42,41 +42,22 @@ void add_by_name(CLI::App& group, CliContext& context, const char* verb, const s
 
 /// spawn and set.
 void add_change(CLI::App& group, CliContext& context, bool spawns) {
-    struct Options {
-        std::string name;
-        std::optional<std::string> model, object_class;
-        std::vector<double> position;
-        std::optional<double> yaw_deg, scale;
-        bool hidden = false, shown = false;
-    };
-    auto options = std::make_shared<Options>();
+    const std::string method = spawns ? "object.spawn" : "object.set";
     CLI::App* command =
         spawns ? group.add_subcommand("spawn", "puts an object into the world, which stands where it is")
                : group.add_subcommand("set", "hides, shows, scales an object or an actor, or moves an object");
-    command->add_option("NAME", options->name, "of the object")->required();
-    if (spawns) {
-        command->add_option("--model", options->model, "a model of the scene")->required();
-        command->add_option("--class", options->object_class, "what ground truth calls it");
-    } else {
-        auto* hidden = command->add_flag("--hidden", options->hidden, "in no picture and no ground truth");
-        command->add_flag("--shown", options->shown, "seen again")->excludes(hidden);
+    const MethodParams params = make_params();
+    add_field_options(*command, params, params_of(method));
+    if (!spawns) {
+        const auto show = [params](std::int64_t) { (*params)["hidden"] = false; };
+        command->add_flag_function("--shown", show, "seen again")->excludes(command->get_option("--hidden"));
     }
-    command->add_option("--position", options->position, "X,Y,Z of its origin")->delimiter(',')->expected(3);
-    command->add_option("--yaw-deg", options->yaw_deg, "counter-clockwise from above");
-    command->add_option("--scale", options->scale, "of the model");
-    command->callback([options, spawns, &context] {
-        context.action = [options, spawns, &context] {
-            json params{{"name", options->name}};
-            if (options->model) params["model"] = *options->model;
-            if (options->object_class) params["class"] = *options->object_class;
-            if (!options->position.empty()) params["position"] = options->position;
-            if (options->yaw_deg) params["yaw_deg"] = *options->yaw_deg;
-            if (options->scale) params["scale"] = *options->scale;
-            if (options->hidden || options->shown) params["hidden"] = options->hidden;
-            auto object = context.call(spawns ? "object.spawn" : "object.set", params);
+    command->callback([params, method, &context] {
+        context.action = [params, method, &context] {
+            auto object = context.call(method, *params);
             if (!object) return context.fail(object.error());
-            return context.print(*object, options->name + ": at " + place_words(*object) + ", shown from world time " +
-                                              seconds_text((*object).at("applied_ns")));
+            return context.print(*object, plain_text(params->at("name")) + ": at " + place_words(*object) +
+                                              ", shown from world time " + seconds_text((*object).at("applied_ns")));
         };
     });
 }

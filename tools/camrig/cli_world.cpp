@@ -17,7 +17,7 @@ using nlohmann::json;
 constexpr std::chrono::seconds answer_margin{20};
 constexpr std::chrono::seconds load_timeout{600};
 
-std::string words_of(const json& world) {
+std::string world_words(const json& world) {
     std::string places;
     for (const json& place : world.at("places")) places += (places.empty() ? "" : ", ") + plain_text(place);
     const bool is_lockstep = world.at("mode") == "lockstep";
@@ -35,7 +35,7 @@ std::string words_of(const json& world) {
 }
 
 int show(const CliContext& context, const Result<json>& world) {
-    return world ? context.print(*world, words_of(*world)) : context.fail(world.error());
+    return world ? context.print(*world, world_words(*world)) : context.fail(world.error());
 }
 
 void add_step(CLI::App& group, CliContext& context) {

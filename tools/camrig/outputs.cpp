@@ -23,24 +23,39 @@ Opened open_device_outputs(const OutputHost& host) {
     return DeviceOutputs::create(host.bus, host.commands, host.device_socket);
 }
 
+/// What families are made with.
+struct RegisterContext {
+    std::shared_ptr<onvif::DevicePorts> ports;  ///< of cameras that are ONVIF devices: the HTTP server's
+};
+
+template <OutputFamily (*family)()>
+OutputFamily made_with_nothing(const RegisterContext&) {
+    return family();
+}
+
+OutputFamily made_with_ports(const RegisterContext& context) {
+    return onvif::onvif_family(context.ports);
+}
+
 /// The outputs that camrig has: to add a family is a line here.
 struct {
-    OutputFamily (*family)();
+    OutputFamily (*family)(const RegisterContext& context);
     Opened (*open)(
         const OutputHost& host);  ///< null: a server has such a stream of every camera, and reads the options
 } constexpr outputs[] = {
-    {device::loopback_family, open_loopback_outputs},
-    {device::device_family, open_device_outputs},
-    {rtsp::rtsp_family, nullptr},
-    {http::mjpeg_family, nullptr},
+    {made_with_nothing<device::loopback_family>, open_loopback_outputs},
+    {made_with_nothing<device::device_family>, open_device_outputs},
+    {made_with_nothing<rtsp::rtsp_family>, nullptr},
+    {made_with_nothing<http::mjpeg_family>, nullptr},
+    {made_with_ports, nullptr},
 };
 
 }  // namespace
 
 void register_outputs(std::shared_ptr<onvif::DevicePorts> ports) {
     std::vector<OutputFamily> families;
-    for (const auto& output : outputs) families.push_back(output.family());
-    families.push_back(onvif::onvif_family(std::move(ports)));  // whose ports are the HTTP server's
+    const RegisterContext context{std::move(ports)};
+    for (const auto& output : outputs) families.push_back(output.family(context));
     set_output_families(std::move(families));
 }
 

@@ -2,43 +2,23 @@
 
 #include <csignal>
 #include <cstdio>
-#include <future>
 #include <new>
 #include <string_view>
-#include <thread>
-#include <vector>
 
 #include <fcntl.h>
 #include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include "control/onvif/discovery_server.h"
-#include "control/onvif/onvif_output.h"
-#include "control/onvif/onvif_service.h"
-#include "control/rpc/rpc_server.h"
-#include "control/server/control_server.h"
-#include "control/unrealcv/unrealcv_server.h"
-#include "control/web/page_files.h"
-#include "core/base/clock.h"
-#include "core/base/command_key.h"
 #include "core/base/descriptors.h"
-#include "core/base/tcp_listener.h"
-#include "core/base/token.h"
-#include "core/stream/local_frame_bus.h"
-#include "core/truth/truth_json.h"
-#include "rtsp_out/http/http_server.h"
-#include "rtsp_out/rtsp/rtsp_server.h"
-#include "tools/camrig/outputs.h"
-#include "tools/camrig/rig_folder.h"
-#include "tools/camrig/server_facts.h"
-#include "tools/camrig/version.h"
+#include "tools/camrig/rig_inputs.h"
+#include "tools/camrig/rig_servers.h"
+#include "tools/camrig/running_rig.h"
 
 // The composition root: makes every part, plugs them together, and takes them down in the opposite order.
 namespace camrig::cli {
 namespace {
 
-constexpr std::size_t max_truths_waiting = 64;
 constexpr int max_heaps = 2;
 /// Memory of this size and more goes back to the system when it is freed.
 constexpr int mapped_bytes = 1 << 18;
@@ -76,8 +56,6 @@ public:
         int signal = 0;
         sigwait(&signals_, &signal);
     }
-    /// From any thread.
-    static void raise() { ::kill(::getpid(), SIGTERM); }
 
 private:
     sigset_t signals_{};
@@ -102,369 +80,40 @@ Result<void> check_ready_fd(int fd) {
                      number + ">FILE");
 }
 
-/// Who may command over HTTP and TCP; the owner of the Unix socket always may.
-struct NetworkAccess {
-    std::string key = {};     ///< asked for with commands; empty: none, or the token's matter
-    std::string secret = {};  ///< what TCP asks for: the token, else the key
-    control::Authority authority = control::Authority::command;
-    std::string how_to_command = {};  ///< told to whom a command was refused
-};
-
-Result<NetworkAccess> network_access(const ServeOptions& options, const std::string& token) {
-    NetworkAccess access{.secret = token};
-    if (options.read_only) {
-        access.authority = control::Authority::look;
-        access.how_to_command = "this rig takes commands on its control socket " + options.control +
-                                " only (it was started with --read-only)";
-    } else if (token.empty() && !options.open_loopback) {
-        auto key = new_command_key();
-        if (!key) return std::unexpected(key.error());
-        access.key = access.secret = std::move(*key);
-        access.how_to_command =
-            "commands need this rig's key: open the page by the link that camrig serve printed (it ends in #key=...), "
-            "or "
-            "send 'Authorization: Bearer KEY' with the line in the rig's key file, which camrig call server.info names";
-    }
-    return access;
-}
-
-/// Where clients of this user find the key by themselves. Without them the rig goes on: the printed link carries the
-/// key, so that nobody stops a rig by taking a name in /tmp.
-std::vector<CommandKeyFile> write_key_files(const std::string& key, const http::HttpServer& http,
-                                            const control::ControlServer& control, ServerFacts& facts) {
-    std::vector<CommandKeyFile> files;
-    if (key.empty()) return files;
-    const auto write = [&](const std::string& address, std::uint16_t port) {
-        auto file = CommandKeyFile::create(key, address, port);
-        if (!file)
-            return spdlog::warn("{}; until then no client finds the key for commands by itself", file.error().message);
-        if (files.empty()) facts.add("key_file", file->path());
-        files.push_back(std::move(*file));
-    };
-    write(http.address(), http.port());
-    if (control.tcp_port() != 0) write(control.tcp_address(), control.tcp_port());
-    return files;
-}
-
-/// What the HTTP server asks of the rig. The engine's thread has no time for text, and the server's must not wait for
-/// it.
-http::HttpHooks http_hooks(control::RpcServer& rpc, control::Authority granted, engine::Engine& engine,
-                           stream::WorkerPool& truth_text) {
-    http::HttpHooks hooks;
-    hooks.rpc = [&rpc, granted](std::string body, bool may_command, std::function<void(http::RpcText)> reply) {
-        const auto done = [reply = std::move(reply)](control::RpcAnswer answer) {
-            auto claims = std::make_shared<std::vector<ByteBudget::Claim>>(std::move(answer.claims));
-            reply({std::move(answer.pieces), std::move(claims)});
-        };
-        rpc.handle(body, done, may_command ? granted : control::Authority::look);
-    };
-    hooks.stats = [&engine](std::function<void(stream::RigReport)> reply) {
-        engine.post(engine::Request<engine::GetStats>{{}, [reply = std::move(reply)](Result<stream::RigReport> report) {
-                                                          reply(report ? std::move(*report) : stream::RigReport{});
-                                                      }});
-    };
-    hooks.truth = [&engine, &truth_text](std::string camera, TimeNs min_ns,
-                                         std::function<void(Result<std::string>)> reply) {
-        engine.post(engine::Request<engine::GetTruth>{
-            {std::move(camera), min_ns}, [&truth_text, reply = std::move(reply)](Result<truth::TruthRef> truth) {
-                if (!truth) return reply(std::unexpected(truth.error()));
-                std::function<void()> job = [reply, truth = std::move(*truth)] {
-                    reply(truth_to_json(*truth).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-                };
-                if (!truth_text.post(std::move(job))) job();
-            }});
-    };
-    hooks.files = [](std::string_view path) -> std::optional<http::StaticFile> {
-        const auto file = control::page_file(path);
-        if (!file) return std::nullopt;
-        return http::StaticFile{std::string(file->content_type), std::make_shared<const std::string>(file->text)};
-    };
-    return hooks;
-}
-
-/// What ONVIF devices answer over HTTP.
-http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
-    http::DeviceHooks hooks;
-    hooks.caller = [&onvif](std::string_view method, std::string_view target, std::string_view authorization,
-                            bool shows_token) -> http::DeviceHooks::Caller {
-        onvif::Authentication& access = onvif.authentication();
-        if (access.is_open() || shows_token) return {.rank = static_cast<int>(onvif::Role::administrator)};
-        const TimeNs now_ns = realtime_now_ns();
-        const auto told = access.http_caller(method, target, authorization, now_ns);
-        if (told.role) return {.rank = static_cast<int>(*told.role)};
-        return {.is_stale = told.is_stale, .challenge = access.http_challenge(now_ns, told.is_stale)};
-    };
-    hooks.call = [&onvif](http::DeviceCall call, std::function<void(http::DeviceAnswer)> reply) {
-        onvif.handle({.device = std::move(call.device),
-                      .host = std::move(call.host),
-                      .path = std::move(call.path),
-                      .role = call.rank ? std::optional(static_cast<onvif::Role>(*call.rank)) : std::nullopt,
-                      .body = std::move(call.body)},
-                     [reply = std::move(reply)](onvif::OnvifReply made) {
-                         reply({.status = made.status,
-                                .content_type = "application/soap+xml; charset=utf-8",
-                                .text = std::move(made.text),
-                                .is_refused = made.is_refused,
-                                .asks_digest = made.asks_digest});
-                     });
-    };
-    return hooks;
-}
-
-/// The port of the device with every camera; 0: none is wanted.
-Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& http) {
-    if (!options.onvif_port) return 0;
-    std::promise<Result<std::uint16_t>> opened;
-    http.open_device_port("", *options.onvif_port,
-                          [&opened](Result<std::uint16_t> port) { opened.set_value(std::move(port)); });
-    return opened.get_future().get();
-}
-
-/// Null: it is not wanted.
-Result<std::unique_ptr<unrealcv::UnrealCvServer>> open_unrealcv(const ServeOptions& options, const std::string& scene,
-                                                                engine::Engine& engine) {
-    if (!options.unrealcv_port) return nullptr;
-    if (options.read_only)
-        return error(ErrorKind::invalid_argument,
-                     "--unrealcv: its clients command, and this rig was started with --read-only");
-    return unrealcv::UnrealCvServer::create(
-        engine, engine,
-        {.host = is_loopback_address(options.host) ? options.host : "127.0.0.1",
-         .port = *options.unrealcv_port,
-         .name = scene,
-         .folder = options.unrealcv_folder,
-         .depth = options.unrealcv_ray_depth ? unrealcv::Depth::ray_m : unrealcv::Depth::plane_cm});
-}
-
-/// The streams of a camera that can be read, as ONVIF tells them.
-std::vector<onvif::VideoStream> onvif_streams(const world::CameraSpec& camera) {
-    std::vector<onvif::VideoStream> streams;
-    for (const rtsp::StreamSettings& stream : rtsp::streams_of(camera.outputs, camera.size, camera.rate)) {
-        if (!rtsp::can_be_carried(stream)) continue;
-        std::string_view ending = rtsp::path_ending(stream.options);
-        if (!ending.empty()) ending.remove_prefix(1);
-        streams.push_back({.ending = std::string(ending),
-                           .codec = std::string(to_string(stream.options.codec)),
-                           .size = stream.size,
-                           .rate = stream.rate,
-                           .bitrate_kbps = stream.bitrate_kbps,
-                           .key_interval_s = stream.options.key_interval_s,
-                           .profile = stream.options.profile,
-                           .quality = stream.options.quality});
-    }
-    return streams;
-}
-
-onvif::Site onvif_site(const rtsp::RtspServer& rtsp, bool is_discoverable) {
-    return {.version = version,
-            .rtsp_scheme = rtsp.scheme(),
-            .rtsp_port = rtsp.port(),
-            .streams = onvif_streams,
-            .has_h265 = rtsp::has_h265_encoder(),
-            .is_discoverable = is_discoverable};
-}
-
-/// `discovery` is told of what can be found; nullptr: nobody is.
-onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, onvif::DiscoveryServer* discovery) {
-    onvif::OnvifPorts::Doors doors{
-        .open =
-            [&http](const std::string& camera, std::uint16_t port, onvif::OnvifPorts::Done done) {
-                http.open_device_port(camera, port,
-                                      [camera, done = std::move(done)](const Result<std::uint16_t>& opened) {
-                                          if (!opened)
-                                              spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
-                                          done(opened.has_value());
-                                      });
-            },
-        .close = [&http](const std::string& camera, std::uint16_t port,
-                         onvif::OnvifPorts::Done done) { http.close_device_port(camera, port, std::move(done)); }};
-    if (discovery)
-        doors.tell = [discovery](const std::string& camera, std::uint16_t port, bool is_there) {
-            is_there ? discovery->add(camera, port) : discovery->remove(camera, port);
-        };
-    return doors;
-}
-
-http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
-                               stream::FrameBus& bus, stream::FrameFetcher& fetcher, http::HttpHooks hooks) {
-    return {.host = options.host,
-            .port = options.http_port,
-            .token = token,
-            .command_key = command_key,
-            .bus = &bus,
-            .fetcher = &fetcher,
-            .embedders = options.embed_origins,
-            .hooks = std::move(hooks),
-            .limits = {}};
-}
-
-rtsp::RtspOptions rtsp_options(const ServeOptions& options, const std::string& token, stream::FrameBus& bus,
-                               stream::FrameFetcher& fetcher) {
-    return {.host = options.host,
-            .port = options.rtsp_port,
-            .token = token,
-            .certificate = options.rtsp_cert,
-            .key = options.rtsp_key,
-            .bus = &bus,
-            .fetcher = &fetcher,
-            .h264_elements = options.rtsp_encoder.empty() ? rtsp::h264_elements : std::vector{options.rtsp_encoder},
-            .limits = {}};
-}
-
-/// What a person wants to know who has started the rig by hand.
-void print_addresses(const ServeOptions& options, const std::string& renderer, const std::string& command_key,
-                     const http::HttpServer& http, const rtsp::RtspServer& rtsp, const control::ControlServer& control,
-                     std::uint16_t onvif_port, const unrealcv::UnrealCvServer* unrealcv,
-                     const std::vector<stream::CameraStream>& cameras) {
-    std::printf("camrig %s  %s\n  control  %s\n", version, renderer.c_str(), options.control.c_str());
-    // As it stands in a URL: an address of IPv6 goes into brackets.
-    const std::string address = options.host.contains(':') ? "[" + options.host + "]" : options.host;
-    const char* const host = address.c_str();
-    if (options.tcp_port) std::printf("  control  %s:%u\n", host, control.tcp_port());
-    // As a fragment the key stays in the browser: it is neither sent nor logged when the page is asked for.
-    const std::string key = command_key.empty() ? "" : "#key=" + command_key;
-    std::printf("  http     http://%s:%u/%s\n", host, http.port(), key.c_str());
-    for (const auto& camera : cameras) {
-        const char* const name = camera.name.c_str();
-        std::printf("  camera   http://%s:%u/cameras/%s/stream.mjpg\n", host, http.port(), name);
-        std::printf("  camera   %s://%s:%u/%s\n", rtsp.scheme(), host, rtsp.port(), name);
-        for (const OutputSpec& output : camera.outputs)
-            if (output.kind == "onvif")
-                std::printf("  camera   http://%s:%d/onvif/device_service\n", host,
-                            options_of<onvif::OnvifOutput>(output).port);
-    }
-    if (onvif_port != 0) std::printf("  onvif    http://%s:%u/onvif/device_service\n", host, onvif_port);
-    if (unrealcv) std::printf("  unrealcv 127.0.0.1:%u\n", unrealcv->port());
-    std::fflush(stdout);
-}
-
-}  // namespace
-
-int run_serve(const ServeOptions& options) {
-    if (auto open = check_ready_fd(options.ready_fd); !open) return fail(open.error());
+void set_up_process() {
     std::signal(SIGPIPE, SIG_IGN);
-    const EndWithoutMemory at_start;
     if (const std::string problem = raise_descriptor_limit(); !problem.empty()) spdlog::warn(problem);
     // glibc gives new threads heaps of their own, which streams that come and go would leave behind half empty.
     mallopt(M_ARENA_MAX, max_heaps);
     // Without a fixed bound it keeps up to 64 MB of what was freed last: pictures and textures of scenes that are gone.
     mallopt(M_MMAP_THRESHOLD, mapped_bytes);
     mallopt(M_TRIM_THRESHOLD, 32 * mapped_bytes);
+}
+
+}  // namespace
+
+int run_serve(const ServeOptions& options) {
+    if (auto open = check_ready_fd(options.ready_fd); !open) return fail(open.error());
+    const EndWithoutMemory at_start;
+    set_up_process();
     StopSignal stop;
 
-    auto token = options.token_file.empty() ? Result<std::string>(std::string()) : read_token_file(options.token_file);
-    if (!token) return fail(at("--token-file", token.error()).error());
-    auto users =
-        options.onvif_users.empty() ? Result<std::vector<onvif::User>>() : onvif::read_users_file(options.onvif_users);
-    if (!users) return fail(at("--onvif-users", users.error()).error());
-    auto access = network_access(options, *token);
-    if (!access) return fail(access.error());
-    auto folder = RigFolder::claim(options.control);
-    if (!folder) return fail(folder.error());
-    auto address = resolve_address("http", options.host);
-    if (!address) return fail(address.error());
-    const auto device_ports = std::make_shared<onvif::DevicePorts>(std::move(*address));
-    register_outputs(device_ports);
-    auto scene = load_scene(options.scene, options.scene_options);
-    if (!scene) return fail(scene.error());
-    const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
-    const std::string scene_name = (*scene)->name;
-
-    stream::WorkerPool truth_text(1, max_truths_waiting);
-    auto pool = std::make_shared<frame::FramePool>();
-    stream::LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
-    engine::EngineOptions engine_options = options.engine;
-    engine_options.renderer.pool = pool;
-    auto engine = engine::Engine::start(std::move(*scene), engine_options, bus);
-    if (!engine) return fail(engine.error());
-
-    auto outputs = open_outputs({.bus = bus,
-                                 .fetcher = **engine,
-                                 .commands = **engine,
-                                 .device_socket = device_socket_of(options.control),
-                                 .is_lockstep = options.engine.mode == engine::RunMode::lockstep});
-    if (!outputs) return fail(outputs.error());
-
-    ServerFacts facts;
-    facts.add("version", version);
-    facts.add("pid", ::getpid());
-    facts.add("renderer", (*engine)->renderer_description());
-    facts.add("control", options.control);
-    facts.add("host", options.host);
-    facts.add("devices", device_socket_of(options.control));
-    control::RpcServer rpc({.commands = **engine,
-                            .frames = **engine,
-                            .info = [&facts] { return facts.get(); },
-                            .shutdown = [] { StopSignal::raise(); },
-                            .token = access->secret,
-                            .how_to_command = access->how_to_command,
-                            .scenes = scenes});
-
-    auto rtsp = rtsp::RtspServer::create(rtsp_options(options, *token, bus, **engine));
-    if (!rtsp) return fail(rtsp.error());
-    facts.add("rtsp", (*rtsp)->port());
-
-    onvif::OnvifService onvif(**engine, **engine,
-                              {.site = onvif_site(**rtsp, !options.onvif_discovery.empty()),
-                               .token = *token,
-                               .users = std::move(*users),
-                               .may_command = !options.read_only});
-    std::unique_ptr<onvif::DiscoveryServer> discovery;  // the HTTP server tells it of ports
-    if (!options.onvif_discovery.empty()) {
-        auto made = onvif::DiscoveryServer::create(options.onvif_discovery, options.host, **engine);
-        if (!made) return fail(made.error());
-        discovery = std::move(*made);
+    auto inputs = read_inputs(options);
+    if (!inputs) return fail(inputs.error());
+    // The scene is the engine's alone: another may take its place.
+    auto rig = RunningRig::start(options, std::move(inputs->scene));
+    if (!rig) return fail(rig.error());
+    RigServers servers(options, *inputs, **rig);
+    const auto opened = servers.open();
+    if (opened) {
+        servers.print_addresses();
+        at_start.is_over();
+        tell_ready(options.ready_fd, servers.facts());
+        stop.wait();
     }
-    auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
-    hooks.device = device_hooks(onvif);
-    auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));
-    if (!http) return fail(http.error());
-    facts.add("http", (*http)->port());
-    const auto onvif_port = open_onvif(options, **http);
-    if (!onvif_port) return fail(onvif_port.error());
-    if (options.onvif_port) facts.add("onvif", *onvif_port);
-    if (discovery && options.onvif_port) discovery->add("", *onvif_port);
-    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, device_ports,
-                                                 onvif_doors(**http, discovery.get()));
-
-    auto control = control::ControlServer::create({.unix_path = options.control,
-                                                   .host = options.host,
-                                                   .tcp_port = options.tcp_port,
-                                                   .token = access->secret,
-                                                   .tcp_authority = access->authority,
-                                                   .rpc = &rpc});
-    if (!control) return fail(control.error());
-    facts.add("tcp", (*control)->tcp_port());
-    facts.add_connections("control", [server = control->get()] { return server->counts(); });
-    facts.add_connections("http", [server = http->get()] { return server->counts().connections; });
-    facts.add_connections("rtsp", [server = rtsp->get()] { return server->counts(); });
-    auto unrealcv = open_unrealcv(options, scene_name, **engine);
-    if (!unrealcv) return fail(unrealcv.error());
-    if (*unrealcv) {
-        facts.add("unrealcv", (*unrealcv)->port());
-        facts.add_connections("unrealcv", [server = unrealcv->get()] { return server->counts(); });
-    }
-    auto keys = write_key_files(access->key, **http, **control, facts);
-
-    print_addresses(options, (*engine)->renderer_description(), access->key, **http, **rtsp, **control, *onvif_port,
-                    unrealcv->get(), bus.cameras());
-    at_start.is_over();
-    tell_ready(options.ready_fd, facts.get());
-
-    stop.wait();
-    if (*unrealcv) (*unrealcv)->stop();
-    keys.clear();  // before their ports are free for another rig
-    (*control)->stop();
-    (*rtsp)->stop();
-    onvif_ports.reset();
-    (*http)->stop();
-    if (discovery) discovery->stop();
-    onvif.stop();
-    rpc.stop();
-    truth_text.stop();
-    outputs->clear();
-    engine->reset();
-    return 0;
+    servers.stop();
+    (*rig)->stop();
+    return opened ? 0 : fail(opened.error());
 }
 
 }  // namespace camrig::cli

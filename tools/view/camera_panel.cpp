@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "core/camera/lens_traits.h"
 #include "tools/view/described_fields.h"
 #include "tools/view/panels.h"
 #include "tools/view/typed_value.h"
@@ -16,7 +17,7 @@ using nlohmann::json;
 
 struct LensPreset {
     const char* name;
-    const char* model;
+    camera::LensModel model;
     std::array<double, 5> coefficients;
     double hfov_deg;             ///< of its pinhole part; 0: stays
     double px_per_rad_of_width;  ///< for fisheyes: focal length by width; 0: not one
@@ -24,20 +25,19 @@ struct LensPreset {
 
 /// Typical lenses; the coefficients are of a camera of that kind, rounded.
 constexpr std::array<LensPreset, 5> presets{{
-    {"pinhole", "pinhole", {}, 0, 0},
-    {"webcam, 70 deg", "plumb_bob", {-0.05, 0.02, 0, 0, 0}, 70, 0},
-    {"wide angle, 100 deg", "plumb_bob", {-0.25, 0.06, 0, 0, -0.006}, 100, 0},
-    {"telephoto, 20 deg", "plumb_bob", {0.03, -0.02, 0, 0, 0}, 20, 0},
-    {"fisheye, 180 deg", "equidistant", {0, 0, 0, 0, 0}, 0, 1 / std::numbers::pi},
+    {"pinhole", camera::LensModel::pinhole, {}, 0, 0},
+    {"webcam, 70 deg", camera::LensModel::plumb_bob, {-0.05, 0.02, 0, 0, 0}, 70, 0},
+    {"wide angle, 100 deg", camera::LensModel::plumb_bob, {-0.25, 0.06, 0, 0, -0.006}, 100, 0},
+    {"telephoto, 20 deg", camera::LensModel::plumb_bob, {0.03, -0.02, 0, 0, 0}, 20, 0},
+    {"fisheye, 180 deg", camera::LensModel::equidistant, {0, 0, 0, 0, 0}, 0, 1 / std::numbers::pi},
 }};
 
 client::CameraOptions options_of(const LensPreset& preset, client::Size size) {
     client::CameraOptions options;
     options.lens = client::Lens{};
-    options.lens->model = preset.model;
-    const std::size_t count = options.lens->model == "pinhole" ? 0 : options.lens->model == "equidistant" ? 4 : 5;
+    options.lens->model = to_string(preset.model);
     options.lens->coefficients.assign(preset.coefficients.begin(),
-                                      preset.coefficients.begin() + static_cast<long>(count));
+                                      preset.coefficients.begin() + coefficient_count(preset.model));
     if (preset.hfov_deg > 0) options.hfov_deg = preset.hfov_deg;
     if (preset.px_per_rad_of_width > 0) {
         const double f = size.width * preset.px_per_rad_of_width;
@@ -77,7 +77,9 @@ void edit_pose(Session& session, const client::CameraState& camera) {
 
 void edit_picture(Session& session, const client::CameraState& camera) {
     auto vfov_deg = static_cast<float>(camera.vfov_deg);
-    if (camera.lens.model != "equidistant" && ImGui::SliderFloat("field of view", &vfov_deg, 5, 140, "%.1f deg")) {
+    const auto lens_model = parse_name<camera::LensModel>(camera.lens.model);
+    const bool has_view_angle = !lens_model || !sees_behind(*lens_model);
+    if (has_view_angle && ImGui::SliderFloat("field of view", &vfov_deg, 5, 140, "%.1f deg")) {
         client::CameraOptions options;
         options.vfov_deg = vfov_deg;
         session.link.set_camera(camera.name, "vfov", options);
@@ -125,8 +127,14 @@ void set(Session& session, const std::string& camera, const std::string& key, js
 
 /// The parameters that have no control of their own above.
 void edit_described(Session& session, const json& fields, const json& camera) {
-    draw_described(fields, camera,
-                   [&](const json& wish) { set(session, camera.at("name"), wish.begin().key(), wish); });
+    ImGui::PushID("described");  // some have the name of a control above
+    draw_described(fields, camera, [&](json wish) {
+        const std::string key = wish.begin().key();
+        // Optics are what they are at the zoom that is given with them.
+        if (key == "intrinsics" || key.ends_with("fov_deg")) wish["zoom"] = camera.at("zoom");
+        set(session, camera.at("name"), key, std::move(wish));
+    });
+    ImGui::PopID();
 }
 
 std::string words_of(const json& output) {
@@ -159,6 +167,7 @@ void edit_outputs(Session& session, const json& kinds, const json& camera) {
         json shown = draft;
         for (const json& field : kind.at("fields")) {
             const std::string key = field.at("name");
+            if (field.at("type").get<std::string>().starts_with('[')) continue;  // has no control yet
             if (!shown.contains(key)) shown[key] = empty_value(field);
             // What nobody has touched stays out, for the rig has its defaults; but not what it must be told.
             if (field.contains("required")) draft[key] = shown[key];

@@ -65,6 +65,30 @@ json changed_flag(const char* label, bool value) {
     return ImGui::Checkbox(label, &value) ? json(value) : json(json::value_t::discarded);
 }
 
+/// The parts of an object, in a branch that can be opened. One that is whole is wished for with all its parts.
+void draw_object(const json& field, const std::string& label, const json& value,
+                 const std::function<void(const json&)>& wish) {
+    const std::string name = field.at("name");
+    const bool is_whole = field.value("whole", false), is_there = value.is_object();
+    if (!ImGui::TreeNode(label.c_str())) return;
+    // What must be told something to be there comes with the first part that is typed.
+    if (field.contains("null") && (is_there || !is_whole)) {
+        const json on = changed_flag("on", is_there);
+        if (!on.is_discarded()) wish({{name, on.get<bool>() ? json::object() : json(nullptr)}});
+    }
+    if (is_there || is_whole) {
+        json shown = is_there ? value : json::object();
+        for (const json& part : field.at("fields"))
+            if (const std::string key = part.at("name"); !is_there) shown[key] = empty_value(part);
+        draw_described(field.at("fields"), shown, [&](const json& inner) {
+            json changed = is_whole && is_there ? value : json::object();
+            changed.update(inner);
+            wish({{name, changed}});
+        });
+    }
+    ImGui::TreePop();
+}
+
 }  // namespace
 
 void draw_described(const json& fields, const json& values, const std::function<void(const json&)>& wish) {
@@ -75,7 +99,9 @@ void draw_described(const json& fields, const json& values, const std::function<
         const std::string type = field.at("type").get<std::string>();
         const bool can_be_null = field.contains("null");
         json changed(json::value_t::discarded);
-        if (field.contains("choices")) {
+        if (field.value("by", "") == "rig") {
+            ImGui::LabelText(label.c_str(), "%s", text_of(*found).c_str());
+        } else if (field.contains("choices")) {
             changed = changed_choice(field, label.c_str(), *found);
         } else if (type.starts_with("boolean")) {
             changed = changed_flag(label.c_str(), found->is_boolean() && found->get<bool>());
@@ -86,13 +112,10 @@ void draw_described(const json& fields, const json& values, const std::function<
             const std::string hint = can_be_null ? field.at("null").get<std::string>() : field.value("word", "");
             if (const auto text = changed_text(label.c_str(), text_of(*found), hint.c_str()))
                 changed = typed_value(field, *text);
-        } else if (type.starts_with("object") && field.contains("fields") && !field.value("whole", false)) {
-            if (!ImGui::TreeNode(label.c_str())) continue;
-            if (can_be_null) changed = changed_flag("on", !found->is_null());
-            if (!changed.is_discarded()) changed = changed.get<bool>() ? json::object() : json(nullptr);
-            if (found->is_object())
-                draw_described(field.at("fields"), *found, [&](const json& inner) { wish({{name, inner}}); });
-            ImGui::TreePop();
+        } else if (type.starts_with("object") && field.contains("fields")) {
+            draw_object(field, label, *found, wish);
+        } else {
+            ImGui::LabelText(label.c_str(), "%s", text_of(*found).c_str());
         }
         if (!changed.is_discarded()) wish({{name, changed}});
     }

@@ -1,6 +1,7 @@
 #include "tools/view/rig_link.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <camrig/error.h>
@@ -17,32 +18,30 @@ constexpr auto retry_after = 1000ms;
 constexpr auto event_wait = 300ms;
 constexpr std::size_t max_actors = 256;
 
-std::vector<ActorRow> actors_of(const json& list) {
+std::vector<ActorRow> rows_of(const std::vector<client::ActorState>& actors) {
     std::vector<ActorRow> rows;
-    for (const json& actor : list) {
+    for (const client::ActorState& actor : actors) {
         if (rows.size() == max_actors) break;
-        const std::string clip = actor.value("clip", "");
-        rows.push_back({actor.value("name", ""), clip.empty() ? actor.value("behaviour", "") : clip,
-                        actor.at("position").get<client::Vector3>()});
+        rows.push_back({actor.name, actor.clip.empty() ? actor.behaviour : actor.clip, actor.position});
     }
     return rows;
 }
 
-std::vector<EventRow> events_of(const json& list) {
+std::vector<EventRow> rows_of(const std::vector<client::EventState>& events) {
     std::vector<EventRow> rows;
-    for (const json& event : list)
-        rows.push_back({event.value("name", ""), event.value("when", ""), event.value("fired", std::int64_t{0})});
+    for (const client::EventState& event : events) rows.push_back({event.name, event.when, event.fired});
     return rows;
 }
+
+/// Fields that have a control of their own, in the panel of the camera.
+constexpr std::array own_controls{"name", "size", "fps", "vfov_deg", "pose", "outputs"};
 
 json described(const client::Rig& rig) {
     const json all = rig.call("server.describe");
     json fields = json::array();
     for (const json& field : all.at("objects").at("camera")) {
-        const std::string name = field.at("name");
-        const bool has_own =
-            name == "name" || name == "fps" || name == "vfov_deg" || name == "hfov_deg" || field.contains("by");
-        if (!has_own) fields.push_back(field);
+        const bool has_own = std::ranges::find(own_controls, field.at("name").get<std::string>()) != own_controls.end();
+        if (!has_own && field.value("by", "") != "client") fields.push_back(field);
     }
     return {{"camera", std::move(fields)}, {"outputs", all.at("kinds").at("output")}};
 }
@@ -127,8 +126,8 @@ void RigLink::refresh() {
     std::erase_if(fresh.cameras, [&](const client::CameraState& camera) { return camera.name == own_camera_; });
     fresh.settings = std::make_shared<const json>(rig_.call("camera.list"));
     json description = this->description().is_null() ? described(rig_) : json();
-    fresh.actors = actors_of(rig_.actors());
-    fresh.events = events_of(rig_.events());
+    fresh.actors = rows_of(rig_.actors());
+    fresh.events = rows_of(rig_.events());
     const std::lock_guard lock(mutex_);
     if (!description.is_null()) description_ = std::move(description);
     fresh.problem.clear();
@@ -157,16 +156,14 @@ std::chrono::milliseconds RigLink::turn() {
 
 std::chrono::milliseconds RigLink::follow_events() {
     try {
-        const json answer = rig_.wait_events(last_firing_, event_wait);
-        const std::int64_t last = answer.at("last").get<std::int64_t>();
+        const client::EventLog log = rig_.wait_events(last_firing_, event_wait);
         const std::lock_guard lock(mutex_);
-        if (last < last_firing_) model_.firings.clear();  // another rig, or another world
-        for (const json& one : answer.at("events")) {
-            model_.firings.push_back({one.at("sequence").get<std::int64_t>(), one.at("world_ns").get<std::int64_t>(),
-                                      one.at("event").get<std::string>(), one.value("actor", "")});
+        if (log.last < last_firing_) model_.firings.clear();  // another rig, or another world
+        for (const client::FiredEvent& one : log.events) {
+            model_.firings.push_back({one.sequence, one.world_ns, one.event, one.actor});
             if (model_.firings.size() > RigModel::max_firings) model_.firings.pop_front();
         }
-        last_firing_ = last;
+        last_firing_ = log.last;
         return 1ms;
     } catch (const std::exception&) {
         return retry_after;  // turn() says what is wrong

@@ -7,13 +7,16 @@
 #include <vector>
 
 #include <camrig/values.h>
+#include <nlohmann/json.hpp>
 
 // Made from the rig's own tables by: camrig methods --write . -- changes here are lost.
 // clang-format off
 
-/// What a camera is made of, and what the world is doing. Units are SI; degrees where a name ends in _deg. The world is
-/// right-handed, z up, in metres; a camera's body frame has x forward, y left, z up. The rig checks all values, not this
-/// library. each_member calls visit("name", member).
+/// What a camera is made of, and what the world and the things in it do. Units are SI; degrees where a name ends in
+/// _deg. The world is right-handed, z up, in metres; a camera's body frame has x forward, y left, z up. The rig checks
+/// all values, not this library. each_member calls visit("name", member). Null is asked for by an inner optional that
+/// is empty: options.mount.emplace(). What comes in kinds with keys of their own (behaviours, triggers, actions, params
+/// of faults) is JSON.
 namespace camrig::client {
 
 /// Of a camera: intrinsics.
@@ -373,11 +376,11 @@ struct CameraOptions {
     std::optional<double> tilt_deg = {};  ///< deg; positive looks up
     std::optional<double> roll_deg = {};  ///< deg; about the viewing direction, clockwise seen from behind the camera
     std::optional<Quaternion> orientation = {};  ///< quaternion of the body frame: x forward, y left, z up
-    std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
+    std::optional<std::optional<Mount>> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<std::optional<Ptz>> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<std::optional<Clock>> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
     std::optional<std::optional<Sensor>> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
-    std::optional<Backdrop> backdrop = {};  ///< a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees
+    std::optional<std::optional<Backdrop>> backdrop = {};  ///< a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees
     std::optional<Lens> lens = {};  ///< see lens
     std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
@@ -455,6 +458,9 @@ struct CameraState {
     std::int64_t applied_ns = 0;  ///< ns; world time from which this state shows
     std::int64_t arrives_ns = 0;  ///< ns; world time from which it is where its last command sent it
 
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
     /// Makes the same camera again, without its outputs: a device number can be had once.
     CameraOptions options() const;
 
@@ -512,6 +518,9 @@ struct WorldStatus {
     std::vector<std::string> places = {};  ///< named camera places of the scene
     std::int64_t applied_ns = 0;  ///< ns; world time from which this state holds
 
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
         visit("scene", self.scene);
@@ -530,6 +539,350 @@ struct WorldStatus {
         visit("cameras", self.cameras);
         visit("places", self.places);
         visit("applied_ns", self.applied_ns);
+    }
+};
+
+/// Of an actor: attach.
+struct Attachment {
+    std::string actor = {};  ///< that carries it
+    std::optional<std::string> node = {};  ///< of its model; none: its origin
+    std::optional<Vector3> position = {};  ///< m; from there
+    std::optional<double> yaw_deg = {};  ///< deg; turn about z of the node
+    std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("actor", self.actor);
+        visit("node", self.node);
+        visit("position", self.position);
+        visit("yaw_deg", self.yaw_deg);
+        visit("orientation", self.orientation);
+    }
+};
+
+/// Of an object: box.
+struct Box {
+    Vector3 min = {};
+    Vector3 max = {};
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("min", self.min);
+        visit("max", self.max);
+    }
+};
+
+/// Of a log: events.
+struct FiredEvent {
+    std::int64_t sequence = 0;  ///< its number
+    std::string event = {};  ///< its name
+    std::int64_t world_ns = 0;  ///< ns; world time at which it fired
+    std::string actor = {};  ///< who entered, left, met or arrived; else empty
+    nlohmann::json data = {};  ///< of its user actions
+    std::vector<std::string> errors = {};  ///< actions that could not be done
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("sequence", self.sequence);
+        visit("event", self.event);
+        visit("world_ns", self.world_ns);
+        visit("actor", self.actor);
+        visit("data", self.data);
+        visit("errors", self.errors);
+    }
+};
+
+/// What Rig::spawn_actor takes.
+struct ActorOptions {
+    std::optional<std::string> object_class = {};  ///< what ground truth calls it, as `person`
+    std::optional<Vector3> position = {};  ///< m; of its origin; where a route does not place it
+    std::optional<double> yaw_deg = {};  ///< deg; where its front looks, counter-clockwise from +x; or orientation
+    std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+    std::optional<double> scale = {};  ///< 1e-6 to 1e6: of the model
+    std::optional<double> radius_m = {};  ///< m; 0 to 100: of its body, for those who walk round it
+    std::optional<Attachment> attach = {};  ///< hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}
+    std::optional<nlohmann::json> behaviour = {};  ///< see behaviours
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("class", self.object_class);
+        visit("position", self.position);
+        visit("yaw_deg", self.yaw_deg);
+        visit("orientation", self.orientation);
+        visit("scale", self.scale);
+        visit("radius_m", self.radius_m);
+        visit("attach", self.attach);
+        visit("behaviour", self.behaviour);
+    }
+};
+
+/// What Rig::set_actor takes; what is left out stays.
+struct ActorChanges {
+    std::optional<Vector3> position = {};  ///< m; of its origin
+    std::optional<double> yaw_deg = {};  ///< deg; where its front looks, counter-clockwise from +x; or orientation
+    std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+    std::optional<nlohmann::json> behaviour = {};  ///< see behaviours
+    std::optional<Attachment> attach = {};  ///< hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}
+    std::optional<bool> detach = {};  ///< no longer hangs on anything
+    std::optional<std::string> play = {};  ///< a clip over the one of the behaviour; empty: no longer
+    std::optional<double> play_speed = {};  ///< 0 to 100: of that clip
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("position", self.position);
+        visit("yaw_deg", self.yaw_deg);
+        visit("orientation", self.orientation);
+        visit("behaviour", self.behaviour);
+        visit("attach", self.attach);
+        visit("detach", self.detach);
+        visit("play", self.play);
+        visit("play_speed", self.play_speed);
+    }
+};
+
+/// What Rig::spawn_object takes.
+struct ObjectOptions {
+    std::optional<std::string> object_class = {};  ///< what ground truth calls it, as `person`
+    std::optional<Vector3> position = {};  ///< m; of its origin
+    std::optional<double> yaw_deg = {};  ///< deg; counter-clockwise from above; or orientation
+    std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+    std::optional<double> scale = {};  ///< 1e-6 to 1e6: of the model
+    std::optional<std::string> clip = {};  ///< an animation of the model, played in a loop
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("class", self.object_class);
+        visit("position", self.position);
+        visit("yaw_deg", self.yaw_deg);
+        visit("orientation", self.orientation);
+        visit("scale", self.scale);
+        visit("clip", self.clip);
+    }
+};
+
+/// What Rig::set_object takes; what is left out stays.
+struct ObjectChanges {
+    std::optional<bool> hidden = {};  ///< in no picture and no ground truth; casts no shadow, and goes on moving if it does
+    std::optional<double> scale = {};  ///< 1e-6 to 1e6: of the model
+    std::optional<Vector3> position = {};  ///< m; of its origin; not of actors, which actor.set places
+    std::optional<double> yaw_deg = {};  ///< deg; counter-clockwise from above; or orientation
+    std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("hidden", self.hidden);
+        visit("scale", self.scale);
+        visit("position", self.position);
+        visit("yaw_deg", self.yaw_deg);
+        visit("orientation", self.orientation);
+    }
+};
+
+/// What Rig::set_fault takes.
+struct FaultOptions {
+    std::optional<nlohmann::json> params = {};  ///< of that kind (docs/faults.md)
+    std::optional<double> severity = {};  ///< 0 to 1: 1: as params say; less is milder, 0 is as if there were no fault
+    std::optional<std::uint64_t> seed = {};  ///< at least 0: of what is random in it
+    std::optional<double> start_s = {};  ///< s; 0 to 1e9: world time from which on it is there
+    std::optional<double> end_s = {};  ///< s; 0 to 1e9: world time at which it is over
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("params", self.params);
+        visit("severity", self.severity);
+        visit("seed", self.seed);
+        visit("start_s", self.start_s);
+        visit("end_s", self.end_s);
+    }
+};
+
+/// What Rig::steer_actors takes of each actor.
+struct Steering {
+    std::string name = {};  ///< name of the actor
+    std::optional<Vector3> velocity = {};  ///< m/s; held until it is told another
+    std::optional<Vector3> position = {};  ///< m; instead of a velocity: reached after `seconds`
+    std::optional<double> seconds = {};  ///< s; 0 to 3600
+    std::optional<double> yaw_deg = {};  ///< deg; where its front looks
+    std::optional<std::string> clip = {};  ///< that it plays
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("name", self.name);
+        visit("velocity", self.velocity);
+        visit("position", self.position);
+        visit("seconds", self.seconds);
+        visit("yaw_deg", self.yaw_deg);
+        visit("clip", self.clip);
+    }
+};
+
+/// An actor at the world's last step.
+struct ActorState {
+    std::string name = {};  ///< its name
+    std::int64_t id = 0;  ///< its identity in ground truth, in all cameras
+    std::string object_class = {};  ///< what ground truth calls it
+    std::string model = {};  ///< of the scene
+    double scale = 0;  ///< of the model
+    Vector3 position = {};  ///< m; of its origin, at the world's last step
+    Quaternion orientation = {0, 0, 0, 1};  ///< of the actor: its front is +x
+    double yaw_deg = 0;  ///< deg; of its front, counter-clockwise from +x
+    Vector3 velocity = {};  ///< m/s; over the last step
+    std::string behaviour = {};  ///< type of its behaviour
+    bool arrived = {};  ///< whether it has done what its behaviour is to do
+    std::string clip = {};  ///< the clip it plays; empty: none
+    std::string attached_to = {};  ///< the actor that it hangs on; empty: none
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("name", self.name);
+        visit("id", self.id);
+        visit("class", self.object_class);
+        visit("model", self.model);
+        visit("scale", self.scale);
+        visit("position", self.position);
+        visit("orientation", self.orientation);
+        visit("yaw_deg", self.yaw_deg);
+        visit("velocity", self.velocity);
+        visit("behaviour", self.behaviour);
+        visit("arrived", self.arrived);
+        visit("clip", self.clip);
+        visit("attached_to", self.attached_to);
+    }
+};
+
+/// An object or actor at the world's last step.
+struct ObjectState {
+    std::string name = {};  ///< its name
+    std::int64_t id = 0;  ///< its identity in pictures of kind `instance` and in ground truth
+    std::string object_class = {};  ///< what ground truth calls it
+    std::string model = {};  ///< of the scene
+    bool moves = {};  ///< an actor, or an object that plays a clip or was picked up
+    bool hidden = {};  ///< as object.set says
+    double scale = 0;  ///< of the model
+    Vector3 position = {};  ///< m; of its origin
+    Quaternion orientation = {0, 0, 0, 1};  ///< of an actor: its front is +x
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("name", self.name);
+        visit("id", self.id);
+        visit("class", self.object_class);
+        visit("model", self.model);
+        visit("moves", self.moves);
+        visit("hidden", self.hidden);
+        visit("scale", self.scale);
+        visit("position", self.position);
+        visit("orientation", self.orientation);
+    }
+};
+
+/// One of them, with its box.
+struct ObjectInfo {
+    std::string name = {};  ///< its name
+    std::int64_t id = 0;  ///< its identity in pictures of kind `instance` and in ground truth
+    std::string object_class = {};  ///< what ground truth calls it
+    std::string model = {};  ///< of the scene
+    bool moves = {};  ///< an actor, or an object that plays a clip or was picked up
+    bool hidden = {};  ///< as object.set says
+    double scale = 0;  ///< of the model
+    Vector3 position = {};  ///< m; of its origin
+    Quaternion orientation = {0, 0, 0, 1};  ///< of an actor: its front is +x
+    std::optional<Box> box = {};  ///< m; its box along the world's axes; null: nothing of it is drawn
+    std::int64_t state_ns = 0;  ///< ns; world time of the last step
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("name", self.name);
+        visit("id", self.id);
+        visit("class", self.object_class);
+        visit("model", self.model);
+        visit("moves", self.moves);
+        visit("hidden", self.hidden);
+        visit("scale", self.scale);
+        visit("position", self.position);
+        visit("orientation", self.orientation);
+        visit("box", self.box);
+        visit("state_ns", self.state_ns);
+    }
+};
+
+/// An event that waits.
+struct EventState {
+    std::string name = {};  ///< its name
+    std::string when = {};  ///< the kind of its trigger
+    std::int64_t fired = 0;  ///< how often it has fired
+    std::int64_t limit = 0;  ///< how often it fires at most; 0: any number
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("name", self.name);
+        visit("when", self.when);
+        visit("fired", self.fired);
+        visit("limit", self.limit);
+    }
+};
+
+/// What has fired.
+struct EventLog {
+    std::vector<FiredEvent> events = {};  ///< each sequence, event (its name), world_ns, actor (who entered, left, met or arrived, else empty), data (of its user actions) and errors (actions that could not be done)
+    std::int64_t last = 0;  ///< number of the newest event of all
+    std::int64_t missed = 0;  ///< events after `since` that are not kept any more
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("events", self.events);
+        visit("last", self.last);
+        visit("missed", self.missed);
+    }
+};
+
+/// A fault of a camera.
+struct FaultState {
+    std::int64_t id = 0;  ///< of this fault, unique in the rig
+    std::string camera = {};  ///< that fails
+    std::string kind = {};  ///< what goes wrong
+    std::string layer = {};  ///< where: body, optics, sensor, driver or transport; faults act in this order
+    std::int64_t start_ns = 0;  ///< ns; world time from which on it is there
+    std::optional<std::int64_t> end_ns = {};  ///< ns; world time at which it is over; null: when it is cleared
+    double severity = 0;  ///< 0 to 1
+    std::int64_t seed = 0;  ///< of what is random in it
+    nlohmann::json params = {};  ///< of that kind, all of them
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("id", self.id);
+        visit("camera", self.camera);
+        visit("kind", self.kind);
+        visit("layer", self.layer);
+        visit("start_ns", self.start_ns);
+        visit("end_ns", self.end_ns);
+        visit("severity", self.severity);
+        visit("seed", self.seed);
+        visit("params", self.params);
     }
 };
 

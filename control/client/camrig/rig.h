@@ -51,40 +51,40 @@ public:
     WorldStatus load(const std::filesystem::path& scene,
                      std::chrono::milliseconds timeout = std::chrono::minutes(2)) const;
 
-    // Actors and events: docs/actors.md and docs/control-protocol.md explain the members
-    nlohmann::json actors() const;
-    nlohmann::json spawn_actor(const std::string& name, const std::string& model,
-                               const nlohmann::json& keys = nlohmann::json::object()) const;
-    nlohmann::json set_actor(const std::string& name, const nlohmann::json& keys) const;
-    /// Moves actors by a program of your own, all or none of them: [{"name": "anna", "velocity": [1.2, 0, 0]}, ...].
-    /// Returns the world time from which it shows.
-    std::int64_t steer_actors(const nlohmann::json& actors) const;
+    // Actors, objects, events and faults: docs/actors.md, docs/faults.md and docs/control-protocol.md have what they
+    // mean
+    std::vector<ActorState> actors() const;
+    Applied<ActorState> spawn_actor(const std::string& name, const std::string& model,
+                                    const ActorOptions& options = {}) const;
+    Applied<ActorState> set_actor(const std::string& name, const ActorChanges& changes) const;
+    /// Moves actors by a program of your own, all or none of them. Returns the world time from which it shows.
+    std::int64_t steer_actors(const std::vector<Steering>& actors) const;
     void remove_actor(const std::string& name) const;
     /// Everything that has an identity in pictures, actors too.
-    nlohmann::json objects() const;
+    std::vector<ObjectState> objects() const;
     /// One of them, with its box.
-    nlohmann::json object(const std::string& name) const;
+    ObjectInfo object(const std::string& name) const;
     /// Puts in what stands where it is.
-    nlohmann::json spawn_object(const std::string& name, const std::string& model,
-                                const nlohmann::json& keys = nlohmann::json::object()) const;
-    /// Hides, shows, scales an object or an actor, or moves an object: {"hidden": true}.
-    nlohmann::json set_object(const std::string& name, const nlohmann::json& keys) const;
+    Applied<ObjectState> spawn_object(const std::string& name, const std::string& model,
+                                      const ObjectOptions& options = {}) const;
+    /// Hides, shows, scales an object or an actor, or moves an object.
+    Applied<ObjectState> set_object(const std::string& name, const ObjectChanges& changes) const;
     void remove_object(const std::string& name) const;
-    nlohmann::json events() const;
-    /// Lets a camera fail (docs/faults.md): {id, ..}. `params`: those of fault.set beside camera and kind.
-    nlohmann::json set_fault(const std::string& camera, const std::string& kind,
-                             nlohmann::json params = nlohmann::json::object()) const;
+    std::vector<EventState> events() const;
+    /// A trigger and actions are JSON: {{"enter", "door"}}, and a list of {{"action", "stop"}, {"actor", "anna"}}.
+    Applied<EventState> add_event(const std::string& name, const nlohmann::json& when,
+                                  const nlohmann::json& actions = nlohmann::json::array(), int limit = 0) const;
+    void remove_event(const std::string& name) const;
+    /// What has fired after number `since`; waits up to `timeout` for one.
+    EventLog wait_events(std::int64_t since = 0, std::chrono::milliseconds timeout = std::chrono::seconds(10)) const;
+    /// Lets a camera fail.
+    Applied<FaultState> set_fault(const std::string& camera, const std::string& kind,
+                                  const FaultOptions& options = {}) const;
     /// Ends the faults of a camera, or one fault by its id; how many.
     std::int64_t clear_faults(const std::string& camera) const;
     std::int64_t clear_fault(std::int64_t id) const;
     /// The faults that are not over.
-    nlohmann::json faults() const;
-    nlohmann::json add_event(const std::string& name, const nlohmann::json& when,
-                             const nlohmann::json& actions = nlohmann::json::array(), int limit = 0) const;
-    void remove_event(const std::string& name) const;
-    /// {events, last, missed}: what has fired after number `since`; waits up to `timeout` for one.
-    nlohmann::json wait_events(std::int64_t since = 0,
-                               std::chrono::milliseconds timeout = std::chrono::seconds(10)) const;
+    std::vector<FaultState> faults() const;
 
     // The rig
     nlohmann::json stats() const;

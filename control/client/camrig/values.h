@@ -43,4 +43,10 @@ struct NumberOrAuto {
     NumberOrAuto(double given) : number(given) {}
 };
 
+/// The state of what a command has made or changed, and the world time from which that shows.
+template <typename State>
+struct Applied : State {
+    std::int64_t applied_ns = 0;
+};
+
 }  // namespace camrig::client

@@ -30,7 +30,9 @@ const ownFields = [
   ['Width', (c) => String(c.size[0]), (c, value) => ({ size: [value, c.size[1]] })],
   ['Height', (c) => String(c.size[1]), (c, value) => ({ size: [c.size[0], value] })],
 ];
-const shownAbove = new Set(['name', 'fps', 'vfov_deg', 'hfov_deg']);
+const shownAbove = new Set(['name', 'fps', 'vfov_deg', 'size', 'pose']);
+// They are what they are at the zoom that is given with them.
+const optics = new Set(['hfov_deg', 'intrinsics']);
 
 async function set(wish) {
   const { name } = selectedCamera();
@@ -65,20 +67,63 @@ function addText(parent, label, read, wishOf) {
 function addChoice(parent, label, words, read, wishOf) {
   const choice = document.createElement('select');
   for (const word of words) choice.add(new Option(word));
-  choice.addEventListener('change', () => { choice.blur(); set(wishOf(choice.value)); });
+  choice.addEventListener('change', () => {
+    choice.blur();
+    const wish = wishOf(choice.value);
+    if (wish) set(wish);
+    else showAll();
+  });
   add(parent, label, choice, read);
 }
 
 const labelOf = ({ name, label = name.replaceAll('_', ' '), unit }) => label[0].toUpperCase() + label.slice(1) + (unit ? ` (${unit})` : '');
 
-const textOf = (value) => (value == null ? '' : typeof value === 'number' ? rounded(value, 4) : String(value));
+/** A value as people read it: lists with spaces, objects with the names of their parts. */
+function textOf(value) {
+  if (value == null) return '';
+  if (typeof value === 'number') return rounded(value, 4);
+  if (Array.isArray(value)) return value.map(textOf).join(value.some((one) => typeof one === 'object') ? '; ' : ' ');
+  if (typeof value === 'object') return Object.entries(value).map(([name, part]) => `${name.replaceAll('_', ' ')} ${textOf(part)}`).join(', ');
+  return String(value);
+}
 
-/** A field as the rig describes it (server.describe): `read` its value of a camera, `wish` for it. What may be null is empty then. */
+// Of objects that are whole and may be null: those that a person has opened to fill in, while they are null.
+const begun = new Set();
+
+/** An object: its parts, each with a control. One that is whole is sent with all its parts. */
+function addObject(parent, field, read, wish) {
+  const part = document.createElement('fieldset');
+  const legend = document.createElement('legend');
+  legend.textContent = labelOf(field);
+  part.append(legend);
+  parent.append(part);
+  let parts = part;
+  if (field.null) {
+    // It is switched on with its defaults, or, where it must be told something, once that is; its parts are there while it is.
+    const isThere = (c) => read(c) != null || begun.has(field);
+    addChoice(part, labelOf(field), [field.null, 'on'], (c) => (isThere(c) ? 'on' : field.null), (word) => {
+      if (word === 'on' && field.whole) begun.add(field); else begun.delete(field);
+      return word !== 'on' ? wish(null) : field.whole ? null : wish({});
+    });
+    parts = part.appendChild(document.createElement('fieldset'));
+    optional.push({ element: parts, isThere });
+  }
+  for (const inner of field.fields) {
+    if (inner.by === 'client') continue;
+    const rest = () => (field.whole ? read(selectedCamera()) : {});
+    addDescribed(parts, inner, (c) => read(c)?.[inner.name], (value) => wish({ ...rest(), [inner.name]: value }));
+  }
+}
+
+/** A field as the rig describes it (server.describe): `read` its value of a camera, `wish` for it. What may be null is empty then; what the rig sets, and
+ * what has no control here, is text. */
 function addDescribed(parent, field, read, wish) {
   const label = labelOf(field);
   const type = field.type.replace(' or null', '');
   const orNull = (parse) => (c, text) => wish(field.null && text.trim() === '' ? null : parse(text));
-  if (type === 'boolean') {
+  if (field.by === 'rig') {
+    add(parent, label, document.createElement('output'), (c) => textOf(read(c)));
+  } else if (type === 'boolean') {
     addChoice(parent, label, ['off', 'on'], (c) => (read(c) ? 'on' : 'off'), (word) => wish(word === 'on'));
   } else if (field.choices) {
     const words = field.null ? [field.null, ...field.choices] : field.choices;
@@ -92,19 +137,10 @@ function addDescribed(parent, field, read, wish) {
     input.placeholder = field.null ?? '';
   } else if (type === 'string') {
     addText(parent, label, (c) => read(c) ?? '', (c, text) => wish(text));
-  } else if (type === 'object' && field.fields && !field.whole) {
-    const part = document.createElement('fieldset');
-    const legend = document.createElement('legend');
-    legend.textContent = label;
-    part.append(legend);
-    parent.append(part);
-    // An object that may be null is switched on with its defaults; its parts are there while it is.
-    if (field.null) {
-      addChoice(part, label, [field.null, 'on'], (c) => (read(c) ? 'on' : field.null), (word) => wish(word === 'on' ? {} : null));
-    }
-    const parts = field.null ? part.appendChild(document.createElement('fieldset')) : part;
-    if (field.null) optional.push({ element: parts, isThere: (c) => read(c) != null });
-    for (const inner of field.fields) addDescribed(parts, inner, (c) => read(c)?.[inner.name], (value) => wish({ [inner.name]: value }));
+  } else if (type === 'object' && field.fields) {
+    addObject(parent, field, read, wish);
+  } else {
+    add(parent, label, document.createElement('output'), (c) => textOf(read(c)));
   }
 }
 
@@ -129,8 +165,9 @@ listen(showAll);
 attempt(async () => {
   const { objects } = await call('server.describe');
   for (const field of objects.camera) {
-    if (field.by || shownAbove.has(field.name)) continue;
-    addDescribed(form, field, (c) => c[field.name], (value) => ({ [field.name]: value }));
+    if (field.by === 'client' || shownAbove.has(field.name)) continue;
+    const zoom = () => (optics.has(field.name) ? { zoom: selectedCamera().zoom } : {});
+    addDescribed(form, field, (c) => c[field.name], (value) => ({ [field.name]: value, ...zoom() }));
   }
   showAll();
 });

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/base/cpu_features.h"
 #include "core/frame/srgb.h"
 #include "core/render/software/coverage.h"
 #include "core/render/software/shading.h"
@@ -178,12 +179,7 @@ CAMRIG_WIDE void blend_wide(const ViewGeometry& geometry, std::uint32_t first, s
 }  // namespace
 
 bool has_wide_lanes() {
-#if defined(__x86_64__)
-    static const bool has = __builtin_cpu_supports("avx2");
-    return has;
-#else
-    return false;
-#endif
+    return has_avx2();
 }
 
 void find_visible(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count,

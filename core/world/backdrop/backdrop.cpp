@@ -5,8 +5,10 @@
 
 #include "core/base/portable_math.h"
 #include "core/camera/camera_model.h"
+#include "core/camera/lens_traits.h"
 #include "core/world/backdrop/scale_picture.h"
 #include "core/world/backdrop/triangulate.h"
+#include "core/world/box_faces.h"
 #include "core/world/world_fields.h"
 
 namespace camrig::world {
@@ -82,10 +84,9 @@ private:
     }
     std::vector<glm::dvec2> with_short_sides(const std::vector<glm::dvec2>& polygon) const;
     bool is_ahead(const std::vector<glm::dvec3>& corners) const {
-        // Behind some lenses there is nothing that they do not see.
-        return spec_.lens.model == camera::LensModel::equidistant ||
-               std::ranges::any_of(
-                   corners, [&](const glm::dvec3& p) { return glm::dot(world_from_optical_[2], p) > spec_.near_m; });
+        return sees_behind(spec_.lens.model) || std::ranges::any_of(corners, [&](const glm::dvec3& p) {
+                   return glm::dot(world_from_optical_[2], p) > spec_.near_m;
+               });
     }
     void begin(const glm::dvec3& normal) {
         normal_ = gltf_axes(normal);
@@ -161,17 +162,10 @@ Result<void> ProxyMaker::add(const BoxProxy& box) {
                           turned * (0.5 * box.size *
                                     glm::dvec3((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1)));
     if (!is_ahead(corners)) return std::unexpected(refused(": is behind the camera"));
-    for (int axis = 0; axis < 3; ++axis) {
-        for (const double sign : {-1.0, 1.0}) {
-            glm::dvec3 out(0.0), right(0.0), up(0.0);
-            out[axis] = sign;
-            right[(axis + 1) % 3] = sign;
-            up[(axis + 2) % 3] = 1.0;
-            begin(turned * out);
-            for (const glm::dvec2 c : {glm::dvec2(-1, -1), glm::dvec2(1, -1), glm::dvec2(1, 1), glm::dvec2(-1, 1)})
-                corner(middle + turned * (0.5 * box.size * (out + c.x * right + c.y * up)));
-            close(std::array{std::array{0u, 1u, 2u}, std::array{0u, 2u, 3u}});
-        }
+    for (const BoxFace& face : box_faces()) {
+        begin(turned * face.normal);
+        for (const glm::dvec3& c : face.corners) corner(middle + turned * (0.5 * box.size * c));
+        close(box_face_triangles);
     }
     return {};
 }

@@ -8,6 +8,7 @@
 
 #include "core/world/camera_fields.h"
 #include "tests/unit/control/server_harness.h"
+#include "tools/camrig/cli_field_options.h"
 
 namespace camrig::control::cli_test {
 namespace {
@@ -335,6 +336,49 @@ TEST_F(Cli, AnActorIsSteered) {
     EXPECT_THAT(at_rig({"actor", "steer", "anna", "--velocity", "0,0,0"}).out, StartsWith("anna: steered"));
     EXPECT_EQ(run({"actor", "steer", "anna", "--velocity", "1,0,0", "--position", "1,2,0"}).code, 2);
     EXPECT_EQ(run({"actor", "steer", "anna", "--seconds", "2"}).code, 2);
+}
+
+/// A parameter that a method gets needs no edit of the command line.
+TEST_F(Cli, CommandsOfActorsObjectsAndEventsTakeAllThatTheirMethodsTake) {
+    const auto expect_options = [](std::vector<std::string> command, const std::vector<Field>& fields) {
+        command.push_back("--help");
+        const std::string help = run(command).out;
+        for (const Field& field : fields)
+            EXPECT_THAT(help, HasSubstr(field.name == "name" ? "NAME" : "--" + field.option_text())) << field.name;
+        EXPECT_FALSE(fields.empty());
+    };
+    for (const char* method : {"actor.spawn", "actor.set", "object.spawn", "object.set", "event.add"}) {
+        const std::string name = method;
+        const auto dot = name.find('.');
+        expect_options({name.substr(0, dot), name.substr(dot + 1)}, cli::params_of(method));
+    }
+    expect_options({"actor", "steer"}, cli::params_of("actor.steer").front().parts);
+}
+
+TEST_F(Cli, OptionsOfMethodsHaveTheJsonTypeOfTheirField) {
+    const json guest = json_of({"actor", "spawn", "guest", "--model", "person_1", "--position", "1,-2,0.5", "--scale",
+                                "2", "--class", "person", "--behaviour", R"({"type": "wander", "area": "hall"})"});
+    EXPECT_EQ(guest["position"], json({1, -2, 0.5}));
+    EXPECT_EQ(guest["scale"], 2);
+    EXPECT_EQ(guest["class"], "person");
+    EXPECT_EQ(guest["behaviour"], "wander");
+    EXPECT_TRUE(json_of({"actor", "set", "guest", "--detach", "--play", "none", "--play-speed", "0.5"}).is_object());
+    EXPECT_EQ(json_of({"object", "set", "--hidden", "table", "--scale", "0.5"})["hidden"], true);
+    EXPECT_EQ(json_of({"object", "set", "table", "--shown"})["hidden"], false);
+    EXPECT_EQ(json_of({"event", "add", "alarm", "--when", R"({"at_s": 3})", "--limit", "2"})["limit"], 2);
+    EXPECT_EQ(run({"object", "set", "table", "--hidden", "--shown"}).code, 2);
+    EXPECT_EQ(json_of({"object", "set", "table", "--no-hidden"})["hidden"], false);
+    EXPECT_EQ(run({"actor", "set", "anna", "--detach", "perhaps"}).code, 2);
+    EXPECT_EQ(run({"actor", "spawn", "guest"}).code, 2);
+    const Outcome place = run({"actor", "set", "anna", "--position", "1,2"});
+    EXPECT_EQ(place.code, 2);
+    EXPECT_THAT(place.err, HasSubstr("--position: takes 3 numbers"));
+    const Outcome text = run({"event", "add", "alarm", "--when", "{at"});
+    EXPECT_EQ(text.code, 2);
+    EXPECT_THAT(text.err, HasSubstr("--when"));
+    const Outcome both = at_rig({"actor", "set", "anna", "--yaw-deg", "3", "--orientation", "0,0,0,1"});
+    EXPECT_EQ(both.code, 1);
+    EXPECT_THAT(both.err, HasSubstr("orientation"));
 }
 
 TEST_F(Cli, EveryCommandHasWordsForPeople) {

@@ -99,11 +99,14 @@ TEST(CameraJson, EveryOptionIsSentUnderItsName) {
     EXPECT_EQ(params_of({}), json::object()) << "what is not given is not sent";
 }
 
-TEST(CameraJson, EmptyQualityAndMountAreSentAsNull) {
+TEST(CameraJson, AnEmptyQualityAndInnerOptionalsThatAreEmptyAreSentAsNull) {
     CameraOptions options;
     options.quality = "";
-    options.mount = Mount{};
-    EXPECT_EQ(params_of(options), (json{{"quality", nullptr}, {"mount", nullptr}}));
+    options.mount.emplace();
+    options.backdrop.emplace();
+    options.sensor.emplace();
+    EXPECT_EQ(params_of(options),
+              (json{{"quality", nullptr}, {"mount", nullptr}, {"backdrop", nullptr}, {"sensor", nullptr}}));
 }
 
 TEST(CameraJson, EveryMemberOfAnAnswerIsReadFromItsName) {
@@ -117,7 +120,6 @@ TEST(CameraJson, EveryMemberOfAnAnswerIsReadFromItsName) {
     for (const auto& entry : world::camera_fields())
         if (entry.field.by == Field::By::rig) expected.erase(entry.field.name);
     for (const char* of_options : {"name", "vfov_deg", "hfov_deg"}) expected.erase(of_options);
-    expected.erase("backdrop");  // none, which a new camera has by itself: not sent
     for (const char* angle : {"pan_deg", "tilt_deg", "roll_deg"}) expected["pose"].erase(angle);
     EXPECT_EQ(sent, expected);
     EXPECT_EQ(state.name, "lobby");

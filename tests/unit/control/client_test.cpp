@@ -59,7 +59,7 @@ void expect_same(const client::CameraState& state, const client::CameraOptions& 
     EXPECT_EQ(state.pose.position, *options.position);
     for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(state.pose.orientation[i], (*options.orientation)[i], 1e-12);
     ASSERT_TRUE(state.mount);
-    EXPECT_EQ(state.mount->actor + "/" + state.mount->node, options.mount->actor + "/" + options.mount->node);
+    EXPECT_EQ(state.mount->actor + "/" + state.mount->node, (*options.mount)->actor + "/" + (*options.mount)->node);
     EXPECT_EQ(state.lens.model, options.lens->model);
     EXPECT_EQ(state.lens.coefficients, options.lens->coefficients);
     EXPECT_EQ(state.lens.method, options.lens->method);
@@ -97,12 +97,60 @@ TEST(Client, TheOptionsOfAStateMakeTheSameCameraAgainWithoutItsOutputs) {
     EXPECT_TRUE(twin.outputs.empty());
 }
 
-TEST(Client, WhatIsNotGivenStaysAndAnEmptyMountTakesACameraOff) {
+TEST(Client, ActorsObjectsEventsAndFaultsHaveTypes) {
+    ServerHarness harness;
+    const auto rig = rig_at(harness.path);
+    client::ActorOptions guest;
+    guest.object_class = "person";
+    guest.position = client::Vector3{1, -2, 0.5};
+    guest.scale = 2;
+    guest.behaviour = nlohmann::json{{"type", "wander"}, {"area", "hall"}};
+    const auto spawned = rig.spawn_actor("guest", "person_1", guest);
+    EXPECT_EQ(spawned.position, (client::Vector3{1, -2, 0.5}));
+    EXPECT_EQ(spawned.object_class + " " + spawned.behaviour, "person wander");
+    EXPECT_EQ(spawned.applied_ns, 10);
+    client::ActorChanges changes;
+    changes.attach = client::Attachment{"anna", "hand"};
+    EXPECT_EQ(rig.set_actor("guest", changes).name, "guest");
+    EXPECT_EQ(rig.actors().at(0).name, "anna");
+    client::Steering anna;
+    anna.name = "anna";
+    anna.velocity = client::Vector3{1.2, 0, 0};
+    EXPECT_EQ(rig.steer_actors({anna}), 10);
+    anna.position = anna.velocity;
+    EXPECT_THAT(failure_of([&] { rig.steer_actors({anna}); }), HasSubstr("either velocity or position"));
+
+    client::ObjectChanges hide;
+    hide.hidden = true;
+    EXPECT_TRUE(rig.set_object("table", hide).hidden);
+    EXPECT_EQ(rig.spawn_object("box_2", "box").model, "box");
+    EXPECT_EQ(rig.objects().at(0).object_class, "furniture");
+    EXPECT_FALSE(rig.object("table").box) << "its model is empty";
+
+    EXPECT_EQ(rig.add_event("alarm", {{"at_s", 3}}, nlohmann::json::array(), 2).limit, 2);
+    EXPECT_EQ(rig.events().at(0).when, "every_s");
+    const client::EventLog log = rig.wait_events(4, std::chrono::seconds(0));
+    EXPECT_EQ(log.last, 5);
+    EXPECT_EQ(log.events.at(0).event, "alarm");
+    EXPECT_EQ(log.events.at(0).data, nlohmann::json::parse(R"([{"level": 2}])"));
+
+    rig.create_camera("lobby");
+    client::FaultOptions lost;
+    lost.severity = 0.5;
+    lost.params = nlohmann::json{{"burst_frames", 8}};
+    const auto fault = rig.set_fault("lobby", "drop", lost);
+    EXPECT_EQ(fault.severity, 0.5);
+    EXPECT_EQ(fault.params.at("burst_frames"), 8);
+    EXPECT_FALSE(fault.end_ns);
+    EXPECT_EQ(rig.faults().at(0).id, fault.id);
+}
+
+TEST(Client, WhatIsNotGivenStaysAndNullTakesACameraOffItsMount) {
     ServerHarness harness;
     const auto rig = rig_at(harness.path);
     const auto camera = rig.create_camera("lobby", every_option());
     client::CameraOptions change;
-    change.mount = client::Mount{};
+    change.mount.emplace();
     change.quality = "";
     const auto state = camera.set(change);
     EXPECT_FALSE(state.mount);

@@ -222,6 +222,8 @@ Result<engine::ActorChange> FakeRig::run(engine::SpawnActor& command) {
     if (command.actor.name == "anna") return error(ErrorKind::already_exists, "name: 'anna' is taken");
     world::ActorReport report;
     report.name = command.actor.name;
+    report.object_class = command.actor.object_class;
+    report.scale = command.actor.scale;
     report.position = command.actor.position;
     report.behaviour = type_name(command.actor.behaviour);
     return engine::ActorChange{report, 10};
