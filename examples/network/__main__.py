@@ -20,9 +20,9 @@ from camrig.command_line import run as run_command
 
 from . import camsim, report, stage
 from .conductor import Conductor
-from .nodes import Plan, check_strategy
+from .nodes import Plan
 from .score import read_logs, score
-from .sweep import Recording, sweep
+from .sweep import ALL, Recording, sweep
 
 
 def progress(what: str, number: int, of: int) -> None:
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--heads", type=int, default=2, help="cameras on heads (default 2)")
     parser.add_argument("--seconds", type=float, default=40.0, help="of world time (default 40)")
     parser.add_argument("--fps", type=float, default=4.0, help="pictures a second of each camera (default 4)")
-    parser.add_argument("--strategy", type=check_strategy, default="ASM", help="ABC, ASM, AST, PBC, PSM, PST, none or central (default ASM)")
+    parser.add_argument("--strategy", choices=ALL, default="ASM", help="CamSim's six, none or central (default ASM)")
     parser.add_argument("--rounds", type=int, default=0, help="of the consensus filter a step (default 0: no filter; lockstep only)")
     parser.add_argument("--loss", type=float, default=0.0, help="share of messages that links lose (default 0)")
     parser.add_argument("--seed", type=int, default=1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import subprocess
 import sys
 import time
@@ -63,6 +62,7 @@ class Conductor:
 
     def __init__(self, rig: camrig.Rig, plan: Plan, folder: Path, is_device: bool, on_step: Callable[[int, int, Programs], None]) -> None:
         self._rig, self._plan, self._folder, self._is_device, self._on_step = rig, plan, folder, is_device, on_step
+        self._watched = [*sorted(plan.cameras), *sorted(plan.heads)]
         self._truth = (folder / "truth.jsonl").open("w")
 
     def run(self, steps: int) -> dict[str, int]:
@@ -109,7 +109,7 @@ class Conductor:
                 await bus.tell("beat.go", phase=phase, t=now_ns, expect=expect)
                 if phase == "begin":
                     await asyncio.to_thread(self._advance, programs, now_ns, step == 0)
-                    self._write(stage.truth_line(self._rig, sorted(self._plan.cameras), sorted(self._plan.heads)))
+                    self._write(await asyncio.to_thread(stage.truth_line, self._rig, self._watched))
                 expect = await self._all_done(bus, programs, phase, now_ns)
             self._on_step(step + 1, steps, programs)
         await bus.tell("beat.go", phase="end")
@@ -147,14 +147,15 @@ class Conductor:
         return expect
 
     async def _real_time(self, bus: Bus, programs: Programs, steps: int) -> None:
-        """The world runs; its truth is written down for each period as it passes."""
+        """The world runs, and its truth is written down as often as there is time for, at most once a period."""
         period_ns = self._plan.period_ns
-        first = self._rig.status()["world_ns"] // period_ns + 2
-        for step in range(steps):
-            line = await asyncio.to_thread(stage.truth_line, self._rig, sorted(self._plan.cameras), sorted(self._plan.heads), (first + step) * period_ns)
+        begin_ns, step = self._rig.status()["world_ns"], 0
+        while step < steps:
+            line = await asyncio.to_thread(stage.truth_line, self._rig, self._watched)
             self._write(line)
             programs.alive()
-            self._on_step(step + 1, steps, programs)
+            step = min(steps, max(step + 1, (line["t"] - begin_ns) // period_ns))
+            self._on_step(step, steps, programs)
 
     def _write(self, line: dict[str, Any]) -> None:
         self._truth.write(json.dumps(line, separators=(",", ":")) + "\n")

@@ -34,12 +34,6 @@ class Plan:
         return sorted([*self.cameras, *self.heads, *([CENTRE] if self.strategy == "central" else [])])
 
 
-def check_strategy(name: str) -> str:
-    if name not in STRATEGIES and name != "central":
-        raise ValueError(f"strategy '{name}' is none of {', '.join(STRATEGIES)}, central")
-    return name
-
-
 def make_node(plan: Plan, name: str) -> Node:
     if name in plan.heads:
         camera = plan.heads[name]

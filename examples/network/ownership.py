@@ -25,7 +25,7 @@ KNOWN_LOOKS = 0.88  # ... and anywhere that can be walked to
 WALK_M_S = 2.0
 PATIENCE_S = 3.0  # an owner goes on searching for so long
 REMEMBER_S = 30.0  # and knows the person again for so long
-RECHECK_S = 10.0  # an object of another owner of which nothing was heard is claimed again
+RECHECK_S = 5.0  # an object of another owner of which nothing was heard is claimed again
 
 
 @dataclass

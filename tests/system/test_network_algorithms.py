@@ -226,7 +226,7 @@ def test_active_cameras_hand_over_sooner_and_pay_for_it():
 
 
 def test_a_hand_over_whose_messages_are_lost_leaves_the_object_with_one_of_the_two():
-    owned = owners(play(network("ABC", loss=0.4), passing())[1])
+    owned = owners(play(network("ABC", loss=0.2), passing())[1])
     unowned = "".join(" " if step else "x" for step in owned[6:-4])
     assert "xxxx" not in unowned, "an award that nobody has accepted is taken back"
     assert owned[-5][-1][1] == "c2"
