@@ -11,9 +11,10 @@ docs/network.md is the tutorial.
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, NoReturn, Sequence
 
 import camrig
 from camrig.command_line import run as run_command
@@ -30,13 +31,19 @@ def progress(what: str, number: int, of: int) -> None:
     print(f"\r{what} {number} of {of} ", end="\n" if number == of else "", file=sys.stderr, flush=True)
 
 
+def _end(*_: Any) -> NoReturn:
+    """SIGTERM ends the programs, the server and the rig as Ctrl-C does."""
+    raise SystemExit("ended by SIGTERM")
+
+
 def live(options: argparse.Namespace) -> dict[str, Any]:
     """Runs the network; the score of what its programs logged."""
+    signal.signal(signal.SIGTERM, _end)
     is_lockstep = options.mode == "lockstep"
     with camrig.start(options.scene, mode=options.mode, seed=options.seed) as rig:
         cameras, heads = stage.build(rig, options.cameras, options.heads, options.fps)
         plan = Plan(cameras, heads, options.strategy, options.rounds, options.loss, options.seed, round(1e9 / options.fps))
-        is_device = is_lockstep if options.source is None else options.source == "device"
+        is_device = is_lockstep or options.source == "device"
         steps = max(1, round(options.seconds * options.fps))
         ended = Conductor(rig, plan, options.out, is_device, lambda number, of, _: progress("step", number, of)).run(steps)
     for name, code in sorted(ended.items()):
@@ -63,7 +70,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=3, help="of the comparisons, whose means are shown (default 3)")
     parser.add_argument("--mode", choices=("lockstep", "realtime"), default="lockstep")
-    parser.add_argument("--source", choices=("device", "rtsp"), help="what the programs open (default: device in lockstep, rtsp in real time)")
+    parser.add_argument("--source", choices=("device", "rtsp"), help="what the programs open (default: device in lockstep, else rtsp)")
     parser.add_argument("--out", type=Path, default=Path("network-run"), help="folder (default network-run)")
     parser.add_argument("--replay", type=Path, metavar="FOLDER", help="no run: compare on a recorded one")
     parser.add_argument("--no-sweep", action="store_true", help="the run alone")
@@ -73,8 +80,12 @@ def main(arguments: Sequence[str]) -> int:
         options.cameras, options.heads, options.seconds, options.no_sweep = 3, 1, 4.0, True
     if not 0 <= options.loss < 1 or not 0 <= options.rounds <= 50 or options.fps <= 0 or options.seconds <= 0 or options.seeds < 1:
         parser.error("--loss is 0 to below 1, --rounds 0 to 50, --fps and --seconds are above 0, --seeds is 1 or more")
-    if options.mode == "realtime" and (options.rounds or options.source == "device" and options.heads):
-        parser.error("--rounds needs lockstep: rounds of consensus have a common beat" if options.rounds else "--source device with --heads needs lockstep")
+    if options.mode == "realtime" and options.rounds:
+        parser.error("--rounds needs lockstep: rounds of consensus have a common beat")
+    if options.mode == "lockstep" and options.source == "rtsp":
+        parser.error("--source rtsp needs real time: a decoder holds pictures back, for which lockstep would wait")
+    if options.mode == "realtime" and options.heads and options.source != "device":
+        parser.error("heads are turned by the controls of their devices: --source device, or --heads 0")
 
     options.out = options.replay or options.out
     options.out.mkdir(parents=True, exist_ok=True)
@@ -86,7 +97,7 @@ def main(arguments: Sequence[str]) -> int:
         recording = Recording(options.out)
         results["about"] = about(recording.plan, options.mode)
     if not options.no_sweep and options.mode == "lockstep":
-        results["sweeps"] = sweep(recording, options.seeds, lambda number, of: progress("comparison", number, of))
+        results["sweeps"] = sweep(options.out, options.seeds, lambda number, of: progress("comparison", number, of))
         results["camsim"] = camsim.table()
     print(report.write(options.out, results))
     return 0

@@ -184,8 +184,12 @@ async def main(options: argparse.Namespace) -> None:
     camera = plan.heads.get(options.name) or plan.cameras.get(options.name)
     program = Program(plan, options.name, Source(options.source, camera["size"]) if camera else None, options.out)
     bus = await Bus.connect(options.bus, options.name, ("beat.go",) if options.beat else ())
-    await (in_lockstep if options.beat else in_real_time)(program, bus)
-    await bus.close()
+    try:
+        await (in_lockstep if options.beat else in_real_time)(program, bus)
+    except TimeoutError:
+        raise SystemExit("the conductor is silent") from None
+    finally:
+        await bus.close()
 
 
 if __name__ == "__main__":

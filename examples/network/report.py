@@ -18,8 +18,10 @@ COLUMNS = {"relative_utility": "utility of the best possible", "coverage": "cove
 
 
 def write(folder: Path, results: dict[str, Any]) -> Path:
-    """results: {"run": score of the run, "about": text, "sweeps": ..., "camsim": ...}; the last two may be missing. The path of the page."""
+    """results: {"run": score of the run, "about": text, "sweeps": ..., "camsim": ...}; the last two may be missing. The path of the page; trade.svg is its first figure."""
     (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    if "sweeps" in results:
+        (folder / "trade.svg").write_text(trade(results) + "\n")
     page = folder / "report.html"
     page.write_text(to_html(results))
     return page

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import os
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Callable, Iterator
-
-import json
 
 import numpy as np
 
@@ -56,14 +58,38 @@ def plans(base: Plan, seeds: int) -> Iterator[tuple[str, Any, Plan]]:
         yield "rounds", rounds, replace(base, strategy="ABC", rounds=rounds)
 
 
-def sweep(recording: Recording, seeds: int, on_run: Callable[[int, int], None]) -> dict[str, dict[Any, dict[str, float]]]:
-    """By sweep and value: means over seeds of every number that a score has."""
-    jobs = list(plans(recording.plan, seeds))
+def sweep(folder: Path, seeds: int, on_run: Callable[[int, int], None]) -> dict[str, dict[Any, dict[str, float]]]:
+    """Of the recording in `folder`: by sweep and value, means over seeds of every number that a score has. On all cores."""
+    jobs = [(which, value, plan, _key(plan)) for which, value, plan in plans(Recording(folder).plan, seeds)]
+    unique = {key: plan for _, _, plan, key in jobs}
+    scores: dict[str, dict[str, Any]] = {}
+    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), initializer=_open, initargs=(folder,)) as pool:
+        for number, (key, got) in enumerate(zip(unique, pool.map(_score, unique.values()))):
+            scores[key] = got
+            on_run(number + 1, len(unique))
     found: dict[str, dict[Any, list[dict[str, Any]]]] = {}
-    for number, (which, value, plan) in enumerate(jobs):
-        found.setdefault(which, {}).setdefault(value, []).append(recording.score(plan))
-        on_run(number + 1, len(jobs))
-    return {which: {value: _mean(scores) for value, scores in of.items()} for which, of in found.items()}
+    for which, value, _, key in jobs:
+        found.setdefault(which, {}).setdefault(value, []).append(scores[key])
+    return {which: {value: _mean(of) for value, of in by.items()} for which, by in found.items()}
+
+
+def _key(plan: Plan) -> str:
+    """Plans of one key have one result: without losses and drawn audiences nothing depends on the seed."""
+    draws = plan.loss or STRATEGIES.get(plan.strategy, STRATEGIES["none"]).audience in ("smooth", "step")
+    return f"{plan.strategy} {len(plan.cameras)} {plan.rounds} {plan.loss} {plan.seed if draws else 0}"
+
+
+_recording: Recording | None = None  # of a worker process
+
+
+def _open(folder: Path) -> None:
+    global _recording
+    _recording = Recording(folder)
+
+
+def _score(plan: Plan) -> dict[str, Any]:
+    assert _recording is not None
+    return _recording.score(plan)
 
 
 def _mean(scores: list[dict[str, Any]]) -> dict[str, float]:

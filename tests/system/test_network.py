@@ -111,6 +111,7 @@ def test_bad_options_say_what_would_be_right(tmp_path):
     assert "choose from 'ABC', 'ASM'" in told("--strategy", "XYZ")
     assert "--loss is 0 to below 1" in told("--loss", 1.5)
     assert "--rounds needs lockstep" in told("--mode", "realtime", "--rounds", 3)
+    assert "--source device, or --heads 0" in told("--mode", "realtime") and "needs real time" in told("--source", "rtsp")
     assert "no recording of a run" in told("--replay", tmp_path)
     assert "places for up to 8" in told("--cameras", 9, "--out", tmp_path / "a")
 
