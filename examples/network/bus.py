@@ -34,15 +34,14 @@ class Server:
 
     def __init__(self, folder: Path) -> None:
         # NATS takes a free port for -1, and tells it in a file.
-        self._child = subprocess.Popen([server_program(), "-a", "127.0.0.1", "-p", "-1", "-m", "-1", "--ports_file_dir", str(folder), "-l", str(folder / "nats.log")], stdin=subprocess.DEVNULL)
+        self._child = subprocess.Popen([server_program(), "-a", "127.0.0.1", "-p", "-1", "--ports_file_dir", str(folder), "-l", str(folder / "nats.log")], stdin=subprocess.DEVNULL)
         deadline = time.monotonic() + START_S
         file = folder / f"nats-server_{self._child.pid}.ports"
         while not file.exists() or not file.read_text():
             if self._child.poll() is not None or time.monotonic() > deadline:
                 raise SystemExit(f"nats-server did not start; {folder}/nats.log may say why")
             time.sleep(0.02)
-        ports = json.loads(file.read_text())
-        self.url, self.monitor = ports["nats"][0], ports["monitoring"][0]
+        self.url = json.loads(file.read_text())["nats"][0]
 
     def stop(self) -> None:
         if self._child.poll() is None:

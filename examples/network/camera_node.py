@@ -67,7 +67,7 @@ class CameraNode:
                 one = self._filters.get(name)
                 place = one.x if one is not None and one.J.any() else track.kalman.x
                 owned.append({"object": name, "owner": self.name, "floor": [round(float(v), 3) for v in place[:2]], "value": round(track.value, 3)})
-        return {"owned": owned}
+        return {"owned": owned, "graph": {peer: round(tau, 3) for peer, tau in self.market.graph.links().items()}}
 
     def _measure(self, dt_s: float) -> None:
         for one in self._filters.values():

@@ -31,6 +31,9 @@ from .replay import log_line  # noqa: E402
 from .sighting import Sighting, line, read_line  # noqa: E402
 
 
+UNREADABLE = 100  # pictures without a time, one after the other: this is no camera with a code strip
+
+
 class Source:
     """A camera's pictures. What time they show stands in them, as on any recorder's: the code strip."""
 
@@ -45,10 +48,14 @@ class Source:
             raise SystemExit(f"{source}: OpenCV cannot open it" + ("; /dev/videoN of a rig is there below `camrig exec --`" if self._is_device else ""))
 
     def read(self) -> tuple[int, np.ndarray] | None:
-        """(time, picture); None at the end, or when the picture does not tell its time."""
-        good, image = self._capture.read()
-        code = read_code(image) if good else None
-        return (code.time_ns, image) if code else None
+        """(time, picture) of the next that tells its time (damaged ones may not); None at the end."""
+        for _ in range(UNREADABLE):
+            good, image = self._capture.read()
+            if not good:
+                break
+            if (code := read_code(image)) is not None:
+                return code.time_ns, image
+        return None
 
     def until(self, time_ns: int) -> np.ndarray:
         """The picture of that time: those before it are passed over."""

@@ -33,6 +33,7 @@ def to_html(results: dict[str, Any]) -> str:
     if heads := results["run"].get("heads"):
         rows = "".join(f"<tr><td>{html.escape(name)}</td>" + "".join(f"<td>{one[key]:.0%}</td>" for key in ("busy", "shown", "close_up")) + "</tr>" for name, one in heads["each"].items())
         parts.append(f"<h2>Heads</h2><table><tr><th>head<th>follows somebody<th>of that, shows them<th>as a close-up</tr>{rows}</table><p>Close-ups of {heads['people']} people.</p>")
+    parts.append(_graph(results["run"]))
     if sweeps := results.get("sweeps"):
         parts += ["<h2>Strategies, on what the cameras saw in this run</h2>", _table(sweeps["strategy"]), *figures(results)]
     return "".join(parts) + "</html>\n"
@@ -70,6 +71,14 @@ def _table(scores: dict[Any, dict[str, Any]]) -> str:
 def _kinds(score: dict[str, Any]) -> str:
     rows = "".join(f"<tr><td>{kind}</td><td>{count}</td><td>{score['bytes_by_kind'][kind]}</td></tr>" for kind, count in score["messages_by_kind"].items())
     return f"<table><tr><th>message<th>sent<th>bytes</tr>{rows}</table><p>{score['lost']} of them were lost.</p>"
+
+
+def _graph(score: dict[str, Any]) -> str:
+    names = sorted(score["overlap"])
+    rows = "".join(f"<tr><td>{a}</td>" + "".join(f"<td>{score['graph'].get(a, {}).get(b, 0):.2f} <small>({score['overlap'][a].get(b, 0):.0%})</small></td>" for b in names) + "</tr>" for a in names)
+    head = "".join(f"<th>to {name}" for name in names)
+    return (f"<h2>The vision graph that hand-overs have left</h2><table><tr><th>pheromone{head}</tr>{rows}</table>"
+            "<p>In parentheses, by truth: the share of the people of a row's camera that the column's sees too. Cameras without overlap hand over to who sees people next.</p>")
 
 
 def _text(value: Any) -> str:

@@ -79,6 +79,7 @@ def score(truth: list[dict[str, Any]], logs: dict[str, list[dict[str, Any]]], ca
         "error_m": round(float(np.mean(errors)), 3) if errors else None, "error_p95_m": round(float(np.quantile(errors, 0.95)), 3) if errors else None,
         "searches": sum(sent[kind] for kind in SEARCHES), "messages": sum(sent.values()), "bytes": sum(size.values()), "lost": lost,
         "messages_by_kind": dict(sorted(sent.items())), "bytes_by_kind": dict(sorted(size.items())), "heads": _heads(truth, steps, matched, sorted(heads)),
+        "graph": {name: lines[-1]["graph"] for name, lines in logs.items() if lines and lines[-1].get("graph")}, "overlap": _overlap(truth, sorted(cameras)),
     }
 
 
@@ -131,6 +132,17 @@ def _handovers(truth: list[dict[str, Any]], steps: list[dict[str, dict[str, Any]
             owner[name] = now
         person.update({name: who for name, (_, who) in pairs.items()})
     return {"handovers": count, "handovers_judged": judged, "handovers_right": right, "returned": returned}
+
+
+def _overlap(truth: list[dict[str, Any]], cameras: list[str]) -> dict[str, dict[str, float]]:
+    """Of the people and steps that a camera sees, the share that another sees too: what a learnt vision graph is held against."""
+    both, alone = Counter(), Counter()
+    for line in truth:
+        for one in line["people"]:
+            seeing = [camera for camera in cameras if camera in one["seen"] and _counts(one["seen"][camera])]
+            alone.update(seeing)
+            both.update((a, b) for a in seeing for b in seeing if a != b)
+    return {a: {b: round(both[a, b] / alone[a], 3) for b in cameras if both[a, b]} for a in cameras if alone[a]}
 
 
 def _heads(truth: list[dict[str, Any]], steps: list[dict[str, dict[str, Any]]], matched: list[dict[str, tuple[str, int]]], heads: list[str]) -> dict[str, Any]:

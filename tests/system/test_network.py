@@ -1,16 +1,22 @@
 """examples/network on a rig: every camera a process of its own, over a real bus. Short runs with few cameras; the rest is test_network_algorithms.py's."""
 
+import asyncio
+import contextlib
 import json
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
 import sys
+import threading
+from collections import Counter
 
+import nats
 import pytest
 
 import camrig
-from conftest import REPOSITORY
+from conftest import REPOSITORY, wait_until
 
 sys.path.insert(0, str(REPOSITORY))
 from examples.network import stage  # noqa: E402
@@ -52,6 +58,79 @@ def test_a_run_in_lockstep_repeats_to_the_byte_and_its_replay_in_one_process_is_
     assert {"claim", "search", "mix", "announce"} <= kinds and sum(log[-1]["lost"] for log in logs.values()) > 0
     got = Recording(tmp_path / "a").score(plan)
     assert got["people_steps"] > 20 and got["coverage"] > 0.2 and got["error_m"] < 1.0, got
+
+
+class Spy(threading.Thread):
+    """Hears everything on the bus of a run, from when it is made until stop()."""
+
+    def __init__(self, folder):
+        super().__init__()
+        (ports,) = folder.glob("nats-server_*.ports")
+        self._url, self._ready, self._end = json.loads(ports.read_text())["nats"][0], threading.Event(), threading.Event()
+        self.heard = []
+        self.start()
+        assert self._ready.wait(20)
+
+    def run(self):
+        asyncio.run(self._listen())
+
+    async def _listen(self):
+        async def take(message):
+            self.heard.append((message.subject.split(".")[2], len(message.subject) + len(message.data)))
+
+        connection = await nats.connect(self._url)
+        await connection.subscribe("net.>", cb=take)
+        await connection.flush()
+        self._ready.set()
+        while not self._end.is_set():
+            await asyncio.sleep(0.01)
+        await connection.flush()
+        await connection.drain()
+
+    def stop(self):
+        self._end.set()
+        self.join()
+
+
+@pytest.mark.slow
+def test_messages_and_bytes_that_nodes_count_are_those_on_the_bus(tmp_path):
+    spies = []
+
+    def listen(step, of, _):
+        if step == 1:
+            spies.append(Spy(tmp_path / "a"))
+        if step == of:
+            spies[0].stop()
+
+    plan, _ = play(tmp_path / "a", cameras=2, heads=0, on_step=listen, strategy="ABC")
+    logs = read_logs(tmp_path / "a", plan.names())
+    for index, key in ((0, "sent"), (1, "bytes")):
+        counted = Counter()
+        for log in logs.values():
+            counted.update(log[-1][key])
+            counted.subtract(log[0][key])
+        heard = Counter()
+        for message in spies[0].heard:
+            heard[message[0]] += (1, message[1])[index]
+        assert heard == +counted and heard
+
+
+@pytest.mark.slow
+def test_sigterm_ends_programs_server_and_rig(tmp_path):
+    command = [sys.executable, "-m", "examples.network", "--quick", "--heads", "0", "--out", str(tmp_path)]
+    child = subprocess.Popen(command, cwd=REPOSITORY, env={**environment(), "CAMRIG_NETWORK_TEST": str(tmp_path)}, stderr=subprocess.DEVNULL)
+    def family():
+        found = []
+        for path in pathlib.Path("/proc").glob("[0-9]*/environ"):
+            with contextlib.suppress(OSError):
+                if f"CAMRIG_NETWORK_TEST={tmp_path}".encode() in path.read_bytes():
+                    found.append(int(path.parent.name))
+        return found
+    wait_until(lambda: (tmp_path / "truth.jsonl").exists() and (tmp_path / "truth.jsonl").stat().st_size > 0, 60, "the first step")
+    assert len(family()) >= 5
+    child.terminate()
+    child.wait(30)
+    wait_until(lambda: not family(), 10, "the end of all processes")
 
 
 @pytest.mark.slow
