@@ -72,14 +72,16 @@ class CameraNode:
     def _measure(self, dt_s: float) -> None:
         for one in self._filters.values():
             one.predict(dt_s)
+        known = set()  # this step's sighting is in it already
         for track in self.market.tracks.all:
             name = track.object
             if name in self.market.owned and name not in self._filters:  # what the owner knows is what all know, N times its share
                 self._filters[name] = Icf(self._nodes, track.kalman.x, np.linalg.inv(track.kalman.P) * self._nodes)
                 self._seen_ns[name] = track.seen_ns
+                known.add(name)
         for name, one in self._filters.items():
             track = self.market.tracks.of(name)
-            seen = [track.sighting] if track is not None and track.sighting is not None else []
+            seen = [track.sighting] if track is not None and track.sighting is not None and name not in known else []
             one.measure((sighting.position, sighting.covariance) for sighting in seen)
             if seen:
                 self._seen_ns[name] = self._now_ns or 0
@@ -93,4 +95,7 @@ class CameraNode:
                 heard.setdefault(name, []).append((np.array(told["v"][:4]), V + np.triu(V, 1).T))
                 self._seen_ns[name] = max(told["s"], self._seen_ns.get(name, 0))
         for name, shares in heard.items():
-            self._filters.setdefault(name, Icf(self._nodes, np.zeros(4), np.zeros((4, 4)))).mix(shares, self._rate)
+            if name in self._filters:
+                self._filters[name].mix(shares, self._rate)
+            else:  # The sender has had no share of ours in this round, so we take none of its: together all hold what they held.
+                self._filters[name] = Icf(self._nodes, np.zeros(4), np.zeros((4, 4)))

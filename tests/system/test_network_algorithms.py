@@ -18,10 +18,12 @@ from examples.network.kalman import Kalman  # noqa: E402
 from examples.network.messages import Link, Message  # noqa: E402
 from examples.network.node import phases, run_phase  # noqa: E402
 from examples.network.nodes import Plan, communication_graph, make_node  # noqa: E402
+from examples.network.ownership import Ownership  # noqa: E402
 from examples.network.replay import replay  # noqa: E402
 from examples.network.score import score  # noqa: E402
 from examples.network.sighting import Sighting, alike  # noqa: E402
 from examples.network.strategies import STRATEGIES  # noqa: E402
+from examples.network.tracks import Tracks  # noqa: E402
 from examples.network.vision_graph import EVAPORATION, VisionGraph  # noqa: E402
 
 PERIOD_NS = 250_000_000
@@ -146,6 +148,10 @@ def test_a_walker_is_followed_and_a_gate_is_in_standard_deviations():
         walker.predict(0.25)
         walker.update(np.array([0.3 * step, 0.0]), np.eye(2) * 0.04)
     assert walker.x == pytest.approx([11.7, 0, 1.2, 0], abs=0.02)
+    for step in range(1, 13):  # round the corner
+        walker.predict(0.25)
+        walker.update(np.array([11.7, 0.3 * step]), np.eye(2) * 0.04)
+    assert walker.x == pytest.approx([11.7, 3.6, 0, 1.2], abs=0.15)
     spread = walker.P[:2, :2] + np.eye(2) * 0.04
     assert walker.distance2(walker.x[:2] + [2 * np.sqrt(spread[0, 0]), 0], np.eye(2) * 0.04) == pytest.approx(4, rel=1e-6)
 
@@ -255,6 +261,36 @@ def test_who_comes_back_is_known_again_and_who_looks_otherwise_is_not():
         assert len({name for step in owned for name, _ in step}) == names
 
 
+def test_of_two_names_of_one_person_the_older_stays():
+    older, younger = (Ownership(name, ["c0", "c1"], STRATEGIES["ABC"], 1) for name in ("c0", "c1"))
+    for market, name in ((older, "0000500-c0-1"), (younger, "0000750-c1-1")):
+        market.begin(0)
+        market._own(market.tracks.adopt(Kalman(np.array([1.0, 1.0]), np.eye(2) * 0.1), RED), name)
+    (asks,) = (message for message in younger.begin(PERIOD_NS) if message.kind == "search" and message.to == "c0")
+    (told,) = older.receive(asks)
+    assert (told.kind, told.body["object"]) == ("owned", "0000500-c0-1") and older.owned == {"0000500-c0-1"}
+    younger.receive(told)
+    assert not younger.owned and younger.tracks.all[0].object == "0000500-c0-1"
+
+
+def test_colours_decide_where_places_do_not():
+    tracks = Tracks()
+    tracks.advance(0)
+    tracks.see([sighting(0, 0, 0.5, RED), sighting(0.02, 0, 0.5, BLUE)])
+    tracks.advance(PERIOD_NS)
+    tracks.see([sighting(0.02, 0.3, 0.5, RED), sighting(0, 0.3, 0.5, BLUE)])
+    assert len(tracks.all) == 2 and all(alike(track.colours, track.sighting.colours) > 0.9 for track in tracks.all)
+
+
+def test_the_filters_of_all_begin_with_what_the_owner_knows():
+    plan = network("ABC", rounds=50)
+    nodes, _ = play(plan, {name: {step * PERIOD_NS: ([sighting(2 + 0.2 * step, 3, 0.8)] if name == "c0" else []) for step in range(4)} for name in ("c0", "c1", "c2")})
+    (track,) = nodes[0].market.tracks.all
+    for node in nodes:
+        (one,) = node._filters.values()
+        assert one.x == pytest.approx(track.kalman.x, abs=1e-3) and np.linalg.inv(one.J) == pytest.approx(track.kalman.P, abs=1e-3)
+
+
 def test_all_nodes_of_a_network_with_consensus_know_where_an_object_is():
     plan = network("ABC", rounds=10)
     assert communication_graph(plan) == {"c0": ["c1", "c2"], "c1": ["c0", "c2"], "c2": ["c0", "c1"]}
@@ -279,6 +315,17 @@ def test_a_head_takes_one_of_two_announced_turns_to_them_and_leaves_after_its_ti
     pan_deg, tilt_deg, zoom = logs["h0"][last]["aim"]
     assert pan_deg == pytest.approx(np.degrees(np.arctan2(place[1], place[0])), abs=1.5)
     assert tilt_deg == pytest.approx(-np.degrees(np.arctan2(3 - 0.875, np.hypot(*place))), abs=0.5) and zoom > 1
+
+
+def test_who_had_a_close_up_waits_for_the_next():
+    head = HeadNode("h", [0, 0, 3], 0, 0, 1.0, 0.25)
+    head.begin(0, [])
+    head.receive([Message("c", "h", "award", 0, {"object": "near", "x": [2, 0, 0, 0], "p": 0.1})])
+    now_ns = round((DWELL_S + 0.5) * 1e9)
+    head.begin(now_ns, [])
+    offers = head.receive([Message("c", "h", "announce", now_ns, {"object": name, "x": x, "p": 0.1}) for name, x in (("near", [2, 0, 0, 0]), ("far", [10, 0, 0, 0]))])
+    values = {offer.body["object"]: offer.body["value"] for offer in offers}
+    assert values["far"] > values["near"] > 0
 
 
 def test_a_head_that_hears_nothing_is_free_again():
