@@ -15,6 +15,9 @@ from .chance import chance
 from .strategies import STRATEGIES
 from .vision_graph import VisionGraph
 
+#: CamSim itself, 16 cameras and 4 objects, means of ten runs of 1000 steps: utility and searches as shares of ABC's.
+MEASURED = {"ABC": (1.0, 1.0), "ASM": (0.968, 0.412), "AST": (0.863, 0.268), "PBC": (0.971, 0.799), "PSM": (0.941, 0.364), "PST": (0.872, 0.228)}
+
 SIDE = 60.0  # of the square
 CAMERAS, OBJECTS = 16, 4
 ANGLE_DEG, RANGE = 100.0, 16.0

@@ -11,8 +11,8 @@ LEFT, TOP, WIDTH, HEIGHT = 62, 14, 380, 250
 Points = Sequence[tuple[float, float]]
 
 
-def plot(x_title: str, y_title: str, series: Mapping[str, Points], lines: bool = True, labels: bool = False) -> str:
-    """One plot; series by name. labels: each point is named instead of a legend (series of one point)."""
+def plot(x_title: str, y_title: str, series: Mapping[str, Points], names: Sequence[str] = ()) -> str:
+    """One plot; series by name, their points joined by lines. names: of the points of every series, which are not joined then."""
     points = [point for of in series.values() for point in of]
     x_ticks, y_ticks = _ticks([x for x, _ in points]), _ticks([y for _, y in points])
     def px(x: float) -> float:
@@ -26,16 +26,14 @@ def plot(x_title: str, y_title: str, series: Mapping[str, Points], lines: bool =
         parts.append(f'<path d="M{LEFT} {py(y):.1f}H{LEFT + WIDTH}" stroke="#e4e4ea"/><text x="{LEFT - 6}" y="{py(y) + 4:.1f}" text-anchor="end">{y:g}</text>')
     for number, (name, of) in enumerate(series.items()):
         colour = COLOURS[number % len(COLOURS)]
-        if lines and len(of) > 1:
+        if len(of) > 1 and not names:
             parts.append(f'<path d="M{"L".join(f"{px(x):.1f} {py(y):.1f}" for x, y in of)}" fill="none" stroke="{colour}" stroke-width="1.6"/>')
         parts += [f'<circle cx="{px(x):.1f}" cy="{py(y):.1f}" r="3.6" fill="{colour}"/>' for x, y in of]
-        if labels:
-            parts += [f'<text x="{px(x) + 6:.1f}" y="{py(y) + 13:.1f}" fill="{colour}">{html.escape(name)}</text>' for x, y in of]
-        else:
-            parts.append(f'<text x="{LEFT + WIDTH + 10}" y="{TOP + 12 + 16 * number}" fill="{colour}">{html.escape(name)}</text>')
+        parts += [f'<text x="{px(x) - 5:.1f}" y="{py(y) + 14:.1f}" text-anchor="end" fill="{colour}">{html.escape(label)}</text>' for label, (x, y) in zip(names, of)]
+        parts.append(f'<text x="{LEFT + WIDTH + 10}" y="{TOP + 12 + 16 * number}" fill="{colour}">{html.escape(name)}</text>')
     parts.append(f'<text x="{LEFT + WIDTH / 2}" y="{TOP + HEIGHT + 34}" text-anchor="middle">{html.escape(x_title)}</text>')
     parts.append(f'<text x="14" y="{TOP + HEIGHT / 2}" text-anchor="middle" transform="rotate(-90 14 {TOP + HEIGHT / 2})">{html.escape(y_title)}</text>')
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 90} {TOP + HEIGHT + 42}" width="{LEFT + WIDTH + 90}" role="img" '
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 130} {TOP + HEIGHT + 42}" width="{LEFT + WIDTH + 130}" role="img" '
             f'font-family="system-ui,sans-serif" font-size="12"><rect width="100%" height="100%" fill="#fff"/>{"".join(parts)}</svg>')
 
 

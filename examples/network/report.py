@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from .camsim import MEASURED
 from .plots import plot
 from .sweep import SWEPT
 
@@ -41,7 +42,7 @@ def to_html(results: dict[str, Any]) -> str:
 
 def figures(results: dict[str, Any]) -> list[str]:
     sweeps = results["sweeps"]
-    out = [_figure(trade(results), "Utility against communication, both as shares of what ABC has: on pictures, and in CamSim's kind of world.")]
+    out = [_figure(trade(results), "Utility against communication, both as shares of what ABC has: on pictures, in CamSim's kind of world without pictures, and as CamSim itself gives.")]
     for which, title in (("loss", "share of messages that are lost"), ("cameras", "cameras")):
         for key, name in (("relative_utility", "utility of the best possible"), ("idf1", "IDF1"), ("messages", "messages")):
             series = {strategy: [(value, one[key]) for value, one in sweeps[f"{which} {strategy}"].items()] for strategy in SWEPT}
@@ -56,10 +57,11 @@ def figures(results: dict[str, Any]) -> list[str]:
 
 def trade(results: dict[str, Any]) -> str:
     """The figure of Esterle et al. 2014: a point a strategy."""
-    of, whole = results["sweeps"]["strategy"], results["sweeps"]["strategy"]["ABC"]
-    series = {name: [(of[name]["searches"] / whole["searches"], of[name]["utility"] / whole["utility"])] for name in ("ABC", "ASM", "AST", "PBC", "PSM", "PST")}
-    camsim = {f"{name}, no pictures": [(one["searches_share"], one["utility_share"])] for name, one in results.get("camsim", {}).items() if name != "none"}
-    return plot("communication (searches), share of ABC's", "utility, share of ABC's", {**series, **camsim}, labels=True)
+    of, whole, plain = results["sweeps"]["strategy"], results["sweeps"]["strategy"]["ABC"], results["camsim"]
+    series = {"on pictures": [(of[name]["searches"] / whole["searches"], of[name]["utility"] / whole["utility"]) for name in MEASURED],
+              "no pictures": [(plain[name]["searches_share"], plain[name]["utility_share"]) for name in MEASURED],
+              "CamSim itself": [(searches, utility) for utility, searches in MEASURED.values()]}
+    return plot("communication (searches), share of ABC's", "utility, share of ABC's", series, list(MEASURED))
 
 
 def _table(scores: dict[Any, dict[str, Any]]) -> str:

@@ -11,12 +11,11 @@ import json
 from pathlib import Path
 from typing import Any
 
+from examples.network.camsim import MEASURED
 from examples.network.report import trade
 
 from . import report
 
-#: What CamSim itself gives for 16 cameras and 4 objects: means of ten runs of 1000 steps, as shares of ABC's.
-CAMSIM = {"ABC": (1.0, 1.0), "ASM": (0.968, 0.412), "AST": (0.863, 0.268), "PBC": (0.971, 0.799), "PSM": (0.941, 0.364), "PST": (0.872, 0.228)}
 ROWS = ("relative_utility", "coverage", "handovers", "returned", "idf1", "switches", "error_m", "searches", "messages", "bytes")
 TITLES = ("utility of the best possible", "coverage", "hand-overs", "back in 1 s", "IDF1", "switches", "error, m", "searches", "messages", "kB")
 
@@ -40,7 +39,7 @@ def strategies(results: dict[str, Any]) -> str:
 def camsim(results: dict[str, Any]) -> str:
     of, whole, ours = results["sweeps"]["strategy"], results["sweeps"]["strategy"]["ABC"], results["camsim"]
     lines = [_row("share of ABC's", ["utility: CamSim", "ours, no pictures", "ours, on pictures", "searches: CamSim", "ours, no pictures", "ours, on pictures"]), _row("---", ["---"] * 6)]
-    for name, (utility, searches) in CAMSIM.items():
+    for name, (utility, searches) in MEASURED.items():
         pairs = ((utility, ours[name]["utility_share"], of[name]["utility"] / whole["utility"]), (searches, ours[name]["searches_share"], of[name]["searches"] / whole["searches"]))
         lines.append(_row(name, [f"{value:.2f}" for three in pairs for value in three]))
     return "\n".join(lines)
