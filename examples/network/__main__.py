@@ -40,7 +40,7 @@ def live(options: argparse.Namespace) -> dict[str, Any]:
     """Runs the network; the score of what its programs logged."""
     signal.signal(signal.SIGTERM, _end)
     is_lockstep = options.mode == "lockstep"
-    with camrig.start(options.scene, mode=options.mode, seed=options.seed) as rig:
+    with camrig.start(options.scene, mode=options.mode, seed=options.seed, overload=None if is_lockstep else "slow") as rig:
         cameras, heads = stage.build(rig, options.cameras, options.heads, options.fps)
         plan = Plan(cameras, heads, options.strategy, options.rounds, options.loss, options.seed, round(1e9 / options.fps))
         is_device = is_lockstep or options.source == "device"

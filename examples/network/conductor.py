@@ -20,6 +20,7 @@ from . import stage
 
 FIRST_FRAME = 4  # OpenCV throws a device's first picture away; from this one on all cameras have theirs
 READY_S = 60.0
+TRUTH_S = 5.0  # in real time: an instant without a truth for so long is left out
 
 
 class Programs:
@@ -150,12 +151,19 @@ class Conductor:
         """The world runs, and its truth is written down as often as there is time for, at most once a period."""
         period_ns = self._plan.period_ns
         begin_ns, step = self._rig.status()["world_ns"], 0
+        written = 0
         while step < steps:
-            line = await asyncio.to_thread(stage.truth_line, self._rig, self._watched)
-            self._write(line)
+            try:
+                self._write(await asyncio.to_thread(stage.truth_line, self._rig, self._watched, TRUTH_S))
+                written += 1
+            except camrig.CamrigError as problem:
+                if problem.kind != "unavailable":
+                    raise
             programs.alive()
-            step = min(steps, max(step + 1, (line["t"] - begin_ns) // period_ns))
+            step = min(steps, (self._rig.status()["world_ns"] - begin_ns) // period_ns)
             self._on_step(step, steps, programs)
+        if not written:
+            raise SystemExit("no instant was drawn for all cameras: try fewer of them, or a lower --fps")
 
     def _write(self, line: dict[str, Any]) -> None:
         self._truth.write(json.dumps(line, separators=(",", ":")) + "\n")

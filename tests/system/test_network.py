@@ -33,7 +33,7 @@ STEPS = 10
 def play(folder, cameras=3, heads=1, steps=STEPS, mode="lockstep", fps=4, on_step=lambda *_: None, **more):
     """Runs a network; (its plan, the ends of programs that ended early)."""
     folder.mkdir(exist_ok=True)
-    with camrig.start(str(REPOSITORY / "scenes" / "hall.json"), mode=mode, seed=1) as rig:
+    with camrig.start(str(REPOSITORY / "scenes" / "hall.json"), mode=mode, seed=1, overload="slow" if mode == "realtime" else None) as rig:
         plan = Plan(*stage.build(rig, cameras, heads, fps), period_ns=round(1e9 / fps), **more)
         return plan, Conductor(rig, plan, folder, mode == "lockstep", on_step).run(steps)
 
@@ -199,8 +199,6 @@ def test_bad_options_say_what_would_be_right(tmp_path):
 def test_the_blocks_of_the_page_run(tmp_path):
     """The first block is the long run: it is run short here, by the option that the page tells."""
     (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin" / "python").symlink_to(sys.executable)
     for block in blocks("docs/network.md", "sh"):
         block = block.replace("python -m examples.network\n", "python -m examples.network --quick --out network-run\n").replace("--seconds 20", "--seconds 2").replace("--seeds 10", "--seeds 1")
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", block.replace("python ", f"{shutil.which(sys.executable)} ")], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=400, check=False)
