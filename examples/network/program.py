@@ -168,6 +168,8 @@ async def in_real_time(program: Program, bus: Bus) -> None:
     while not (newest and newest.done):
         if newest is not None:
             read = await asyncio.to_thread(newest.take, 0.02)
+            if read is not None and read[0] <= now_ns:
+                read = None  # a stream may repeat a picture
         else:  # the centre has no camera: it settles once a period
             await asyncio.sleep(0.01)
             read = None
