@@ -20,7 +20,6 @@ from . import stage
 
 FIRST_FRAME = 4  # OpenCV throws a device's first picture away; from this one on all cameras have theirs
 READY_S = 60.0
-TRUTH_S = 5.0  # in real time: an instant without a truth for so long is left out
 
 
 class Programs:
@@ -148,22 +147,26 @@ class Conductor:
         return expect
 
     async def _real_time(self, bus: Bus, programs: Programs, steps: int) -> None:
-        """The world runs, and its truth is written down as often as there is time for, at most once a period."""
+        """The world runs, and stands for a moment once a period while its truth is written down, as `camrig record` does."""
         period_ns = self._plan.period_ns
-        begin_ns, step = self._rig.status()["world_ns"], 0
-        written = 0
-        while step < steps:
-            try:
-                self._write(await asyncio.to_thread(stage.truth_line, self._rig, self._watched, TRUTH_S))
-                written += 1
-            except camrig.CamrigError as problem:
-                if problem.kind != "unavailable":
-                    raise
+        end_ns = next_ns = self._rig.status()["world_ns"]
+        end_ns += steps * period_ns
+        while next_ns < end_ns:
+            now_ns = self._rig.status()["world_ns"]
+            if now_ns < next_ns:
+                await asyncio.sleep((next_ns - now_ns) / 1e9)
+                continue
+            next_ns += max(1, (now_ns - next_ns) // period_ns + 1) * period_ns
+            self._write(await asyncio.to_thread(self._standing_truth))
             programs.alive()
-            step = min(steps, (self._rig.status()["world_ns"] - begin_ns) // period_ns)
-            self._on_step(step, steps, programs)
-        if not written:
-            raise SystemExit("no instant was drawn for all cameras: try fewer of them, or a lower --fps")
+            self._on_step(steps - max(0, (end_ns - next_ns) // period_ns), steps, programs)
+
+    def _standing_truth(self) -> dict[str, Any]:
+        self._rig.pause()
+        try:
+            return stage.truth_line(self._rig, self._watched)
+        finally:
+            self._rig.resume()
 
     def _write(self, line: dict[str, Any]) -> None:
         self._truth.write(json.dumps(line, separators=(",", ":")) + "\n")

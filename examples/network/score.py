@@ -47,7 +47,7 @@ def score(truth: list[dict[str, Any]], logs: dict[str, list[dict[str, Any]]], ca
         people = {one["id"]: one for one in line["people"] if any(_counts(seen) for camera, seen in one["seen"].items() if camera in cameras)}
         others = np.array([one["floor"] for one in line["people"] if one["id"] not in people]).reshape(-1, 2)
         places = np.array([one["floor"] for one in people.values()]).reshape(-1, 2)
-        owned = [one for node in told.values() for one in node.get("owned", [])]
+        owned = _owned(told)
         said = np.array([one["floor"] for one in owned]).reshape(-1, 2)
         distances = motmetrics.distances.norm2squared_matrix(places, said, max_d2=GATE_M**2) if len(places) and len(said) else np.full((len(places), len(said)), np.nan)
         # Who is near somebody that does not count is neither right nor wrong.
@@ -105,6 +105,12 @@ def _steps(truth: list[dict[str, Any]], logs: dict[str, list[dict[str, Any]]]) -
     return steps
 
 
+def _owned(told: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
+    """Each object once: where two nodes say that they own it, what was said last, or else by who sees it better."""
+    said = sorted(((node["t"], one["value"], one["owner"], one) for node in told.values() for one in node.get("owned", [])), key=lambda entry: entry[:3])
+    return list({one["object"]: one for _, _, _, one in said}.values())
+
+
 def _pairs(accumulator: motmetrics.MOTAccumulator, frame: int) -> list[tuple[int, int]]:
     """(person, hypothesis) that motmetrics has matched in its last frame."""
     events = accumulator.mot_events.xs(frame, level="FrameId")
@@ -119,8 +125,11 @@ def _handovers(truth: list[dict[str, Any]], steps: list[dict[str, dict[str, Any]
     moved: dict[str, tuple[str, int]] = {}  # object -> (the owner before, when)
     count = right = judged = returned = 0
     for line, told, pairs in zip(truth, steps, matched):
+        owners: dict[str, list[str]] = {}
         for one in (one for node in told.values() for one in node.get("owned", [])):
-            name, now = one["object"], one["owner"]
+            owners.setdefault(one["object"], []).append(one["owner"])
+        for name, all_now in owners.items():
+            now = owner[name] if owner.get(name) in all_now else all_now[0]  # of two, the new one has it when the old one has not
             if name in owner and owner[name] != now:
                 count += 1
                 if name in moved and moved[name][0] == now and line["t"] - moved[name][1] <= BACK_S * 1e9:

@@ -43,11 +43,10 @@ def source(rig: camrig.Rig, name: str, is_device: bool) -> str:
     return f"/dev/video{device['number']}"
 
 
-def truth_line(rig: camrig.Rig, names: list[str], timeout_s: float = 20.0) -> dict[str, Any]:
-    """Who is where, and how each camera sees them: distance and angle off its axis, share that shows, height in px. Of one instant: in lockstep the latest, else the next; CamrigError when
-    none was drawn for all cameras in time."""
+def truth_line(rig: camrig.Rig, names: list[str]) -> dict[str, Any]:
+    """Who is where, and how each camera sees them: distance and angle off its axis, share that shows, height in px. Of the latest instant of a world that stands."""
     people: dict[int, dict[str, Any]] = {}
-    grabbed = rig.grab(names, ["truth"], timeout=timeout_s)
+    grabbed = rig.grab(names, ["truth"])
     for name in names:
         truth = grabbed[name]["truth"]
         eye, k = truth["pose"]["position"], truth["intrinsics"]
