@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from .messages import Message
-from .sighting import Sighting, alike
-from .ownership import KNOWN_LOOKS, REMEMBER_S, WALK_M_S
-from .tracks import CONFIRMED, Track, Tracks
-
 import numpy as np
+
+from .messages import Message
+from .ownership import KNOWN_LOOKS, REMEMBER_S, WALK_M_S
+from .sighting import Sighting, alike
+from .tracks import CONFIRMED, Track, Tracks
 
 CENTRE = "centre"
 

@@ -44,7 +44,7 @@ def figures(results: dict[str, Any]) -> list[str]:
     sweeps = results["sweeps"]
     out = [_figure(trade(results), "Utility against communication, both as shares of what ABC has: on pictures, in CamSim's kind of world without pictures, and as CamSim itself gives.")]
     for which, title in (("loss", "share of messages that are lost"), ("cameras", "cameras")):
-        for key, name in (("relative_utility", "utility of the best possible"), ("idf1", "IDF1"), ("messages", "messages")):
+        for key, name in (("relative_utility", "utility of the best possible"), ("idf1", "IDF1"), ("messages", "messages"), ("bytes", "bytes")):
             series = {strategy: [(value, one[key]) for value, one in sweeps[f"{which} {strategy}"].items()] for strategy in SWEPT}
             out.append(_figure(plot(title, name, series), f"{name} against {title}"))
     rounds = sweeps["rounds"]

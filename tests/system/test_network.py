@@ -5,7 +5,6 @@ import contextlib
 import json
 import os
 import pathlib
-import shutil
 import signal
 import subprocess
 import sys
@@ -200,8 +199,9 @@ def test_the_blocks_of_the_page_run(tmp_path):
     """The first block is the long run: it is run short here, by the option that the page tells."""
     (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
     for block in blocks("docs/network.md", "sh"):
-        block = block.replace("python -m examples.network\n", "python -m examples.network --quick --out network-run\n").replace("--seconds 20", "--seconds 2").replace("--seeds 10", "--seeds 1")
-        done = subprocess.run(["bash", "-euo", "pipefail", "-c", block.replace("python ", f"{shutil.which(sys.executable)} ")], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=400, check=False)
+        for page, here in (("python -m examples.network\n", "python -m examples.network --quick\n"), ("--seconds 20", "--seconds 2"), ("--seeds 10", "--seeds 1"), ("python ", f"{sys.executable} ")):
+            block = block.replace(page, here)
+        done = subprocess.run(["bash", "-euo", "pipefail", "-c", block], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=400, check=False)
         assert done.returncode == 0, (block, done.stdout[-2000:], done.stderr[-4000:])
     for block in blocks("docs/network.md", "python"):
         done = subprocess.run([sys.executable, "-c", block], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=200, check=False)

@@ -348,7 +348,8 @@ def test_scores_are_those_of_a_made_up_run():
             {"id": 3, "floor": [50, 50], "seen": {"b": {"visible": 0.1, "distance_m": 5, "off_axis": 0.0, "height_px": 100}}}]}
     truth = [at(step, [5, 0]) for step in range(4)]
     def says(step, *owned):
-        return {"t": step * PERIOD_NS, "owned": [{"object": name, "owner": camera, "floor": floor, "value": 0.5} for name, camera, floor in owned], "sent": {"search": 2 * step}, "bytes": {"search": 100 * step}, "lost": 0}
+        return {"t": step * PERIOD_NS, "owned": [{"object": name, "owner": camera, "floor": floor, "value": 0.5} for name, camera, floor in owned],
+                "sent": {"search": 2 * step}, "bytes": {"search": 100 * step}, "lost": 0}
     x = ("x", "a", [0.3, 0.4])
     # In the second step a has not heard yet that b has bought y: of two that see it alike the last by name is asked, and nothing was handed over.
     logs = {"a": [says(0, x), says(1, x, ("y", "a", [80, 0])), says(2, x), says(3, x, ("y", "a", [5, 0]))],
