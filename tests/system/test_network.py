@@ -135,8 +135,10 @@ def test_sigterm_ends_programs_server_and_rig(tmp_path):
 @pytest.mark.slow
 def test_a_camera_whose_program_is_killed_stops_no_other(tmp_path):
     def kill(step, _, programs):
-        if step == 4:
-            programs.running["south"].send_signal(signal.SIGKILL)
+        if step == 4:  # it dies within a phase: first it is waited for
+            south = programs.running["south"]
+            south.send_signal(signal.SIGSTOP)
+            threading.Timer(1.0, south.send_signal, (signal.SIGKILL,)).start()
 
     plan, ended = play(tmp_path / "a", heads=0, on_step=kill, strategy="ABC")
     assert ended == {"south": -signal.SIGKILL}
