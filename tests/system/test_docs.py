@@ -37,6 +37,7 @@ ELSEWHERE = {
     "docs/faults.md": "test_faults.py and test_campaigns.py",
     "docs/install.md": "needs root; test_install.py installs, packs and verifies",
     "docs/mutations.md": "answers",
+    "docs/network.md": "minutes; test_network.py runs them shorter",
     "docs/onvif.md": "files of other programs and a server's start: test_onvif*.py start theirs with the same options",
     "docs/probe.md": "addresses of other machines; test_probe.py",
     "docs/scene-format.md": "test_scene_schema.py loads them",

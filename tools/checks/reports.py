@@ -24,6 +24,7 @@ PAGES = {
     "devices.md": "colours latency",
     "getting-started.md": "first_steps",
     "mutations.md": "mutations",
+    "network.md": "strategies camsim",
     "quality.md": "pictures light cost",
     "speed.md": "targets cameras sizes outputs load overload sharing limits kernels peers soak",
     "streams.md": "opening latency h264 h265 sub clients",
