@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <cstdio>
-#include <future>
 #include <new>
 #include <string_view>
 #include <thread>
@@ -29,6 +28,7 @@
 #include "core/truth/truth_json.h"
 #include "rtsp_out/http/http_server.h"
 #include "rtsp_out/rtsp/rtsp_server.h"
+#include "tools/camrig/onvif_parts.h"
 #include "tools/camrig/outputs.h"
 #include "tools/camrig/rig_folder.h"
 #include "tools/camrig/server_facts.h"
@@ -182,44 +182,6 @@ http::HttpHooks http_hooks(control::RpcServer& rpc, control::Authority granted, 
     return hooks;
 }
 
-/// What ONVIF devices answer over HTTP.
-http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
-    http::DeviceHooks hooks;
-    hooks.caller = [&onvif](std::string_view method, std::string_view target, std::string_view authorization,
-                            bool shows_token) -> http::DeviceHooks::Caller {
-        onvif::Authentication& access = onvif.authentication();
-        if (access.is_open() || shows_token) return {.rank = static_cast<int>(onvif::Role::administrator)};
-        const TimeNs now_ns = realtime_now_ns();
-        const auto told = access.http_caller(method, target, authorization, now_ns);
-        if (told.role) return {.rank = static_cast<int>(*told.role)};
-        return {.is_stale = told.is_stale, .challenge = access.http_challenge(now_ns, told.is_stale)};
-    };
-    hooks.call = [&onvif](http::DeviceCall call, std::function<void(http::DeviceAnswer)> reply) {
-        onvif.handle({.device = std::move(call.device),
-                      .host = std::move(call.host),
-                      .path = std::move(call.path),
-                      .role = call.rank ? std::optional(static_cast<onvif::Role>(*call.rank)) : std::nullopt,
-                      .body = std::move(call.body)},
-                     [reply = std::move(reply)](onvif::OnvifReply made) {
-                         reply({.status = made.status,
-                                .content_type = "application/soap+xml; charset=utf-8",
-                                .text = std::move(made.text),
-                                .is_refused = made.is_refused,
-                                .asks_digest = made.asks_digest});
-                     });
-    };
-    return hooks;
-}
-
-/// The port of the device with every camera; 0: none is wanted.
-Result<std::uint16_t> open_onvif(const ServeOptions& options, http::HttpServer& http) {
-    if (!options.onvif_port) return 0;
-    std::promise<Result<std::uint16_t>> opened;
-    http.open_device_port("", *options.onvif_port,
-                          [&opened](Result<std::uint16_t> port) { opened.set_value(std::move(port)); });
-    return opened.get_future().get();
-}
-
 /// Null: it is not wanted.
 Result<std::unique_ptr<unrealcv::UnrealCvServer>> open_unrealcv(const ServeOptions& options, const std::string& scene,
                                                                 engine::Engine& engine) {
@@ -234,55 +196,6 @@ Result<std::unique_ptr<unrealcv::UnrealCvServer>> open_unrealcv(const ServeOptio
          .name = scene,
          .folder = options.unrealcv_folder,
          .depth = options.unrealcv_ray_depth ? unrealcv::Depth::ray_m : unrealcv::Depth::plane_cm});
-}
-
-/// The streams of a camera that can be read, as ONVIF tells them.
-std::vector<onvif::VideoStream> onvif_streams(const world::CameraSpec& camera) {
-    std::vector<onvif::VideoStream> streams;
-    for (const rtsp::StreamSettings& stream : rtsp::streams_of(camera.outputs, camera.size, camera.rate)) {
-        if (!rtsp::can_be_carried(stream)) continue;
-        std::string_view ending = rtsp::path_ending(stream.options);
-        if (!ending.empty()) ending.remove_prefix(1);
-        streams.push_back({.ending = std::string(ending),
-                           .codec = std::string(to_string(stream.options.codec)),
-                           .size = stream.size,
-                           .rate = stream.rate,
-                           .bitrate_kbps = stream.bitrate_kbps,
-                           .key_interval_s = stream.options.key_interval_s,
-                           .profile = stream.options.profile,
-                           .quality = stream.options.quality});
-    }
-    return streams;
-}
-
-onvif::Site onvif_site(const rtsp::RtspServer& rtsp, bool is_discoverable) {
-    return {.version = version,
-            .rtsp_scheme = rtsp.scheme(),
-            .rtsp_port = rtsp.port(),
-            .streams = onvif_streams,
-            .has_h265 = rtsp::has_h265_encoder(),
-            .is_discoverable = is_discoverable};
-}
-
-/// `discovery` is told of what can be found; nullptr: nobody is.
-onvif::OnvifPorts::Doors onvif_doors(http::HttpServer& http, onvif::DiscoveryServer* discovery) {
-    onvif::OnvifPorts::Doors doors{
-        .open =
-            [&http](const std::string& camera, std::uint16_t port, onvif::OnvifPorts::Done done) {
-                http.open_device_port(camera, port,
-                                      [camera, done = std::move(done)](const Result<std::uint16_t>& opened) {
-                                          if (!opened)
-                                              spdlog::warn("onvif: camera {}: {}", camera, opened.error().message);
-                                          done(opened.has_value());
-                                      });
-            },
-        .close = [&http](const std::string& camera, std::uint16_t port,
-                         onvif::OnvifPorts::Done done) { http.close_device_port(camera, port, std::move(done)); }};
-    if (discovery)
-        doors.tell = [discovery](const std::string& camera, std::uint16_t port, bool is_there) {
-            is_there ? discovery->add(camera, port) : discovery->remove(camera, port);
-        };
-    return doors;
 }
 
 http::HttpOptions http_options(const ServeOptions& options, const std::string& token, const std::string& command_key,
@@ -338,6 +251,50 @@ void print_addresses(const ServeOptions& options, const std::string& renderer, c
     std::fflush(stdout);
 }
 
+/// What is made of the rig, in the order of its making. When it goes, however far the start came, those who ask go
+/// first, then the engine, and last those whom it answers: until then it may have something in work for them.
+struct Parts {
+    Parts() = default;
+    Parts(const Parts&) = delete;
+    Parts& operator=(const Parts&) = delete;
+    ~Parts() {
+        if (unrealcv) unrealcv->stop();
+        keys.clear();  // before their ports are free for another rig
+        if (control) control->stop();
+        if (rtsp) rtsp->stop();
+        onvif_ports.reset();
+        if (http) http->stop();
+        if (discovery) discovery->stop();
+        if (onvif) onvif->stop();
+        if (rpc) rpc->stop();
+        truth_text.stop();
+        outputs.clear();
+        engine.reset();
+    }
+
+    std::unique_ptr<engine::Engine> engine;
+    std::vector<std::unique_ptr<stream::CameraObserver>> outputs;
+    stream::WorkerPool truth_text{1, max_truths_waiting};
+    ServerFacts facts;
+    std::optional<control::RpcServer> rpc;
+    std::unique_ptr<rtsp::RtspServer> rtsp;
+    std::optional<onvif::OnvifService> onvif;
+    std::unique_ptr<onvif::DiscoveryServer> discovery;  // the HTTP server tells it of ports
+    std::unique_ptr<http::HttpServer> http;
+    std::optional<onvif::OnvifPorts> onvif_ports;
+    std::unique_ptr<control::ControlServer> control;
+    std::unique_ptr<unrealcv::UnrealCvServer> unrealcv;
+    std::vector<CommandKeyFile> keys;
+};
+
+/// Puts what was made where it belongs.
+template <typename T>
+Result<void> place(Result<std::unique_ptr<T>> made, std::unique_ptr<T>& where) {
+    if (!made) return std::unexpected(made.error());
+    where = std::move(*made);
+    return {};
+}
+
 }  // namespace
 
 int run_serve(const ServeOptions& options) {
@@ -370,62 +327,62 @@ int run_serve(const ServeOptions& options) {
     const auto scenes = std::filesystem::absolute((*scene)->file).parent_path();
     const std::string scene_name = (*scene)->name;
 
-    stream::WorkerPool truth_text(1, max_truths_waiting);
     auto pool = std::make_shared<frame::FramePool>();
     stream::LocalFrameBus bus({static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), pool});
     engine::EngineOptions engine_options = options.engine;
     engine_options.renderer.pool = pool;
-    auto engine = engine::Engine::start(std::move(*scene), engine_options, bus);
-    if (!engine) return fail(engine.error());
+    Parts parts;
+    if (auto made = place(engine::Engine::start(std::move(*scene), engine_options, bus), parts.engine); !made)
+        return fail(made.error());
+    engine::Engine& engine = *parts.engine;
 
     auto outputs = open_outputs({.bus = bus,
-                                 .fetcher = **engine,
-                                 .commands = **engine,
+                                 .fetcher = engine,
+                                 .commands = engine,
                                  .device_socket = device_socket_of(options.control),
                                  .is_lockstep = options.engine.mode == engine::RunMode::lockstep});
     if (!outputs) return fail(outputs.error());
+    parts.outputs = std::move(*outputs);
 
-    ServerFacts facts;
+    ServerFacts& facts = parts.facts;
     facts.add("version", version);
     facts.add("pid", ::getpid());
-    facts.add("renderer", (*engine)->renderer_description());
+    facts.add("renderer", engine.renderer_description());
     facts.add("control", options.control);
     facts.add("host", options.host);
     facts.add("devices", device_socket_of(options.control));
-    control::RpcServer rpc({.commands = **engine,
-                            .frames = **engine,
-                            .info = [&facts] { return facts.get(); },
-                            .shutdown = [] { StopSignal::raise(); },
-                            .token = access->secret,
-                            .how_to_command = access->how_to_command,
-                            .scenes = scenes});
+    control::RpcServer& rpc = parts.rpc.emplace(control::RpcContext{.commands = engine,
+                                                                    .frames = engine,
+                                                                    .info = [&facts] { return facts.get(); },
+                                                                    .shutdown = [] { StopSignal::raise(); },
+                                                                    .token = access->secret,
+                                                                    .how_to_command = access->how_to_command,
+                                                                    .scenes = scenes});
 
-    auto rtsp = rtsp::RtspServer::create(rtsp_options(options, *token, bus, **engine));
-    if (!rtsp) return fail(rtsp.error());
-    facts.add("rtsp", (*rtsp)->port());
+    if (auto made = place(rtsp::RtspServer::create(rtsp_options(options, *token, bus, engine)), parts.rtsp); !made)
+        return fail(made.error());
+    facts.add("rtsp", parts.rtsp->port());
 
-    onvif::OnvifService onvif(**engine, **engine,
-                              {.site = onvif_site(**rtsp, !options.onvif_discovery.empty()),
-                               .token = *token,
-                               .users = std::move(*users),
-                               .may_command = !options.read_only});
-    std::unique_ptr<onvif::DiscoveryServer> discovery;  // the HTTP server tells it of ports
+    onvif::OnvifService& onvif = parts.onvif.emplace(
+        engine, engine,
+        onvif::OnvifService::Options{.site = onvif_site(*parts.rtsp, !options.onvif_discovery.empty()),
+                                     .token = *token,
+                                     .users = std::move(*users),
+                                     .may_command = !options.read_only});
     if (!options.onvif_discovery.empty()) {
-        auto made = onvif::DiscoveryServer::create(options.onvif_discovery, options.host, **engine);
-        if (!made) return fail(made.error());
-        discovery = std::move(*made);
+        auto made = onvif::DiscoveryServer::create(options.onvif_discovery, options.host, engine);
+        if (auto done = place(std::move(made), parts.discovery); !done) return fail(done.error());
     }
-    auto hooks = http_hooks(rpc, access->authority, **engine, truth_text);
+    auto hooks = http_hooks(rpc, access->authority, engine, parts.truth_text);
     hooks.device = device_hooks(onvif);
-    auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, **engine, std::move(hooks)));
-    if (!http) return fail(http.error());
-    facts.add("http", (*http)->port());
-    const auto onvif_port = open_onvif(options, **http);
+    auto http = http::HttpServer::create(http_options(options, *token, access->key, bus, engine, std::move(hooks)));
+    if (auto made = place(std::move(http), parts.http); !made) return fail(made.error());
+    facts.add("http", parts.http->port());
+    const auto onvif_port = open_onvif(options.onvif_port, *parts.http);
     if (!onvif_port) return fail(onvif_port.error());
     if (options.onvif_port) facts.add("onvif", *onvif_port);
-    if (discovery && options.onvif_port) discovery->add("", *onvif_port);
-    std::optional<onvif::OnvifPorts> onvif_ports(std::in_place, bus, device_ports,
-                                                 onvif_doors(**http, discovery.get()));
+    if (parts.discovery && options.onvif_port) parts.discovery->add("", *onvif_port);
+    parts.onvif_ports.emplace(bus, device_ports, onvif_doors(*parts.http, parts.discovery.get()));
 
     auto control = control::ControlServer::create({.unix_path = options.control,
                                                    .host = options.host,
@@ -433,37 +390,24 @@ int run_serve(const ServeOptions& options) {
                                                    .token = access->secret,
                                                    .tcp_authority = access->authority,
                                                    .rpc = &rpc});
-    if (!control) return fail(control.error());
-    facts.add("tcp", (*control)->tcp_port());
-    facts.add_connections("control", [server = control->get()] { return server->counts(); });
-    facts.add_connections("http", [server = http->get()] { return server->counts().connections; });
-    facts.add_connections("rtsp", [server = rtsp->get()] { return server->counts(); });
-    auto unrealcv = open_unrealcv(options, scene_name, **engine);
-    if (!unrealcv) return fail(unrealcv.error());
-    if (*unrealcv) {
-        facts.add("unrealcv", (*unrealcv)->port());
-        facts.add_connections("unrealcv", [server = unrealcv->get()] { return server->counts(); });
+    if (auto made = place(std::move(control), parts.control); !made) return fail(made.error());
+    facts.add("tcp", parts.control->tcp_port());
+    facts.add_connections("control", [server = parts.control.get()] { return server->counts(); });
+    facts.add_connections("http", [server = parts.http.get()] { return server->counts().connections; });
+    facts.add_connections("rtsp", [server = parts.rtsp.get()] { return server->counts(); });
+    if (auto made = place(open_unrealcv(options, scene_name, engine), parts.unrealcv); !made) return fail(made.error());
+    if (parts.unrealcv) {
+        facts.add("unrealcv", parts.unrealcv->port());
+        facts.add_connections("unrealcv", [server = parts.unrealcv.get()] { return server->counts(); });
     }
-    auto keys = write_key_files(access->key, **http, **control, facts);
+    parts.keys = write_key_files(access->key, *parts.http, *parts.control, facts);
 
-    print_addresses(options, (*engine)->renderer_description(), access->key, **http, **rtsp, **control, *onvif_port,
-                    unrealcv->get(), bus.cameras());
+    print_addresses(options, engine.renderer_description(), access->key, *parts.http, *parts.rtsp, *parts.control,
+                    *onvif_port, parts.unrealcv.get(), bus.cameras());
     at_start.is_over();
     tell_ready(options.ready_fd, facts.get());
 
     stop.wait();
-    if (*unrealcv) (*unrealcv)->stop();
-    keys.clear();  // before their ports are free for another rig
-    (*control)->stop();
-    (*rtsp)->stop();
-    onvif_ports.reset();
-    (*http)->stop();
-    if (discovery) discovery->stop();
-    onvif.stop();
-    rpc.stop();
-    truth_text.stop();
-    outputs->clear();
-    engine->reset();
     return 0;
 }
 
