@@ -241,6 +241,39 @@ def test_bad_messages_are_refused_by_the_proper_faults(rig):
     assert rig.call("server.info")["uptime_s"] > 0
 
 
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_a_device_does_worse_where_it_is_told_to_as_an_unmodified_client_sees_it(rig):
+    port = free_port()
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz=HEAD, outputs=[{"kind": "onvif", "port": port, "move_status": "none", "relative_fov": False}])
+    wait_until(lambda: listens(port), what="the camera's port")
+
+    async def seen():
+        device = onvif.ONVIFCamera("127.0.0.1", port, "viewer", TOKEN)
+        try:
+            await device.update_xaddrs()
+            ptz = await device.create_ptz_service()
+            capabilities, status = await ptz.GetServiceCapabilities(), await ptz.GetStatus({"ProfileToken": "dome"})
+            spaces = (await ptz.GetConfigurationOptions({"ConfigurationToken": "dome"})).Spaces.RelativePanTiltTranslationSpace
+            moves = status.MoveStatus and status.MoveStatus.PanTilt
+            return capabilities._attr_1["MoveStatus"], moves, FOV in [space.URI for space in spaces], status.Position.PanTilt.x
+        finally:
+            await device.close()
+
+    cam.ptz.move(pan_deg=45)
+    assert asyncio.run(seen()) == ("false", None, False, 0)
+    rig.step(seconds=3)
+    # The place is told all the same, by which clients without MoveStatus go.
+    assert asyncio.run(seen()) == ("false", None, False, -0.5)
+    cam.set(outputs=[{"kind": "onvif", "port": port, "move_status": "stuck"}])
+    wait_until(lambda: listens(port), what="the same port anew")
+    assert asyncio.run(seen()) == ("true", "MOVING", True, -0.5) and not cam.ptz.status()["turning"]
+    cam.set(outputs=[{"kind": "onvif", "port": port}])
+    wait_until(lambda: listens(port), what="the same port once more")
+    assert asyncio.run(seen()) == ("true", "IDLE", True, -0.5)
+    with pytest.raises(camrig.CamrigError, match="move_status.*told, none, stuck"):
+        cam.set(outputs=[{"kind": "onvif", "port": port, "move_status": "sometimes"}])
+
+
 @pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0", "--read-only"])
 def test_a_rig_that_only_looks_turns_no_head_by_onvif(rig):
     rig.create_camera("dome", size=(320, 240), ptz=HEAD)
