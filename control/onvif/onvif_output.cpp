@@ -4,12 +4,6 @@
 
 namespace camrig::onvif {
 
-FieldTable<OnvifOutput> fields_of(std::type_identity<OnvifOutput>) {
-    static const std::vector<FieldOf<OnvifOutput>> table{field_at<&OnvifOutput::port>(
-        {.name = "port", .doc = "TCP port of the device, on the host of HTTP", .required = true, .range = {1, 65535}})};
-    return table;
-}
-
 Result<void> DevicePorts::check(std::uint16_t port) {
     const std::lock_guard lock(mutex_);
     if (held_.contains(port)) return {};

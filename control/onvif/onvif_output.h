@@ -7,16 +7,11 @@
 #include <set>
 #include <string>
 
+#include "control/onvif/device_manners.h"
 #include "core/base/output_family.h"
 #include "core/stream/camera_outputs.h"
 
 namespace camrig::onvif {
-
-/// The options of an output {kind: "onvif"}: the camera as an ONVIF device of its own.
-struct OnvifOutput {
-    int port = 0;  ///< of TCP
-};
-FieldTable<OnvifOutput> fields_of(std::type_identity<OnvifOutput>);
 
 /// Which ports this rig can have, on the address that it listens on. Any thread; nothing waits.
 class DevicePorts {

@@ -51,6 +51,7 @@ struct OnvifService::Task {
     const Operation* operation;
     Asked asked;
     TimeNs received_ns;  ///< since 1970
+    std::uint16_t port;  ///< that it came to
     std::vector<PtzCommand> orders = {};
     bool is_to_be_judged = false;  ///< by the camera's clock, when it is known
     std::size_t given = 0;         ///< of the orders
@@ -100,6 +101,7 @@ void OnvifService::handle(const OnvifCall& call, std::function<void(OnvifReply)>
                                                       .utc_ns = now_ns,
                                                       .users = authentication_.users()},
                                             .received_ns = now_ns,
+                                            .port = call.port,
                                             .is_to_be_judged = by_camera,
                                             .done = std::move(done)});
     if (operation->orders) return ask_head(task);
@@ -174,6 +176,7 @@ void OnvifService::take_cameras(const TaskRef& task, std::vector<engine::CameraR
 
 void OnvifService::take_camera(const TaskRef& task, engine::CameraReply camera) {
     task->asked.cameras = {camera.camera.spec()};
+    if (!task->asked.device.empty()) task->asked.manners = manners_of(*camera.camera.spec(), task->port);
     if (!task->asked.device.empty() && camera.now.clock) {
         task->asked.clock_error_ns = camera.now.clock->stamp_error_ns;
         task->asked.utc_ns = task->received_ns + task->asked.clock_error_ns;

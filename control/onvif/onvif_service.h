@@ -17,6 +17,7 @@ struct OnvifCall {
     std::string path;               ///< of the URL that was posted to
     std::optional<Role> role = {};  ///< as HTTP told already
     std::string body;
+    std::uint16_t port = 0;  ///< that it came to
 };
 struct OnvifReply {
     int status = 200;

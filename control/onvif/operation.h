@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "control/onvif/device_manners.h"
 #include "control/onvif/soap.h"
 #include "control/onvif/users.h"
 #include "control/onvif/video_stream.h"
@@ -55,6 +56,7 @@ struct Asked {
     TimeNs utc_ns = 0;                                 ///< when it came, by the device's clock
     TimeNs clock_error_ns = 0;                         ///< of that clock: a camera's own on its device, else 0
     std::span<const User> users = {};
+    OnvifOutput manners = {};  ///< of the device
 
     std::string device_url() const { return "http://" + host + "/onvif/device_service"; }
     bool has_heads() const;

@@ -20,23 +20,34 @@ std::string line(std::string_view tag, std::string_view space, double low) {
 
 }  // namespace
 
-std::string ptz_spaces() {
+std::string ptz_spaces(bool has_fov) {
     return plane("tt:AbsolutePanTiltPositionSpace", position_space) +
            line("tt:AbsoluteZoomPositionSpace", zoom_position_space, 0) +
            plane("tt:RelativePanTiltTranslationSpace", translation_space) +
-           plane("tt:RelativePanTiltTranslationSpace", fov_space) +
+           (has_fov ? plane("tt:RelativePanTiltTranslationSpace", fov_space) : "") +
            line("tt:RelativeZoomTranslationSpace", zoom_translation_space, -1) +
            plane("tt:ContinuousPanTiltVelocitySpace", velocity_space) +
            line("tt:ContinuousZoomVelocitySpace", zoom_velocity_space, -1) +
            line("tt:PanTiltSpeedSpace", speed_space, 0) + line("tt:ZoomSpeedSpace", zoom_speed_space, 0);
 }
 
-std::string ptz_node(const world::CameraSpec& spec, std::string_view tag) {
+std::string ptz_node(const world::CameraSpec& spec, bool has_fov, std::string_view tag) {
     return element(tag,
-                   text_element("tt:Name", spec.name) + element("tt:SupportedPTZSpaces", ptz_spaces()) +
+                   text_element("tt:Name", spec.name) + element("tt:SupportedPTZSpaces", ptz_spaces(has_fov)) +
                        element("tt:MaximumNumberOfPresets", std::to_string(camera::PtzHead::max_presets)) +
                        "<tt:HomeSupported>true</tt:HomeSupported>",
                    "token=\"" + spec.name + "\" FixedHomePosition=\"false\"");
+}
+
+std::string ptz_position(const world::CameraSpec& spec, const camera::PtzPosition& at, std::string_view tag) {
+    const camera::PtzSpec& head = *spec.ptz;
+    return element(tag, element("tt:PanTilt", "",
+                                "x=\"" + number(pan_generic(head, at.pan_deg)) + "\" y=\"" +
+                                    number(axis_of(head.tilt_limits_deg).generic(at.tilt_deg)) + "\" space=\"" +
+                                    std::string(position_space) + "\"") +
+                            element("tt:Zoom", "",
+                                    "x=\"" + number(zoom_generic(head, at.zoom)) + "\" space=\"" +
+                                        std::string(zoom_position_space) + "\""));
 }
 
 std::string ptz_configuration(const world::CameraSpec& spec, std::string_view tag) {

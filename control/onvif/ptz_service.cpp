@@ -4,11 +4,12 @@
 #include "control/onvif/authentication.h"
 #include "control/onvif/operation.h"
 #include "control/onvif/ptz_description.h"
+#include "control/onvif/ptz_presets.h"
 #include "control/onvif/ptz_space.h"
 #include "control/onvif/ptz_vector.h"
 #include "core/camera/ptz_head.h"
 
-// ONVIF PTZ (ver20): what heads are told and what they answer.
+// ONVIF PTZ (ver20): how heads are moved, and what they are and answer. Presets: ptz_presets.h.
 namespace camrig::onvif {
 namespace {
 
@@ -17,14 +18,6 @@ using camera::PtzSpec;
 using world::CameraSpec;
 
 constexpr TimeNs default_timeout_ns = 10 * ns_per_s;  ///< of a continuous move that names none
-constexpr std::size_t max_preset_name = 64;
-constexpr std::string_view home_preset = "home";  ///< that clients return to; every head has it
-
-using Orders = Answered<std::vector<PtzCommand>>;
-
-const std::string& name_of(const Asked& asked) {
-    return asked.cameras.front()->name;
-}
 const PtzSpec& head_of(const Asked& asked) {
     return *asked.cameras.front()->ptz;
 }
@@ -45,7 +38,7 @@ Orders relative_move(const Asked& asked) {
     const auto by = read_vector(asked.request.child("Translation"), {.detail = "InvalidTranslation",
                                                                      .space = translation_space,
                                                                      .zoom_space = zoom_translation_space,
-                                                                     .takes_fov = true});
+                                                                     .takes_fov = asked.manners.has_relative_fov});
     if (!by) return std::unexpected(by.error());
     const PtzSpec& head = head_of(asked);
     camera::PtzMove move{.mode = PtzMode::relative, .speed = speed_of(asked.request.child("Speed"))};
@@ -91,86 +84,28 @@ Orders get(const Asked& asked) {
     return std::vector<PtzCommand>{engine::GetPtz{name_of(asked)}};
 }
 
-Orders preset_order(const Asked& asked, std::string preset, engine::PtzPresets::Action action) {
-    return std::vector<PtzCommand>{engine::PtzPresets{name_of(asked), std::move(preset), action}};
-}
-
-const std::map<std::string, camera::PtzPosition>& presets_of(const Asked& asked) {
-    return (*asked.camera->head())->presets();
-}
-
-/// A preset's token is its name, which all clients of the rig share.
-std::string preset_to_set(const Asked& asked) {
-    if (const auto token = asked.request.text("PresetToken"); !token.empty()) return std::string(token);
-    if (const auto name = asked.request.text("PresetName"); !name.empty()) return std::string(name);
-    std::size_t free = 1;
-    while (presets_of(asked).contains(std::to_string(free))) ++free;
-    return std::to_string(free);
-}
-
-Orders set_preset(const Asked& asked) {
-    const std::string preset = preset_to_set(asked);
-    const bool is_there = presets_of(asked).contains(preset);
-    const bool by_token = !asked.request.text("PresetToken").empty();
-    if (by_token && !is_there && preset != home_preset)
-        return invalid_argument("NoToken", "there is no preset of this token");
-    if (!by_token && is_there) return invalid_argument("PresetExist", "there is a preset of this name");
-    if (preset.size() > max_preset_name || !is_xml_text(preset))
-        return invalid_argument("InvalidPresetName", "a preset's name is text of at most 64 bytes");
-    if (!is_there && presets_of(asked).size() >= camera::PtzHead::max_presets)
-        return std::unexpected(Fault{false, "Action", "TooManyPresets", "the head has as many presets as it may have"});
-    return preset_order(asked, preset, by_token ? engine::PtzPresets::Action::set : engine::PtzPresets::Action::add);
-}
-
-Orders goto_preset(const Asked& asked) {
-    const std::string preset(asked.request.text("PresetToken"));
-    const bool goes_home = preset == home_preset && !presets_of(asked).contains(preset);
-    return preset_order(asked, preset,
-                        goes_home ? engine::PtzPresets::Action::go_home : engine::PtzPresets::Action::go_to);
-}
-
-Orders remove_preset(const Asked& asked) {
-    return preset_order(asked, std::string(asked.request.text("PresetToken")), engine::PtzPresets::Action::remove);
-}
-
-std::string position(const PtzSpec& head, const camera::PtzPosition& at, std::string_view tag) {
-    return element(tag, element("tt:PanTilt", "",
-                                "x=\"" + number(pan_generic(head, at.pan_deg)) + "\" y=\"" +
-                                    number(axis_of(head.tilt_limits_deg).generic(at.tilt_deg)) + "\" space=\"" +
-                                    std::string(position_space) + "\"") +
-                            element("tt:Zoom", "",
-                                    "x=\"" + number(zoom_generic(head, at.zoom)) + "\" space=\"" +
-                                        std::string(zoom_position_space) + "\""));
+/// Whether the head moves, as this device tells it.
+std::string move_status(const Asked& asked, const engine::PtzReply& told) {
+    if (asked.manners.move_status == MoveStatus::none) return "";
+    const bool is_stuck = asked.manners.move_status == MoveStatus::stuck && told.arrives_ns > 0;
+    const auto state = [&](const char* name, bool is_moving) {
+        return element(name, is_moving || is_stuck ? "MOVING" : "IDLE");
+    };
+    return element("tt:MoveStatus",
+                   state("tt:PanTilt", told.status.is_turning) + state("tt:Zoom", told.status.is_zooming));
 }
 
 std::string status_reply(const Asked& asked, const engine::PtzReply& told) {
-    const auto state = [](const char* name, bool is_moving) { return element(name, is_moving ? "MOVING" : "IDLE"); };
     return response(
         "tptz:GetStatus",
-        element("tptz:PTZStatus", position(head_of(asked), told.status.position, "tt:Position") +
-                                      element("tt:MoveStatus", state("tt:PanTilt", told.status.is_turning) +
-                                                                   state("tt:Zoom", told.status.is_zooming)) +
-                                      element("tt:UtcTime", text_of_time(asked.utc_ns))));
+        element("tptz:PTZStatus", ptz_position(*asked.cameras.front(), told.status.position, "tt:Position") +
+                                      move_status(asked, told) + element("tt:UtcTime", text_of_time(asked.utc_ns))));
 }
 
-std::string presets_reply(const Asked& asked, const engine::PtzReply& told) {
-    const auto preset = [](const std::string& name, const std::string& at) {
-        return element("tptz:Preset", text_element("tt:Name", name) + at, "token=\"" + escaped(name) + "\"");
-    };
-    std::string all;
-    if (!told.presets.contains(std::string(home_preset))) all = preset(std::string(home_preset), "");
-    for (const auto& [name, at] : told.presets) all += preset(name, position(head_of(asked), at, "tt:PTZPosition"));
-    return response("tptz:GetPresets", all);
-}
-
-std::string set_preset_reply(const Asked& asked, const engine::PtzReply&) {
-    return response("tptz:SetPreset", text_element("tptz:PresetToken", preset_to_set(asked)));
-}
-
-std::string of_all_heads(const Asked& asked, std::string (*make)(const CameraSpec&)) {
+std::string of_all_heads(const Asked& asked, std::string (*make)(const Asked&, const CameraSpec&)) {
     std::string all;
     for (const CameraSpecRef& spec : asked.cameras)
-        if (spec->ptz) all += make(*spec);
+        if (spec->ptz) all += make(asked, *spec);
     return all;
 }
 
@@ -187,21 +122,30 @@ Answer of_head(const Asked& asked, std::string_view operation, std::string_view 
                Make make) {
     const auto camera = head_named(asked, child, detail);
     if (!camera) return std::unexpected(camera.error());
-    return response(operation, make(**camera));
+    return response(operation, make(asked, **camera));
 }
 
-std::string node(const CameraSpec& spec) {
-    return ptz_node(spec, "tptz:PTZNode");
+std::string node(const Asked& asked, const CameraSpec& spec) {
+    return ptz_node(spec, asked.manners.has_relative_fov, "tptz:PTZNode");
 }
 
-std::string configuration(const CameraSpec& spec) {
+std::string configuration(const Asked&, const CameraSpec& spec) {
     return ptz_configuration(spec, "tptz:PTZConfiguration");
 }
 
-std::string configuration_options(const CameraSpec&) {
+std::string configuration_options(const Asked& asked, const CameraSpec&) {
     return element("tptz:PTZConfigurationOptions",
-                   element("tt:Spaces", ptz_spaces()) +
+                   element("tt:Spaces", ptz_spaces(asked.manners.has_relative_fov)) +
                        "<tt:PTZTimeout><tt:Min>PT0S</tt:Min><tt:Max>PT86400S</tt:Max></tt:PTZTimeout>");
+}
+
+Answer get_service_capabilities(const Asked& asked) {
+    // As "true" and not "1": clients whose schema is older than an attribute compare its text.
+    const std::string tells = asked.manners.move_status == MoveStatus::none ? "false" : "true";
+    return response(
+        "tptz:GetServiceCapabilities",
+        R"(<tptz:Capabilities EFlip="false" Reverse="false" GetCompatibleConfigurations="true" MoveStatus=")" + tells +
+            R"(" StatusPosition="true"/>)");
 }
 
 template <const char* Name>
@@ -214,14 +158,7 @@ constexpr char absolute_name[] = "tptz:AbsoluteMove", relative_name[] = "tptz:Re
                set_home_name[] = "tptz:SetHomePosition";
 
 const Operation operations[] = {
-    {"GetServiceCapabilities",
-     [](const Asked&) -> Answer {
-         // As "true" and not "1": clients whose schema is older than an attribute compare its text.
-         return response("tptz:GetServiceCapabilities",
-                         R"(<tptz:Capabilities EFlip="false" Reverse="false" GetCompatibleConfigurations="true")"
-                         R"( MoveStatus="true" StatusPosition="true"/>)");
-     },
-     Access::pre_auth},
+    {"GetServiceCapabilities", get_service_capabilities, Access::pre_auth},
     {"GetNodes", [](const Asked& asked) -> Answer { return response("tptz:GetNodes", of_all_heads(asked, node)); }},
     {"GetNode", [](const Asked& asked) { return of_head(asked, "tptz:GetNode", "NodeToken", "NoEntity", node); }},
     {"GetConfigurations",
@@ -249,12 +186,8 @@ const Operation operations[] = {
     {"SetPreset", nullptr, Access::actuate, set_preset, set_preset_reply},
     {"GotoPreset", nullptr, Access::actuate, goto_preset, empty_reply<goto_name>},
     {"RemovePreset", nullptr, Access::actuate, remove_preset, empty_reply<remove_name>},
-    {"GotoHomePosition", nullptr, Access::actuate,
-     [](const Asked& asked) { return preset_order(asked, {}, engine::PtzPresets::Action::go_home); },
-     empty_reply<go_home_name>},
-    {"SetHomePosition", nullptr, Access::actuate,
-     [](const Asked& asked) { return preset_order(asked, {}, engine::PtzPresets::Action::set_home); },
-     empty_reply<set_home_name>},
+    {"GotoHomePosition", nullptr, Access::actuate, go_home, empty_reply<go_home_name>},
+    {"SetHomePosition", nullptr, Access::actuate, set_home, empty_reply<set_home_name>},
 };
 
 }  // namespace

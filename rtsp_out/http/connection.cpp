@@ -60,6 +60,21 @@ std::optional<Reply> unreadable(const Failure& failed, bool has_target, std::siz
     return error_reply(400, ErrorKind::invalid_argument, "this is not an HTTP/1 request: " + failed.message());
 }
 
+std::uint16_t local_port_of(const asio::ip::tcp::socket& socket) {
+    Failure failed;
+    const auto here = socket.local_endpoint(failed);
+    return failed ? 0 : here.port();
+}
+
+/// Without a port the Host field means port 80, but clients of network cameras leave out others too; and a camera tells
+/// its own port, whatever it was called.
+std::string with_port(std::string_view host, std::uint16_t port) {
+    const std::size_t name_end = host.starts_with('[') ? std::min(host.find(']'), host.size()) : 0;
+    std::string full(host);
+    if (host.find(':', name_end) == std::string_view::npos) full += ":" + std::to_string(port);
+    return full;
+}
+
 }  // namespace
 
 std::string describe(const asio::ip::tcp::endpoint& peer) {
@@ -72,6 +87,7 @@ HttpConnection::HttpConnection(ServerState& state, asio::ip::tcp::socket socket,
     : state_(state),
       peer_address_(peer.address()),
       peer_(describe(peer)),
+      local_port_(local_port_of(socket)),
       device_(std::move(device)),
       stream_(std::move(socket)),
       buffer_(2 * state.options.limits.header_bytes),
@@ -190,7 +206,8 @@ std::optional<Reply> HttpConnection::check_device_access(const Message& message,
     auto caller = hooks.caller(origin.method, view(message.target()), authorization,
                                !token.empty() && equal_tokens(given, token));
     request.call.device = *device_;
-    request.call.host = std::string(*origin.host);
+    request.call.host = with_port(*origin.host, local_port_);
+    request.call.port = local_port_;
     request.call.path = request.target.path;
     request.call.rank = caller.rank;
     request.call.shows_wrong = !caller.rank && !caller.is_stale && (!given.empty() || !authorization.empty());

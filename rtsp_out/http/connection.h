@@ -78,6 +78,7 @@ private:
 
     const boost::asio::ip::address peer_address_;
     const std::string peer_;
+    const std::uint16_t local_port_;
     const std::optional<std::string> device_;
     boost::beast::tcp_stream stream_;
     boost::beast::flat_buffer buffer_;

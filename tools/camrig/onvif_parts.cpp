@@ -48,7 +48,8 @@ http::DeviceHooks device_hooks(onvif::OnvifService& onvif) {
                       .host = std::move(call.host),
                       .path = std::move(call.path),
                       .role = call.rank ? std::optional(static_cast<onvif::Role>(*call.rank)) : std::nullopt,
-                      .body = std::move(call.body)},
+                      .body = std::move(call.body),
+                      .port = call.port},
                      [reply = std::move(reply)](onvif::OnvifReply made) {
                          reply({.status = made.status,
                                 .content_type = "application/soap+xml; charset=utf-8",

@@ -341,6 +341,8 @@ struct Output {
     std::optional<std::string> preset = {};  ///< `ultrafast`, `superfast`, `veryfast`, `faster`, `fast`, `medium` or `slow`: of rtsp: with h264 and h265
     std::optional<std::string> profile = {};  ///< `baseline`, `main` or `high`: of rtsp: with h264
     std::optional<int> port = {};  ///< 1 to 65535: of onvif: TCP port of the device, on the host of HTTP
+    std::optional<std::string> move_status = {};  ///< `told`, `none` or `stuck`: of onvif: whether the head moves is told as it is, not at all, or as MOVING for ever after the first move
+    std::optional<bool> relative_fov = {};  ///< of onvif: offers moves by field of view, which trackers need and many devices lack
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -358,6 +360,8 @@ struct Output {
         visit("preset", self.preset);
         visit("profile", self.profile);
         visit("port", self.port);
+        visit("move_status", self.move_status);
+        visit("relative_fov", self.relative_fov);
     }
 };
 

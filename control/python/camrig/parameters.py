@@ -310,6 +310,10 @@ class Output(TypedDict, total=False):
     """`baseline`, `main` or `high`: of rtsp: with h264"""
     port: int
     """1 to 65535: of onvif: TCP port of the device, on the host of HTTP"""
+    move_status: Literal["told", "none", "stuck"]
+    """`told`, `none` or `stuck`: of onvif: whether the head moves is told as it is, not at all, or as MOVING for ever after the first move"""
+    relative_fov: bool
+    """of onvif: offers moves by field of view, which trackers need and many devices lack"""
 
 
 class CameraOptions(TypedDict, total=False):

@@ -13,8 +13,8 @@ const againMs = 500;
 
 export const hasHead = (camera) => Boolean(camera?.ptz);
 
-// Per camera the commands that wait while one is on its way, in their order. A drive takes the place of a drive that waits, and relative
-// steps are added up: a head is told where to go, not how the hand went there.
+// Per camera the commands that wait while one is on its way, in their order. A drive takes the place of a drive that waits, so does where to
+// zoom to, and relative steps are added up: a head is told where to go, not how the hand went there.
 const waiting = new Map();
 const mostWaiting = 8;
 
@@ -36,7 +36,7 @@ export async function tellHead(name, method, params) {
   if (queue) {
     const last = queue.at(-1);
     if (last && modeOf(last) === modeOf(command) && modeOf(command) === 'relative') last[1] = sum(last[1], params);
-    else if (last && modeOf(last) === modeOf(command) && modeOf(command) === 'continuous') last[1] = params;
+    else if (last && modeOf(last) === modeOf(command) && ['continuous', 'absolute'].includes(modeOf(command))) last[1] = params;
     else if (queue.length < mostWaiting) queue.push(command);
     return;
   }
@@ -52,6 +52,11 @@ export async function tellHead(name, method, params) {
 
 export function stepHead(camera, pan, tilt, zoom = 1) {
   tellHead(camera.name, 'ptz.move', { mode: 'relative', pan_deg: pan, tilt_deg: tilt, zoom });
+}
+
+/** Zooms to that factor of the focal length, or as near to it as the head comes. */
+export function zoomHeadTo(camera, zoom) {
+  tellHead(camera.name, 'ptz.move', { mode: 'absolute', zoom: Math.max(1, Math.min(camera.ptz.zoom_max, zoom)) });
 }
 
 /** Factor of the focal length that its head has brought; 1 without one. */

@@ -1,7 +1,7 @@
 // Moves the camera that is shown large: buttons, keys, dragging the picture, the wheel.
 import { call } from './rpc.js';
 import { attempt } from './messages.js';
-import { aimHead, driveHead, haltHead, hasHead, stepHead, zoomOf } from './head.js';
+import { aimHead, driveHead, haltHead, hasHead, stepHead, zoomHeadTo, zoomOf } from './head.js';
 import { adopt, selectedCamera } from './state.js';
 
 const view = document.getElementById('view');
@@ -148,7 +148,9 @@ view.addEventListener('pointerdown', (event) => {
   view.setPointerCapture(event.pointerId);
   fingers.set(event.pointerId, event);
   if (fingers.size > 1) haltHead();
-  grabbed = { name: camera.name, x: event.clientX, y: event.clientY, pose: poseOf(camera), spread: fingers.size === 2 ? spread() : 0 };
+  grabbed = {
+    name: camera.name, x: event.clientX, y: event.clientY, pose: poseOf(camera), spread: fingers.size === 2 ? spread() : 0, zoom: hasHead(camera) ? zoomOf(camera) : 1,
+  };
 });
 view.addEventListener('pointermove', (event) => {
   const camera = selectedCamera();
@@ -157,6 +159,8 @@ view.addEventListener('pointermove', (event) => {
   if (grabbed.spread) {
     const factor = spread() / grabbed.spread;
     if (Math.max(factor, 1 / factor) < leastPinch) return;
+    // A head is on its way while the fingers go on: it is told where to, not by how much more.
+    if (hasHead(camera)) return zoomHeadTo(camera, grabbed.zoom * factor);
     grabbed.spread *= factor;
     zoom(camera, factor);
     return;

@@ -116,7 +116,8 @@ Result<engine::PtzReply> FakeRig::tell_head(const std::string& name,
     if (!camera) return std::unexpected(camera.error());
     cameras_[name].camera = *camera;
     const camera::PtzHead& head = **camera->head();
-    return engine::PtzReply{head.status(0), 0, head.arrives_ns(), head.presets(), 0, head.tours(), head.tour()};
+    return engine::PtzReply{
+        head.status(world_.world_ns), 0, head.arrives_ns(), head.presets(), 0, head.tours(), head.tour()};
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::MovePtz& command) {
@@ -131,9 +132,24 @@ Result<engine::PtzReply> FakeRig::run(engine::AimPtz& command) {
 
 Result<engine::PtzReply> FakeRig::run(engine::PtzPresets& command) {
     return tell_head(command.camera, [&](camera::PtzHead& head) -> Result<void> {
-        if (command.action == engine::PtzPresets::Action::add && head.presets().contains(command.preset))
-            return error(ErrorKind::already_exists, "there is a preset '" + command.preset + "'");
-        return head.set_preset(command.preset, 0);
+        using enum engine::PtzPresets::Action;
+        switch (command.action) {
+            case go_to:
+                return head.go_to_preset(command.preset, 0);
+            case remove:
+                return head.remove_preset(command.preset);
+            case go_home:
+                return head.go_home(0);
+            case set_home:
+                return head.set_home(0), Result<void>();
+            case add:
+                if (head.presets().contains(command.preset))
+                    return error(ErrorKind::already_exists, "there is a preset '" + command.preset + "'");
+                [[fallthrough]];
+            case set:
+                return head.set_preset(command.preset, 0);
+        }
+        return {};
     });
 }
 

@@ -12,6 +12,7 @@
 namespace camrig::onvif {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -19,7 +20,8 @@ using testing::StartsWith;
 std::string soap(const std::string& body, const std::string& header = {}) {
     return "<x:Envelope xmlns:x=\"http://www.w3.org/2003/05/soap-envelope\" "
            "xmlns:a=\"http://www.onvif.org/ver10/device/wsdl\" xmlns:b=\"http://www.onvif.org/ver20/ptz/wsdl\" "
-           "xmlns:c=\"http://www.onvif.org/ver10/media/wsdl\"><x:Header>" +
+           "xmlns:c=\"http://www.onvif.org/ver10/media/wsdl\" "
+           "xmlns:d=\"http://www.onvif.org/ver20/imaging/wsdl\"><x:Header>" +
            header + "</x:Header><x:Body>" + body + "</x:Body></x:Envelope>";
 }
 
@@ -163,9 +165,9 @@ protected:
     }
 
     OnvifReply ask(const std::string& text, const std::string& device = {},
-                   const std::string& path = "/onvif/device_service") {
+                   const std::string& path = "/onvif/device_service", std::uint16_t port = 80) {
         std::promise<OnvifReply> answer;
-        service->handle({device, "10.0.0.9:81", path, std::nullopt, text},
+        service->handle({device, "10.0.0.9:81", path, std::nullopt, text, port},
                         [&answer](OnvifReply reply) { answer.set_value(std::move(reply)); });
         return answer.get_future().get();
     }
@@ -251,6 +253,95 @@ TEST_F(OnvifServiceTest, TheEndsOfAnAxisAreWithinItsLimitsToTheLastBit) {
                          "y=\"0\"/></b:Position></b:AbsoluteMove>"))
                     .text,
                 HasSubstr("ter:InvalidPosition"));
+}
+
+/// The camera "dome" gets this output.
+void give_output(control::FakeRig& rig, nlohmann::json options) {
+    world::CameraPatch patch;
+    patch.change([&options](world::CameraSpec& spec) { spec.outputs = {{.kind = "onvif", .options = options}}; });
+    rig.post(engine::Request<engine::SetCamera>{{"dome", patch}, [](const auto& set) { ASSERT_TRUE(set); }});
+}
+
+TEST_F(OnvifServiceTest, ADeviceWithoutMoveStatusSaysSoAndOneThatSticksMovesForEver) {
+    start({});
+    const auto status = [&](std::uint16_t port) {
+        return ask(ptz("GetStatus"), "dome", "/onvif/device_service", port).text;
+    };
+    const std::string capabilities = soap("<b:GetServiceCapabilities/>");
+    const std::string move = ptz("AbsoluteMove", "<b:Position><PanTilt x=\"1\" y=\"-1\"/></b:Position>");
+
+    give_output(rig, {{"port", 81}, {"move_status", "none"}});
+    EXPECT_EQ(ask(move, "dome", "/onvif/device_service", 81).status, 200);
+    EXPECT_THAT(status(81), AllOf(HasSubstr("<tt:Position>"), Not(HasSubstr("MoveStatus")), Not(HasSubstr("MOVING"))));
+    EXPECT_THAT(ask(capabilities, "dome", "/onvif/device_service", 81).text, HasSubstr("MoveStatus=\"false\""));
+    // It is the manner of that port, not of the camera.
+    EXPECT_THAT(status(82), HasSubstr("<tt:PanTilt>MOVING</tt:PanTilt>"));
+    EXPECT_THAT(ask(capabilities).text, HasSubstr("MoveStatus=\"true\""));
+
+    give_output(rig, {{"port", 81}, {"move_status", "stuck"}});
+    rig.post(engine::Request<engine::StepWorld>{{60 * ns_per_s}, [](const auto&) {}});
+    EXPECT_THAT(status(82), HasSubstr("<tt:PanTilt>IDLE</tt:PanTilt><tt:Zoom>IDLE</tt:Zoom>"));
+    EXPECT_THAT(status(81), HasSubstr("<tt:PanTilt>MOVING</tt:PanTilt><tt:Zoom>MOVING</tt:Zoom>"));
+    EXPECT_THAT(ask(capabilities, "dome", "/onvif/device_service", 81).text, HasSubstr("MoveStatus=\"true\""));
+}
+
+TEST_F(OnvifServiceTest, ADeviceWithoutMovesByFieldOfViewNamesNoneAndRefusesThem) {
+    start({});
+    give_output(rig, {{"port", 81}, {"relative_fov", false}});
+    const std::string options = soap(
+        "<b:GetConfigurationOptions><b:ConfigurationToken>dome</b:ConfigurationToken></b:GetConfigurationOptions>");
+    const std::string move = ptz("RelativeMove",
+                                 "<b:Translation><PanTilt x=\"0.1\" y=\"0\" space=\"http://www.onvif.org/ver10/tptz/"
+                                 "PanTiltSpaces/TranslationSpaceFov\"/></b:Translation>");
+    const auto at = [&](const std::string& text, std::uint16_t port) {
+        return ask(text, "dome", "/onvif/device_service", port).text;
+    };
+    EXPECT_THAT(at(options, 81), AllOf(HasSubstr("TranslationGenericSpace"), Not(HasSubstr("TranslationSpaceFov"))));
+    EXPECT_THAT(at(soap("<b:GetNodes/>"), 81), Not(HasSubstr("TranslationSpaceFov")));
+    EXPECT_THAT(at(move, 81), HasSubstr("ter:SpaceNotSupported"));
+    EXPECT_THAT(at(options, 82), HasSubstr("TranslationSpaceFov"));
+    EXPECT_THAT(at(soap("<b:GetNodes/>"), 82), HasSubstr("TranslationSpaceFov"));
+    EXPECT_THAT(at(move, 82), HasSubstr("RelativeMoveResponse"));
+}
+
+TEST_F(OnvifServiceTest, ImageControlsAreImagingFromZeroToAHundred) {
+    start({});
+    const auto about = [&](const std::string& name, const std::string& inner = {}) {
+        return ask(soap("<d:" + name + "><d:VideoSourceToken>dome</d:VideoSourceToken>" + inner + "</d:" + name + ">"))
+            .text;
+    };
+    const auto set = [&](const std::string& inner) {
+        return about("SetImagingSettings", "<d:ImagingSettings>" + inner + "</d:ImagingSettings>");
+    };
+    EXPECT_THAT(about("GetImagingSettings"),
+                HasSubstr("<tt:Brightness>50.000000</tt:Brightness><tt:ColorSaturation>50.000000</tt:ColorSaturation>"
+                          "<tt:Contrast>50.000000</tt:Contrast>"));
+    EXPECT_THAT(set("<Brightness>75</Brightness><Contrast>0</Contrast><Sharpness>7</Sharpness>"),
+                HasSubstr("SetImagingSettingsResponse"));
+    std::promise<ImageControls> there;
+    rig.post(engine::Request<engine::GetCamera>{{"dome"}, [&there](const Result<engine::CameraReply>& reply) {
+                                                    there.set_value(reply->camera.spec()->controls);
+                                                }});
+    EXPECT_EQ(there.get_future().get(), (ImageControls{.brightness = 0.5, .contrast = 0.0, .saturation = 1.0}));
+    EXPECT_THAT(set("<Contrast>101</Contrast>"), HasSubstr("ter:SettingsInvalid"));
+    EXPECT_THAT(set("<Contrast>much</Contrast>"), HasSubstr("ter:SettingsInvalid"));
+    EXPECT_THAT(about("GetImagingSettings"), HasSubstr("<tt:Brightness>75.000000<"));
+    EXPECT_THAT(about("GetOptions"), HasSubstr("<tt:Contrast><tt:Min>0.000000</tt:Min><tt:Max>100.000000</tt:Max>"));
+}
+
+TEST_F(OnvifServiceTest, APresetWhoseNameXmlCannotSayIsFoundByWhatItIsToldAs) {
+    start({});
+    rig.post(engine::Request<engine::PtzPresets>{{"dome",
+                                                  "a\x01"
+                                                  "b",
+                                                  engine::PtzPresets::Action::set},
+                                                 [](const auto& set) { ASSERT_TRUE(set); }});
+    EXPECT_THAT(ask(ptz("GetPresets")).text, HasSubstr("token=\"a?b\""));
+    EXPECT_EQ(ask(ptz("GotoPreset", "<b:PresetToken>a?b</b:PresetToken>")).status, 200);
+    EXPECT_EQ(ask(ptz("SetPreset", "<b:PresetToken>a?b</b:PresetToken>")).status, 200);
+    EXPECT_THAT(ask(ptz("GotoPreset", "<b:PresetToken>a?c</b:PresetToken>")).text, HasSubstr("ter:NoToken"));
+    EXPECT_EQ(ask(ptz("RemovePreset", "<b:PresetToken>a?b</b:PresetToken>")).status, 200);
+    EXPECT_THAT(ask(ptz("GetPresets")).text, Not(HasSubstr("a?b")));
 }
 
 TEST_F(OnvifServiceTest, PresetsAreThoseOfTheHeadAndGetNumbersWhereTheyGetNoNames) {
@@ -347,7 +438,7 @@ TEST_F(OnvifServiceTest, AWrongDigestOnACamerasPortChangesNothing) {
 TEST_F(OnvifServiceTest, OfACameraThatIsGoneNobodyLearnsTheOthersNames) {
     start({.token = "a-good-token"});
     const OnvifReply gone = ask(soap("<b:Stop/>", signed_at(realtime_now_ns(), "a-bad-token")), "gone");
-    EXPECT_THAT(gone.text, testing::AllOf(HasSubstr("the camera of this device is gone"), Not(HasSubstr("plain"))));
+    EXPECT_THAT(gone.text, AllOf(HasSubstr("the camera of this device is gone"), Not(HasSubstr("plain"))));
 }
 
 TEST_F(OnvifServiceTest, OnlyACamerasOwnDeviceGoesByItsClock) {
@@ -393,7 +484,7 @@ TEST_F(OnvifServiceTest, OnlyAFullHeadHasTooManyPresets) {
     } busy(rig);
     service = std::make_unique<OnvifService>(busy, rig, OnvifService::Options{});
     const std::string refused = ask(ptz("SetPreset", "<b:PresetToken>1</b:PresetToken>")).text;
-    EXPECT_THAT(refused, testing::AllOf(HasSubstr("ter:Action<"), Not(HasSubstr("TooManyPresets"))));
+    EXPECT_THAT(refused, AllOf(HasSubstr("ter:Action<"), Not(HasSubstr("TooManyPresets"))));
 }
 
 TEST_F(OnvifServiceTest, MovesThatNoHeadCanMakeAreTheProperFaults) {

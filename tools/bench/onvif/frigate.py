@@ -117,7 +117,7 @@ def run(rig, source, name, port, seconds):
     tracker = auto_tracker(config, onvif, metrics, types.SimpleNamespace(publish=lambda *_, **__: None), threading.Event())
     took = time.monotonic() - begin
     weights = config.cameras[name].onvif.autotracking.movement_weights
-    result = {"head": name, "features": onvif.cams[name]["features"], "calibrated": bool(weights), "calibration_s": round(took, 1)}
+    result = {"head": name, "features": onvif.cams[name]["features"], "tracks": config.cameras[name].onvif.autotracking.enabled, "calibrated": bool(weights), "calibration_s": round(took, 1)}
     moves = tracker.move_metrics[name]
     times = [one["end_timestamp"] - one["start_timestamp"] for one in moves]
     if times:
@@ -142,6 +142,7 @@ def main() -> None:
     parser.add_argument("source", type=pathlib.Path, help="a checkout of Frigate")
     parser.add_argument("--heads", default="dome,ideal,cheap")
     parser.add_argument("--seconds", type=float, default=60, help="of tracking")
+    parser.add_argument("--manners", type=json.loads, default={}, help="""options of the outputs onvif beside their port: '{"move_status": "none"}'""")
     parser.add_argument("--verbose", action="store_true", help="Frigate's own log")
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.DEBUG if arguments.verbose else logging.WARNING)
@@ -150,7 +151,7 @@ def main() -> None:
     sockets = [socket.socket() for _ in scene["cameras"]]
     for one, camera in zip(sockets, scene["cameras"]):
         one.bind(("127.0.0.1", 0))
-        camera["outputs"] = [{"kind": "onvif", "port": one.getsockname()[1]}]
+        camera["outputs"] = [{"kind": "onvif", "port": one.getsockname()[1], **arguments.manners}]
     for one in sockets:
         one.close()
     with tempfile.TemporaryDirectory() as folder:

@@ -73,6 +73,33 @@ TEST_F(DevicePort, HasMessagesAndPicturesOfItsCameraAndNothingElse) {
     EXPECT_EQ(ask(*open(""), "/cameras/hall/snapshot.jpg").status, 200) << "a device with all cameras";
 }
 
+TEST_F(DevicePort, IsCalledWithItsOwnPortWhateverTheClientLeavesOut) {
+    start();
+    const std::uint16_t port = *open("lobby");
+    const std::string own = ":" + std::to_string(port);
+    for (const auto& [given, told] : {std::pair<std::string, std::string>{"localhost", "localhost" + own},
+                                      {"[::1]", "[::1]" + own},
+                                      {"localhost:81", "localhost:81"},
+                                      {"[::1]:81", "[::1]:81"}}) {
+        TestClient client(port);
+        client.send("POST /onvif/device_service HTTP/1.1\r\nHost: " + given + "\r\nContent-Length: 0\r\n\r\n");
+        EXPECT_EQ(client.read_reply().status, 200);
+        EXPECT_EQ(calls.back().host, told);
+        EXPECT_EQ(calls.back().port, port);
+    }
+}
+
+TEST_F(DevicePort, WhoSendsAMessageSlowlyIsClosedAndItIsNeverHeard) {
+    options.limits.request_time = std::chrono::milliseconds(100);
+    start();
+    TestClient slow(*open("lobby"));
+    slow.send("POST /onvif/device_service HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\n\r\n<a");
+    const std::string said = slow.read_to_end();
+    EXPECT_TRUE(slow.at_end());
+    EXPECT_FALSE(said.starts_with("HTTP/1.1 2")) << said;
+    EXPECT_TRUE(calls.empty());
+}
+
 TEST_F(DevicePort, TheTokenIsShownByDigestAndMessagesSayThemselvesWhoSendsThem) {
     options.token = "a-good-token";
     start();
