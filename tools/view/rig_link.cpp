@@ -44,7 +44,9 @@ json described(const client::Rig& rig) {
             name == "name" || name == "fps" || name == "vfov_deg" || name == "hfov_deg" || field.contains("by");
         if (!has_own) fields.push_back(field);
     }
-    return {{"camera", std::move(fields)}, {"outputs", all.at("kinds").at("output")}};
+    return {{"camera", std::move(fields)},
+            {"outputs", all.at("kinds").at("output")},
+            {"faults", all.at("kinds").at("fault")}};
 }
 
 }  // namespace
@@ -126,6 +128,7 @@ void RigLink::refresh() {
     fresh.cameras = rig_.camera_states();
     std::erase_if(fresh.cameras, [&](const client::CameraState& camera) { return camera.name == own_camera_; });
     fresh.settings = std::make_shared<const json>(rig_.call("camera.list"));
+    fresh.faults = std::make_shared<const json>(rig_.faults());
     json description = this->description().is_null() ? described(rig_) : json();
     fresh.actors = actors_of(rig_.actors());
     fresh.events = events_of(rig_.events());
