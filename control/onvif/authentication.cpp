@@ -173,7 +173,7 @@ std::optional<TimeNs> time_of_text(std::string_view text) {
         6)
         return std::nullopt;
     const std::chrono::year_month_day when{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
-    if (!when.ok() || year < 1970 || year > 2200 || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+    if (!when.ok() || year < 1900 || year > 2200 || hour > 23 || minute > 59 || second > 60) return std::nullopt;
     std::string_view rest = std::string_view(date).substr(static_cast<std::size_t>(used));
     if (rest.starts_with('.')) rest.remove_prefix(std::min(rest.find_first_not_of("0123456789", 1), rest.size()));
     if (!rest.empty() && rest != "Z" && rest != "+00:00") return std::nullopt;
@@ -183,7 +183,8 @@ std::optional<TimeNs> time_of_text(std::string_view text) {
 }
 
 std::string text_of_time(TimeNs utc_ns) {
-    const std::chrono::sys_seconds at{std::chrono::seconds(utc_ns / ns_per_s)};
+    // A camera's clock may be before 1970, where rounding to 0 would name the next second.
+    const auto at = std::chrono::floor<std::chrono::seconds>(std::chrono::sys_time(std::chrono::nanoseconds(utc_ns)));
     const auto days = std::chrono::floor<std::chrono::days>(at);
     const std::chrono::year_month_day date(days);
     const std::chrono::hh_mm_ss time(at - days);

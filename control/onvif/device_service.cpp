@@ -25,7 +25,8 @@ std::string_view port_of(std::string_view host) {
 }
 
 Answer get_system_date_and_time(const Asked& asked) {
-    const std::chrono::sys_seconds at{std::chrono::seconds(asked.utc_ns / ns_per_s)};
+    const auto at =
+        std::chrono::floor<std::chrono::seconds>(std::chrono::sys_time(std::chrono::nanoseconds(asked.utc_ns)));
     const auto days = std::chrono::floor<std::chrono::days>(at);
     const std::chrono::year_month_day date(days);
     const std::chrono::hh_mm_ss time(at - days);

@@ -38,6 +38,10 @@ std::vector<Method> truth_methods(RpcContext& context) {
                     {"faults", "array of objects",
                      "what fails at this frame (fault.set): id, kind, layer, severity, since_ns, until_ns"},
                     {"delivered", "boolean", "false: a fault keeps the frame back"},
+                    {"outputs", "object",
+                     "for each kind of output (mjpeg, rtsp, device, v4l2) what faults make of the frame on the way to its "
+                     "readers: fate (`sent`, `dropped`, `stalled`, `disconnected`) and late_frames, so many later ones "
+                     "are due before it comes"},
                     {"covered_fraction", "number",
                      "share of the picture's pixels of which dirt and covers hide more than half of the light"},
                     {"shown_sequence", "integer",

@@ -105,16 +105,18 @@ void Clock::set(const std::optional<ClockSpec>& spec, TimeNs begin_ns) {
         segments_.erase(segments_.begin());
 }
 
-std::optional<ClockReading> Clock::at(TimeNs world_ns) const {
+std::optional<ClockReading> Clock::at(TimeNs world_ns, TimeNs apart_ns) const {
     const auto next = std::ranges::upper_bound(segments_, world_ns, {}, &Segment::begin_ns);
     const Segment& segment = next == segments_.begin() ? *next : *std::prev(next);
     if (!segment.spec) return std::nullopt;
     const ClockSpec& spec = *segment.spec;
-    const TimeNs error =
-        error_ns(segment, world_ns) +
+    const TimeNs error = error_ns(segment, world_ns);
+    const TimeNs jitter =
         bell_number(spec.seed, ClockNoise::jitter, static_cast<std::uint64_t>(world_ns), spec.jitter_ns);
-    return ClockReading{.stamp_error_ns = error + (world_ns >= spec.step_at_ns ? spec.step_ns : 0),
-                        .steady_error_ns = error - segment.stepped_ns};
+    // Drift and slewing shorten the time between two pictures by less than the fiftieth that is left.
+    const TimeNs most = apart_ns / 100 * 49;
+    return ClockReading{.stamp_error_ns = error + jitter + (world_ns >= spec.step_at_ns ? spec.step_ns : 0),
+                        .steady_error_ns = error + std::clamp(jitter, -most, most) - segment.stepped_ns};
 }
 
 }  // namespace camrig::camera

@@ -31,8 +31,9 @@ public:
     /// From begin_ns on it is another. A clock where none was counts from world time 0.
     void set(const std::optional<ClockSpec>& spec, TimeNs begin_ns);
 
-    /// What a picture of that time is stamped with; nullopt: the true time.
-    std::optional<ClockReading> at(TimeNs world_ns) const;
+    /// What a picture of that time is stamped with; nullopt: the true time. The steady clock never goes back: its
+    /// jitter is cut to less than half of `apart_ns`, the time from one picture to the next.
+    std::optional<ClockReading> at(TimeNs world_ns, TimeNs apart_ns = max_time_ns) const;
 
 private:
     /// From begin_ns on; the spec is nullopt where there is no clock.

@@ -20,6 +20,8 @@ public:
 
     /// World time at which frame n (>= 0) is due.
     TimeNs time_of_frame(std::int64_t n) const;
+    /// The least time from one frame to the next.
+    TimeNs least_apart_ns() const { return rate_.period_ns() - rate_.period_ns() / 500 - most_late_ns_; }
     /// The smallest n >= 0 with time_of_frame(n) >= t_ns.
     std::int64_t first_frame_at_or_after(TimeNs t_ns) const;
     /// The number of the first frame after t_ns.

@@ -8,6 +8,7 @@
 #include "core/base/names.h"
 #include "core/base/output_family.h"
 #include "core/fault/delivery.h"
+#include "core/fault/picture.h"
 #include "core/fault/sending.h"
 
 namespace camrig::engine {
@@ -23,6 +24,7 @@ bool is_device(const OutputSpec& output) {
 stream::CameraStream stream_of(const CameraEntry& entry) {
     stream::CameraStream camera{entry.id, *entry.name, entry.spec().size, entry.spec().rate, entry.spec().outputs};
     if (entry.unplugged) std::erase_if(camera.outputs, is_device);
+    camera.standing = entry.failing;
     return camera;
 }
 
@@ -104,11 +106,23 @@ std::shared_ptr<LatestDue> shown_again(const CameraEntry& entry, const fault::Fr
     return latest.shown ? latest.shown : std::make_shared<LatestDue>(latest);
 }
 
+/// The picture that the lower part of this frame's is of; null: of its own.
+std::shared_ptr<const LatestDue> torn_with(const CameraEntry& entry, const fault::FrameFaults& faults) {
+    const LatestDue& before = entry.latest.seen();
+    if (!before.spec || before.spec->size != entry.spec().size || torn_rows(faults, before.spec->size.height) == 0)
+        return nullptr;
+    auto kept = std::make_shared<LatestDue>(before);
+    kept->torn_with = nullptr;
+    kept->shown = nullptr;
+    return kept;
+}
+
 }  // namespace
 
 void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns) {
     LatestDue& latest = entry.latest;
     auto faults = entry.camera.faults().at({sequence, snapshot->world_ns});
+    latest.torn_with = faults ? torn_with(entry, *faults) : nullptr;  // of what was shown, so before that is another
     latest.shown = faults ? shown_again(entry, *faults) : nullptr;
     if (latest.shown) faults->shown_sequence = latest.shown->sequence;
     latest.faults = faults ? std::make_shared<const fault::FrameFaults>(std::move(*faults)) : nullptr;
@@ -198,6 +212,10 @@ Result<fault::FaultRef> CameraTable::set_fault(CameraEntry& entry, const fault::
             "kind: camera " + *entry.name +
                 " has a backdrop, which shows the place as it looked from where the camera stands; it cannot be "
                 "moved by a fault");
+    if (std::holds_alternative<fault::DeviceError>(spec.kind) && std::ranges::none_of(entry.spec().outputs, is_device))
+        return error(ErrorKind::unsupported, "kind: camera " + *entry.name +
+                                                 " has no user-space device (output device); the kernel answers calls "
+                                                 "of v4l2loopback's");
     if (const auto* const out = std::get_if<fault::Unplug>(&spec.kind)) {
         if (std::ranges::none_of(entry.spec().outputs, is_device))
             return error(ErrorKind::unsupported,
@@ -227,6 +245,12 @@ Result<void> CameraTable::check_free(const world::CameraSpec& spec) const {
         }
     }
     return {};
+}
+
+bool CameraTable::follow_outputs(CameraEntry& entry, TimeNs world_ns) {
+    const fault::Standing now = entry.latest.faults ? standing_of(*entry.latest.faults) : fault::Standing{};
+    const bool is_another = std::exchange(entry.failing, now) != now;
+    return follow_plug(entry, world_ns) || is_another;
 }
 
 bool CameraTable::follow_plug(CameraEntry& entry, TimeNs world_ns) {

@@ -32,9 +32,10 @@ struct LatestDue {
     camera::CameraState state;  ///< at that instant
     TimeNs monotonic_ns = 0;
     world::SnapshotRef snapshot;
-    std::shared_ptr<const world::CameraPast> past;  ///< of a camera with a sensor
-    std::vector<frame::FrameRef> colors;            ///< as they went out, a pixel format each; none until then
-    fault::FrameFaultsRef faults;                   ///< what fails at that instant; null: nothing
+    std::shared_ptr<const world::CameraPast> past;    ///< of a camera with a sensor
+    std::vector<frame::FrameRef> colors;              ///< as they went out, a pixel format each; none until then
+    fault::FrameFaultsRef faults;                     ///< what fails at that instant; null: nothing
+    std::shared_ptr<const LatestDue> torn_with = {};  ///< of a torn picture: the one before it
     /// Of a frame that does not come, or shows the picture before it again: the frame with that picture.
     std::shared_ptr<LatestDue> shown = {};
 
@@ -66,6 +67,7 @@ struct CameraEntry {
     /// Of the last frame whose picture went out otherwise than it was drawn: no later one may be told by what is
     /// damaged since.
     std::int64_t altered_sequence = -1;
+    fault::Standing failing = {};  ///< what fails for those who come, as of its newest picture
     /// Its user-space devices are unplugged, by this fault.
     std::optional<fault::Unplug> unplugged = {};
 };
@@ -95,8 +97,8 @@ public:
     /// Gives the camera a fault. Errors as of FaultPlan::set(), and change nothing.
     Result<fault::FaultRef> set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                       TimeNs now_ns);
-    /// Takes note of whether its devices are unplugged at its newest picture. True: readers have to be told.
-    bool follow_plug(CameraEntry& entry, TimeNs world_ns);
+    /// Takes note of what fails at its newest picture of its outputs themselves. True: they have to be told.
+    bool follow_outputs(CameraEntry& entry, TimeNs world_ns);
     /// Fails if another camera has an output that a rig can have only once (a device number).
     Result<void> check_free(const world::CameraSpec& spec) const;
     Result<CameraEntry*> find(const std::string& name);
@@ -112,6 +114,8 @@ public:
     const std::map<CameraId, CameraEntry>& all() const { return by_id_; }
 
 private:
+    /// True: its devices go, or come back.
+    bool follow_plug(CameraEntry& entry, TimeNs world_ns);
     Result<void> check_pixels(std::int64_t added) const;
 
     std::map<CameraId, CameraEntry> by_id_;

@@ -54,13 +54,35 @@ FrameRef hidden(const render::View& view, const world::Snapshot& snapshot, TimeN
                                          std::move(pixels));
 }
 
-FrameRef changed(const render::View& view, const FrameRef& drawn, TimeNs monotonic_ns) {
+/// Puts the lower rows of the picture before it into one that is torn. That is drawn from what there was then, so that
+/// it does not depend on who read it.
+Result<void> tear(render::Renderer& renderer, const render::FailingPicture& failing, ImageSize size,
+                  std::vector<std::byte>& pixels) {
+    const render::EarlierPicture& before = *failing.torn_with;
+    auto drawn = renderer.draw(before.snapshot, before.monotonic_ns, std::span(&before.view, 1));
+    if (!drawn) return std::unexpected(drawn.error());
+    for (const FrameRef& frame : drawn->set.frames) {
+        if (frame->info().kind != frame::FrameKind::color || frame->info().format != PixelFormat::rgba8) continue;
+        std::vector<std::byte> old(frame->bytes().begin(), frame->bytes().end());
+        if (before.view.failing && before.view.failing->faults)
+            fault::change_picture(*before.view.failing->faults, size, old);
+        const auto row_bytes = 4 * static_cast<std::ptrdiff_t>(size.width);
+        const auto kept = (size.height - fault::torn_rows(*failing.faults, size.height)) * row_bytes;
+        std::copy(old.begin() + kept, old.end(), pixels.begin() + kept);
+    }
+    return {};
+}
+
+Result<FrameRef> changed(render::Renderer& renderer, const render::View& view, const FrameRef& drawn,
+                         TimeNs monotonic_ns) {
     const frame::FrameInfo info = sent_info(view, drawn->info(), monotonic_ns);
-    if (!view.failing->faults) return std::make_shared<const Frame>(info, drawn);
+    if (!view.failing->faults) return FrameRef(std::make_shared<const Frame>(info, drawn));
     CHECK(info.format == PixelFormat::rgba8);
     std::vector<std::byte> pixels(drawn->bytes().begin(), drawn->bytes().end());
     fault::change_picture(*view.failing->faults, info.size, pixels);
-    return std::make_shared<const Frame>(info, std::move(pixels));
+    if (view.failing->torn_with)
+        if (auto torn = tear(renderer, *view.failing, info.size, pixels); !torn) return std::unexpected(torn.error());
+    return FrameRef(std::make_shared<const Frame>(info, std::move(pixels)));
 }
 
 }  // namespace
@@ -101,7 +123,14 @@ Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, cons
         for (FrameRef& frame : finished.set.frames) {
             if (frame->info().camera_id != view.camera) continue;
             const bool is_failing = has_failing_color(view) && frame->info().kind == frame::FrameKind::color;
-            frames.push_back(is_failing ? changed(view, frame, monotonic_ns) : std::move(frame));
+            if (!is_failing) {
+                frames.push_back(std::move(frame));
+                continue;
+            }
+            auto made = changed(renderer, view, frame, monotonic_ns);
+            if (!made) return std::unexpected(made.error());
+            frames.push_back(std::move(*made));
+            frame = nullptr;
         }
         std::erase(finished.set.frames, nullptr);
     }

@@ -105,7 +105,7 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
         rig_.show(entry, next.sequence, due.snapshot, monotonic_ns, past);
-        if (rig_.cameras.follow_plug(entry, world_ns)) {
+        if (rig_.cameras.follow_outputs(entry, world_ns)) {
             rig_.bus.change_camera(stream_of(entry));
             rig_.bus.adjust_camera(stream_of(entry));
         }

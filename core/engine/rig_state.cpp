@@ -45,6 +45,14 @@ void RigState::show(CameraEntry& entry, std::int64_t sequence, const world::Snap
                             : nullptr;
 }
 
+std::shared_ptr<const render::EarlierPicture> RigState::torn_with(const CameraEntry& entry,
+                                                                  const LatestDue& latest) const {
+    const LatestDue* const before = latest.torn_with.get();
+    if (before == nullptr) return nullptr;
+    return std::make_shared<const render::EarlierPicture>(
+        render::EarlierPicture{view_of(entry, *before), before->snapshot, before->monotonic_ns});
+}
+
 render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest) const {
     render::View view;
     view.camera = entry.id;
@@ -59,7 +67,8 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.past = latest.past;
     view.faults = latest.faults;
     if (latest.faults && fault::changes_picture(*latest.faults))
-        view.failing = std::make_shared<const render::FailingPicture>(render::FailingPicture{latest.faults});
+        view.failing = std::make_shared<const render::FailingPicture>(
+            render::FailingPicture{.faults = latest.faults, .torn_with = torn_with(entry, latest)});
     view.quality = latest.spec->quality.value_or(options.quality);
     view.sequence = latest.sequence;
     view.camera_number = entry.number;
@@ -75,9 +84,9 @@ DueViews RigState::picture_of(const CameraEntry& entry) const {
     due.monotonic_ns = latest.monotonic_ns;
     view.clock = latest.state.clock;
     view.faults = latest.faults;
-    view.failing = std::make_shared<const render::FailingPicture>(
-        render::FailingPicture{view.failing ? view.failing->faults : nullptr,
-                               fault::FrameKey{latest.sequence, latest.state.world_ns}, shown.colors});
+    view.failing = std::make_shared<const render::FailingPicture>(render::FailingPicture{
+        view.failing ? view.failing->faults : nullptr, fault::FrameKey{latest.sequence, latest.state.world_ns},
+        shown.colors, view.failing ? view.failing->torn_with : nullptr});
     return due;
 }
 

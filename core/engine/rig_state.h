@@ -40,6 +40,8 @@ struct RigState {
     void show(CameraEntry& entry, std::int64_t sequence, const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
               const std::shared_ptr<const world::WorldPast>& past);
     render::View view_of(const CameraEntry& entry, const LatestDue& latest) const;
+    /// The picture before it, of one that is torn; null: it is not.
+    std::shared_ptr<const render::EarlierPicture> torn_with(const CameraEntry& entry, const LatestDue& latest) const;
     /// The colour picture of the camera's latest frame that comes: its own, or one that it shows again.
     DueViews picture_of(const CameraEntry& entry) const;
     /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.

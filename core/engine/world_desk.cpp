@@ -183,6 +183,7 @@ Result<void> WorldDesk::apply(const world::CameraAction& action, CameraEntry& en
     world::CameraPatch patch;
     patch.pose = action.pose;
     if (action.vfov_rad) patch.optics = world::VerticalFov{*action.vfov_rad};
+    if (action.clock) patch.change([clock = action.clock](world::CameraSpec& spec) { spec.clock = clock; });
     auto camera = entry.camera.changed(patch, begin_ns, action.duration_ns);
     if (!camera) return std::unexpected(camera.error());
     return rig_.cameras.replace(entry, std::move(*camera));

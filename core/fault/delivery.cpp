@@ -74,6 +74,17 @@ bool is_dropped(const FrameFaults& faults) {
                                [&](const FaultRef& one) { return std::visit(Drops{*one, faults.frame}, one->kind); });
 }
 
+std::int64_t frames_late(const FrameFaults& faults, std::string_view output) {
+    std::int64_t late = 0;
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<Late>(&one->kind);
+        if (!how || !is_for(how->output, output)) continue;
+        const auto frames = static_cast<std::int64_t>(std::ceil(one->severity * static_cast<double>(how->frames)));
+        late = std::max(late, how->in_bursts ? frames - faults.frame.sequence % (frames + 1) : frames);
+    }
+    return late;
+}
+
 bool is_repeat(const FrameFaults& faults, TimeNs shown_ns) {
     return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
         return std::visit(Repeats{*one, faults.frame, shown_ns}, one->kind);

@@ -42,6 +42,14 @@ std::span<const Named<VideoDamage>> names_of(std::type_identity<VideoDamage>) {
     return names;
 }
 
+std::span<const Named<DeviceCall>> names_of(std::type_identity<DeviceCall>) {
+    static constexpr Named<DeviceCall> names[] = {{DeviceCall::reqbufs, "reqbufs"},
+                                                  {DeviceCall::qbuf, "qbuf"},
+                                                  {DeviceCall::streamon, "streamon"},
+                                                  {DeviceCall::streaming, "streaming"}};
+    return names;
+}
+
 namespace {
 
 /// Degrees about one of the camera's axes.
@@ -104,6 +112,22 @@ FieldTable<Dirt> fields_of(std::type_identity<Dirt>) {
     return table;
 }
 
+FieldTable<WaterDrops> fields_of(std::type_identity<WaterDrops>) {
+    static const std::vector<FieldOf<WaterDrops>> table{
+        field_at<&WaterDrops::count>({.name = "count", .doc = "of drops", .range = {1, 500}}),
+        field_at<&WaterDrops::size>({.name = "size",
+                                     .doc = "of a drop, as a share of the picture's width; some are half as large",
+                                     .range = {0.005, 0.5}})};
+    return table;
+}
+
+FieldTable<Condensation> fields_of(std::type_identity<Condensation>) {
+    static const std::vector<FieldOf<Condensation>> table{
+        share_at<&Condensation::radius>("radius", "of the blur, as a share of the picture's width", 0.1),
+        share_at<&Condensation::veil>("veil", "of the light that is scattered, and is the same grey everywhere")};
+    return table;
+}
+
 FieldTable<Covered> fields_of(std::type_identity<Covered>) {
     static const std::vector<FieldOf<Covered>> table{
         share_at<&Covered::softness>("softness", "width of the blurred edge, as a share of the picture's height")};
@@ -122,6 +146,11 @@ FieldTable<WhiteBalance> fields_of(std::type_identity<WhiteBalance>) {
     static const std::vector<FieldOf<WhiteBalance>> table{
         field_at<&WhiteBalance::red>({.name = "red", .doc = "factor on linear red", .range = {0.01, 100}}),
         field_at<&WhiteBalance::blue>({.name = "blue", .doc = "the same on blue", .range = {0.01, 100}})};
+    return table;
+}
+
+FieldTable<ChromaLost> fields_of(std::type_identity<ChromaLost>) {
+    static const std::vector<FieldOf<ChromaLost>> table;
     return table;
 }
 
@@ -163,6 +192,12 @@ FieldTable<UpsideDown> fields_of(std::type_identity<UpsideDown>) {
     return table;
 }
 
+FieldTable<Tearing> fields_of(std::type_identity<Tearing>) {
+    static const std::vector<FieldOf<Tearing>> table{
+        share_at<&Tearing::share>("share", "of the picture, from below, that is of the frame before")};
+    return table;
+}
+
 FieldTable<Black> fields_of(std::type_identity<Black>) {
     static const std::vector<FieldOf<Black>> table;
     return table;
@@ -171,6 +206,17 @@ FieldTable<Black> fields_of(std::type_identity<Black>) {
 FieldTable<ReducedRate> fields_of(std::type_identity<ReducedRate>) {
     static const std::vector<FieldOf<ReducedRate>> table{
         share_at<&ReducedRate::share>("share", "of frames that are left out, evenly")};
+    return table;
+}
+
+FieldTable<Late> fields_of(std::type_identity<Late>) {
+    static const std::vector<FieldOf<Late>> table{
+        field_at<&Late::frames>({.name = "frames",
+                                 .doc = "a frame comes when so many later ones are due",
+                                 .range = {1, static_cast<double>(Late::max_frames)}}),
+        field_at<&Late::in_bursts>(
+            {.name = "in_bursts", .doc = "so many are kept and come together with the one after them"}),
+        output_at<&Late::output>()};
     return table;
 }
 
@@ -199,6 +245,49 @@ FieldTable<Stall> fields_of(std::type_identity<Stall>) {
 FieldTable<Disconnect> fields_of(std::type_identity<Disconnect>) {
     static const std::vector<FieldOf<Disconnect>> table{period_at<&Disconnect::period_s>(share_of_period),
                                                         output_at<&Disconnect::output>()};
+    return table;
+}
+
+FieldTable<Refuse> fields_of(std::type_identity<Refuse>) {
+    static const std::vector<FieldOf<Refuse>> table{period_at<&Refuse::period_s>(share_of_period),
+                                                    output_at<&Refuse::output>()};
+    return table;
+}
+
+FieldTable<Restart> fields_of(std::type_identity<Restart>) {
+    static const std::vector<FieldOf<Restart>> table{period_at<&Restart::period_s>(share_of_period),
+                                                     output_at<&Restart::output>()};
+    return table;
+}
+
+FieldTable<Bandwidth> fields_of(std::type_identity<Bandwidth>) {
+    static const std::vector<FieldOf<Bandwidth>> table{
+        field_at<&Bandwidth::kbit_per_s>({.name = "kbit_per_s",
+                                          .doc = "what the line carries for each reader or RTSP stream; below severity "
+                                                 "1 so much more: it is divided by the severity",
+                                          .unit = "kbit/s",
+                                          .range = {1, 1e7}}),
+        field_at<&Bandwidth::queue_s>({.name = "queue_s",
+                                       .doc = "what would wait longer than this before the line does not come",
+                                       .unit = "s",
+                                       .range = {0, 10}}),
+        output_at<&Bandwidth::output>()};
+    return table;
+}
+
+FieldTable<PacketReorder> fields_of(std::type_identity<PacketReorder>) {
+    static const std::vector<FieldOf<PacketReorder>> table{
+        share_at<&PacketReorder::probability>("probability", "of each RTP packet"),
+        field_at<&PacketReorder::distance>({.name = "distance",
+                                            .doc = "so many packets overtake it, or all that are left of its picture",
+                                            .range = {1, 100}})};
+    return table;
+}
+
+FieldTable<NewSsrc> fields_of(std::type_identity<NewSsrc>) {
+    static const std::vector<FieldOf<NewSsrc>> table{
+        period_at<&NewSsrc::period_s>("at its begin and each time so long after it; below severity 1 so much more "
+                                      "seldom: it is divided by the severity")};
     return table;
 }
 
@@ -244,6 +333,22 @@ FieldTable<WrongSize> fields_of(std::type_identity<WrongSize>) {
     static const std::vector<FieldOf<WrongSize>> table{
         share_at<&WrongSize::share>("share", "of the picture's bytes that are missing at its end"),
         share_at<&WrongSize::probability>("probability", "of each frame")};
+    return table;
+}
+
+FieldTable<OtherSize> fields_of(std::type_identity<OtherSize>) {
+    static const std::vector<FieldOf<OtherSize>> table{
+        share_at<&OtherSize::share>("share", "of width and height that is missing, down to 16 pixels", 0.99),
+        share_at<&OtherSize::probability>("probability", "of each frame"), output_at<&OtherSize::output>()};
+    return table;
+}
+
+FieldTable<DeviceError> fields_of(std::type_identity<DeviceError>) {
+    static const std::vector<FieldOf<DeviceError>> table{
+        field_at<&DeviceError::at>({.name = "at",
+                                    .doc = "reqbufs, qbuf, streamon: that ioctl gives EINVAL; streaming: queueing and "
+                                           "dequeueing give EIO, until STREAMOFF"}),
+        period_at<&DeviceError::period_s>(share_of_period)};
     return table;
 }
 
@@ -294,32 +399,45 @@ std::vector<Kind<FaultKind>> make_kinds() {
     add(std::type_identity<Vibration>{}, "vibration", "it swings to and fro");
     add(std::type_identity<Defocus>{}, "defocus", "the picture is out of focus");
     add(std::type_identity<Dirt>{}, "dirt", "blurred spots of dirt on the glass");
+    add(std::type_identity<WaterDrops>{}, "drops",
+        "drops of water on the glass, each a small lens that shows it upside down");
+    add(std::type_identity<Condensation>{}, "condensation", "the glass is fogged: blurred, and grey over all");
     add(std::type_identity<Covered>{}, "covered", "something dark comes before the lens from above");
     add(std::type_identity<Exposure>{}, "exposure", "exposure is stuck where it is wrong");
     add(std::type_identity<WhiteBalance>{}, "white_balance", "the balance of colours is wrong");
+    add(std::type_identity<ChromaLost>{}, "chroma_lost", "colours are gone, at severity 1 all is grey");
     add(std::type_identity<Noise>{}, "noise", "noise that is another in every frame");
     add(std::type_identity<Banding>{}, "banding", "dark bands, as of lamps on the mains");
     add(std::type_identity<DeadPixels>{}, "dead_pixels", "pixels that are always black or white");
     add(std::type_identity<DeadRows>{}, "dead_rows", "rows or columns that are always black or white");
     add(std::type_identity<Mirrored>{}, "mirrored", "left and right are exchanged, at any severity over 0");
     add(std::type_identity<UpsideDown>{}, "upside_down", "turned by 180 deg, at any severity over 0");
+    add(std::type_identity<Tearing>{}, "tearing", "the lower part of the picture is of the frame before");
     add(std::type_identity<Black>{}, "black",
         "the picture is darker by this share; at severity 1 it is black and not drawn");
     add(std::type_identity<Freeze>{}, "freeze", "the same picture again and again, while stamps go on");
     add(std::type_identity<Duplicate>{}, "duplicate", "a frame has the picture of the one before it");
     add(std::type_identity<ReducedRate>{}, "reduced_rate", "fewer frames come than the camera says");
     add(std::type_identity<Drop>{}, "drop", "frames do not come; their numbers are missing");
+    add(std::type_identity<Late>{}, "late", "frames come late, with the stamps of when they were taken");
     add(std::type_identity<CorruptJpeg>{}, "corrupt_jpeg", "bytes of JPEGs in streams are damaged");
+    add(std::type_identity<OtherSize>{}, "other_size", "JPEGs in streams are of a smaller size than the camera's");
     add(std::type_identity<Stall>{}, "stall", "no frames go out, and connections stay open");
     add(std::type_identity<Disconnect>{}, "disconnect", "readers are thrown out, and again when they come back");
+    add(std::type_identity<Refuse>{}, "refuse", "who comes is refused; who is there stays");
+    add(std::type_identity<Restart>{}, "restart", "the camera's servers are down: readers are thrown out and refused");
+    add(std::type_identity<Bandwidth>{}, "bandwidth", "the line carries less than the pictures need");
     add(std::type_identity<CutPart>{}, "cut_part", "an HTTP stream is closed in the middle of a picture");
     add(std::type_identity<PacketLoss>{}, "packet_loss", "RTP packets are lost; their sequence numbers are missing");
+    add(std::type_identity<PacketReorder>{}, "packet_reorder", "RTP packets are overtaken by later ones");
+    add(std::type_identity<NewSsrc>{}, "new_ssrc", "RTP goes on as another source (SSRC) in the middle of a session");
     add(std::type_identity<BadPart>{}, "bad_part", "an HTTP stream says what is not so of its parts");
     add(std::type_identity<CorruptVideo>{}, "corrupt_video", "H.264 and H.265 in streams is damaged");
     add(std::type_identity<BufferError>{}, "buffer_error",
         "user-space devices give buffers with V4L2_BUF_FLAG_ERROR, as vivid injects it");
     add(std::type_identity<WrongSize>{}, "wrong_size",
         "user-space devices give fewer bytes (bytesused) than the format says");
+    add(std::type_identity<DeviceError>{}, "device_error", "calls of user-space devices fail, as vivid injects it");
     add(std::type_identity<Unplug>{}, "unplug", "user-space devices go, with their nodes, and come back after it");
     CHECK(kinds.size() == std::variant_size_v<FaultKind>);
     return kinds;

@@ -44,6 +44,16 @@ struct Dirt {
     double spot = 0.1;
     double red = 0.08, green = 0.06, blue = 0.04;
 };
+struct WaterDrops {
+    static constexpr Layer layer = Layer::optics;
+    std::int64_t count = 40;
+    double size = 0.08;
+};
+struct Condensation {
+    static constexpr Layer layer = Layer::optics;
+    double radius = 0.03;
+    double veil = 0.6;
+};
 struct Covered {
     static constexpr Layer layer = Layer::optics;
     double softness = 0.15;
@@ -57,6 +67,9 @@ struct Exposure {
 struct WhiteBalance {
     static constexpr Layer layer = Layer::sensor;
     double red = 1.8, blue = 0.5;
+};
+struct ChromaLost {
+    static constexpr Layer layer = Layer::sensor;
 };
 struct Noise {
     static constexpr Layer layer = Layer::sensor;
@@ -83,11 +96,19 @@ struct Mirrored {
 struct UpsideDown {
     static constexpr Layer layer = Layer::sensor;
 };
+struct Tearing {
+    static constexpr Layer layer = Layer::sensor;
+    double share = 0.5;
+};
 struct Black {
     static constexpr Layer layer = Layer::sensor;
 };
 
-// Driver: which pictures come.
+/// Of a kind of output; `any`: of all.
+enum class Output : std::uint8_t { any, mjpeg, rtsp, device, v4l2 };
+std::span<const Named<Output>> names_of(std::type_identity<Output>);
+
+// Driver: which pictures come, and when.
 struct Freeze {
     static constexpr Layer layer = Layer::driver;
     double period_s = 1.0;
@@ -106,12 +127,17 @@ struct Drop {
     double burst_frames = 1.0;
 };
 
+struct Late {
+    static constexpr Layer layer = Layer::driver;
+    static constexpr std::int64_t max_frames = 30;
+    std::int64_t frames = 5;
+    bool in_bursts = false;
+    Output output = Output::any;
+};
+
 // Transport: what becomes of frames on their way to readers of one kind of output.
 enum class Damage : std::uint8_t { truncate, truncate_eoi, bitflip, zero, cut };
 std::span<const Named<Damage>> names_of(std::type_identity<Damage>);
-/// Of a kind of output; `any`: of all.
-enum class Output : std::uint8_t { any, mjpeg, rtsp, device, v4l2 };
-std::span<const Named<Output>> names_of(std::type_identity<Output>);
 
 struct CorruptJpeg {
     static constexpr Layer layer = Layer::transport;
@@ -131,6 +157,22 @@ struct Disconnect {
     double period_s = 10.0;
     Output output = Output::any;
 };
+struct Refuse {
+    static constexpr Layer layer = Layer::transport;
+    double period_s = 10.0;
+    Output output = Output::any;
+};
+struct Restart {
+    static constexpr Layer layer = Layer::transport;
+    double period_s = 10.0;
+    Output output = Output::any;
+};
+struct Bandwidth {
+    static constexpr Layer layer = Layer::transport;
+    double kbit_per_s = 500.0;
+    double queue_s = 0.2;
+    Output output = Output::any;
+};
 struct CutPart {
     static constexpr Layer layer = Layer::transport;
     double probability = 0.05;
@@ -138,6 +180,15 @@ struct CutPart {
 struct PacketLoss {
     static constexpr Layer layer = Layer::transport;
     double probability = 0.1;
+};
+struct PacketReorder {
+    static constexpr Layer layer = Layer::transport;
+    double probability = 0.1;
+    std::int64_t distance = 3;
+};
+struct NewSsrc {
+    static constexpr Layer layer = Layer::transport;
+    double period_s = 5.0;
 };
 /// What of an HTTP stream's part is wrong.
 enum class PartError : std::uint8_t { length, boundary };
@@ -164,6 +215,20 @@ struct WrongSize {
     double share = 0.5;
     double probability = 1.0;
 };
+struct OtherSize {
+    static constexpr Layer layer = Layer::transport;
+    double share = 0.5;
+    double probability = 1.0;
+    Output output = Output::any;
+};
+/// Which call of programs fails, by the names of vivid's controls.
+enum class DeviceCall : std::uint8_t { reqbufs, qbuf, streamon, streaming };
+std::span<const Named<DeviceCall>> names_of(std::type_identity<DeviceCall>);
+struct DeviceError {
+    static constexpr Layer layer = Layer::transport;
+    DeviceCall at = DeviceCall::qbuf;
+    double period_s = 10.0;
+};
 struct Unplug {
     static constexpr Layer layer = Layer::transport;
     double period_s = 10.0;
@@ -172,10 +237,11 @@ struct Unplug {
 };
 
 /// In the order in which they act.
-using FaultKind =
-    std::variant<Knock, Sag, Vibration, Defocus, Dirt, Covered, Exposure, WhiteBalance, Noise, Banding, DeadPixels,
-                 DeadRows, Mirrored, UpsideDown, Black, Freeze, Duplicate, ReducedRate, Drop, CorruptJpeg, Stall,
-                 Disconnect, CutPart, PacketLoss, BadPart, CorruptVideo, BufferError, WrongSize, Unplug>;
+using FaultKind = std::variant<Knock, Sag, Vibration, Defocus, Dirt, WaterDrops, Condensation, Covered, Exposure,
+                               WhiteBalance, ChromaLost, Noise, Banding, DeadPixels, DeadRows, Mirrored, UpsideDown,
+                               Tearing, Black, Freeze, Duplicate, ReducedRate, Drop, Late, CorruptJpeg, OtherSize,
+                               Stall, Disconnect, Refuse, Restart, Bandwidth, CutPart, PacketLoss, PacketReorder,
+                               NewSsrc, BadPart, CorruptVideo, BufferError, WrongSize, DeviceError, Unplug>;
 
 /// The table of all kinds, in the order of the variant: JSON, documentation and clients come from it.
 const std::vector<Kind<FaultKind>>& fault_kinds();

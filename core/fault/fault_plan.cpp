@@ -1,6 +1,7 @@
 #include "core/fault/fault_plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "core/base/random.h"
@@ -22,6 +23,17 @@ auto order_of(const FaultRef& fault) {
 
 double chance(const Fault& fault, std::uint64_t frame, std::uint64_t salt) {
     return random_unit(fault.seed, fault_stream | (fault.id << salt_bits) | salt, frame);
+}
+
+bool is_for(Output wanted, std::string_view output) {
+    return wanted == Output::any || to_string(wanted) == output;
+}
+
+bool is_in_period(const Fault& fault, TimeNs world_ns, double period_s) {
+    if (fault.severity >= 1.0) return true;
+    const TimeNs period_ns = std::llround(period_s * 1e9);
+    const TimeNs phase_ns = (world_ns - fault.begin_ns) % period_ns;
+    return static_cast<double>(phase_ns) < fault.severity * static_cast<double>(period_ns);
 }
 
 Result<FaultRef> FaultPlan::set(const FaultSpec& spec, std::uint64_t id, std::uint64_t rig_seed, TimeNs now_ns) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
@@ -42,6 +43,12 @@ struct FrameKey {
 
 /// Uniform in [0, 1): hash(seed, fault, frame). `salt` tells several numbers of one fault and frame apart.
 double chance(const Fault& fault, std::uint64_t frame, std::uint64_t salt = 0);
+
+/// Whether a fault of these outputs is one of that kind.
+bool is_for(Output wanted, std::string_view output);
+
+/// Whether a fault that lasts for its severity's share of each period acts at that time.
+bool is_in_period(const Fault& fault, TimeNs world_ns, double period_s);
 
 /// The faults that a frame has, and what becomes of it.
 struct FrameFaults {

@@ -105,21 +105,61 @@ double Mask::covered() const {
     return static_cast<double>(over) / static_cast<double>(values_.size());
 }
 
-double covered_fraction(const FrameFaults& faults, ImageSize size) {
-    std::vector<Mask> masks;
-    for (const FaultRef& one : faults.active)
-        if (auto mask = Mask::of(*one, size)) masks.push_back(std::move(*mask));
-    if (masks.empty()) return 0.0;
-    std::int64_t covered = 0;
-    std::vector<float> alpha(static_cast<std::size_t>(size.width)), passes(alpha.size());
-    for (int y = 0; y < size.height; ++y) {
-        std::ranges::fill(passes, 1.0f);
-        for (const Mask& mask : masks) {
-            mask.row(y, alpha);
-            for (std::size_t x = 0; x < alpha.size(); ++x) passes[x] *= 1.0f - alpha[x];
-        }
-        covered += std::ranges::count_if(passes, [](float share) { return share < 0.5f; });
+std::vector<WaterDrop> drops_of(const Fault& fault, ImageSize size) {
+    const auto& kind = std::get<WaterDrops>(fault.kind);
+    std::vector<WaterDrop> drops(static_cast<std::size_t>(std::ceil(fault.severity * static_cast<double>(kind.count))));
+    for (std::size_t i = 0; i < drops.size(); ++i)
+        drops[i] = {chance(fault, i, 0) * size.width, chance(fault, i, 1) * size.height,
+                    0.5 * kind.size * size.width * (0.5 + 0.5 * chance(fault, i, 2))};
+    return drops;
+}
+
+namespace {
+
+/// The share of each pixel's light that passes.
+std::vector<float> passing(const FrameFaults& faults, ImageSize size) {
+    std::vector<float> passes(static_cast<std::size_t>(size.pixels()), 1.0f);
+    const auto width = static_cast<std::size_t>(size.width);
+    std::vector<float> alpha(width);
+    for (const FaultRef& one : faults.active) {
+        if (const auto mask = Mask::of(*one, size))
+            for (int y = 0; y < size.height; ++y) {
+                mask->row(y, alpha);
+                float* const row = &passes[static_cast<std::size_t>(y) * width];
+                for (std::size_t x = 0; x < width; ++x) row[x] *= 1.0f - alpha[x];
+            }
+        if (const auto* const fog = std::get_if<Condensation>(&one->kind))
+            for (float& share : passes) share *= static_cast<float>(1.0 - fog->veil * one->severity);
+        if (!std::holds_alternative<WaterDrops>(one->kind)) continue;
+        for (const WaterDrop& drop : drops_of(*one, size))
+            for (int y = std::max(0, static_cast<int>(drop.y - drop.radius));
+                 y < std::min(size.height, static_cast<int>(drop.y + drop.radius) + 2); ++y)
+                for (int x = std::max(0, static_cast<int>(drop.x - drop.radius));
+                     x < std::min(size.width, static_cast<int>(drop.x + drop.radius) + 2); ++x)
+                    if (std::hypot(x - drop.x, y - drop.y) < drop.radius)
+                        passes[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = 0.0f;
     }
+    return passes;
+}
+
+bool hides(const FaultRef& fault) {
+    return layer_of(fault->kind) == Layer::optics && !std::holds_alternative<Defocus>(fault->kind);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> hidden_mask(const FrameFaults* faults, ImageSize size) {
+    std::vector<std::uint8_t> mask(static_cast<std::size_t>(size.pixels()));
+    if (faults == nullptr || std::ranges::none_of(faults->active, hides)) return mask;
+    std::ranges::transform(passing(*faults, size), mask.begin(), [](float passes) {
+        return static_cast<std::uint8_t>(std::clamp(255.0f * (1.0f - passes) + 0.5f, 0.0f, 255.0f));
+    });
+    return mask;
+}
+
+double covered_fraction(const FrameFaults& faults, ImageSize size) {
+    if (std::ranges::none_of(faults.active, hides)) return 0.0;
+    const auto covered = std::ranges::count_if(passing(faults, size), [](float share) { return share < 0.5f; });
     return static_cast<double>(covered) / static_cast<double>(size.pixels());
 }
 

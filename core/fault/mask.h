@@ -38,6 +38,17 @@ private:
     std::vector<float> values_;
 };
 
+/// A drop of water, in pixels.
+struct WaterDrop {
+    double x = 0.0, y = 0.0, radius = 0.0;
+};
+/// Of a fault of kind drops, by its seed: as many as its severity says of them.
+std::vector<WaterDrop> drops_of(const Fault& fault, ImageSize size);
+
+/// How much of each pixel's light faults of the optics take or bring from elsewhere: 0: none, 255: all. A byte a pixel,
+/// rows from above.
+std::vector<std::uint8_t> hidden_mask(const FrameFaults* faults, ImageSize size);
+
 /// The share of the picture's pixels of which faults of the optics hide more than half of the light.
 double covered_fraction(const FrameFaults& faults, ImageSize size);
 

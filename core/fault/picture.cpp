@@ -66,6 +66,37 @@ struct Change {
 
     void operator()(const Defocus& defocus) const { blur(rgba, size, defocus.radius * fault.severity * size.width); }
     void operator()(const Dirt& dirt) const { veil(*Mask::of(fault, size), {dirt.red, dirt.green, dirt.blue}); }
+    void operator()(const WaterDrops&) const {
+        const std::vector<std::byte> behind(rgba.begin(), rgba.end());
+        for (const WaterDrop& drop : drops_of(fault, size)) {
+            const int top = std::max(0, static_cast<int>(drop.y - drop.radius)),
+                      bottom = std::min(size.height - 1, static_cast<int>(drop.y + drop.radius) + 1);
+            const int left = std::max(0, static_cast<int>(drop.x - drop.radius)),
+                      right = std::min(size.width - 1, static_cast<int>(drop.x + drop.radius) + 1);
+            for (int y = top; y <= bottom; ++y)
+                for (int x = left; x <= right; ++x) {
+                    const double dx = (x - drop.x) / drop.radius, dy = (y - drop.y) / drop.radius;
+                    const double away = dx * dx + dy * dy;
+                    if (away >= 1.0) continue;
+                    // A ball lens shows half of the picture's width, upside down, and less light at its rim.
+                    const double reach = 0.25 * size.width, light = 1.0 - 0.6 * away * away;
+                    const int from_x = std::clamp(static_cast<int>(drop.x - reach * dx), 0, size.width - 1);
+                    const int from_y = std::clamp(static_cast<int>(drop.y - reach * dy), 0, size.height - 1);
+                    const std::byte* const from =
+                        &behind[4 * (static_cast<std::size_t>(from_y) * static_cast<std::size_t>(size.width) +
+                                     static_cast<std::size_t>(from_x))];
+                    std::byte* const to = pixel(x, y);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        to[c] = static_cast<std::byte>(coded(light * light_of(std::to_integer<int>(from[c]))));
+                }
+        }
+    }
+    void operator()(const Condensation& fog) const {
+        blur(rgba, size, fog.radius * fault.severity * size.width);
+        const double veil = fog.veil * fault.severity;
+        const auto table = table_of([veil](int value) { return coded((1.0 - veil) * light_of(value) + veil * 0.4); });
+        map_bytes(rgba, {table, table, table});
+    }
     void operator()(const Covered&) const { veil(*Mask::of(fault, size), {0.002, 0.002, 0.002}); }
     void operator()(const Exposure& exposure) const {
         const auto table = light_table(1.0 + fault.severity * (exposure.factor - 1.0));
@@ -74,6 +105,14 @@ struct Change {
     void operator()(const WhiteBalance& balance) const {
         map_bytes(rgba, {light_table(1.0 + fault.severity * (balance.red - 1.0)), light_table(1.0),
                          light_table(1.0 + fault.severity * (balance.blue - 1.0))});
+    }
+    void operator()(const ChromaLost&) const {
+        for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
+            const auto code = [&](std::size_t c) { return std::to_integer<int>(rgba[i + c]); };
+            const double luma = 0.299 * code(0) + 0.587 * code(1) + 0.114 * code(2);  // ITU-R BT.601
+            for (std::size_t c = 0; c < 3; ++c)
+                rgba[i + c] = static_cast<std::byte>(byte_of(code(c) + fault.severity * (luma - code(c))));
+        }
     }
     void operator()(const Noise& noise) const {
         // The sum of eight even numbers of 8 bits has a standard deviation of sqrt(8 * (256^2 - 1) / 12) = 209.0.
@@ -139,6 +178,14 @@ bool is_of_picture(const FaultRef& fault) {
 
 bool changes_picture(const FrameFaults& faults) {
     return std::ranges::any_of(faults.active, is_of_picture);
+}
+
+int torn_rows(const FrameFaults& faults, int height) {
+    int rows = 0;
+    for (const FaultRef& one : faults.active)
+        if (const auto* const torn = std::get_if<Tearing>(&one->kind))
+            rows = std::max(rows, static_cast<int>(std::lround(torn->share * one->severity * height)));
+    return rows;
 }
 
 bool hides_picture(const FrameFaults& faults) {

@@ -13,6 +13,8 @@ namespace camrig::fault {
 bool changes_picture(const FrameFaults& faults);
 /// Whether every picture becomes the same one, so that none need be drawn.
 bool hides_picture(const FrameFaults& faults);
+/// So many rows, from below, are those of the frame before.
+int torn_rows(const FrameFaults& faults, int height);
 /// Changes an rgba8 picture, rows without padding. Alpha stays as it is.
 void change_picture(const FrameFaults& faults, ImageSize size, std::span<std::byte> rgba);
 

@@ -7,18 +7,7 @@ namespace camrig::fault {
 namespace {
 
 /// Numbers of one fault and frame.
-enum Salt : std::uint64_t { whether, where, packet_number, slice_number };
-
-bool is_for(Output wanted, std::string_view output) {
-    return wanted == Output::any || to_string(wanted) == output;
-}
-
-bool is_in_period(const Fault& fault, const FrameKey& frame, double period_s) {
-    if (fault.severity >= 1.0) return true;
-    const TimeNs period_ns = std::llround(period_s * 1e9);
-    const TimeNs phase_ns = (frame.world_ns - fault.begin_ns) % period_ns;
-    return static_cast<double>(phase_ns) < fault.severity * static_cast<double>(period_ns);
-}
+enum Salt : std::uint64_t { whether, where, packet_number, slice_number, order };
 
 /// The first byte of the picture's entropy-coded data: what follows the header of SOS (ITU-T T.81, B.2.3); 0: none.
 std::size_t data_begin(std::span<const std::byte> jpeg) {
@@ -76,15 +65,18 @@ void damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, s
 bool is_stalled(const FrameFaults& faults, std::string_view output) {
     return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
         const auto* const stall = std::get_if<Stall>(&one->kind);
-        return stall && is_for(stall->output, output) && is_in_period(*one, faults.frame, stall->period_s);
+        return stall && is_for(stall->output, output) && is_in_period(*one, faults.frame.world_ns, stall->period_s);
     });
 }
 
 bool is_disconnected(const FrameFaults& faults, std::string_view output) {
-    return output != to_string(Output::v4l2) && std::ranges::any_of(faults.active, [&](const FaultRef& one) {
-               const auto* const cut = std::get_if<Disconnect>(&one->kind);
-               return cut && is_for(cut->output, output) && is_in_period(*one, faults.frame, cut->period_s);
-           });
+    if (output == to_string(Output::v4l2)) return false;
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto acts = [&](const auto* fault) {
+            return fault && is_for(fault->output, output) && is_in_period(*one, faults.frame.world_ns, fault->period_s);
+        };
+        return acts(std::get_if<Disconnect>(&one->kind)) || acts(std::get_if<Restart>(&one->kind));
+    });
 }
 
 std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, std::string_view output,
@@ -106,6 +98,42 @@ bool is_cut(const FrameFaults& faults) {
         return cut &&
                chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) < cut->probability * one->severity;
     });
+}
+
+int packet_distance(const FrameFaults& faults, std::uint64_t packet) {
+    std::int64_t distance = 0;
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<PacketReorder>(&one->kind);
+        if (how && chance(*one, packet, order) < how->probability * one->severity)
+            distance = std::max(distance, how->distance);
+    }
+    return static_cast<int>(distance);
+}
+
+std::uint64_t ssrc_epoch(const FrameFaults& faults) {
+    std::uint64_t epoch = 0;
+    for (const FaultRef& one : faults.active)
+        if (const auto* const how = std::get_if<NewSsrc>(&one->kind)) {
+            const double since_s = static_cast<double>(faults.frame.world_ns - one->begin_ns) * 1e-9;
+            epoch += one->id << 32 | static_cast<std::uint32_t>(since_s * one->severity / how->period_s);
+        }
+    return epoch;
+}
+
+std::optional<ImageSize> other_size(const FrameFaults& faults, std::string_view output, ImageSize size) {
+    ImageSize sent = size;
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<OtherSize>(&one->kind);
+        if (!how || !is_for(how->output, output) ||
+            chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) >= how->probability)
+            continue;
+        const auto smaller = [&](int pixels, int least) {
+            return std::max(least, static_cast<int>(std::lround(pixels * (1.0 - one->severity * how->share))));
+        };
+        sent = {std::min(sent.width, smaller(size.width, min_image_size.width)),
+                std::min(sent.height, smaller(size.height, min_image_size.height))};
+    }
+    return sent == size ? std::nullopt : std::optional(sent);
 }
 
 bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet) {
@@ -183,18 +211,22 @@ std::size_t bytes_kept(const FrameFaults& faults, std::size_t bytes) {
 const Unplug* unplug_of(const FrameFaults& faults) {
     for (const FaultRef& one : faults.active)
         if (const auto* const out = std::get_if<Unplug>(&one->kind);
-            out && is_in_period(*one, faults.frame, out->period_s))
+            out && is_in_period(*one, faults.frame.world_ns, out->period_s))
             return out;
     return nullptr;
 }
 
 Result<void> check_sending(const FaultKind& kind) {
-    const auto* const cut = std::get_if<Disconnect>(&kind);
-    if (cut && cut->output == Output::v4l2)
+    const auto is_of_v4l2 = [](const auto* fault) { return fault && fault->output == Output::v4l2; };
+    if (is_of_v4l2(std::get_if<Disconnect>(&kind)) || is_of_v4l2(std::get_if<Restart>(&kind)))
         return error(
             ErrorKind::unsupported,
             "params.output: a v4l2loopback device cannot be unplugged while programs have it open; let it stall "
             "(kind stall), or give the camera a user-space device (output device)");
+    if (is_of_v4l2(std::get_if<Refuse>(&kind)))
+        return error(ErrorKind::unsupported,
+                     "params.output: the kernel opens a v4l2loopback device without asking; give the camera a "
+                     "user-space device (output device)");
     return {};
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "core/base/image_size.h"
 #include "core/fault/fault_plan.h"
 
 /// Layer transport: what becomes of a frame on its way to readers of an output, which is told by its kind ("mjpeg",
@@ -23,6 +25,13 @@ std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, st
 bool is_cut(const FrameFaults& faults);
 /// The RTP packet of that sequence number (of any width that rises), sent while this frame was the newest, is lost.
 bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet);
+/// So many later packets of its picture overtake this one, numbered so too.
+int packet_distance(const FrameFaults& faults, std::uint64_t packet);
+/// RTP has a new source (SSRC) whenever this is another.
+std::uint64_t ssrc_epoch(const FrameFaults& faults);
+/// A JPEG of this frame has this size; nullopt: the camera's.
+std::optional<ImageSize> other_size(const FrameFaults& faults, std::string_view output, ImageSize size);
+
 /// What is wrong with this frame's part of an HTTP stream.
 std::optional<PartError> part_error(const FrameFaults& faults);
 /// Slice `index` of the frame's H.264 or H.265 access unit is not sent.

@@ -20,11 +20,14 @@
 
 namespace camrig::render {
 
+struct EarlierPicture;
+
 /// What becomes of a colour picture when it is there, of a camera that fails. Renderers do not ask for it.
 struct FailingPicture {
     fault::FrameFaultsRef faults;                  ///< what they do to its pixels; null: nothing
     std::optional<fault::FrameKey> shown_as = {};  ///< the frame that shows it again; nullopt: it is of its own frame
     std::vector<frame::FrameRef> kept = {};        ///< of a picture shown again: as it was, drawn or not
+    std::shared_ptr<const EarlierPicture> torn_with = {};  ///< what the lower part of it is of; null: of its own
 };
 
 /// One picture to draw: a camera at an instant.
@@ -52,6 +55,13 @@ struct View {
     /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object
     /// would show if nothing stood in front of it.
     std::vector<ObjectId> only_objects;
+};
+
+/// A picture that is due no more.
+struct EarlierPicture {
+    View view;
+    world::SnapshotRef snapshot;
+    TimeNs monotonic_ns = 0;
 };
 
 /// What a renderer keeps between instants, and since the start how often what saves work did so.

@@ -2,6 +2,7 @@
 
 #include <unordered_map>
 
+#include "core/frame/clock_text.h"
 #include "core/frame/code_strip.h"
 #include "core/frame/tone.h"
 
@@ -94,6 +95,11 @@ void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame) {
 
 void finish_color(const View& view, frame::Frame& frame) {
     frame::apply_tone(frame.mutable_bytes(), view.spec->controls);
+    if (view.spec->clock_text) {
+        const auto [first_row, end_row] = frame::clock_text_rows(frame.info().size);
+        frame.add_damage(first_row, end_row);
+        frame::draw_clock_text(frame.mutable_bytes(), frame.info().size, frame.info().stamp_ns());
+    }
     if (!view.spec->code_strip) return;
     frame.add_damage(0, frame::code_strip_rows * frame::code_strip_cell(frame.info().size));
     frame::draw_code_strip(frame.mutable_bytes(), frame.info().size,

@@ -9,6 +9,7 @@
 
 #include "core/base/output_spec.h"
 #include "core/base/result.h"
+#include "core/fault/standing.h"
 #include "core/stream/sink.h"
 #include "core/stream/statistics.h"
 
@@ -21,6 +22,7 @@ struct CameraStream {
     ImageSize size;
     Rate rate;
     std::vector<OutputSpec> outputs = {};  ///< what its user wishes; each family of sinks looks for its own
+    fault::Standing standing = {};         ///< how it fails for those who come
 };
 
 struct SubscribeOptions {

@@ -8,6 +8,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/out_of_memory.h"
+#include "core/fault/delivery.h"
 #include "core/fault/sending.h"
 
 namespace camrig::stream {
@@ -18,6 +19,12 @@ constexpr TimeNs reopen_after_ns = ns_per_s;
 
 bool takes(const Reader& reader, TimeNs world_ns) {
     return !reader.options.rate || reader.options.rate->frames_until(world_ns) != reader.ticks_taken;
+}
+
+/// With the reader's mutex held.
+void drop_late(Reader& reader) {
+    reader.stats->dropped.fetch_add(reader.late.size(), std::memory_order_relaxed);
+    reader.late.clear();
 }
 
 }  // namespace
@@ -38,6 +45,7 @@ bool Output::detach(const std::shared_ptr<Reader>& reader) {
         empty = readers_.empty();
     }
     std::lock_guard lock(reader->mutex);
+    drop_late(*reader);
     if (std::exchange(reader->state, Reader::State::closed) != Reader::State::closed) reader->sink->close();
     return empty;
 }
@@ -56,6 +64,7 @@ void Output::end(Error why) {
 void Output::end_reader(const std::shared_ptr<Reader>& reader, Error why) {
     {
         std::lock_guard lock(reader->mutex);
+        drop_late(*reader);
         if (std::exchange(reader->state, Reader::State::closed) == Reader::State::closed) return;
         reader->sink->close();
     }
@@ -134,12 +143,16 @@ void Output::leave_out_failing(Item& item) {
     });
 }
 
-MediaUnit Output::unit_for(const Reader& reader, const MediaUnit& unit) {
+MediaUnit Output::unit_for(const Reader& reader, const frame::FrameRef& frame, const MediaUnit& unit) {
     if (!unit.info.faults || !unit.bytes) return unit;
-    auto damaged = fault::damaged_jpeg(*unit.info.faults, reader.options.kind, *unit.bytes);
-    if (!damaged) return unit;
-    reader.stats->damaged.fetch_add(1, std::memory_order_relaxed);
     MediaUnit own = unit;
+    if (const auto size = fault::other_size(*unit.info.faults, reader.options.kind, unit.info.size)) {
+        if (const auto other = transcoder_->of_size(*size))
+            if (const auto small = (*other)->transcode(frame)) own.bytes = small->bytes;
+    }
+    auto damaged = fault::damaged_jpeg(*unit.info.faults, reader.options.kind, *own.bytes);
+    if (damaged || own.bytes != unit.bytes) reader.stats->damaged.fetch_add(1, std::memory_order_relaxed);
+    if (!damaged) return own;
     own.bytes = std::make_shared<const std::vector<std::byte>>(std::move(*damaged));
     return own;
 }
@@ -169,7 +182,7 @@ void Output::deliver(Item item) {
         Result<void> written;
         {
             std::lock_guard lock(reader->mutex);
-            written = write(*reader, unit_for(*reader, *unit));
+            written = write_in_time(*reader, unit_for(*reader, item.frame, *unit));
         }
         if (written) continue;
         spdlog::info("camera {}: {} reader {} ends: {}", camera_.name, reader->options.kind, reader->options.peer,
@@ -180,6 +193,38 @@ void Output::deliver(Item item) {
         }
         if (reader->on_end) reader->on_end(written.error());
     }
+}
+
+Result<void> Output::write_in_time(Reader& reader, MediaUnit unit) {
+    const fault::FrameFaults* const faults = unit.info.faults.get();
+    const std::string& kind = reader.options.kind;
+    const auto rate = faults && unit.bytes ? fault::line_rate(*faults, kind) : std::nullopt;
+    if (!reader.line.takes(rate, unit.info.world_ns, unit.bytes ? unit.bytes->size() : 0)) {
+        reader.stats->dropped.fetch_add(1, std::memory_order_relaxed);
+        reader.stats->fault.fetch_add(1, std::memory_order_relaxed);
+        reader.sink->hold_back(unit.info);
+        return {};
+    }
+    const std::int64_t late = faults ? fault::frames_late(*faults, kind) : 0;
+    if (late == 0 && reader.late.empty()) return write(reader, unit);
+    const frame::FrameInfo now = unit.info;
+    const auto latch = std::exchange(unit.latch, nullptr);  // a step does not wait for what comes with a later one
+    reader.late.push_back(std::move(unit));
+    bool is_written = false;
+    while (!reader.late.empty()) {
+        const frame::FrameInfo& first = reader.late.front().info;
+        // By what fails now: those that wait come at once when the fault is over.
+        const bool is_due = late == 0 || now.sequence - first.sequence >= fault::frames_late(*first.faults, kind) ||
+                            std::ssize(reader.late) > fault::Late::max_frames;
+        if (!is_due) break;
+        MediaUnit next = std::move(reader.late.front());
+        reader.late.pop_front();
+        next.latch = latch;
+        is_written = true;
+        if (auto written = write(reader, next); !written) return written;
+    }
+    if (!is_written) reader.sink->hold_back(now);
+    return {};
 }
 
 Result<void> Output::write(Reader& reader, const MediaUnit& unit) {

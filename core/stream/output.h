@@ -1,12 +1,14 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <vector>
 
 #include "core/base/latest_slot.h"
+#include "core/fault/line.h"
 #include "core/stream/frame_bus.h"
 #include "core/stream/transcoder.h"
 #include "core/stream/worker_pool.h"
@@ -24,6 +26,8 @@ struct Reader {
     std::mutex mutex;  ///< guards what follows and every call of the sink
     enum class State : std::uint8_t { fresh, open, waiting, closed } state = State::fresh;
     TimeNs retry_at_ns = 0;
+    std::deque<MediaUnit> late;  ///< what a fault lets come later; without latches
+    fault::Line line;            ///< what carries pictures to it
 };
 
 /// All readers of one camera in one MediaFormat: latest frame -> transcode once -> every reader's sink.
@@ -69,7 +73,9 @@ private:
     /// Readers whose output fails at this frame do without it, or are thrown out.
     void leave_out_failing(Item& item);
     /// As this reader gets it.
-    static MediaUnit unit_for(const Reader& reader, const MediaUnit& unit);
+    MediaUnit unit_for(const Reader& reader, const frame::FrameRef& frame, const MediaUnit& unit);
+    /// What of it and of earlier ones comes now. With the reader's mutex held.
+    Result<void> write_in_time(Reader& reader, MediaUnit unit);
     Result<void> write(Reader& reader, const MediaUnit& unit);
     void end_reader(const std::shared_ptr<Reader>& reader, Error why);
 

@@ -69,6 +69,12 @@ Result<MediaUnit> Transcoder::transcode(const frame::FrameRef& frame) {
     return unit;
 }
 
+Result<std::unique_ptr<Transcoder>> Transcoder::of_size(ImageSize size) const {
+    MediaFormat format = format_;
+    format.size = size;
+    return create(format, pool_, timers_);
+}
+
 frame::PixelFormat source_format(const MediaFormat& format, ImageSize camera_size) {
     const bool is_scaled = format.size != ImageSize{} && format.size != camera_size;
     if (is_scaled || format.codec == codec::Codec::png) return frame::PixelFormat::rgba8;

@@ -24,6 +24,8 @@ public:
     static Result<std::unique_ptr<Transcoder>> create(const MediaFormat& format, std::shared_ptr<frame::FramePool> pool,
                                                       std::shared_ptr<TranscodeTimers> timers);
     Result<MediaUnit> transcode(const frame::FrameRef& frame);
+    /// Into the same format at another size.
+    Result<std::unique_ptr<Transcoder>> of_size(ImageSize size) const;
     const MediaFormat& format() const { return format_; }
 
 private:

@@ -1,7 +1,9 @@
 #include "core/truth/truth_json.h"
 
 #include "core/base/field_of.h"
+#include "core/fault/delivery.h"
 #include "core/fault/mask.h"
+#include "core/fault/sending.h"
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_json.h"
 
@@ -33,6 +35,21 @@ json pose_json(const camera::Pose& pose) {
     return {{"position", array_of(pose.position)}, {"orientation", array_of(pose.orientation)}};
 }
 
+/// What becomes of the frame on its way to readers of each kind of output.
+json ways_json(const fault::FrameFaults* faults) {
+    json ways = json::object();
+    for (const auto& [output, name] : names_of(std::type_identity<fault::Output>{})) {
+        if (output == fault::Output::any) continue;
+        const char* const fate = faults == nullptr                ? "sent"
+                                 : faults->is_dropped             ? "dropped"
+                                 : is_disconnected(*faults, name) ? "disconnected"
+                                 : is_stalled(*faults, name)      ? "stalled"
+                                                                  : "sent";
+        ways[std::string(name)] = {{"fate", fate}, {"late_frames", faults ? frames_late(*faults, name) : 0}};
+    }
+    return ways;
+}
+
 /// What the camera does wrong, and what its readers get for that.
 void add_faults(const TruthOfFrame& truth, json& to) {
     json faults = json::array();
@@ -46,6 +63,7 @@ void add_faults(const TruthOfFrame& truth, json& to) {
                               {"until_ns", one->end_ns == max_time_ns ? json(nullptr) : json(one->end_ns)}});
     }
     to["faults"] = std::move(faults);
+    to["outputs"] = ways_json(truth.faults.get());
     to["delivered"] = !(truth.faults && truth.faults->is_dropped);
     to["covered_fraction"] = truth.faults ? fault::covered_fraction(*truth.faults, truth.size) : 0.0;
     to["shown_sequence"] = truth.faults ? truth.faults->shown_sequence : truth.sequence;

@@ -123,7 +123,7 @@ camera::CameraState Camera::at(const Snapshot& world) const {
                               .believed_pose = {},
                               .intrinsics = intrinsics_.at(world.world_ns),
                               .head = {},
-                              .clock = clock_.at(world.world_ns)};
+                              .clock = clock_.at(world.world_ns, exposure_times_of(*spec_).least_apart_ns())};
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
         state.head = head->status(world.world_ns);
         const camera::PtzPosition& turned = state.head->true_position;

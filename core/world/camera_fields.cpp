@@ -256,6 +256,10 @@ std::vector<Entry> make_camera_fields() {
         camera_at<&CameraSpec::code_strip>(
             {.name = "code_strip",
              .doc = "draws camera number, sequence and world time into the picture; needs 128x32 pixels"}),
+        camera_at<&CameraSpec::clock_text>(
+            {.name = "clock_text",
+             .doc = "burns days, hours, minutes and seconds of world time as its clock has it into the lower left "
+                    "corner of the picture; needs 128x32 pixels"}),
         camera_at<&CameraSpec::description>({.name = "description",
                                              .doc = "free text of yours: where it hangs, what it is for",
                                              .range = {.high = 200}}),

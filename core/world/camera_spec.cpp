@@ -11,7 +11,7 @@
 namespace camrig::world {
 namespace {
 
-/// The code strip's cells need this much room (core/frame/code_strip).
+/// The code strip's cells need this much room (core/frame/code_strip), and so does the clock's text.
 constexpr ImageSize min_code_strip_size{128, 32};
 
 Error invalid(std::string message) {
@@ -35,6 +35,10 @@ Result<void> check_size(const CameraSpec& spec) {
     }
     if (spec.code_strip && (width < min_code_strip_size.width || height < min_code_strip_size.height)) {
         return std::unexpected(invalid("code_strip: a picture of " + spec.size.to_string() +
+                                       " has no room for it; it needs " + min_code_strip_size.to_string()));
+    }
+    if (spec.clock_text && (width < min_code_strip_size.width || height < min_code_strip_size.height)) {
+        return std::unexpected(invalid("clock_text: a picture of " + spec.size.to_string() +
                                        " has no room for it; it needs " + min_code_strip_size.to_string()));
     }
     return {};

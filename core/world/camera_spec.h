@@ -73,6 +73,7 @@ struct CameraSpec {
     std::optional<Quality> quality;  ///< nullopt: the rig's
     ImageControls controls;
     bool code_strip = false;
+    bool clock_text = false;
     std::string description;
     std::string group;  ///< cameras of one name are drawn together or dropped together; empty: on its own
     std::vector<OutputSpec> outputs;

@@ -160,6 +160,7 @@ Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
     CHECK(stats_ != nullptr);
     is_held_back_ = false;
     faults_ = unit.info.faults;
+    follow_ssrc();
     if (stopped_ || (last_ && unit.info.sequence <= last_->info.sequence)) {
         // The picture that the stream began with was this one, or a later one.
         const bool sent = !stopped_ && unit.info.sequence == last_->info.sequence;
@@ -197,6 +198,12 @@ RtpTimeline::SenderTime MediaFeed::sender_time(TimeNs now_ns) {
 TimeNs MediaFeed::next_pts(const frame::FrameInfo& info, TimeNs stamp_ns) {
     const ClockReading reading = info.clock.value_or(ClockReading{});
     if (!first_clock_error_ns_) first_clock_error_ns_ = reading.steady_error_ns;
+    // Where a clock is given or taken away, or begins anew in another world, RTP time goes on as if it had been so
+    // before: it is steady, and its constant error is nobody's to see.
+    const bool begins_anew = last_pts_ >= 0 && (had_clock_ != info.clock.has_value() || info.world_ns < last_world_ns_);
+    had_clock_ = info.clock.has_value();
+    last_world_ns_ = info.world_ns;
+    if (begins_anew) first_clock_error_ns_ = reading.steady_error_ns - clock_.rtp_error_ns;
     clock_ = {.rtp_error_ns = reading.steady_error_ns - *first_clock_error_ns_, .ntp_error_ns = reading.stamp_error_ns};
     return last_pts_ = std::max(options_.timeline.pts_of(stamp_ns) + clock_.rtp_error_ns, last_pts_ + min_pts_step_ns);
 }
@@ -243,27 +250,42 @@ GstBuffer* MediaFeed::buffer_of(const stream::MediaUnit& unit) const {
     return buffer;
 }
 
-bool MediaFeed::is_lost(GstBuffer* packet) {
-    const auto sequence = rtp_sequence(packet);
-    std::lock_guard lock(mutex_);
-    if (!faults_ || !sequence) return false;
-    // 16 bits come again: those of another picture are another packet.
-    return is_packet_lost(*faults_, static_cast<std::uint64_t>(faults_->frame.sequence) << 16 | *sequence);
+GstPadProbeReturn MediaFeed::replace_packets(GstPad* pad, GstPadProbeInfo* info) {
+    std::shared_ptr<const fault::FrameFaults> faults;
+    {
+        std::lock_guard lock(mutex_);
+        faults = faults_;
+    }
+    if (is_sending_held_ || packet_faults_.is_idle(faults.get())) return GST_PAD_PROBE_OK;
+    std::vector<GstBufferHandle> sent;
+    const bool is_single = (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER) != 0;
+    if (is_single) {
+        packet_faults_.pass(GstBufferHandle(gst_buffer_ref(GST_PAD_PROBE_INFO_BUFFER(info))), faults.get(), sent);
+    } else {
+        GstBufferList* const list = GST_PAD_PROBE_INFO_BUFFER_LIST(info);
+        for (guint i = 0; i < gst_buffer_list_length(list); ++i)
+            packet_faults_.pass(GstBufferHandle(gst_buffer_ref(gst_buffer_list_get(list, i))), faults.get(), sent);
+    }
+    if (sent.empty()) return GST_PAD_PROBE_DROP;
+    if (!is_single) {
+        GstBufferList* const list = gst_buffer_list_new_sized(static_cast<guint>(sent.size()));
+        for (GstBufferHandle& packet : sent) gst_buffer_list_add(list, packet.release());
+        gst_buffer_list_unref(GST_PAD_PROBE_INFO_BUFFER_LIST(info));
+        GST_PAD_PROBE_INFO_DATA(info) = list;
+        return GST_PAD_PROBE_OK;
+    }
+    // A probe passes one packet on: the last. Those before it go by themselves.
+    is_sending_held_ = true;
+    for (std::size_t i = 0; i + 1 < sent.size(); ++i) gst_pad_push(pad, sent[i].release());
+    is_sending_held_ = false;
+    gst_buffer_unref(GST_PAD_PROBE_INFO_BUFFER(info));
+    GST_PAD_PROBE_INFO_DATA(info) = sent.back().release();
+    return GST_PAD_PROBE_OK;
 }
 
-GstPadProbeReturn MediaFeed::on_packets(GstPad*, GstPadProbeInfo* info, void* feed) {
+GstPadProbeReturn MediaFeed::on_packets(GstPad* pad, GstPadProbeInfo* info, void* feed) {
     const auto self = static_cast<std::weak_ptr<MediaFeed>*>(feed)->lock();
-    if (!self) return GST_PAD_PROBE_OK;
-    if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER)
-        return self->is_lost(GST_PAD_PROBE_INFO_BUFFER(info)) ? GST_PAD_PROBE_DROP : GST_PAD_PROBE_OK;
-    GstBufferList* list = GST_PAD_PROBE_INFO_BUFFER_LIST(info);
-    for (guint i = gst_buffer_list_length(list); i-- > 0;) {
-        if (!self->is_lost(gst_buffer_list_get(list, i))) continue;
-        list = gst_buffer_list_make_writable(list);
-        gst_buffer_list_remove(list, i, 1);
-    }
-    GST_PAD_PROBE_INFO_DATA(info) = list;
-    return gst_buffer_list_length(list) > 0 ? GST_PAD_PROBE_OK : GST_PAD_PROBE_DROP;
+    return self ? self->replace_packets(pad, info) : GST_PAD_PROBE_OK;
 }
 
 GstPadProbeReturn MediaFeed::on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed) {
@@ -330,6 +352,23 @@ void MediaFeed::request_key_frame() {
     gst_pad_send_event(pad.get(), gst_video_event_new_upstream_force_key_unit(GST_CLOCK_TIME_NONE, FALSE, 0));
 }
 
+void MediaFeed::follow_ssrc() {
+    const std::uint64_t epoch = faults_ ? fault::ssrc_epoch(*faults_) : 0;
+    if (std::exchange(ssrc_epoch_, epoch) == epoch || epoch == 0) return;
+    // A payloader takes another one at random when it is told that somebody else has its own (RFC 3550, 8.2).
+    const GObjectHandle<GstPad> pad(gst_element_get_static_pad(payloader_.get(), "src"));
+    GstStructure* stats = nullptr;
+    guint ssrc = 0;
+    g_object_get(payloader_.get(), "stats", &stats, nullptr);
+    if (stats == nullptr) return;
+    const bool is_known = gst_structure_get_uint(stats, "ssrc", &ssrc) != 0;
+    gst_structure_free(stats);
+    if (!is_known) return;
+    gst_pad_send_event(pad.get(),
+                       gst_event_new_custom(GST_EVENT_CUSTOM_UPSTREAM,
+                                            gst_structure_new("GstRTPCollision", "ssrc", G_TYPE_UINT, ssrc, nullptr)));
+}
+
 void MediaFeed::client_joins() {
     request_key_frame();
     const TimeNs now_ns = monotonic_now_ns();
@@ -375,7 +414,13 @@ void MediaFeed::repeat_if_idle(TimeNs now_ns) {
     if (const auto stamp_ns = stamps_.of_repeat(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
 }
 
+bool MediaFeed::has_ended(TimeNs now_ns) const {
+    constexpr TimeNs farewell_ns = 200 * ns_per_ms;
+    return now_ns > ended_ns_.load() && now_ns - ended_ns_.load() >= farewell_ns;
+}
+
 void MediaFeed::end() {
+    ended_ns_ = monotonic_now_ns();
     gst_app_src_end_of_stream(GST_APP_SRC(source_.get()));
 }
 

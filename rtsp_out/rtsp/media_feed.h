@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <list>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "core/stream/frame_bus.h"
 #include "rtsp_out/rtsp/frame_times_sei.h"
 #include "rtsp_out/rtsp/gst_handle.h"
+#include "rtsp_out/rtsp/packet_faults.h"
 #include "rtsp_out/rtsp/picture_stamps.h"
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
@@ -67,6 +69,8 @@ public:
     void repeat_if_idle(TimeNs now_ns);
     /// No more pictures: the stream ends for its clients (end of stream, RTCP BYE).
     void end();
+    /// It ended so long ago that its clients have read so. Any thread.
+    bool has_ended(TimeNs now_ns) const;
     /// The pipeline is going. Nothing comes in any more, and nothing is asked for.
     void stop();
 
@@ -98,10 +102,12 @@ private:
     GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
     std::optional<Entry> take_entry(TimeNs pts);
     void request_key_frame();
+    /// RTP goes on as another source, if a fault says so at this picture. With the mutex held.
+    void follow_ssrc();
 
     static void on_need_data(GstElement* source, unsigned bytes, void* feed);
-    /// Whether a fault lets this RTP packet be lost. Streaming thread.
-    bool is_lost(GstBuffer* packet);
+    /// What goes on in place of this RTP packet. Streaming thread.
+    GstPadProbeReturn replace_packets(GstPad* pad, GstPadProbeInfo* info);
     static GstPadProbeReturn on_packets(GstPad* pad, GstPadProbeInfo* info, void* feed);
     static GstPadProbeReturn on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed);
 
@@ -111,6 +117,11 @@ private:
     GObjectHandle<GstElement> encoder_;  ///< null for JPEG
     GObjectHandle<GstElement> payloader_;
 
+    std::atomic<TimeNs> ended_ns_{max_time_ns};
+
+    PacketFaults packet_faults_;    ///< streaming thread
+    bool is_sending_held_ = false;  ///< streaming thread: a packet goes on that was here before
+
     std::mutex mutex_;  ///< guards what follows
     bool started_ = false;
     bool stopped_ = false;
@@ -118,12 +129,15 @@ private:
     bool lockstep_ = false;
     bool is_held_back_ = false;                         ///< a fault keeps pictures from it
     std::shared_ptr<const fault::FrameFaults> faults_;  ///< of the newest picture
+    std::uint64_t ssrc_epoch_ = 0;                      ///< of it
     std::shared_ptr<stream::ReaderStats> stats_;
     std::optional<stream::MediaUnit> last_;  ///< without its latch; there once a stamp was given
     PictureStamps stamps_{options_.timeline.base_ns()};
     StreamClock clock_;                           ///< at the last picture
     std::optional<TimeNs> first_clock_error_ns_;  ///< at the first one, where RTP time is right
     TimeNs last_pts_ = -min_pts_step_ns;
+    bool had_clock_ = false;    ///< the camera, at the last picture
+    TimeNs last_world_ns_ = 0;  ///< of it
     std::deque<Entry> on_way_;  ///< in the order of their stamps
 
     std::mutex tcp_mutex_;

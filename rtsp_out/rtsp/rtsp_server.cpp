@@ -168,10 +168,13 @@ void RtspServer::Impl::mount(const stream::CameraStream& camera, bool is_there) 
             unmount(path);
             continue;
         }
+        if (camera.standing.refuses("rtsp"))
+            refused.emplace(path,
+                            Error{ErrorKind::unavailable, "camera " + camera.name + " refuses connections (a fault)"});
         auto plan = RtspMount::plan(stream, camera, options);
         if (!plan) {
             unmount(path);
-            refused.emplace(path, plan.error());
+            refused.insert_or_assign(path, plan.error());
             continue;
         }
         if (const auto old = mounted.find(path); old != mounted.end() && old->second->plan() == *plan) continue;
@@ -217,11 +220,11 @@ void RtspServer::Impl::unmount(const std::string& path) {
 }
 
 Result<void> RtspServer::Impl::refusal(const std::string& path) const {
+    if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
     if (mounted.contains(path)) {
         if (!descriptors_are_short(descriptors_of_a_stream)) return {};
         return error(ErrorKind::unavailable, too_many_files);
     }
-    if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
     std::string paths;
     for (const auto& [mounted_path, mount] : mounted) {
         if (paths.size() > 300) break;
@@ -233,7 +236,12 @@ Result<void> RtspServer::Impl::refusal(const std::string& path) const {
 void RtspServer::Impl::do_regular_work() {
     const TimeNs now_ns = monotonic_now_ns();
     for (const auto& [path, one] : mounted)
-        for (const auto& feed : one->feeds()) feed->repeat_if_idle(now_ns);
+        for (const auto& feed : one->feeds()) {
+            feed->repeat_if_idle(now_ns);
+            // Whoever stays after the end would keep it, and who comes would share it with him.
+            if (!feed->has_ended(now_ns)) continue;
+            for (const auto& client : clients.clients_of(path)) gst_rtsp_client_close(client.get());
+        }
     gst_rtsp_session_pool_cleanup(sessions.get());
     clients.close_idle(now_ns);
     clients.let_go(now_ns);

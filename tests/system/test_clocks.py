@@ -3,6 +3,7 @@
 import calendar
 import os
 import re
+import struct
 import subprocess
 import sys
 import threading
@@ -15,6 +16,7 @@ import pytest
 import camrig
 from conftest import wait_until
 from rtsp_client import LibavReader, RtspReader, libav_program, strictly_rising, take  # noqa: F401 (a fixture)
+from test_faults import RtpPackets
 from test_onvif import TOKEN, free_port, listens, post, security
 
 SECONDS = float(os.environ.get("CAMRIG_CLOCK_SECONDS", "4"))  # docs/clocks.md has the figures of 60
@@ -249,3 +251,70 @@ def test_an_onvif_device_tells_the_cameras_time_and_judges_by_it(tmp_path):
         assert abs(told() - time.time()) < 5
         assert asks(0, b"c" * 16) == 200
         assert asks(-400, b"d" * 16) == 400
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+@pytest.mark.parametrize("offset_ns", [-5 * 10**9, 5 * 10**9])
+def test_rtp_time_goes_on_when_a_clock_is_given_to_a_camera_in_the_middle(rig, offset_ns):
+    """It is steady, and what it is wrong by from the begin is nobody's to see."""
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "rtsp"}])
+    packets = RtpPackets(cam.url("rtsp"))
+    stamps = []
+    while len(stamps) < 60:
+        channel, packet = packets.next()
+        stamp = struct.unpack(">I", packet[4:8])[0]
+        if channel == 0 and stamp not in stamps[-1:]:
+            stamps.append(stamp)
+            if len(stamps) == 20:
+                cam.set(clock={"offset_ns": offset_ns, "drift_ppb": 20_000})
+            if len(stamps) == 40:
+                cam.set(clock=None)
+    steps = [(b - a) % 2**32 for a, b in zip(stamps[1:], stamps[2:])]  # a stream begins with the latest picture
+    assert all(3000 <= step <= 3600 * 25 for step in steps), steps  # a busy machine drops pictures
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_stamps_of_a_device_are_what_truth_says_when_jitter_is_larger_than_the_period(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=50, clock={"jitter_ns": 200_000_000, "drift_ppb": -1_000_000, "seed": 3})
+    steady, stamps = [], []
+    for _ in range(50):
+        rig.step(seconds=0.02)
+        truth = cam.truth()
+        steady.append(truth["steady_ns"] - truth["monotonic_ns"] + truth["time_ns"])
+        stamps.append(truth["stamp_ns"])
+    assert all(b > a + 1000 for a, b in zip(steady, steady[1:])), "never back, and no two in a microsecond"
+    assert any(b < a for a, b in zip(stamps, stamps[1:])), "the time of day has all of it"
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_events_set_a_clock_as_often_as_somebody_would(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=10)
+    offsets = {0.3: 3600 * 10**9, 0.6: -2 * 10**9, 0.9: 5}
+    for at, offset_ns in offsets.items():
+        rig.call("event.add", name=f"set_{int(10 * at)}", when={"at_s": at},
+                 do=[{"action": "camera", "camera": "desk", "clock": {"offset_ns": offset_ns, "drift_ppb": 1000}}])
+    errors = []
+    for _ in range(12):
+        rig.step(seconds=0.1)
+        truth = cam.truth()
+        errors.append(truth["stamp_ns"] - truth["time_ns"] if "stamp_ns" in truth else None)
+    drift = [(i + 1) * 100_000 // 1000 * 1 for i in range(12)]
+    expected = [None, None] + [3600 * 10**9] * 3 + [-2 * 10**9] * 3 + [5] * 4
+    assert [None if error is None else error - more for error, more in zip(errors, drift)] == expected
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_the_text_in_the_picture_is_the_cameras_time_of_day(rig):
+    """A camera that is a second ahead shows now what a right one shows a second later."""
+    right, ahead, plain = (rig.create_camera(name, size=(320, 240), fps=25, position=(0, 0, 2), look_at=(5, 0, 1), clock_text=name != "plain",
+                                             clock={"offset_ns": 10**9} if name == "ahead" else None) for name in ("right", "ahead", "plain"))
+    text = lambda camera: camera.frame().image[-9:, :115].copy()
+    rig.step(seconds=1)
+    before, early = text(right), text(ahead)
+    assert (before != early).any()
+    assert {tuple(pixel) for pixel in before.reshape(-1, 3)} == {(0, 0, 0), (255, 255, 255)}
+    rig.step(seconds=1)
+    assert (text(right) == early).all()
+    assert (right.frame().image[:-9] == plain.frame().image[:-9]).all(), "nothing else of the picture is touched"
+    with pytest.raises(camrig.CamrigError, match="clock_text: a picture of 64x24 has no room"):
+        rig.create_camera("small", size=(64, 24), clock_text=True)

@@ -4,11 +4,13 @@ import glob
 import os
 import subprocess
 import sys
+import time
 
 import pytest
 
 import camrig
 from conftest import wait_until
+from fault_books import books_balance  # noqa: F401 (a fixture)
 
 READER = """
 import cv2, sys
@@ -149,3 +151,91 @@ def test_buffers_come_with_the_error_flag_and_of_a_wrong_size(rig):
     finally:
         reader.kill()
         reader.communicate()
+
+
+# Each call once, as a program makes them at its start and in its loop; what the first that fails says.
+CALLS = """
+import errno, fcntl, os, struct, sys
+REQBUFS, QBUF, DQBUF, STREAMON, STREAMOFF = 0xC0145608, 0xC058560F, 0xC0585611, 0x40045612, 0x40045613
+buffer = lambda index: bytearray(struct.pack("2I", index, 1) + bytes(52) + struct.pack("I", 1) + bytes(24))
+def call(name, request, argument):
+    try:
+        fcntl.ioctl(fd, request, argument)
+        return True
+    except OSError as problem:
+        print(name, errno.errorcode[problem.errno], flush=True)
+        return False
+fd = os.open(sys.argv[1], os.O_RDWR)
+def begin():
+    return (call("REQBUFS", REQBUFS, bytearray(struct.pack("5I", 4, 1, 1, 0, 0))) and all(call("QBUF", QBUF, buffer(i)) for i in range(4))
+            and call("STREAMON", STREAMON, struct.pack("I", 1)))
+if begin():
+    print("streams", flush=True)
+    while (got := buffer(0)) and call("DQBUF", DQBUF, got) and call("QBUF", QBUF, buffer(struct.unpack_from("I", got)[0])):
+        pass
+    call("STREAMOFF", STREAMOFF, struct.pack("I", 1))
+    sys.stdin.readline()
+    call("REQBUFS", REQBUFS, bytearray(struct.pack("5I", 0, 1, 1, 0, 0)))
+    print("streams" if begin() and call("DQBUF", DQBUF, buffer(0)) else "fails", flush=True)
+"""
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+@pytest.mark.parametrize("at", ["reqbufs", "qbuf", "streamon"])
+def test_calls_fail_as_vivid_lets_them(rig, at):
+    rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 47}])
+    rig.create_camera("well", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 48}])
+    rig.fault.set("desk", "device_error", at=at)
+    wait_until(lambda: start(rig, CALLS, "/dev/video47").communicate(input="", timeout=20)[0].split("\n")[0] == f"{at.upper()} EINVAL", what="the call fails")
+    well = start(rig, READER, "/dev/video48")
+    assert [well.stdout.readline() for _ in range(5)] == ["frame\n"] * 5
+    well.kill()
+    well.communicate()
+    rig.fault.clear("desk")
+    reader = start(rig, READER, "/dev/video47")
+    wait_until(lambda: not rig.fault.list(), what="no fault")
+    reader.kill()
+    reader.communicate()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_fatal_streaming_error_lasts_until_the_stream_is_stopped(rig):
+    rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 49}])
+    program = subprocess.Popen(under_exec(rig, sys.executable, "-c", CALLS, "/dev/video49"), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        assert program.stdout.readline() == "streams\n"
+        rig.fault.set("desk", "device_error", at="streaming")
+        assert program.stdout.readline() in ("DQBUF EIO\n", "QBUF EIO\n")
+        rig.fault.clear("desk")
+        time.sleep(0.3)  # until a frame is due without it
+        program.stdin.write("\n")
+        program.stdin.flush()
+        assert program.stdout.readline() == "streams\n"
+    finally:
+        program.kill()
+        program.communicate()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_programs_let_their_device_fail_by_vivids_controls(rig):
+    rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 50, "error_controls": True}])
+    rig.create_camera("well", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 51}])
+    control = lambda *options, number=50: subprocess.run(under_exec(rig, "v4l2-ctl", "-d", f"/dev/video{number}", *options), capture_output=True, text=True,
+                                                         timeout=30)
+    wait_until(lambda: "inject_vidioc_reqbufs_error" in control("-l").stdout, what="the controls")
+    listed = control("-l").stdout
+    assert "Vivid Controls" in listed and "percentage_of_dropped_buffers 0x00f0f040" in listed, listed
+    for name in ("disconnect 0x00f0f041", "inject_v4l2_buf_flag_error 0x00f0f042", "inject_vidioc_reqbufs_error 0x00f0f043", "inject_vidioc_qbuf_error 0x00f0f044",
+                 "inject_vidioc_streamon_error 0x00f0f045", "inject_fatal_streaming_error 0x00f0f046"):
+        assert f"{name} (button)" in listed, (name, listed)
+    assert "Vivid" not in control("-l", number=51).stdout
+    assert control("-c", "percentage_of_dropped_buffers=30").returncode == 0
+    (drop,) = rig.fault.list("desk")
+    assert (drop["kind"], drop["severity"], drop["params"]["probability"]) == ("drop", 0.3, 1.0)
+    assert "30" in control("-C", "percentage_of_dropped_buffers").stdout
+    assert control("-c", "percentage_of_dropped_buffers=0").returncode == 0
+    assert rig.fault.list() == []
+    assert control("-c", "inject_vidioc_qbuf_error=1").returncode == 0
+    (error,) = rig.fault.list("desk")
+    assert (error["kind"], error["params"]["at"]) == ("device_error", "qbuf") and error["end_ns"] - error["start_ns"] == pytest.approx(10**9, abs=2 * 10**8)
+    wait_until(lambda: rig.fault.list() == [], what="its end")

@@ -6,6 +6,8 @@ import urllib.request
 import numpy as np
 import pytest
 
+from fault_books import books_balance  # noqa: F401 (a fixture)
+
 
 def decoded(rig, name, frames=40):
     """What ffmpeg makes of the H.264 stream: its complaints, and its pictures."""

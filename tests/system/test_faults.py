@@ -18,6 +18,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
+from fault_books import books_balance  # noqa: F401 (a fixture)
 from rtsp_client import stepping
 
 PICTURE_KINDS = ["defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored",

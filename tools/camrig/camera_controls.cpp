@@ -10,6 +10,9 @@
 
 #include <linux/videodev2.h>
 
+#include "tools/camrig/error_controls.h"
+#include "v4l2_sink/preload/device_output.h"
+
 namespace camrig::cli {
 namespace {
 
@@ -198,6 +201,12 @@ const std::vector<CameraControl>& camera_controls() {
     return all;
 }
 
+bool has_error_controls(const Known& known) {
+    return std::ranges::any_of(known.camera.spec()->outputs, [](const OutputSpec& output) {
+        return output.kind == "device" && options_of<device::DeviceOutput>(output).error_controls;
+    });
+}
+
 const CameraControl* find_control(std::uint32_t id) {
     const auto& all = camera_controls();
     const auto found = std::ranges::find(all, id, [](const CameraControl& one) { return one.control.id; });
@@ -217,6 +226,7 @@ std::vector<device::DeviceControl> CameraControls::list(std::string_view camera)
     std::vector<device::DeviceControl> controls;
     for (const CameraControl& one : camera_controls())
         if (head || !one.is_of_heads) controls.push_back(listed_for(one, head));
+    if (found && has_error_controls(*found)) std::ranges::move(error_controls(), std::back_inserter(controls));
     return controls;
 }
 
@@ -227,6 +237,11 @@ std::optional<CameraControls::Known> CameraControls::known(std::string_view came
 }
 
 Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t id) {
+    if (is_error_control(id)) {
+        std::lock_guard lock(mutex_);
+        const auto dropped = dropped_percent_.find(camera);
+        return dropped == dropped_percent_.end() ? 0 : dropped->second;
+    }
     const CameraControl* const control = find_control(id);
     if (!control) return error(ErrorKind::not_found, "no such control");
     const auto found = known(camera);
@@ -252,6 +267,8 @@ void CameraControls::set(std::string_view camera, std::span<const device::Device
                          std::function<void(Result<void>)> done) {
     const auto before = known(camera);
     if (!before) return done(error(ErrorKind::unavailable, not_told));
+    if (std::ranges::any_of(values, is_error_control, &device::DeviceControlValue::id))
+        return set_errors(std::string(camera), values, std::move(done));
     Change change;
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
@@ -293,6 +310,41 @@ void CameraControls::set(std::string_view camera, std::span<const device::Device
         commands_.post(engine::Request<engine::GetCamera>{{name}, finish});
 }
 
+void CameraControls::set_errors(const std::string& camera, std::span<const device::DeviceControlValue> values,
+                                std::function<void(Result<void>)> done) {
+    std::vector<ErrorSetting> settings;
+    for (const auto& [id, value] : values) {
+        if (!is_error_control(id)) return done(error(ErrorKind::invalid_argument, "give these controls alone"));
+        settings.push_back(error_setting(id, value));
+        if (settings.back().is_button) continue;
+        std::lock_guard lock(mutex_);
+        dropped_percent_[camera] = value;
+    }
+    // A button's fault has an end, which is told in world time.
+    commands_.post(engine::Request<engine::GetCamera>{
+        {camera}, [self = weak_from_this(), camera, settings, done = std::move(done)](const auto& report) {
+            const auto alive = self.lock();
+            if (!report) return done(std::unexpected(report.error()));
+            if (!alive) return done(error(ErrorKind::unavailable, "the rig ends"));
+            auto last = std::make_shared<std::optional<Error>>();
+            for (const ErrorSetting& setting : settings) {
+                if (!setting.clears.empty())
+                    alive->commands_.post(engine::Request<engine::ClearFaults>{
+                        {.id = std::nullopt, .camera = camera, .kind = std::string(setting.clears)},
+                        [](const auto&) {}});
+                if (!setting.fault) continue;
+                fault::FaultSpec fault = *setting.fault;
+                if (setting.is_button) fault.end_ns = report->now.world_ns + pressed_ns;
+                alive->commands_.post(
+                    engine::Request<engine::SetFault>{{camera, std::move(fault)}, [last](const auto& set) {
+                                                          if (!set) *last = set.error();
+                                                      }});
+            }
+            alive->commands_.post(engine::Request<engine::GetCamera>{
+                {camera}, [last, done](const auto&) { *last ? done(std::unexpected(**last)) : done({}); }});
+        }});
+}
+
 void CameraControls::refresh(const std::string& camera) {
     commands_.post(engine::Request<engine::GetCamera>{
         {camera}, [self = weak_from_this()](const Result<engine::CameraReply>& report) {
@@ -304,6 +356,7 @@ void CameraControls::refresh(const std::string& camera) {
 void CameraControls::forget(const std::string& camera) {
     std::lock_guard lock(mutex_);
     known_.erase(camera);
+    dropped_percent_.erase(camera);
 }
 
 void CameraControls::told(const engine::CameraReply& report) {

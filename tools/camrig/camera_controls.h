@@ -50,6 +50,10 @@ public:
     };
 
 private:
+    /// Lets the camera fail as these values say. They came in one call with no others: vivid's are of a class of their
+    /// own.
+    void set_errors(const std::string& camera, std::span<const device::DeviceControlValue> values,
+                    std::function<void(Result<void>)> done);
     void told(const engine::CameraReply& report);
     std::optional<Known> known(std::string_view camera) const;
 
@@ -57,6 +61,7 @@ private:
     mutable std::mutex mutex_;  ///< guards what follows
     Changed changed_;
     std::map<std::string, Known, std::less<>> known_;
+    std::map<std::string, std::int32_t, std::less<>> dropped_percent_;  ///< as it was set last
     /// Controls that programs are setting: who sets one hears nothing of it from here, others from the device server.
     std::map<std::string, std::multiset<std::uint32_t>> being_set_;
 };

@@ -35,11 +35,13 @@ void DeviceOutputs::camera_added(const stream::CameraStream& camera) {
 }
 
 void DeviceOutputs::camera_changed(const stream::CameraStream& camera) {
+    server_->set_standing(camera.name, camera.standing);
     update(camera, true);
 }
 
 void DeviceOutputs::camera_removed(const stream::CameraStream& camera) {
     controls_->forget(camera.name);
+    server_->set_standing(camera.name, {});
     update(camera, false);
 }
 

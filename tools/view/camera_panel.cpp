@@ -198,6 +198,7 @@ void draw_camera(Session& session, const Area& area) {
         if (const json* settings = settings_of(session, camera->name); settings && !description.is_null()) {
             ImGui::PushItemWidth(150);
             edit_outputs(session, description.at("outputs"), *settings);
+            draw_faults(session, camera->name, description.at("faults"));
             ImGui::Separator();
             edit_described(session, description.at("camera"), *settings);
             ImGui::PopItemWidth();

@@ -24,6 +24,8 @@ void draw_scene(Session& session, const Area& area);
 void draw_camera_list(Session& session, const Area& area);
 /// Everything about the chosen camera.
 void draw_camera(Session& session, const Area& area);
+/// Inside the camera's part: how it fails, and what else it may. `kinds`: as the rig describes them.
+void draw_faults(Session& session, const std::string& camera, const nlohmann::json& kinds);
 /// Play, pause, step; what actors do and events that fire.
 void draw_timeline(Session& session, const Area& area);
 

@@ -43,7 +43,9 @@ json described(const client::Rig& rig) {
         const bool has_own = std::ranges::find(own_controls, field.at("name").get<std::string>()) != own_controls.end();
         if (!has_own && field.value("by", "") != "client") fields.push_back(field);
     }
-    return {{"camera", std::move(fields)}, {"outputs", all.at("kinds").at("output")}};
+    return {{"camera", std::move(fields)},
+            {"outputs", all.at("kinds").at("output")},
+            {"faults", all.at("kinds").at("fault")}};
 }
 
 }  // namespace
@@ -125,6 +127,7 @@ void RigLink::refresh() {
     fresh.cameras = rig_.camera_states();
     std::erase_if(fresh.cameras, [&](const client::CameraState& camera) { return camera.name == own_camera_; });
     fresh.settings = std::make_shared<const json>(rig_.call("camera.list"));
+    fresh.faults = std::make_shared<const json>(rig_.faults());
     json description = this->description().is_null() ? described(rig_) : json();
     fresh.actors = rows_of(rig_.actors());
     fresh.events = rows_of(rig_.events());

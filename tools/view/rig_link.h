@@ -31,7 +31,7 @@ public:
     void edit(std::string key, Edit edit);
     void set_camera(const std::string& name, const std::string& key, client::CameraOptions options);
     /// As the rig describes them: parameters of cameras, without those that have controls of their own (`camera`), and
-    /// kinds of outputs (`outputs`). Null until it has answered.
+    /// kinds of outputs (`outputs`) and of faults (`faults`). Null until it has answered.
     nlohmann::json description() const;
     /// Whether an edit with this key waits or is not yet in the model.
     bool is_pending(const std::string& key) const;

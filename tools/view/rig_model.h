@@ -37,6 +37,7 @@ struct RigModel {
     client::WorldStatus world = {};
     std::vector<client::CameraState> cameras = {};        ///< without the view's own
     std::shared_ptr<const nlohmann::json> settings = {};  ///< of all cameras, as camera.list answers
+    std::shared_ptr<const nlohmann::json> faults = {};    ///< of all cameras, as fault.list answers
     std::vector<ActorRow> actors = {};
     std::vector<EventRow> events = {};
     std::deque<Firing> firings = {};  ///< the newest last; at most max_firings

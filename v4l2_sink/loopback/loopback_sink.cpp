@@ -14,6 +14,13 @@ std::span<const std::byte> picture_of(const stream::MediaUnit& unit) {
     return *unit.bytes;
 }
 
+/// What a picture is stamped with that is shown again: by its camera's clock, or the next one would seem to come
+/// before it. Never in the future.
+TimeNs repeated_ns(const stream::MediaUnit& unit, TimeNs monotonic_ns) {
+    const TimeNs clock_error_ns = unit.info.clock ? unit.info.clock->steady_error_ns : 0;
+    return monotonic_ns - LoopbackSink::repeat_age_ns + std::min(TimeNs{0}, clock_error_ns);
+}
+
 }  // namespace
 
 Result<void> LoopbackSink::open(const stream::StreamInfo& info) {
@@ -53,14 +60,15 @@ Result<void> LoopbackSink::refresh(const stream::MediaUnit& unit, TimeNs monoton
     // A subscription was faster, or the world stands still: what is shown is as new.
     if (last_ && unit.info.sequence <= last_->info.sequence) return {};
     const bool is_recent = monotonic_ns - unit.info.monotonic_ns < silence_ns;
-    const TimeNs instant_ns = is_recent ? std::min(unit.info.steady_ns(), monotonic_ns) : monotonic_ns - repeat_age_ns;
+    const TimeNs instant_ns =
+        is_recent ? std::min(unit.info.steady_ns(), monotonic_ns) : repeated_ns(unit, monotonic_ns);
     return show(unit, std::max(instant_ns / ns_per_us, last_stamp_us_ + 1), monotonic_ns);
 }
 
 Result<void> LoopbackSink::repeat_if_silent(TimeNs monotonic_ns, bool idle) {
     std::lock_guard lock(mutex_);
     if (!last_ || monotonic_ns - last_show_ns_ < silence_ns || (in_lockstep_ && !idle)) return {};
-    const std::int64_t stamp_us = (monotonic_ns - repeat_age_ns) / ns_per_us;
+    const std::int64_t stamp_us = repeated_ns(*last_, monotonic_ns) / ns_per_us;
     return show(*last_, std::max(stamp_us, last_stamp_us_ + 1), monotonic_ns);
 }
 

@@ -13,7 +13,7 @@ namespace camrig::device {
 
 /// One V4L2 control of a camera, in V4L2's units (pan and tilt: arc seconds; exposure: 100 us; white balance: kelvin).
 struct DeviceControl {
-    enum class Kind : std::uint8_t { integer, boolean, menu };
+    enum class Kind : std::uint8_t { integer, boolean, menu, button };
     std::uint32_t id = 0;  ///< V4L2_CID_*
     Kind kind = Kind::integer;
     std::string name;  ///< as the kernel names it; v4l2-ctl and usb_cam go by it

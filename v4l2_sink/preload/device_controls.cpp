@@ -15,6 +15,7 @@ std::span<const camrig_control> controls_of(const camrig_description& descriptio
 std::uint32_t type_of(DeviceControl::Kind kind) {
     return kind == DeviceControl::Kind::menu      ? V4L2_CTRL_TYPE_MENU
            : kind == DeviceControl::Kind::boolean ? V4L2_CTRL_TYPE_BOOLEAN
+           : kind == DeviceControl::Kind::button  ? V4L2_CTRL_TYPE_BUTTON
                                                   : V4L2_CTRL_TYPE_INTEGER;
 }
 

@@ -66,6 +66,20 @@ void DeviceHost::remove_device(int number) {
         if (session->number == number) end(session);
 }
 
+void DeviceHost::set_standing(const std::string& camera, const fault::Standing& standing) {
+    if (standing == fault::Standing{})
+        standing_.erase(camera);
+    else
+        standing_[camera] = standing;
+    for (const SessionRef& session : openers_of(camera)) share_errors(*session);
+}
+
+void DeviceHost::share_errors(DeviceSession& session) {
+    const auto known = standing_.find(camera_of(session));
+    __atomic_store_n(&session.shared().errors, known == standing_.end() ? 0 : known->second.device_errors,
+                     __ATOMIC_RELEASE);
+}
+
 void DeviceHost::end(const SessionRef& session) {
     session->dead = true;
     leave(session);                 // first: nobody may send a token to a number that is free again
@@ -166,6 +180,9 @@ Handled DeviceHost::hello(const SessionRef& session, const camrig_request& reque
     if (request.u.hello.number > camrig_max_device_number || device == devices_.end()) return ENODEV;
     if (request.u.hello.protocol != CAMRIG_DEVICE_PROTOCOL) return EPROTO;
     if (sessions_.size() >= max_sessions) return EBUSY;
+    if (const auto known = standing_.find(device->second.camera);
+        known != standing_.end() && known->second.refuses("device"))
+        return EBUSY;
     const int number = device->first;
     if (const int problem = describe(*session, device->second, number)) return problem;
 
@@ -187,6 +204,7 @@ Handled DeviceHost::hello(const SessionRef& session, const camrig_request& reque
     session->reader = std::make_shared<RingReader>(session->event_socket.get(), &session->shared(), session->stats);
     sessions_.insert(session);
     share_priorities(number);
+    share_errors(*session);
 
     camrig_reply reply{};
     reply.u.description = session->description;

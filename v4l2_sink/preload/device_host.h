@@ -31,6 +31,8 @@ public:
     void add_device(int number, std::string camera, codec::ChromaSampling mjpg_sampling);
     /// Its openers see it unplugged.
     void remove_device(int number);
+    /// How a camera fails for those who open it and call.
+    void set_standing(const std::string& camera, const fault::Standing& standing);
     /// Tells openers who asked for it that somebody else changed these controls of a camera.
     void control_changed(const std::string& camera, std::uint32_t id) { controls_.changed(camera, id); }
 
@@ -59,6 +61,8 @@ private:
     bool share_queue(const DeviceSession& a, const DeviceSession& b) const;
     bool owned_by_another(const DeviceSession& session) const;
     void share_priorities(int number);
+    /// Tells the library which calls fail.
+    void share_errors(DeviceSession& session);
     const std::string& camera_of(const DeviceSession& session) const;
     std::vector<SessionRef> openers_of(const std::string& camera) const;
     /// All who read this ring see their device unplugged.
@@ -69,6 +73,7 @@ private:
     DeviceControls controls_;
     RingPool rings_;
     std::map<int, DeviceState> devices_;
+    std::map<std::string, fault::Standing> standing_;  ///< of cameras that fail so
     std::set<SessionRef> sessions_;
     std::vector<SessionRef> ended_;
 };

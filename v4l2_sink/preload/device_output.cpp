@@ -8,6 +8,10 @@ FieldTable<DeviceOutput> fields_of(std::type_identity<DeviceOutput>) {
     static const std::vector<FieldOf<DeviceOutput>> table{
         field_at<&DeviceOutput::number>(video_number_field()),
         field_at<&DeviceOutput::subsampling>(subsampling_field("subsampling")),
+        field_at<&DeviceOutput::error_controls>(
+            {.name = "error_controls",
+             .doc = "it has V4L2 controls by which programs let it fail, with the names and numbers of the kernel's "
+                    "vivid (docs/faults.md)"}),
     };
     return table;
 }

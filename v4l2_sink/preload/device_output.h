@@ -9,6 +9,7 @@ namespace camrig::device {
 struct DeviceOutput {
     int number = 0;
     codec::ChromaSampling subsampling = codec::ChromaSampling::yuv422;  ///< of MJPG
+    bool error_controls = false;                                        ///< V4L2 controls that let it fail
 };
 FieldTable<DeviceOutput> fields_of(std::type_identity<DeviceOutput>);
 

@@ -162,6 +162,11 @@ void DeviceServer::remove_device(int number) {
     tasks_->post(device_task(number), [loop = loop_.get(), number] { loop->host().remove_device(number); });
 }
 
+void DeviceServer::set_standing(const std::string& camera, const fault::Standing& standing) {
+    tasks_->post("standing faults of " + camera,
+                 [loop = loop_.get(), camera, standing] { loop->host().set_standing(camera, standing); });
+}
+
 void DeviceServer::controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids) {
     std::lock_guard lock(mutex_);
     const auto device = std::ranges::find(numbers_, camera, &std::pair<const int, std::string>::second);

@@ -32,6 +32,8 @@ public:
     /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
     Result<void> add_device(int number, const std::string& camera, codec::ChromaSampling mjpg_sampling);
     void remove_device(int number);
+    /// How this camera fails for those who open it and call, from now on.
+    void set_standing(const std::string& camera, const fault::Standing& standing);
     /// Somebody other than a device's program changed these controls: sends events to those who subscribed.
     void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
 

@@ -56,6 +56,14 @@ enum camrig_message_type {
     camrig_message_control_event = 101,
 };
 
+// Calls that a fault of the camera lets fail (vivid's "Inject VIDIOC_REQBUFS Error" and the others beside it).
+enum camrig_call {
+    camrig_call_reqbufs = 0,  // EINVAL
+    camrig_call_qbuf,         // EINVAL
+    camrig_call_streamon,     // EINVAL
+    camrig_call_streaming,    // VIDIOC_QBUF and VIDIOC_DQBUF: EIO, until VIDIOC_STREAMOFF
+};
+
 struct camrig_rate {
     uint32_t num, den;  // frames per second = num / den
 };
@@ -164,7 +172,8 @@ struct camrig_reader_page {
     uint64_t displaced;     // D
     uint32_t wants_credit;  // lockstep: send camrig_request_credit after queuing a buffer
     uint32_t top_priority;  // highest V4L2 priority among the openers of this device
-    uint8_t pad_[112];
+    uint32_t errors;        // a bit for each camrig_call that fails
+    uint8_t pad_[108];
     // written by the library
     uint64_t queued;  // Q
     uint64_t taken;   // R

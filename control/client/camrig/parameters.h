@@ -331,6 +331,7 @@ struct Output {
     std::optional<int> number = {};  ///< 0 to 255: of v4l2 and device: N of /dev/videoN
     std::optional<std::string> format = {};  ///< `YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2
     std::optional<std::string> subsampling = {};  ///< `4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG
+    std::optional<bool> error_controls = {};  ///< of device: it has V4L2 controls by which programs let it fail, with the names and numbers of the kernel's vivid (docs/faults.md)
     std::optional<std::string> codec = {};  ///< `h264`, `h265` or `mjpeg`: of rtsp: main with mjpeg is a stream beside that of h264 or h265
     std::optional<std::string> stream = {};  ///< `main` or `sub`: of rtsp
     std::optional<Size> size = {};  ///< px; of rtsp: with stream sub, at most the camera's; by default half of it
@@ -350,6 +351,7 @@ struct Output {
         visit("number", self.number);
         visit("format", self.format);
         visit("subsampling", self.subsampling);
+        visit("error_controls", self.error_controls);
         visit("codec", self.codec);
         visit("stream", self.stream);
         visit("size", self.size);
@@ -392,6 +394,7 @@ struct CameraOptions {
     std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
     std::optional<Controls> controls = {};  ///< see controls; what is not given in it stays
     std::optional<bool> code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
+    std::optional<bool> clock_text = {};  ///< burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels
     std::optional<std::string> description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
     std::optional<std::string> group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
     std::optional<std::vector<Output>> outputs = {};  ///< at most 16, no two the same, see outputs
@@ -423,6 +426,7 @@ struct CameraOptions {
         visit("quality", self.quality);
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
+        visit("clock_text", self.clock_text);
         visit("description", self.description);
         visit("group", self.group);
         visit("outputs", self.outputs);
@@ -451,6 +455,7 @@ struct CameraState {
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
     Controls controls = {};  ///< see controls; what is not given in it stays
     bool code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
+    bool clock_text = {};  ///< burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels
     std::string description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
     std::string group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
     std::vector<Output> outputs = {};  ///< at most 16, no two the same, see outputs
@@ -490,6 +495,7 @@ struct CameraState {
         visit("quality", self.quality);
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
+        visit("clock_text", self.clock_text);
         visit("description", self.description);
         visit("group", self.group);
         visit("outputs", self.outputs);
@@ -913,6 +919,7 @@ inline CameraOptions CameraState::options() const {
     options.quality = quality;
     options.controls = controls;
     options.code_strip = code_strip;
+    options.clock_text = clock_text;
     options.description = description;
     options.group = group;
     return options;

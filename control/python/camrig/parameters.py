@@ -290,6 +290,8 @@ class Output(TypedDict, total=False):
     """`YUYV`, `YU12`, `MJPG` or `BGR3`: of v4l2"""
     subsampling: Literal["4:2:2", "4:2:0"]
     """`4:2:2` or `4:2:0`: of v4l2 and device: chroma of MJPG"""
+    error_controls: bool
+    """of device: it has V4L2 controls by which programs let it fail, with the names and numbers of the kernel's vivid (docs/faults.md)"""
     codec: Literal["h264", "h265", "mjpeg"]
     """`h264`, `h265` or `mjpeg`: of rtsp: main with mjpeg is a stream beside that of h264 or h265"""
     stream: Literal["main", "sub"]
@@ -367,6 +369,8 @@ class CameraOptions(TypedDict, total=False):
     """see controls; what is not given in it stays"""
     code_strip: bool
     """draws camera number, sequence and world time into the picture; needs 128x32 pixels; default false"""
+    clock_text: bool
+    """burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels; default false"""
     description: str
     """of at most 200 characters: free text of yours: where it hangs, what it is for; default """""
     group: str
@@ -418,6 +422,8 @@ class CameraState(TypedDict):
     """see controls; what is not given in it stays"""
     code_strip: bool
     """draws camera number, sequence and world time into the picture; needs 128x32 pixels"""
+    clock_text: bool
+    """burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels"""
     description: str
     """of at most 200 characters: free text of yours: where it hangs, what it is for"""
     group: str
@@ -470,9 +476,9 @@ PickUpAction = TypedDict("PickUpAction", {"action": Literal["pick_up"], "object"
 PutDownAction = TypedDict("PutDownAction", {"action": Literal["put_down"], "object": str, "position": Vector}, total=False)
 LightAction = TypedDict("LightAction", {"action": Literal["light"], "light": str, "intensity": float, "color": Vector, "flicker_hz": float, "seconds": float}, total=False)
 EnvironmentAction = TypedDict("EnvironmentAction", {"action": Literal["environment"], "background": Vector, "sky": Vector, "ground": Vector, "exposure": float}, total=False)
-CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any], "vfov_deg": float, "seconds": float}, total=False)
-FaultAction = TypedDict("FaultAction", {"action": Literal["fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "black", "freeze", "duplicate", "reduced_rate", "drop", "corrupt_jpeg", "stall", "disconnect", "cut_part", "packet_loss", "bad_part", "corrupt_video", "buffer_error", "wrong_size", "unplug"], "params": Mapping[str, Any], "severity": float, "seed": int, "seconds": float}, total=False)
-ClearFaultAction = TypedDict("ClearFaultAction", {"action": Literal["clear_fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "black", "freeze", "duplicate", "reduced_rate", "drop", "corrupt_jpeg", "stall", "disconnect", "cut_part", "packet_loss", "bad_part", "corrupt_video", "buffer_error", "wrong_size", "unplug"]}, total=False)
+CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any], "vfov_deg": float, "clock": Mapping[str, Any], "seconds": float}, total=False)
+FaultAction = TypedDict("FaultAction", {"action": Literal["fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "drops", "condensation", "covered", "exposure", "white_balance", "chroma_lost", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "tearing", "black", "freeze", "duplicate", "reduced_rate", "drop", "late", "corrupt_jpeg", "other_size", "stall", "disconnect", "refuse", "restart", "bandwidth", "cut_part", "packet_loss", "packet_reorder", "new_ssrc", "bad_part", "corrupt_video", "buffer_error", "wrong_size", "device_error", "unplug"], "params": Mapping[str, Any], "severity": float, "seed": int, "seconds": float}, total=False)
+ClearFaultAction = TypedDict("ClearFaultAction", {"action": Literal["clear_fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "drops", "condensation", "covered", "exposure", "white_balance", "chroma_lost", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "tearing", "black", "freeze", "duplicate", "reduced_rate", "drop", "late", "corrupt_jpeg", "other_size", "stall", "disconnect", "refuse", "restart", "bandwidth", "cut_part", "packet_loss", "packet_reorder", "new_ssrc", "bad_part", "corrupt_video", "buffer_error", "wrong_size", "device_error", "unplug"]}, total=False)
 UserAction = TypedDict("UserAction", {"action": Literal["user"], "data": Any}, total=False)
 Action = Union[BehaveAction, StopAction, StartAction, PlayAction, SpawnAction, RemoveAction, PickUpAction, PutDownAction, LightAction, EnvironmentAction, CameraAction, FaultAction, ClearFaultAction, UserAction]
 
@@ -560,6 +566,7 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "quality": ("string or null", ""),
     "controls": ("object", ""),
     "code_strip": ("boolean", ""),
+    "clock_text": ("boolean", ""),
     "description": ("string", ""),
     "group": ("string", ""),
     "outputs": ("array of objects", ""),

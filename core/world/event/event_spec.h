@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 
 #include "core/base/time.h"
+#include "core/camera/clock_spec.h"
 #include "core/camera/pose.h"
 #include "core/fault/fault_plan.h"
 #include "core/world/actor_spec.h"
@@ -93,6 +94,7 @@ struct CameraAction {
     std::string camera;
     std::optional<camera::Pose> pose;
     std::optional<double> vfov_rad;
+    std::optional<camera::ClockSpec> clock;  ///< at once, and all of it
     TimeNs duration_ns = 0;
 };
 /// A camera fails from then on.

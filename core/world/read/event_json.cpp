@@ -193,8 +193,8 @@ std::vector<Kind<Action>> make_actions() {
                  {.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}})}),
         kind_of<Action, CameraAction>(
             {.name = "camera",
-             .doc = "puts a camera somewhere else, gives it another field of view, or both",
-             .rule = R"({"anyOf": [{"required": ["pose"]}, {"required": ["vfov_deg"]}]})"},
+             .doc = "puts a camera somewhere else, gives it another field of view, sets its clock, or several of them",
+             .rule = R"({"anyOf": [{"required": ["pose"]}, {"required": ["vfov_deg"]}, {"required": ["clock"]}]})"},
             {field_at<&CameraAction::camera>({.name = "camera", .doc = "its name", .required = true}),
              nested_at<&CameraAction::pose>(
                  {.name = "pose", .doc = "as of a camera", .schema = R"({"$ref": "#/$defs/pose"})"}, read_pose),
@@ -202,10 +202,14 @@ std::vector<Kind<Action>> make_actions() {
                  {.name = "vfov_deg",
                   .doc = "vertical field of view",
                   .range = {.low = 0.01, .high = 179.9, .is_low_out = true, .is_high_out = true}}),
+             field_at<&CameraAction::clock>({.name = "clock",
+                                             .doc = "as of a camera, at once; what is not given in it has its default",
+                                             .fallback = "as it is"}),
              seconds_at<&CameraAction::duration_ns>(
                  {.name = "seconds", .doc = "world time in which it gets there", .fallback = "0"})},
             [](const CameraAction& action, JsonReader& reader) {
-                if (!action.pose && !action.vfov_rad) reader.fail("pose", "give it, or vfov_deg, or both");
+                if (!action.pose && !action.vfov_rad && !action.clock)
+                    reader.fail("pose", "give it, or vfov_deg, or clock");
             }),
         kind_of<Action, FaultAction>({.name = "fault", .doc = "a camera fails ([faults](faults.md))"},
                                      fault_action_fields()),

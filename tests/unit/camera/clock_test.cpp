@@ -73,6 +73,18 @@ TEST(Clock, JitterHasItsDeviationAndIsOfTheInstantAlone) {
     EXPECT_LT(same, 20);
 }
 
+TEST(Clock, ItsSteadyClockNeverGoesBackHoweverLargeTheJitter) {
+    const Clock clock(ClockSpec{.offset_ns = -5 * s, .drift_ppb = -1'000'000, .jitter_ns = s, .seed = 5});
+    const TimeNs period = 40 * ms;
+    bool steps_back = false;
+    for (TimeNs t = period; t < 400 * s; t += period) {
+        const ClockReading before = clock.at(t - period, period).value(), now = clock.at(t, period).value();
+        ASSERT_GT(t + now.steady_error_ns, t - period + before.steady_error_ns + 1000) << t;
+        steps_back = steps_back || t + now.stamp_error_ns < t - period + before.stamp_error_ns;
+    }
+    EXPECT_TRUE(steps_back);  // the time of day has all of it
+}
+
 TEST(Clock, ARandomWalkGrowsWithTheRootOfTheTime) {
     // Of many walks, what is between two times has the deviation of that time, near the beginning and years later.
     for (const TimeNs begin : {TimeNs{0}, 3 * s + 1, 2 * year}) {

@@ -94,6 +94,10 @@ TEST(OnvifXml, TimesAreThoseOfUtc) {
     EXPECT_EQ(time_of_text("1970-01-02T00:00:01Z"), 86'401 * ns_per_s);
     EXPECT_EQ(time_of_text("2026-11-23T20:00:00.123Z"), time_of_text("2026-11-23T20:00:00"));
     EXPECT_EQ(text_of_time(*time_of_text("2026-11-23T20:01:02Z")), "2026-11-23T20:01:02Z");
+    // Of a camera whose clock is that wrong, too.
+    EXPECT_EQ(text_of_time(-1), "1969-12-31T23:59:59Z");
+    EXPECT_EQ(time_of_text("1963-02-28T12:00:01Z").value_or(0) % ns_per_s, 0);
+    EXPECT_EQ(text_of_time(time_of_text("1963-02-28T12:00:01Z").value_or(0)), "1963-02-28T12:00:01Z");
     for (const char* bad : {"", "now", "2026-13-01T00:00:00Z", "2026-02-30T00:00:00Z", "2026-01-01T25:00:00Z",
                             "2026-01-01T00:00:00+02:00"})
         EXPECT_FALSE(time_of_text(bad)) << bad;

@@ -121,6 +121,61 @@ TEST_F(FaultCommandsTest, LostFramesAreMissingAndTheBooksSayWhy) {
     EXPECT_EQ(well->units().size(), 42U);
 }
 
+TEST_F(FaultCommandsTest, LateFramesComeInOrderWithTheirOwnStampsAndAllAtOnceWhenItIsOver) {
+    read_both();
+    step(2);
+    set(fault::Late{.frames = 3});
+    step(5);
+    const auto sequences = [&] {
+        std::vector<std::int64_t> all;
+        for (const auto& unit : faulty->units()) all.push_back(unit.info.sequence);
+        return all;
+    };
+    auto units = faulty->units();
+    const std::int64_t first = units.front().info.sequence;
+    ASSERT_EQ(units.size(), 4U);  // the two before it, and of five the first two
+    for (std::size_t i = 0; i < units.size(); ++i) {
+        EXPECT_EQ(units[i].info.sequence, first + static_cast<std::int64_t>(i));
+        EXPECT_EQ(units[i].info.world_ns, units[i].info.sequence * 100 * ns_per_ms);
+    }
+    clear();
+    step(1);
+    EXPECT_EQ(sequences(), (std::vector<std::int64_t>{first, first + 1, first + 2, first + 3, first + 4, first + 5,
+                                                      first + 6, first + 7}));
+    EXPECT_EQ(well->units().size(), 8U);
+    const auto books = report_of("faulty").outputs[0];
+    EXPECT_EQ(books.due, books.received + books.fault + books.not_drawn);
+    EXPECT_EQ(books.readers[0].offered, books.readers[0].delivered + books.readers[0].dropped);
+}
+
+TEST_F(FaultCommandsTest, LateFramesThatWaitAreDroppedWithTheirReader) {
+    read_both();
+    set(fault::Late{.frames = 5});
+    step(4);
+    EXPECT_TRUE(faulty->units().empty());
+    subscriptions.clear();
+    step(1);
+}
+
+TEST_F(FaultCommandsTest, ATornPictureIsOfTwoFrames) {
+    read_both();
+    step(3);
+    const auto before = bytes_of(faulty->units().back());
+    set(fault::Tearing{.share = 0.25});
+    step(1);
+    const auto torn = bytes_of(faulty->units().back());
+    clear();
+    ASSERT_EQ(torn.size(), before.size());
+    const auto cut = static_cast<std::ptrdiff_t>(torn.size() * 3 / 4);
+    EXPECT_EQ(std::vector(torn.begin() + cut, torn.end()), std::vector(before.begin() + cut, before.end()));
+    EXPECT_NE(std::vector(torn.begin(), torn.begin() + cut), std::vector(before.begin(), before.begin() + cut));
+    step(1);
+    const auto own = bytes_of(faulty->units().back());
+    set(fault::Tearing{.share = 1.0});
+    step(1);
+    EXPECT_EQ(bytes_of(faulty->units().back()), own);
+}
+
 TEST_F(FaultCommandsTest, ABlackCameraIsNotDrawn) {
     read_both();
     step(1);

@@ -28,6 +28,17 @@ int simple(Device& device, uint32_t type) {
     return transact(device, request, reply, nullptr);
 }
 
+/// A fault of the camera lets this call fail.
+bool fails(const Device& device, camrig_call call) {
+    return (__atomic_load_n(&device.page->errors, __ATOMIC_ACQUIRE) >> call & 1u) != 0;
+}
+
+/// As after vb2_queue_error(): nothing more comes until STREAMOFF.
+bool has_failed(Device& device) {
+    if (device.streaming && fails(device, camrig_call_streaming)) device.failed = true;
+    return device.failed;
+}
+
 void fill(const Device& device, uint32_t index, v4l2_buffer& out) {
     const Buffer& buffer = device.buffers[index];
     memset(&out, 0, sizeof out);
@@ -100,6 +111,7 @@ void stop(Device& device, int fd) {
         buffer.bytes_used = buffer.sequence = buffer.flags = 0;
         buffer.monotonic_ns = 0;
     }
+    device.failed = false;
     device.queue_first = device.queue_count = 0;
     wake(device);
 }
@@ -169,6 +181,7 @@ int request_buffers(Device& device, v4l2_requestbuffers& request) {
     if (outranked(device)) return EBUSY;
     Locked guard(device.lock);
     if (device.streaming) return EBUSY;
+    if (count > 0 && fails(device, camrig_call_reqbufs)) return EINVAL;
     const bool had_buffers = device.buffer_count > 0;
     if (!had_buffers && count > 0)
         if (const int problem = simple(device, camrig_request_acquire)) return problem;
@@ -201,6 +214,7 @@ int create_buffers(Device& device, v4l2_create_buffers& request) {
     const uint32_t least = image_bytes(device.format.fourcc, device.format.width, device.format.height);
     const uint32_t bytes = request.format.fmt.pix.sizeimage;
     if (bytes < least || bytes > (1u << 30)) return EINVAL;
+    if (fails(device, camrig_call_reqbufs)) return EINVAL;
     if (device.buffer_count >= camrig_max_buffers) return ENOBUFS;
     const bool had_buffers = device.buffer_count > 0;
     if (!had_buffers)
@@ -232,6 +246,8 @@ int queue_buffer(Device& device, v4l2_buffer& requested) {
     Buffer* buffer = handed_over(device, requested);
     if (buffer == nullptr || buffer->state == BufferState::queued) return EINVAL;
     if ((requested.flags & V4L2_BUF_FLAG_REQUEST_FD) != 0) return EBADR;
+    if (has_failed(device)) return EIO;
+    if (fails(device, camrig_call_qbuf)) return EINVAL;
     buffer->state = BufferState::queued;
     buffer->flags = 0;
     device.queue[(device.queue_first + device.queue_count++) % camrig_max_buffers] = requested.index;
@@ -250,6 +266,7 @@ int dequeue_buffer(Device& device, int fd, v4l2_buffer& out) {
             Locked guard(device.lock);
             if (waited) --device.waiters;
             if (!device.streaming || out.memory != V4L2_MEMORY_MMAP) return EINVAL;
+            if (has_failed(device)) return EIO;
             uint32_t index = 0;
             switch (try_take(device, fd, index)) {
                 case Taken::picture:
@@ -289,6 +306,7 @@ int stream_on(Device& device, uint32_t type) {
         if (problem == 0) simple(device, camrig_request_release);
         return problem != 0 ? problem : EINVAL;
     }
+    if (fails(device, camrig_call_streamon)) return EINVAL;
     device.taken = 0;
     device.queued = device.queue_count;
     __atomic_store_n(&device.page->taken, 0, __ATOMIC_RELAXED);

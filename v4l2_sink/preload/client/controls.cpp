@@ -15,7 +15,8 @@ namespace camrig::device {
 namespace {
 
 constexpr uint32_t class_mask = 0x0fff0000;
-constexpr uint32_t id_mask = 0x0fffffff;  // without V4L2_CTRL_FLAG_NEXT_*
+constexpr uint32_t vivid_class = 0x00f00000;  // drivers/media/test-drivers/vivid/vivid-ctrls.c
+constexpr uint32_t id_mask = 0x0fffffff;      // without V4L2_CTRL_FLAG_NEXT_*
 constexpr uint32_t next_flags = V4L2_CTRL_FLAG_NEXT_CTRL | V4L2_CTRL_FLAG_NEXT_COMPOUND;
 constexpr uint32_t max_ext_controls = 1024;  // V4L2_CID_MAX_CTRLS
 
@@ -40,6 +41,7 @@ bool has_class(const Device& device, uint32_t id) {
 }
 
 const char* class_name(uint32_t id) {
+    if ((id & class_mask) == vivid_class) return "Vivid Controls";
     return (id & class_mask) == V4L2_CTRL_CLASS_CAMERA ? "Camera Controls" : "User Controls";
 }
 
@@ -66,6 +68,10 @@ int read_value(Device& device, uint32_t id, int32_t& value) {
 
 /// Brings a value into the control's range as the kernel's control framework does.
 int fit(const camrig_control& control, int32_t& value) {
+    if (control.type == V4L2_CTRL_TYPE_BUTTON) {
+        value = 0;  // of any value, as the kernel has it
+        return 0;
+    }
     if (control.type == V4L2_CTRL_TYPE_BOOLEAN) {
         value = value != 0;
         return 0;

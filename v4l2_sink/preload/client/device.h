@@ -65,6 +65,7 @@ struct Device {
     uint64_t buffer_end = 0;
     uint32_t buffer_count = 0;
     bool streaming = false;
+    bool failed = false;  // while streaming: vb2's fatal error
     Buffer buffers[camrig_max_buffers];
     uint32_t queue[camrig_max_buffers];  // indices, oldest first
     uint32_t queue_first = 0, queue_count = 0;

@@ -82,6 +82,15 @@ TEST_F(LoopbackSinkTest, APictureThatWasDrawnWhileOneWasRepeatedKeepsItsInstant)
     EXPECT_LT(pictures().back().stamp_us, instant_ns / 1000);
 }
 
+TEST_F(LoopbackSinkTest, ARepeatedPictureIsStampedByTheCamerasClockSoThatTheNextIsNotStuckBehindIt) {
+    stream::MediaUnit behind = unit(0, now_ - 10 * ns_per_s);
+    behind.info.clock = ClockReading{.stamp_error_ns = -5 * ns_per_s, .steady_error_ns = -5 * ns_per_s};
+    ASSERT_TRUE(sink_.write(behind));
+    ASSERT_TRUE(sink_.repeat_if_silent(now_ + 2 * ns_per_s, false));
+    EXPECT_EQ(pictures().size(), 2u);
+    EXPECT_LT(pictures().back().stamp_us, (now_ + 2 * ns_per_s - 5 * ns_per_s) / 1000);
+}
+
 TEST_F(LoopbackSinkTest, InLockstepAReaderGetsNothingThatWasNotAskedFor) {
     auto latch = stream::DeliveryLatch::create();
     stream::MediaUnit stepped = unit(0, now_);

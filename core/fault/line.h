@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+#include "core/fault/fault_plan.h"
+
+/// Layer transport: lines that carry less than pictures need.
+namespace camrig::fault {
+
+/// What a line carries, and how long something may wait before it.
+struct LineRate {
+    double bit_per_s = 0.0;
+    TimeNs queue_ns = 0;
+};
+std::optional<LineRate> line_rate(const FrameFaults& faults, std::string_view output);
+/// The line to one reader, in world time, so that a run loses the same again.
+class Line {
+public:
+    /// Whether so many bytes get through that are sent at that time; nullopt: the line carries all.
+    bool takes(const std::optional<LineRate>& rate, TimeNs now_ns, std::size_t bytes);
+
+private:
+    TimeNs free_ns_ = 0;  ///< it is busy until then
+};
+
+}  // namespace camrig::fault

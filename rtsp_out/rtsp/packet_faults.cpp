@@ -1,0 +1,44 @@
+#include "rtsp_out/rtsp/packet_faults.h"
+
+#include "core/fault/sending.h"
+#include "rtsp_out/rtsp/rtp_packet.h"
+
+namespace camrig::rtsp {
+namespace {
+
+/// 16 bits come again: those of another picture are another packet.
+std::uint64_t number_of(const fault::FrameFaults& faults, guint16 sequence) {
+    return static_cast<std::uint64_t>(faults.frame.sequence) << 16 | sequence;
+}
+
+}  // namespace
+
+void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
+    const bool is_last = ends_picture(packet.get());
+    const auto sequence = rtp_sequence(packet.get());
+    if (faults && sequence) {
+        const std::uint64_t number = number_of(*faults, *sequence);
+        const bool is_lost =
+            is_packet_lost(*faults, number) ||
+            !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, gst_buffer_get_size(packet.get()));
+        const int distance = is_lost || is_last ? 0 : packet_distance(*faults, number);
+        if (distance > 0 && held_.size() < max_held) {
+            held_.push_back({std::move(packet), distance});
+            return;
+        }
+        if (is_lost) packet.reset();
+    }
+    if (packet) {
+        sent.push_back(std::move(packet));
+        for (Held& one : held_) --one.overtaken_by;
+    }
+    release(is_last, sent);
+}
+
+void PacketFaults::release(bool all, std::vector<GstBufferHandle>& sent) {
+    for (Held& one : held_)
+        if (all || one.overtaken_by <= 0) sent.push_back(std::move(one.packet));
+    std::erase_if(held_, [](const Held& one) { return one.packet == nullptr; });
+}
+
+}  // namespace camrig::rtsp

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include <gst/gst.h>
+
+#include "core/fault/line.h"
+
+namespace camrig::rtsp {
+
+struct GstBufferUnref {
+    void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
+};
+using GstBufferHandle = std::unique_ptr<GstBuffer, GstBufferUnref>;
+
+/// What becomes of the RTP packets of one stream on their way, when its camera fails: some are lost, some come later
+/// than those behind them, a slow line carries only so many. Nothing is kept beyond the end of its picture, so a step
+/// in lockstep never waits for one that comes with the next.
+///
+/// Thread: the pipeline's streaming thread.
+class PacketFaults {
+public:
+    static constexpr std::size_t max_held = 128;  ///< packets that others overtake at a time
+
+    /// Sends this one, or not, and those that it was to overtake; in the order in which they go. `faults`: of the
+    /// newest picture; null: none.
+    void pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
+    /// Nothing fails and nothing waits: packets need not come through here.
+    bool is_idle(const fault::FrameFaults* faults) const { return faults == nullptr && held_.empty(); }
+
+private:
+    struct Held {
+        GstBufferHandle packet;
+        int overtaken_by = 0;  ///< so many are still to go before it
+    };
+    void release(bool all, std::vector<GstBufferHandle>& sent);
+
+    std::deque<Held> held_;
+    fault::Line line_;
+};
+
+}  // namespace camrig::rtsp

@@ -1,0 +1,196 @@
+"""Lines and servers that fail: late frames, refused connections, restarts, slow lines, packets out of order, other sources and sizes."""
+
+import struct
+import threading
+import time
+import urllib.error
+import urllib.request
+
+import cv2
+import numpy as np
+import pytest
+
+from conftest import wait_until
+from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
+from test_faults import RtpPackets, parts
+
+
+def camera_books(rig, name):
+    return next(one for one in rig.stats()["cameras"] if one["name"] == name)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_late_frames_come_with_their_own_stamps_and_the_rest_when_it_is_over(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25)
+    rig.step(seconds=0.2)
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        parts(stream, 1)
+        wait_until(lambda: camera_books(rig, "desk")["outputs"], what="a reader")
+        rig.step(seconds=0.04)
+        begin = parts(stream, 1)[0][1]
+        rig.fault.set("desk", "late", frames=10, output="mjpeg")
+        rig.step(seconds=0.4)  # ten frames, none of which comes
+        rig.step(seconds=0.04)
+        assert parts(stream, 1)[0][1] == begin + 1
+        rig.step(seconds=0.04)
+        assert parts(stream, 1)[0][1] == begin + 2
+        check_books(rig, on_way=12)
+        truth = cam.truth()
+        assert [one["kind"] for one in truth["faults"]] == ["late"]
+        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10} and truth["outputs"]["rtsp"]["late_frames"] == 0
+        rig.fault.clear("desk")
+        rig.step(seconds=0.04)
+        rig.step(seconds=0.04)
+        last = begin
+        while last < begin + 14:
+            last, before = parts(stream, 1)[0][1], last
+            assert last > before
+        check_books(rig)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_who_comes_is_refused_and_who_is_there_stays(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "mjpeg"}, {"kind": "rtsp"}])
+    there = urllib.request.urlopen(cam.url(), timeout=30)
+    packets = RtpPackets(cam.url("rtsp"))
+    parts(there, 3), packets.take(3)
+    rig.fault.set("desk", "refuse")
+    parts(there, 5)
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        urllib.request.urlopen(cam.url(), timeout=30)
+    assert refused.value.code == 503 and b"refuses connections" in refused.value.read()
+    with pytest.raises(AssertionError, match="503"):
+        RtpPackets(cam.url("rtsp"))
+    parts(there, 10), packets.take(10)
+    check_books(rig)
+    rig.fault.clear("desk")
+    wait_until(lambda: not rig.fault.list(), what="no fault")
+    time.sleep(0.1)  # until a frame is due without it
+    parts(urllib.request.urlopen(cam.url(), timeout=30), 3)
+    RtpPackets(cam.url("rtsp")).take(3)
+
+
+def ssrc_of(packets, count):
+    """The sources of so many RTP packets, in order, without repetitions in a row; and their sequence numbers."""
+    sources, numbers = [], []
+    while len(numbers) < count:
+        channel, packet = packets.next()
+        if channel != 0:
+            continue
+        numbers.append(struct.unpack(">H", packet[2:4])[0])
+        source = struct.unpack(">I", packet[8:12])[0]
+        if not sources or sources[-1] != source:
+            sources.append(source)
+    return sources, numbers
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_restart_throws_readers_out_refuses_them_and_comes_back_as_another_source(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "rtsp"}])
+    other = rig.create_camera("other", size=(160, 120), fps=25, outputs=[{"kind": "rtsp"}])
+    well, packets = RtpPackets(other.url("rtsp")), RtpPackets(cam.url("rtsp"))
+    before = ssrc_of(packets, 5)[0]
+    fault = rig.fault.set("desk", "restart", output="rtsp")
+    ended = False
+    deadline = time.monotonic() + 20
+    while not ended and time.monotonic() < deadline:
+        channel, packet = packets.next()
+        ended = channel == 1 and 203 in [packet[i + 1] for i in rtcp_starts(packet)]
+    assert ended, "an RTCP BYE"
+    with pytest.raises(AssertionError, match="503"):
+        RtpPackets(cam.url("rtsp"))
+    ssrc_of(well, 10)
+    rig.fault.clear(id=fault["id"])
+    time.sleep(0.1)  # until a frame is due without it
+    after = ssrc_of(RtpPackets(cam.url("rtsp")), 5)[0]
+    assert len(before) == len(after) == 1 and before != after
+    check_books(rig)
+
+
+def rtcp_starts(packet):
+    at = 0
+    while at + 4 <= len(packet):
+        yield at
+        at += 4 * (1 + struct.unpack(">H", packet[at + 2:at + 4])[0])
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_rtp_goes_on_as_another_source_in_the_middle_of_a_session(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "rtsp"}])
+    packets = RtpPackets(cam.url("rtsp"))
+    assert len(ssrc_of(packets, 10)[0]) == 1
+    rig.fault.set("desk", "new_ssrc", period_s=0.5)
+    sources, _ = ssrc_of(packets, 150)
+    assert len(set(sources)) == len(sources) >= 3
+    rig.fault.clear("desk")
+    ssrc_of(packets, 20)
+    assert len(ssrc_of(packets, 50)[0]) == 1
+    check_books(rig)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_packets_are_overtaken_and_none_is_lost(rig):
+    cam = rig.create_camera("desk", size=(640, 480), fps=25, place="lobby", outputs=[{"kind": "rtsp", "codec": "mjpeg"}])
+    packets = RtpPackets(cam.url("rtsp") + ("" if cam.url("rtsp").endswith("/mjpeg") else "/mjpeg"))
+    well = packets.take(50)
+    assert well == [(well[0] + i) % 65536 for i in range(50)]
+    rig.fault.set("desk", "packet_reorder", probability=0.3, distance=4)
+    packets.take(300)
+    numbers = packets.take(600)
+    low = min(numbers, key=lambda n: (n - numbers[0] + 32768) % 65536)
+    order = [(n - low) % 65536 for n in numbers]
+    late = sum(later < earlier for earlier, later in zip(order, order[1:]))
+    assert late > 30
+    assert len(set(order)) == len(order)
+    assert len(set(range(max(order))) - set(order)) <= 10, "but for the ends of what was looked at, all are there"
+    check_books(rig)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_slow_line_carries_what_it_is_told_and_the_same_frames_again(rig):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby")
+    rig.step(seconds=0.2)
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        read = []
+        reader = threading.Thread(target=lambda: read.extend(iter_parts(stream)), daemon=True)
+        reader.start()
+        wait_until(lambda: camera_books(rig, "desk")["outputs"], what="a reader")
+        rig.step(seconds=1)
+        free = sum(len(jpeg) for jpeg, _ in read[-20:]) / 20 * 25 * 8 / 1000  # kbit/s
+        rig.fault.set("desk", "bandwidth", kbit_per_s=free / 4, queue_s=0.1)
+        wait_until(lambda: len(read) >= 25, what="what was sent")
+        begin = len(read)
+        rig.step(seconds=4)
+        books = camera_books(rig, "desk")["outputs"][0]["readers"][0]
+        wait_until(lambda: len(read) - begin >= 100 - books["fault"], what="what was sent")
+        carried = sum(len(jpeg) for jpeg, _ in read[begin:]) * 8 / 1000 / 4
+        assert free / 4 * 0.9 < carried < free / 4 * 1.15
+        assert books["fault"] > 60
+        check_books(rig)
+
+
+def iter_parts(stream):
+    while True:
+        try:
+            yield parts(stream, 1)[0]
+        except (EOFError, ValueError, KeyError, OSError):
+            return
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_picture_of_another_size_reaches_the_stream_and_nobody_else(rig):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby")
+    rig.step(seconds=0.2)
+    rig.fault.set("desk", "other_size", share=0.5, output="mjpeg")
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        parts(stream, 1)
+        wait_until(lambda: camera_books(rig, "desk")["outputs"], what="a reader")
+        rig.step(seconds=0.04)
+        jpeg = parts(stream, 1)[0][0]
+        picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        assert picture.shape[:2] == (120, 160)
+        assert cam.frame().image.shape[:2] == (240, 320)
+        small = cv2.resize(cam.frame().image, (160, 120), interpolation=cv2.INTER_AREA)
+        assert np.abs(small.astype(int) - picture.astype(int)).mean() < 8, "of the same scene"
+        assert camera_books(rig, "desk")["outputs"][0]["readers"][0]["damaged"] >= 1
+        check_books(rig)
