@@ -101,7 +101,11 @@ Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, cons
         for (FrameRef& frame : finished.set.frames) {
             if (frame->info().camera_id != view.camera) continue;
             const bool is_failing = has_failing_color(view) && frame->info().kind == frame::FrameKind::color;
-            frames.push_back(is_failing ? changed(view, frame, monotonic_ns) : std::move(frame));
+            const bool is_shown_again = view.failing && frame->info().kind == frame::FrameKind::sensor;
+            frames.push_back(is_failing ? changed(view, frame, monotonic_ns)
+                             : is_shown_again
+                                 ? std::make_shared<const Frame>(sent_info(view, frame->info(), monotonic_ns), frame)
+                                 : std::move(frame));
         }
         std::erase(finished.set.frames, nullptr);
     }
