@@ -76,7 +76,7 @@ void CameraDesk::show_latest(CameraEntry& entry) {
     const LatestDue& latest = entry.latest;
     DueViews due = rig_.picture_of(entry);
     if (const frame::PixelFormats wanted = rig_.bus.wanted(entry.id, latest.state.world_ns); !wanted.empty())
-        due.views.front().color_formats = rig_.made_of(due.views.front(), wanted);
+        rig_.ask_for(due.views.front(), wanted);
     rig_.drawing->add(due);
 }
 
@@ -106,7 +106,8 @@ Result<CameraReply> CameraDesk::run(SetCamera& command) {
         renew_latest(entry, stands_still ? next : entry.latest.sequence);
         applied_ns = entry.latest.state.world_ns;
     }
-    if (entry.spec().size != old->size || entry.spec().rate != old->rate || entry.spec().outputs != old->outputs)
+    if (entry.spec().size != old->size || entry.spec().rate != old->rate || entry.spec().outputs != old->outputs ||
+        numbers_of(entry.spec()) != numbers_of(*old))
         rig_.bus.change_camera(stream_of(entry));
     rig_.bus.adjust_camera(stream_of(entry));
     if (stands_still && !rig_.bus.wanted(entry.id, entry.latest.state.world_ns).empty()) show_latest(entry);

@@ -10,6 +10,7 @@
 #include "core/fault/delivery.h"
 #include "core/fault/picture.h"
 #include "core/fault/sending.h"
+#include "core/render/view_frames.h"
 
 namespace camrig::engine {
 namespace {
@@ -21,8 +22,14 @@ bool is_device(const OutputSpec& output) {
 
 }  // namespace
 
+std::optional<stream::SensorNumbers> numbers_of(const world::CameraSpec& spec) {
+    if (!spec.sensor) return std::nullopt;
+    return stream::SensorNumbers{render::raw_format(spec.sensor->filter), spec.sensor->bits};
+}
+
 stream::CameraStream stream_of(const CameraEntry& entry) {
-    stream::CameraStream camera{entry.id, *entry.name, entry.spec().size, entry.spec().rate, entry.spec().outputs};
+    stream::CameraStream camera{entry.id,          *entry.name,          entry.spec().size,
+                                entry.spec().rate, entry.spec().outputs, numbers_of(entry.spec())};
     if (entry.unplugged) std::erase_if(camera.outputs, is_device);
     camera.standing = entry.failing;
     return camera;
@@ -177,6 +184,7 @@ void CameraTable::keep_colors(CameraEntry& entry, const render::View& view, std:
     };
     const auto add = [&](LatestDue& due) {
         for (const frame::FrameRef& frame : frames) {
+            if (frame->info().kind != frame::FrameKind::color) continue;
             std::erase_if(due.colors, [&](const auto& old) { return old->info().format == frame->info().format; });
             due.colors.push_back(frame);
         }

@@ -72,6 +72,8 @@ struct CameraEntry {
     std::optional<fault::Unplug> unplugged = {};
 };
 
+/// What its sensor gives beside the picture; nullopt: it has none.
+std::optional<stream::SensorNumbers> numbers_of(const world::CameraSpec& spec);
 /// As readers of the bus know it: without devices that are unplugged.
 stream::CameraStream stream_of(const CameraEntry& entry);
 

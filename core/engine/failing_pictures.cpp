@@ -123,13 +123,16 @@ Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, cons
         for (FrameRef& frame : finished.set.frames) {
             if (frame->info().camera_id != view.camera) continue;
             const bool is_failing = has_failing_color(view) && frame->info().kind == frame::FrameKind::color;
-            if (!is_failing) {
-                frames.push_back(std::move(frame));
-                continue;
+            if (is_failing) {
+                auto made = changed(renderer, view, frame, monotonic_ns);
+                if (!made) return std::unexpected(made.error());
+                frames.push_back(std::move(*made));
+            } else if (view.failing && frame->info().kind == frame::FrameKind::sensor) {
+                // Shown again, with the times of the frame that shows it.
+                frames.push_back(std::make_shared<const Frame>(sent_info(view, frame->info(), monotonic_ns), frame));
+            } else {
+                frames.push_back(frame);
             }
-            auto made = changed(renderer, view, frame, monotonic_ns);
-            if (!made) return std::unexpected(made.error());
-            frames.push_back(std::move(*made));
             frame = nullptr;
         }
         std::erase(finished.set.frames, nullptr);

@@ -121,7 +121,7 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
         requests_.add_awaited(entry, world_ns, formats);
         DueViews picture = rig_.picture_of(entry);
         render::View& view = picture.views.front();
-        view.color_formats = rig_.made_of(view, formats);
+        rig_.ask_for(view, formats);
         if (picture.snapshot == due.snapshot) {
             due.views.push_back(std::move(view));
         } else {

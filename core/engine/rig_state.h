@@ -44,7 +44,9 @@ struct RigState {
     std::shared_ptr<const render::EarlierPicture> torn_with(const CameraEntry& entry, const LatestDue& latest) const;
     /// The colour picture of the camera's latest frame that comes: its own, or one that it shows again.
     DueViews picture_of(const CameraEntry& entry) const;
-    /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.
+    /// Makes the view one of what readers want: colour in these formats, numbers of its sensor, or both.
+    void ask_for(render::View& view, frame::PixelFormats wanted) const;
+    /// Of the colour formats those, with rgba8 in place of what the renderer does not make of this view.
     frame::PixelFormats made_of(const render::View& view, frame::PixelFormats wanted) const;
     /// Sends frames to who reads them.
     void publish(const frame::FrameSet& set, const std::shared_ptr<stream::DeliveryLatch>& latch);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -37,7 +38,12 @@ inline constexpr std::array color_formats = {PixelFormat::rgba8,     PixelFormat
                                              PixelFormat::yuyv,      PixelFormat::i420,  PixelFormat::nv12,
                                              PixelFormat::jpeg_i420, PixelFormat::gray8};
 
-/// Some of them.
+/// Layouts of a sensor's numbers.
+inline constexpr std::array number_formats = {PixelFormat::gray16,       PixelFormat::bayer_rggb16,
+                                              PixelFormat::bayer_grbg16, PixelFormat::bayer_gbrg16,
+                                              PixelFormat::bayer_bggr16, PixelFormat::rgb16_planes};
+
+/// Some of both.
 class PixelFormats {
 public:
     constexpr PixelFormats() = default;
@@ -46,6 +52,9 @@ public:
     }
     constexpr void add(PixelFormat format) { bits_ |= bit(format); }
     constexpr bool contains(PixelFormat format) const { return (bits_ & bit(format)) != 0; }
+    constexpr bool contains_numbers() const {
+        return std::ranges::any_of(number_formats, [this](PixelFormat format) { return contains(format); });
+    }
     constexpr bool empty() const { return bits_ == 0; }
     friend constexpr bool operator==(PixelFormats, PixelFormats) = default;
 

@@ -15,14 +15,22 @@
 
 namespace camrig::stream {
 
+/// The numbers that a camera's sensor gives beside its picture.
+struct SensorNumbers {
+    frame::PixelFormat pixels = frame::PixelFormat::gray16;  ///< one of frame::number_formats
+    int bits = 16;                                           ///< of the converter
+    friend bool operator==(const SensorNumbers&, const SensorNumbers&) = default;
+};
+
 /// A camera as outputs see it.
 struct CameraStream {
     CameraId id{};
     std::string name;
     ImageSize size;
     Rate rate;
-    std::vector<OutputSpec> outputs = {};  ///< what its user wishes; each family of sinks looks for its own
-    fault::Standing standing = {};         ///< how it fails for those who come
+    std::vector<OutputSpec> outputs = {};       ///< what its user wishes; each family of sinks looks for its own
+    fault::Standing standing = {};              ///< how it fails for those who come
+    std::optional<SensorNumbers> numbers = {};  ///< nullopt: it has no sensor
 };
 
 struct SubscribeOptions {

@@ -20,6 +20,19 @@ Error unknown_camera(std::string_view name, const std::vector<CameraStream>& kno
                                       (names.empty() ? "there are none" : "there are: " + names)};
 }
 
+/// Numbers are what they are: they are not scaled, and only the camera's own layout is there.
+Result<void> check_numbers(const CameraStream& camera, const MediaFormat& format) {
+    if (format.number_bits == 0) return {};
+    const bool is_own_size = format.size == ImageSize{} || format.size == camera.size;
+    if (camera.numbers && camera.numbers->pixels == format.pixels && is_own_size && format.codec == codec::Codec::raw)
+        return {};
+    return error(ErrorKind::invalid_argument,
+                 "camera " + camera.name + " has no sensor whose numbers are " + describe(format) +
+                     (camera.numbers ? "; it gives " + std::string(to_string(camera.numbers->pixels)) + " of " +
+                                           camera.size.to_string()
+                                     : std::string()));
+}
+
 }  // namespace
 
 LocalFrameBus::LocalFrameBus(Options options)
@@ -58,6 +71,7 @@ Result<Subscription> LocalFrameBus::subscribe(std::string_view camera, const Med
         return std::unexpected(unknown_camera(camera, cameras()));
     }
     Camera& entry = found->second;
+    if (auto good = check_numbers(entry.stream, format); !good) return std::unexpected(good.error());
     std::size_t readers = 0;
     for (const auto& [key, output] : entry.outputs) readers += output->reader_count();
     if (readers >= max_readers_per_camera) {
@@ -132,6 +146,9 @@ void LocalFrameBus::change_camera(const CameraStream& camera) {
         if (entry.stream.size != camera.size) {
             end_outputs(entry, {ErrorKind::unavailable, "camera " + camera.name + " now has size " +
                                                             camera.size.to_string() + "; open it again"});
+        } else if (entry.stream.numbers != camera.numbers) {
+            end_numbers(entry,
+                        {ErrorKind::unavailable, "camera " + camera.name + " has another sensor; open it again"});
         }
         entry.stream = camera;
     }
@@ -160,6 +177,14 @@ void LocalFrameBus::remove_camera(CameraId id) {
 void LocalFrameBus::end_outputs(Camera& camera, const Error& why) {
     for (auto& [format, output] : camera.outputs) output->end(why);
     camera.outputs.clear();
+}
+
+void LocalFrameBus::end_numbers(Camera& camera, const Error& why) {
+    std::erase_if(camera.outputs, [&](const auto& entry) {
+        const bool is_of_numbers = entry.first.number_bits != 0;
+        if (is_of_numbers) entry.second->end(why);
+        return is_of_numbers;
+    });
 }
 
 frame::PixelFormats LocalFrameBus::wanted(CameraId id, TimeNs world_ns) const {
@@ -209,8 +234,12 @@ void LocalFrameBus::publish(const frame::FrameSet& set, const std::shared_ptr<De
 
 const frame::FrameRef* LocalFrameBus::frame_for(const Output& output, std::span<const frame::FrameRef> frames) {
     const frame::FrameRef* rgba = nullptr;
+    const bool takes_numbers = output.format().number_bits != 0;
     for (const frame::FrameRef& frame : frames) {
-        if (frame->info().kind != frame::FrameKind::color) continue;
+        if (takes_numbers && frame->info().kind == frame::FrameKind::sensor &&
+            frame->info().format == output.format().pixels)
+            return &frame;
+        if (takes_numbers || frame->info().kind != frame::FrameKind::color) continue;
         if (frame->info().format == output.source()) return &frame;
         if (frame->info().format == frame::PixelFormat::rgba8) rgba = &frame;
     }

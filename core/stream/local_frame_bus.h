@@ -35,7 +35,8 @@ public:
     void remove_observer(CameraObserver* observer) override;
 
     void add_camera(const CameraStream& camera);
-    /// A new size ends the camera's outputs (their format cannot change); a new rate does not.
+    /// A new size ends the camera's outputs (their format cannot change), another sensor those of its numbers; a new
+    /// rate does not.
     void change_camera(const CameraStream& camera);
     /// Tells observers.
     void adjust_camera(const CameraStream& camera);
@@ -67,6 +68,7 @@ private:
     void detach(CameraId id, const MediaFormat& format, const std::shared_ptr<Output>& output,
                 const std::shared_ptr<Reader>& reader);
     void end_outputs(Camera& camera, const Error& why);
+    void end_numbers(Camera& camera, const Error& why);
     static const frame::FrameRef* frame_for(const Output& output, std::span<const frame::FrameRef> frames);
     Cameras::iterator find_locked(std::string_view name);
 

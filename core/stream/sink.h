@@ -24,6 +24,9 @@ struct MediaFormat {
     int quality = 0;                                                 ///< jpeg: 1..100. Others: 0
     ImageSize size;                                                  ///< 0x0: the camera's own; else scaled to this
     codec::ChromaSampling sampling = codec::ChromaSampling::yuv420;  ///< jpeg. Others: ignored
+    /// Not 0: not the picture but the numbers of its sensor, laid out as `pixels` says, brought to so many bits: 8 in a
+    /// byte, more in two. Raw and of the camera's own size only.
+    int number_bits = 0;
 
     friend auto operator<=>(const MediaFormat&, const MediaFormat&) = default;
 };

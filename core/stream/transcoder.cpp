@@ -2,6 +2,7 @@
 
 #include "core/base/clock.h"
 #include "core/frame/convert.h"
+#include "core/frame/numbers.h"
 
 namespace camrig::stream {
 namespace {
@@ -42,6 +43,12 @@ Result<std::unique_ptr<Transcoder>> Transcoder::create(const MediaFormat& format
 
 Result<MediaUnit> Transcoder::transcode(const frame::FrameRef& frame) {
     frame::FrameRef current = frame;
+    if (format_.number_bits != 0) {
+        const ScopedTimer timer(timers_->convert);
+        auto numbers = numbers_in(*pool_, current, format_.number_bits);
+        if (!numbers) return std::unexpected(numbers.error());
+        return MediaUnit{.info = (*numbers)->info(), .bytes = {}, .frame = *numbers, .latch = {}};
+    }
     const ImageSize size = format_.size == ImageSize{} ? frame->info().size : format_.size;
     const bool is_color = frame->info().kind == frame::FrameKind::color;
     const frame::PixelFormat pixels =
@@ -77,6 +84,7 @@ Result<std::unique_ptr<Transcoder>> Transcoder::of_size(ImageSize size) const {
 
 frame::PixelFormat source_format(const MediaFormat& format, ImageSize camera_size) {
     const bool is_scaled = format.size != ImageSize{} && format.size != camera_size;
+    if (format.number_bits != 0) return format.pixels;
     if (is_scaled || format.codec == codec::Codec::png) return frame::PixelFormat::rgba8;
     if (format.codec != codec::Codec::jpeg) return format.pixels;
     return format.sampling == codec::ChromaSampling::yuv420 ? frame::PixelFormat::jpeg_i420 : frame::PixelFormat::rgba8;
@@ -85,6 +93,7 @@ frame::PixelFormat source_format(const MediaFormat& format, ImageSize camera_siz
 std::string describe(const MediaFormat& format) {
     std::string text(to_string(format.codec));
     if (format.codec == codec::Codec::raw) text += " " + std::string(to_string(format.pixels));
+    if (format.number_bits != 0) text += " of " + std::to_string(format.number_bits) + " bits";
     if (format.codec == codec::Codec::jpeg)
         text += " q" + std::to_string(format.quality) + " " + std::string(to_string(format.sampling));
     if (format.size != ImageSize{}) text += " " + format.size.to_string();

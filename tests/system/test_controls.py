@@ -151,3 +151,66 @@ def test_programs_hear_of_changes_that_others_make(rig, camera):
 def test_v4l2_compliance_finds_nothing_at_a_running_rig(rig, camera):
     report = run_with_devices(rig, "v4l2-compliance", "-d", DEVICE, "-s")
     assert re.search(r"Total for camrig device /dev/video7: \d+, Succeeded: \d+, Failed: 0, Warnings: 0", report), report[-3000:]
+
+
+@pytest.fixture
+def sensing(rig):
+    return rig.create_camera("counts", size=(320, 240), fps=20, position=(-4, 0, 2), pan_deg=10, tilt_deg=-20,
+                             sensor={"preset": "imx219", "exposure_s": "auto", "lux": 300},
+                             outputs=[{"kind": "device", "number": 7}])
+
+
+def test_of_a_camera_with_a_sensor_they_are_the_sensors(rig, sensing):
+    listed = v4l2_ctl(rig, "-L")
+    assert re.search(r"exposure_absolute 0x\S+ \(int\)\s+: min=1 max=100000 ", listed), listed
+    assert re.search(r"gain 0x\S+ \(int\)\s+: min=0 max=480 ", listed), listed
+    assert re.search(r"white_balance_temperature 0x\S+ \(int\)\s+: min=2000 max=12000 ", listed), listed
+    assert re.search(r"power_line_frequency 0x\S+ \(menu\)\s+: min=0 max=2 ", listed) and "2: 60 Hz" in listed, listed
+    assert (get(rig, "exposure_auto"), get(rig, "white_balance_temperature_auto"), get(rig, "power_line_frequency")) == (3, 1, 0)
+
+    # What is set while the automatic is on acts when it goes off, in either order.
+    v4l2_ctl(rig, "-c", "exposure_absolute=40")
+    assert sensing.get()["sensor"]["exposure_s"] == "auto" and get(rig, "exposure_absolute") == 40
+    v4l2_ctl(rig, "-c", "exposure_auto=1")
+    assert sensing.get()["sensor"]["exposure_s"] == pytest.approx(0.004)
+    v4l2_ctl(rig, "-c", "exposure_auto=3")
+    v4l2_ctl(rig, "-c", "exposure_auto=1,exposure_absolute=25,gain=65,power_line_frequency=2")
+    sensor = sensing.get()["sensor"]
+    assert (sensor["exposure_s"], sensor["gain_db"], sensor["flicker_hz"]) == (pytest.approx(0.0025), 6.5, 60)
+    v4l2_ctl(rig, "-c", "white_balance_temperature=3000")
+    assert sensing.get()["sensor"]["white_balance"] == "auto"
+    v4l2_ctl(rig, "-c", "white_balance_temperature_auto=0")
+    assert sensing.get()["sensor"]["white_balance"] == 3000
+    # The picture is taken so, and its finished picture is left alone.
+    taken = sensing.frame(min_ns=rig.status()["world_ns"] + 1).sensor
+    assert (taken["exposure_s"], taken["gain_db"]) == (pytest.approx(0.0025), 6.5)
+    assert sensing.get()["controls"] == rig.create_camera("plain", size=(64, 48)).get()["controls"]
+
+    # And the other way: what the control protocol sets is what programs read.
+    sensing.set(sensor={"exposure_s": 0.02, "gain_db": 12, "flicker_hz": 50, "white_balance": 5000})
+    assert [get(rig, name) for name in ("exposure_auto", "exposure_absolute", "gain", "power_line_frequency",
+                                        "white_balance_temperature_auto", "white_balance_temperature")] == [1, 200, 120, 1, 0, 5000]
+    sensing.set(sensor={"exposure_s": "auto", "white_balance": "auto"})
+    assert [get(rig, name) for name in ("exposure_auto", "exposure_absolute", "white_balance_temperature_auto")] == [3, 200, 1]
+
+
+def test_programs_hear_what_others_do_to_a_sensor(rig, sensing):
+    control = rig.call("server.info")["control"]
+    listener = subprocess.Popen([CAMRIG, "exec", "--control", control, "--", "v4l2-ctl", "-d", DEVICE, "--wait-for-event=ctrl=exposure_absolute"],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    exposures = itertools.cycle((0.003, 0.007))
+
+    def heard():
+        sensing.set(sensor={"exposure_s": next(exposures)})
+        return listener.poll() is not None
+
+    try:
+        wait_until(heard, 30, "a control event")
+        output = listener.stdout.read()
+    finally:
+        listener.kill()
+    assert "exposure_absolute" in output or re.search(r"value: (30|70)\b", output), output
+
+
+def test_a_camera_without_a_sensor_has_no_mains(rig, camera):
+    assert "power_line_frequency" not in v4l2_ctl(rig, "-L")

@@ -28,8 +28,13 @@ std::int32_t whole(double value) {
 
 using Known = CameraControls::Known;
 
+/// Exposure of a sensor in V4L2's unit.
+constexpr double exposure_units_per_s = 1e4;
+constexpr std::int32_t longest_exposure = 100'000;
+
 /// What values of controls come to: a change of the camera, and moves of its head, if it has one.
 struct Change {
+    CameraControls::Manual manual = {};  ///< of its sensor
     std::optional<world::CameraPatch> patch;
     std::optional<camera::PtzMove> turn;   ///< absolute
     std::optional<camera::PtzMove> drive;  ///< continuous
@@ -51,7 +56,26 @@ struct CameraControl {
     /// Of cameras on heads alone: its value at a position.
     std::int32_t (*at)(const camera::PtzPosition& position) = nullptr;
     bool is_of_heads = false;  ///< other cameras do not have it
+    /// Of cameras with a sensor alone: the ends of its range.
+    std::optional<std::pair<std::int32_t, std::int32_t>> range_of_sensors = {};
+    bool is_of_sensors = false;  ///< other cameras do not have it
 };
+
+const sensor::SensorSpec* sensor_of(const Known& known) {
+    const auto& sensor = known.camera.spec()->sensor;
+    return sensor ? &*sensor : nullptr;
+}
+
+/// Changes the sensor of a camera that has one, the image controls of another.
+template <class OfSensor, class OfPicture>
+void change_either(Change& change, OfSensor of_sensor, OfPicture of_picture) {
+    change.camera().change([=](world::CameraSpec& spec) {
+        if (spec.sensor)
+            of_sensor(*spec.sensor);
+        else
+            of_picture(spec.controls);
+    });
+}
 
 const camera::PtzHead* head_of(const Known& known) {
     const auto head = known.camera.head();
@@ -77,13 +101,19 @@ std::pair<std::int32_t, std::int32_t> arcsec_range(double low_deg, double high_d
             static_cast<std::int32_t>(std::floor(high_deg * arcsec_per_deg + 1e-6))};
 }
 
-device::DeviceControl listed_for(const CameraControl& one, const camera::PtzHead* head) {
+device::DeviceControl listed_for(const CameraControl& one, const Known* known) {
     device::DeviceControl control = one.control;
-    if (head && one.range_on) {
-        std::tie(control.minimum, control.maximum) = one.range_on(head->spec());
-        control.default_value = std::clamp(control.default_value, control.minimum, control.maximum);
-    }
+    const camera::PtzHead* const head = known ? head_of(*known) : nullptr;
+    if (head && one.range_on) std::tie(control.minimum, control.maximum) = one.range_on(head->spec());
+    if (known && sensor_of(*known) && one.range_of_sensors)
+        std::tie(control.minimum, control.maximum) = *one.range_of_sensors;
+    control.default_value = std::clamp(control.default_value, control.minimum, control.maximum);
     return control;
+}
+
+bool has_control(const CameraControl& one, const Known* known) {
+    if (one.is_of_heads) return known && head_of(*known);
+    return !one.is_of_sensors || (known && sensor_of(*known));
 }
 
 /// One that stands for a member of the camera's image controls, in steps of 1 / steps_per_unit.
@@ -116,11 +146,79 @@ const std::vector<CameraControl>& camera_controls() {
         image_control<&ImageControls::contrast, 100>({V4L2_CID_CONTRAST, integer, "Contrast", 0, 200, 1, 100, 0, {}}),
         image_control<&ImageControls::saturation, 100>(
             {V4L2_CID_SATURATION, integer, "Saturation", 0, 200, 1, 100, 0, {}}),
-        image_control<&ImageControls::auto_white_balance>(
-            {V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}}),
-        image_control<&ImageControls::gain_db, 10>({V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}}),
-        image_control<&ImageControls::white_balance_k>(
-            {V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}}),
+        {{V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}},
+         [](const Known& known) {
+             const auto* sensor = sensor_of(known);
+             return (sensor ? !sensor->white_balance_k : known.camera.spec()->controls.auto_white_balance) ? 1 : 0;
+         },
+         [](std::int32_t value, const Known&, Change& change) {
+             change_either(
+                 change,
+                 [value, manual_k = change.manual.white_balance_k](sensor::SensorSpec& sensor) {
+                     if (value != 0)
+                         sensor.white_balance_k.reset();
+                     else if (!sensor.white_balance_k)
+                         sensor.white_balance_k = manual_k;
+                 },
+                 [value](ImageControls& controls) { controls.auto_white_balance = value != 0; });
+         }},
+        {.control = {V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}},
+         .read =
+             [](const Known& known) {
+                 const auto* sensor = sensor_of(known);
+                 return whole(10.0 * (sensor ? sensor->gain_db : known.camera.spec()->controls.gain_db));
+             },
+         .write =
+             [](std::int32_t value, const Known&, Change& change) {
+                 change_either(
+                     change, [value](sensor::SensorSpec& sensor) { sensor.gain_db = value / 10.0; },
+                     [value](ImageControls& controls) { controls.gain_db = value / 10.0; });
+             },
+         .range_of_sensors = std::pair(0, 480)},
+        {.control =
+             {V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}},
+         .read =
+             [](const Known& known) {
+                 const auto* sensor = sensor_of(known);
+                 return whole(sensor ? sensor->white_balance_k.value_or(known.manual.white_balance_k)
+                                     : known.camera.spec()->controls.white_balance_k);
+             },
+         .write =
+             [](std::int32_t value, const Known&, Change& change) {
+                 change.manual.white_balance_k = value;
+                 change_either(
+                     change,
+                     [value](sensor::SensorSpec& sensor) {
+                         if (sensor.white_balance_k) sensor.white_balance_k = value;
+                     },
+                     [value](ImageControls& controls) { controls.white_balance_k = value; });
+             },
+         .range_of_sensors = std::pair(2000, 12'000)},
+        {.control = {V4L2_CID_POWER_LINE_FREQUENCY,
+                     menu,
+                     "Power Line Frequency",
+                     V4L2_CID_POWER_LINE_FREQUENCY_DISABLED,
+                     V4L2_CID_POWER_LINE_FREQUENCY_60HZ,
+                     1,
+                     V4L2_CID_POWER_LINE_FREQUENCY_DISABLED,
+                     0,
+                     {"Disabled", "50 Hz", "60 Hz"}},
+         .read =
+             [](const Known& known) {
+                 // Others than these two are said as the nearer one.
+                 const double hz = sensor_of(known) ? sensor_of(known)->flicker_hz : 0.0;
+                 return std::int32_t{hz == 0.0   ? V4L2_CID_POWER_LINE_FREQUENCY_DISABLED
+                                     : hz < 55.0 ? V4L2_CID_POWER_LINE_FREQUENCY_50HZ
+                                                 : V4L2_CID_POWER_LINE_FREQUENCY_60HZ};
+             },
+         .write =
+             [](std::int32_t value, const Known&, Change& change) {
+                 constexpr double hz_of[] = {0.0, 50.0, 60.0};
+                 change_either(
+                     change, [hz = hz_of[value]](sensor::SensorSpec& sensor) { sensor.flicker_hz = hz; },
+                     [](ImageControls&) {});
+             },
+         .is_of_sensors = true},
         {{V4L2_CID_EXPOSURE_AUTO,
           menu,
           "Exposure, Auto",
@@ -131,20 +229,43 @@ const std::vector<CameraControl>& camera_controls() {
           0,
           {"Manual Mode", "", "Aperture Priority Mode"}},
          [](const Known& known) {
-             return known.camera.spec()->controls.auto_exposure ? scene_exposure : manual_exposure;
+             const auto* sensor = sensor_of(known);
+             return (sensor ? !sensor->exposure_s : known.camera.spec()->controls.auto_exposure) ? scene_exposure
+                                                                                                 : manual_exposure;
          },
          [](std::int32_t value, const Known&, Change& change) {
-             change.camera().change(
-                 [value](world::CameraSpec& spec) { spec.controls.auto_exposure = value != manual_exposure; });
+             change_either(
+                 change,
+                 [value, manual_s = change.manual.exposure_s](sensor::SensorSpec& sensor) {
+                     if (value != manual_exposure)
+                         sensor.exposure_s.reset();
+                     else if (!sensor.exposure_s)
+                         sensor.exposure_s = manual_s;
+                 },
+                 [value](ImageControls& controls) { controls.auto_exposure = value != manual_exposure; });
          }},
-        {{V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
-         [](const Known& known) {
-             return std::clamp(whole(usual_exposure * std::exp2(known.camera.spec()->controls.exposure_ev)), 2, 6400);
-         },
-         [](std::int32_t value, const Known&, Change& change) {
-             change.camera().change(
-                 [value](world::CameraSpec& spec) { spec.controls.exposure_ev = std::log2(value / usual_exposure); });
-         }},
+        {.control =
+             {V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
+         .read =
+             [](const Known& known) {
+                 if (const auto* sensor = sensor_of(known))
+                     return std::clamp(
+                         whole(sensor->exposure_s.value_or(known.manual.exposure_s) * exposure_units_per_s), 1,
+                         longest_exposure);
+                 return std::clamp(whole(usual_exposure * std::exp2(known.camera.spec()->controls.exposure_ev)), 2,
+                                   6400);
+             },
+         .write =
+             [](std::int32_t value, const Known&, Change& change) {
+                 change.manual.exposure_s = value / exposure_units_per_s;
+                 change_either(
+                     change,
+                     [exposure_s = change.manual.exposure_s](sensor::SensorSpec& sensor) {
+                         if (sensor.exposure_s) sensor.exposure_s = exposure_s;
+                     },
+                     [value](ImageControls& controls) { controls.exposure_ev = std::log2(value / usual_exposure); });
+             },
+         .range_of_sensors = std::pair(1, longest_exposure)},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
          [](const Known& known) {
              return whole(-camera::angles_of(known.camera.spec()->pose.orientation).pan * arcsec_per_rad);
@@ -222,10 +343,10 @@ void CameraControls::on_change(Changed changed) {
 
 std::vector<device::DeviceControl> CameraControls::list(std::string_view camera) {
     const auto found = known(camera);
-    const auto* head = found ? head_of(*found) : nullptr;
+    const Known* const camera_known = found ? &*found : nullptr;
     std::vector<device::DeviceControl> controls;
     for (const CameraControl& one : camera_controls())
-        if (head || !one.is_of_heads) controls.push_back(listed_for(one, head));
+        if (has_control(one, camera_known)) controls.push_back(listed_for(one, camera_known));
     if (found && has_error_controls(*found)) std::ranges::move(error_controls(), std::back_inserter(controls));
     return controls;
 }
@@ -246,7 +367,7 @@ Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t 
     if (!control) return error(ErrorKind::not_found, "no such control");
     const auto found = known(camera);
     if (!found) return error(ErrorKind::unavailable, not_told);
-    const device::DeviceControl listed = listed_for(*control, head_of(*found));
+    const device::DeviceControl listed = listed_for(*control, &*found);
     return std::clamp(read(*control, *found), listed.minimum, listed.maximum);
 }
 
@@ -255,7 +376,7 @@ void CameraControls::ask(std::string_view camera, std::uint32_t id, std::functio
     const auto found = known(camera);
     if (!control || !control->at || !found || !head_of(*found)) return done(get(camera, id));
     commands_.post(engine::Request<engine::GetPtz>{{std::string(camera)},
-                                                   [control, listed = listed_for(*control, head_of(*found)),
+                                                   [control, listed = listed_for(*control, &*found),
                                                     done = std::move(done)](const Result<engine::PtzReply>& reply) {
                                                        if (!reply) return done(std::unexpected(reply.error()));
                                                        done(std::clamp(control->at(reply->status.position),
@@ -269,7 +390,7 @@ void CameraControls::set(std::string_view camera, std::span<const device::Device
     if (!before) return done(error(ErrorKind::unavailable, not_told));
     if (std::ranges::any_of(values, is_error_control, &device::DeviceControlValue::id))
         return set_errors(std::string(camera), values, std::move(done));
-    Change change;
+    Change change{.manual = before->manual, .patch = {}, .turn = {}, .drive = {}};
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
         if (!control) return done(error(ErrorKind::not_found, "no such control"));
@@ -281,6 +402,7 @@ void CameraControls::set(std::string_view camera, std::span<const device::Device
     {
         std::lock_guard lock(mutex_);
         being_set_[name].insert(ids.begin(), ids.end());
+        if (const auto there = known_.find(name); there != known_.end()) there->second.manual = change.manual;
     }
     // They go into the engine's queue one after the other; the last one's answer is the state after all of them.
     auto first_error = std::make_shared<std::optional<Error>>();
@@ -362,8 +484,13 @@ void CameraControls::forget(const std::string& camera) {
 void CameraControls::told(const engine::CameraReply& report) {
     std::lock_guard lock(mutex_);
     const std::string& name = report.camera.spec()->name;
-    const Known now{report.camera, report.now.head};
+    Known now{report.camera, report.now.head};
     const auto before = known_.find(name);
+    if (before != known_.end()) now.manual = before->second.manual;
+    if (const auto* sensor = sensor_of(now)) {
+        now.manual.exposure_s = sensor->exposure_s.value_or(now.manual.exposure_s);
+        now.manual.white_balance_k = sensor->white_balance_k.value_or(now.manual.white_balance_k);
+    }
     const auto setting = being_set_.find(name);
     std::vector<std::uint32_t> ids;
     if (before != known_.end())

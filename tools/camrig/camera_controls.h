@@ -19,7 +19,8 @@ namespace camrig::cli {
 /// are those of the latest state that was told. Pan and tilt are the camera's in the world (0: along +x, level), pan to
 /// the right and tilt up, in arc seconds; zoom is in percent of the camera's optics. Of a camera on a head they are the
 /// head's, and speeds of pan and tilt come with it: who asks is told where it believes to be at that time, who hears of
-/// changes where they bring it. See docs/devices.md for the others.
+/// changes where they bring it. Exposure, gain and white balance of a camera with a sensor are the sensor's, of another
+/// those of its finished picture. See docs/devices.md for the others.
 ///
 /// list, get, ask, set: the device server's thread. refresh, forget: the engine's thread (bus observers). Answers come
 /// on the engine's thread.
@@ -43,10 +44,16 @@ public:
     void refresh(const std::string& camera);
     void forget(const std::string& camera);
 
+    /// Settings of a sensor that stand aside while their automatic is on; they come back when it is switched off.
+    struct Manual {
+        double exposure_s = 0.01;
+        double white_balance_k = 6500.0;
+    };
     /// What the latest answer told of a camera.
     struct Known {
         world::Camera camera;
         std::optional<camera::PtzStatus> head;  ///< as it was then
+        Manual manual = {};
     };
 
 private:

@@ -35,6 +35,7 @@ void add_manual_commands(CLI::App& app, CliContext& context);
 void add_stats_command(CLI::App& app, CliContext& context);
 void add_protocol_commands(CLI::App& app, CliContext& context);
 void add_probe_command(CLI::App& app, CliContext& context);
+void add_sensor_command(CLI::App& app, CliContext& context);
 void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 /// `NAME ...` is a module of the Python package.

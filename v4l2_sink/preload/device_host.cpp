@@ -7,14 +7,21 @@
 #include <linux/videodev2.h>
 #include <sys/socket.h>
 
+#include "v4l2_sink/preload/number_fourccs.h"
+
 namespace camrig::device {
 
 namespace {
 
 bool offered(const camrig_description& d, const camrig_format& f) {
     bool format = false, size = false, rate = false;
-    for (std::uint32_t i = 0; i < d.format_count; ++i) format = format || d.fourcc[i] == f.fourcc;
-    for (std::uint32_t i = 0; i < d.size_count; ++i) size = size || (d.width[i] == f.width && d.height[i] == f.height);
+    std::uint32_t sizes = d.size_count;
+    for (std::uint32_t i = 0; i < d.format_count; ++i) {
+        if (d.fourcc[i] != f.fourcc) continue;
+        format = true;
+        if ((d.one_size_mask >> i & 1u) != 0) sizes = 1;
+    }
+    for (std::uint32_t i = 0; i < sizes; ++i) size = size || (d.width[i] == f.width && d.height[i] == f.height);
     for (std::uint32_t i = 0; i < d.rate_count; ++i)
         rate = rate || (d.rate[i].num == f.rate.num && d.rate[i].den == f.rate.den);
     return format && size && rate;
@@ -158,7 +165,11 @@ int DeviceHost::describe(DeviceSession& session, const DeviceState& device, int 
     copy_text(d.card, device.camera);
     copy_text(d.bus_info, "platform:camrig-" + std::to_string(number));
     const DeviceModes modes = modes_of(*camera);
-    for (const std::uint32_t fourcc : device_fourccs) d.fourcc[d.format_count++] = fourcc;
+    for (const std::uint32_t fourcc : modes.fourccs) {
+        if (d.format_count == camrig_max_formats) break;
+        if (number_fourcc(fourcc) != nullptr) d.one_size_mask |= 1u << d.format_count;
+        d.fourcc[d.format_count++] = fourcc;
+    }
     for (const ImageSize size : modes.sizes) {
         if (d.size_count == camrig_max_sizes) break;
         d.width[d.size_count] = static_cast<std::uint32_t>(size.width);

@@ -18,7 +18,7 @@
 
 #include <stdint.h>
 
-#define CAMRIG_DEVICE_PROTOCOL 3u
+#define CAMRIG_DEVICE_PROTOCOL 4u
 
 enum {
     camrig_max_formats = 8,
@@ -131,6 +131,8 @@ struct camrig_description {
     char card[32];
     char bus_info[32];
     uint32_t format_count, size_count, rate_count, control_count;
+    uint32_t one_size_mask;  // bit n set: format n comes in the first size alone
+    uint32_t pad_;
     uint32_t fourcc[camrig_max_formats];
     uint32_t width[camrig_max_sizes], height[camrig_max_sizes];
     struct camrig_rate rate[camrig_max_rates];

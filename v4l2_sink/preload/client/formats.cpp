@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "v4l2_sink/preload/client/device.h"
+#include "v4l2_sink/preload/number_fourccs.h"
 
 namespace camrig::device {
 
@@ -38,27 +39,33 @@ uint32_t bytes_per_line(uint32_t fourcc, uint32_t width) {
         case V4L2_PIX_FMT_MJPEG:
             return 0;
         default:
+            if (const NumberFourcc* const numbers = number_fourcc(fourcc)) return bytes_a_number(*numbers) * width;
             return width;  // of the luma plane
     }
 }
 
-bool has_format(const camrig_description& d, uint32_t fourcc) {
+/// In how many of the listed sizes a format comes; 0: it is not there.
+uint32_t sizes_of(const camrig_description& d, uint32_t fourcc) {
     for (uint32_t i = 0; i < d.format_count; ++i)
-        if (d.fourcc[i] == fourcc) return true;
-    return false;
+        if (d.fourcc[i] == fourcc) return (d.one_size_mask >> i & 1u) != 0 ? 1 : d.size_count;
+    return 0;
 }
 
-bool has_size(const camrig_description& d, uint32_t width, uint32_t height) {
-    for (uint32_t i = 0; i < d.size_count; ++i)
+bool has_format(const camrig_description& d, uint32_t fourcc) {
+    return sizes_of(d, fourcc) > 0;
+}
+
+bool has_size(const camrig_description& d, uint32_t fourcc, uint32_t width, uint32_t height) {
+    for (uint32_t i = 0; i < sizes_of(d, fourcc); ++i)
         if (d.width[i] == width && d.height[i] == height) return true;
     return false;
 }
 
 /// The listed size with the most similar area overlap, as the UVC driver chooses it.
-uint32_t nearest_size(const camrig_description& d, uint32_t width, uint32_t height) {
+uint32_t nearest_size(const camrig_description& d, uint32_t fourcc, uint32_t width, uint32_t height) {
     uint32_t best = 0;
     uint64_t best_distance = UINT64_MAX;
-    for (uint32_t i = 0; i < d.size_count; ++i) {
+    for (uint32_t i = 0; i < sizes_of(d, fourcc); ++i) {
         const uint64_t common =
             uint64_t{d.width[i] < width ? d.width[i] : width} * (d.height[i] < height ? d.height[i] : height);
         const uint64_t distance = uint64_t{d.width[i]} * d.height[i] + uint64_t{width} * height - 2 * common;
@@ -89,6 +96,11 @@ void fill_pixels(v4l2_format& format, const camrig_format& wanted) {
     pixels.ycbcr_enc = V4L2_YCBCR_ENC_601;
     pixels.quantization = jpeg || rgb ? V4L2_QUANTIZATION_FULL_RANGE : V4L2_QUANTIZATION_LIM_RANGE;
     pixels.xfer_func = V4L2_XFER_FUNC_SRGB;
+    if (number_fourcc(wanted.fourcc) == nullptr) return;
+    pixels.colorspace = V4L2_COLORSPACE_RAW;
+    pixels.ycbcr_enc = V4L2_YCBCR_ENC_DEFAULT;
+    pixels.quantization = V4L2_QUANTIZATION_FULL_RANGE;
+    pixels.xfer_func = V4L2_XFER_FUNC_NONE;
 }
 
 /// What the device would make of a requested format.
@@ -99,7 +111,7 @@ camrig_format adjusted(const Device& device, const v4l2_format& requested) {
         result.fourcc = pixels.pixelformat;
     else
         result.fourcc = device.description.fourcc[0];
-    const uint32_t size = nearest_size(device.description, pixels.width, pixels.height);
+    const uint32_t size = nearest_size(device.description, result.fourcc, pixels.width, pixels.height);
     result.width = device.description.width[size];
     result.height = device.description.height[size];
     return result;
@@ -113,8 +125,8 @@ int refresh_format(Device& device) {
     camrig_reply reply;
     if (const int problem = transact(device, request, reply, nullptr)) return problem;
     const camrig_format& format = reply.u.format;
-    if (has_format(device.description, format.fourcc) && has_size(device.description, format.width, format.height) &&
-        format.rate.num > 0 && format.rate.den > 0)
+    if (has_size(device.description, format.fourcc, format.width, format.height) && format.rate.num > 0 &&
+        format.rate.den > 0)
         device.format = format;
     return 0;
 }
@@ -151,6 +163,7 @@ uint32_t image_bytes(uint32_t fourcc, uint32_t width, uint32_t height) {
         case V4L2_PIX_FMT_MJPEG:
             return 2 * pixels + page_bytes;  // more than libjpeg ever makes of noise at q 90
         default:
+            if (const NumberFourcc* const numbers = number_fourcc(fourcc)) return bytes_a_number(*numbers) * pixels;
             return pixels + 2 * ((width + 1) / 2) * ((height + 1) / 2);
     }
 }
@@ -180,12 +193,14 @@ int enum_format(Device& device, v4l2_fmtdesc& desc) {
     if (desc.pixelformat == V4L2_PIX_FMT_MJPEG) desc.flags = V4L2_FMT_FLAG_COMPRESSED;
     for (const FormatName& entry : format_names)
         if (entry.fourcc == desc.pixelformat) copy_text(desc.description, sizeof desc.description, entry.name);
+    if (const NumberFourcc* const numbers = number_fourcc(desc.pixelformat))
+        copy_text(desc.description, sizeof desc.description, numbers->name);
     return 0;
 }
 
 int enum_frame_size(Device& device, v4l2_frmsizeenum& size) {
     const uint32_t index = size.index, fourcc = size.pixel_format;
-    if (!has_format(device.description, fourcc) || index >= device.description.size_count) return EINVAL;
+    if (index >= sizes_of(device.description, fourcc)) return EINVAL;
     memset(&size, 0, sizeof size);
     size.index = index;
     size.pixel_format = fourcc;
@@ -197,8 +212,8 @@ int enum_frame_size(Device& device, v4l2_frmsizeenum& size) {
 
 int enum_frame_interval(Device& device, v4l2_frmivalenum& interval) {
     const v4l2_frmivalenum asked = interval;
-    if (!has_format(device.description, asked.pixel_format) ||
-        !has_size(device.description, asked.width, asked.height) || asked.index >= device.description.rate_count)
+    if (!has_size(device.description, asked.pixel_format, asked.width, asked.height) ||
+        asked.index >= device.description.rate_count)
         return EINVAL;
     memset(&interval, 0, sizeof interval);
     interval.index = asked.index;
