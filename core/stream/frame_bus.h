@@ -29,8 +29,8 @@ struct CameraStream {
     ImageSize size;
     Rate rate;
     std::vector<OutputSpec> outputs = {};       ///< what its user wishes; each family of sinks looks for its own
-    fault::Standing standing = {};              ///< how it fails for those who come
     std::optional<SensorNumbers> numbers = {};  ///< nullopt: it has no sensor
+    fault::Standing standing = {};              ///< how it fails for those who come
 };
 
 struct SubscribeOptions {
