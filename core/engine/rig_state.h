@@ -25,6 +25,7 @@ struct RigState {
     world::SceneRef scene;
     std::uint64_t seed = 0;
     CameraTable cameras;
+    std::vector<world::CameraMove> camera_moves;  ///< of events, still to come
     Schedule schedule;
     WorldClock clock;
     /// Lockstep: the instant drawn ahead while the previous one is delivered; the world has already advanced to it.
@@ -40,6 +41,9 @@ struct RigState {
     void show(CameraEntry& entry, std::int64_t sequence, const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
               const std::shared_ptr<const world::WorldPast>& past);
     render::View view_of(const CameraEntry& entry, const LatestDue& latest) const;
+    /// The view with what comes until the camera's next frame, for optical flow. unavailable: other things have come
+    /// since, and are not kept.
+    Result<void> look_ahead(const CameraEntry& entry, const LatestDue& latest, render::View& view) const;
     /// The colour picture of the camera's latest frame that comes: its own, or one that it shows again.
     DueViews picture_of(const CameraEntry& entry) const;
     /// `wanted`, with rgba8 in place of those that the renderer does not make of this view.
