@@ -42,16 +42,19 @@ FieldOf<NetworkQuestion> ground_at(Field field) {
 }
 
 std::vector<FieldOf<NetworkQuestion>> network_fields() {
-    return {names_at<&NetworkQuestion::cameras>({.name = "cameras", .doc = "their names; left out: all"}),
-            names_at<&NetworkQuestion::classes>(
-                {.name = "classes", .doc = "only objects of these classes, as `person`; left out: of all"}),
-            ground_at<&truth::GroundGrid::cell_m>(
-                {.name = "cell_m", .doc = "side of the squares in which ground is counted", .min = 0.05, .max = 10.0}),
-            ground_at<&truth::GroundGrid::range_m>({.name = "range_m",
-                                                    .doc = "so far from a camera, along x and y, ground counts",
-                                                    .min = 1.0,
-                                                    .max = 1000.0}),
-            ground_at<&truth::GroundGrid::height_m>({.name = "ground_z", .doc = "height of the ground"})};
+    return {
+        names_at<&NetworkQuestion::cameras>({.name = "cameras", .doc = "their names; left out: all"}),
+        names_at<&NetworkQuestion::classes>(
+            {.name = "classes", .doc = "only objects of these classes, as `person`; left out: of all"}),
+        ground_at<&truth::GroundGrid::cell_m>({.name = "cell_m",
+                                               .doc = "side of the squares in which ground is counted",
+                                               .fallback = "0.5",
+                                               .range = {.min = 0.05, .max = 10.0}}),
+        ground_at<&truth::GroundGrid::range_m>({.name = "range_m",
+                                                .doc = "so far from a camera, along x and y, ground counts",
+                                                .fallback = "30",
+                                                .range = {.min = 1.0, .max = 1000.0}}),
+        ground_at<&truth::GroundGrid::height_m>({.name = "ground_z", .doc = "height of the ground", .fallback = "0"})};
 }
 
 /// Asks for the truth of one camera after the other, all of one instant.
@@ -200,8 +203,8 @@ std::vector<Method> truth_methods(RpcContext& context) {
                "for two cameras that share anything: cameras, objects (how many both see), object_share, "
                "ground_m2 (that both see) and ground_share; shares are of what one of them sees at least"}},
          .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
-         .handler = [&context](const nlohmann::json& params,
-                               RpcReply done) { get_network(context, params, std::move(done)); },
+         .handler = [&context](const nlohmann::json& asked,
+                               RpcReply done) { get_network(context, asked, std::move(done)); },
          .example = R"({"cameras": ["lobby", "gate"], "classes": ["person"]})",
          .only_looks = true}};
 }

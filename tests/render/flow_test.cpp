@@ -43,6 +43,11 @@ std::vector<glm::dvec3> placed(const world::Instance& instance, int node, const 
     return points;
 }
 
+/// What is so is in no picture but colour.
+bool is_blended(const world::Model& model, const world::Primitive& primitive) {
+    return model.materials[static_cast<std::size_t>(primitive.material)].alpha_mode == world::AlphaMode::blend;
+}
+
 /// Of what is there at both times.
 std::vector<Triangle> triangles_of(const world::Snapshot& now, const world::Snapshot& then) {
     std::vector<Triangle> all;
@@ -55,6 +60,7 @@ std::vector<Triangle> triangles_of(const world::Snapshot& now, const world::Snap
                 if (model.nodes[static_cast<std::size_t>(node)].mesh < 0) continue;
                 const auto mesh = static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].mesh);
                 for (const world::Primitive& primitive : model.meshes[mesh].primitives) {
+                    if (is_blended(model, primitive)) continue;
                     const auto from = placed(a, node, primitive), to = placed(*b, node, primitive);
                     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
                         Triangle& one = all.emplace_back(Triangle{.object = a.info->id});
