@@ -49,11 +49,11 @@ std::vector<FieldOf<NetworkQuestion>> network_fields() {
         ground_at<&truth::GroundGrid::cell_m>({.name = "cell_m",
                                                .doc = "side of the squares in which ground is counted",
                                                .fallback = "0.5",
-                                               .range = {.min = 0.05, .max = 10.0}}),
+                                               .range = {0.05, 10.0}}),
         ground_at<&truth::GroundGrid::range_m>({.name = "range_m",
                                                 .doc = "so far from a camera, along x and y, ground counts",
                                                 .fallback = "30",
-                                                .range = {.min = 1.0, .max = 1000.0}}),
+                                                .range = {1.0, 1000.0}}),
         ground_at<&truth::GroundGrid::height_m>({.name = "ground_z", .doc = "height of the ground", .fallback = "0"})};
 }
 
