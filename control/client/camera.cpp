@@ -66,6 +66,13 @@ Frame Camera::depth(std::int64_t min_ns) const {
     return frame(request);
 }
 
+Frame Camera::flow(std::int64_t min_ns) const {
+    FrameRequest request;
+    request.kind = "flow";
+    request.min_ns = min_ns;
+    return frame(request);
+}
+
 Frame Camera::instances(std::int64_t min_ns) const {
     FrameRequest request;
     request.kind = "instance";

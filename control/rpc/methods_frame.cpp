@@ -138,6 +138,8 @@ void get(RpcContext& context, const json& params, RpcReply done) {
                 keys.fail("pixels", "only raw pictures of colour have a choice");
             if (asked.kind == frame::FrameKind::sensor && asked.format != codec::Codec::raw)
                 keys.fail("format", "numbers of a sensor come raw only");
+            if (asked.kind == frame::FrameKind::flow && asked.format != codec::Codec::raw)
+                keys.fail("format", "flow comes raw only");
             if (keys.has("min_ns") && asked.now) keys.fail("now", "give either min_ns or now");
         });
     if (!question) return done(std::unexpected(question.error()));
@@ -178,35 +180,37 @@ void get(RpcContext& context, const json& params, RpcReply done) {
 
 std::vector<Method> frame_methods(RpcContext& context) {
     using enum ErrorKind;
-    return {{.name = "frame.get",
-             .summary =
-                 "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
-                 "without padding, in the layout that `pixels` names.",
-             .params = descriptions_of(question_fields()),
-             .result =
-                 {{"camera", "string", "its name"},
-                  {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
-                  time_field,
-                  monotonic_field,
-                  stamp_field,
-                  steady_field,
-                  {"size", "[width, height]", "size of the picture", false, "px"},
-                  {"kind", "string", "as asked"},
-                  {"format", "string", "as asked"},
-                  {"pixels", "string",
-                   "raw only: that of colour as asked, `depth32f`, `id32` or `normal32f`; of a sensor 16-bit numbers: "
-                   "`gray16`, of a mosaic `bayer_rggb16`, `bayer_grbg16`, `bayer_gbrg16` or `bayer_bggr16`, of "
-                   "filter rgb three planes, `rgb16_planes`; little-endian"},
-                  {"sensor", "object or null",
-                   "of a camera with a sensor: how it took the picture: exposure_s, gain_db, "
-                   "electrons_per_number, black_level, bits, red_gain, green_gain, blue_gain, metered, settled"},
-                  {"encoding", "string", "as asked"},
-                  {"bytes", "integer", "how many they are; with encoding `bytes` they follow the line"},
-                  {"data", "string", "with encoding `base64`: the bytes"}},
-             .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
-             .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
-             .example = R"({"camera": "lobby", "format": "png"})",
-             .only_looks = true}};
+    return {
+        {.name = "frame.get",
+         .summary =
+             "The camera's latest due frame; drawn now if nobody was watching. Raw pictures are rows from the top "
+             "without padding, in the layout that `pixels` names.",
+         .params = descriptions_of(question_fields()),
+         .result =
+             {{"camera", "string", "its name"},
+              {"sequence", "integer", "number of the frame; a gap is a dropped frame"},
+              time_field,
+              monotonic_field,
+              stamp_field,
+              steady_field,
+              {"size", "[width, height]", "size of the picture", false, "px"},
+              {"kind", "string", "as asked"},
+              {"format", "string", "as asked"},
+              {"pixels", "string",
+               "raw only: that of colour as asked, `depth32f`, `id32`, `normal32f` or `flow32f` (two floats: pixels to "
+               "the right and down until the camera's next frame); of a sensor 16-bit numbers: "
+               "`gray16`, of a mosaic `bayer_rggb16`, `bayer_grbg16`, `bayer_gbrg16` or `bayer_bggr16`, of "
+               "filter rgb three planes, `rgb16_planes`; little-endian"},
+              {"sensor", "object or null",
+               "of a camera with a sensor: how it took the picture: exposure_s, gain_db, "
+               "electrons_per_number, black_level, bits, red_gain, green_gain, blue_gain, metered, settled"},
+              {"encoding", "string", "as asked"},
+              {"bytes", "integer", "how many they are; with encoding `bytes` they follow the line"},
+              {"data", "string", "with encoding `base64`: the bytes"}},
+         .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
+         .handler = [&context](const json& params, RpcReply done) { get(context, params, std::move(done)); },
+         .example = R"({"camera": "lobby", "format": "png"})",
+         .only_looks = true}};
 }
 
 }  // namespace camrig::control

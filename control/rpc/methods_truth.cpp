@@ -1,8 +1,130 @@
+#include <algorithm>
+
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
+#include "core/truth/network.h"
 #include "core/truth/truth_json.h"
 
 namespace camrig::control {
+
+namespace {
+
+constexpr std::size_t max_names = 256;
+
+/// What truth.network is asked.
+struct NetworkQuestion {
+    std::vector<std::string> cameras;
+    std::vector<std::string> classes;
+    truth::GroundGrid ground;
+};
+
+template <auto member>
+auto names_at(Field field) {
+    field.type = "array of strings";
+    return world::entry_by<member>(std::move(field), [](JsonReader& reader, std::string_view key, auto& out) {
+        for (const nlohmann::json& item : reader.array(key, max_names)) {
+            if (!item.is_string()) return reader.fail(key, "has an item that is no string");
+            out.push_back(item);
+        }
+    });
+}
+
+template <double truth::GroundGrid::* member>
+FieldOf<NetworkQuestion> ground_at(Field field) {
+    field.type = "number";
+    field.unit = "m";
+    FieldOf<NetworkQuestion> entry{.field = field};
+    entry.read = [field](JsonReader& reader, Changes<NetworkQuestion>& changes) {
+        if (const auto value = read_value<double>(reader, field))
+            changes.change([value](NetworkQuestion& question) { question.ground.*member = *value; });
+    };
+    return entry;
+}
+
+std::vector<FieldOf<NetworkQuestion>> network_fields() {
+    return {
+        names_at<&NetworkQuestion::cameras>({.name = "cameras", .doc = "their names; left out: all"}),
+        names_at<&NetworkQuestion::classes>(
+            {.name = "classes", .doc = "only objects of these classes, as `person`; left out: of all"}),
+        ground_at<&truth::GroundGrid::cell_m>({.name = "cell_m",
+                                               .doc = "side of the squares in which ground is counted",
+                                               .fallback = "0.5",
+                                               .range = {0.05, 10.0}}),
+        ground_at<&truth::GroundGrid::range_m>({.name = "range_m",
+                                                .doc = "so far from a camera, along x and y, ground counts",
+                                                .fallback = "30",
+                                                .range = {1.0, 1000.0}}),
+        ground_at<&truth::GroundGrid::height_m>({.name = "ground_z", .doc = "height of the ground", .fallback = "0"})};
+}
+
+/// Asks for the truth of one camera after the other, all of one instant.
+class NetworkQuest : public std::enable_shared_from_this<NetworkQuest> {
+public:
+    NetworkQuest(RpcContext& context, NetworkQuestion question, RpcReply done)
+        : context_(context), question_(std::move(question)), done_(std::move(done)) {}
+
+    void begin() {
+        ask(engine::GetInstant{}, [this](auto instant) {
+            instant_ = std::move(instant);
+            if (!question_.cameras.empty()) return next();
+            ask(engine::ListCameras{}, [this](const auto& cameras) {
+                for (const engine::CameraReply& camera : cameras)
+                    question_.cameras.push_back(camera.camera.spec()->name);
+                next();
+            });
+        });
+    }
+
+private:
+    template <typename C, typename Then>
+    void ask(C command, Then then) {
+        context_.commands.post(engine::Request<C>{std::move(command), [self = shared_from_this(), then](auto reply) {
+                                                      if (!reply) return self->done_(std::unexpected(reply.error()));
+                                                      then(std::move(*reply));
+                                                  }});
+    }
+    void next() {
+        if (truths_.size() == question_.cameras.size()) return answer();
+        ask(engine::GetTruth{question_.cameras[truths_.size()], 0, instant_, question_.ground}, [this](auto truth) {
+            truths_.push_back(std::move(truth));
+            next();
+        });
+    }
+    void answer() {
+        std::function<void()> job = [self = shared_from_this()] {
+            self->done_(unless_out_of_memory([&] {
+                return RpcResult(
+                    network_to_json(network_of(self->truths_, self->question_.ground, self->question_.classes)));
+            }));
+        };
+        if (!context_.replies->post(std::move(job))) job();
+    }
+
+    RpcContext& context_;
+    NetworkQuestion question_;
+    RpcReply done_;
+    std::shared_ptr<const engine::HeldInstant> instant_;
+    std::vector<truth::TruthRef> truths_;
+};
+
+void get_network(RpcContext& context, const nlohmann::json& params, RpcReply done) {
+    JsonReader reader(params, "");
+    auto question =
+        read_all<NetworkQuestion>(network_fields(), reader, [](const NetworkQuestion& asked, JsonReader& keys) {
+            std::vector<std::string> names = asked.cameras;
+            std::ranges::sort(names);
+            if (std::ranges::adjacent_find(names) != names.end()) keys.fail("cameras", "names one of them twice");
+            const double side = 2.0 * asked.ground.range_m / asked.ground.cell_m;
+            if (side * side > truth::max_ground_cells)
+                keys.fail("range_m", "is too far for squares so small: at most " +
+                                         std::to_string(truth::max_ground_cells) +
+                                         " of them a camera, (2 range_m / cell_m) squared");
+        });
+    if (!question) return done(std::unexpected(question.error()));
+    std::make_shared<NetworkQuest>(context, std::move(*question), std::move(done))->begin();
+}
+
+}  // namespace
 
 std::vector<Method> truth_methods(RpcContext& context) {
     using enum ErrorKind;
@@ -63,6 +185,27 @@ std::vector<Method> truth_methods(RpcContext& context) {
          .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
          .handler = handler_of(context, params, [](const truth::TruthRef& truth) { return truth_to_json(*truth); }),
          .example = R"({"camera": "lobby"})",
+         .only_looks = true},
+        {.name = "truth.network",
+         .summary =
+             "Who sees whom: what each camera sees of each object at one instant, that of the world's last step, "
+             "and what cameras share. The same truth as truth.get.",
+         .params = descriptions_of(network_fields()),
+         .result =
+             {{"time_ns", "integer", "world time of the instant", false, "ns"},
+              {"cameras", "array of objects",
+               "name, position, objects (how many it sees) and ground_m2 (how much ground)"},
+              {"objects", "array of objects",
+               "those that a camera sees: id, name, class, position, and seen_by, for each camera that sees it: "
+               "camera, pixels, visible_fraction, truncated, box, azimuth_deg (of the camera around the object: 0 "
+               "before its front, positive to its left), elevation_deg and distance_m"},
+              {"overlaps", "array of objects",
+               "for two cameras that share anything: cameras, objects (how many both see), object_share, "
+               "ground_m2 (that both see) and ground_share; shares are of what one of them sees at least"}},
+         .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
+         .handler = [&context](const nlohmann::json& asked,
+                               RpcReply done) { get_network(context, asked, std::move(done)); },
+         .example = R"({"cameras": ["lobby", "gate"], "classes": ["person"]})",
          .only_looks = true}};
 }
 

@@ -62,6 +62,10 @@ std::function<Result<std::string>(const frame::Frame&)> maker(Session& session, 
         case frame::FrameKind::depth:
             return [depth, intrinsics = now.state_of(camera).intrinsics, lens = camera.camera.spec()->lens](
                        const frame::Frame& metres) { return depth_array(metres, depth, intrinsics, lens); };
+        case frame::FrameKind::flow:
+            return [type](const frame::Frame& flow) -> Result<std::string> {
+                return type == FileType::npy ? flow_array(flow) : encode_picture(*shown_flow(flow), type);
+            };
         default:
             return [type](const frame::Frame& rgba) { return encode_picture(rgba, type); };
     }
@@ -110,6 +114,9 @@ Awaited mask(Session& session, Arguments arguments) {
 Awaited normal(Session& session, Arguments arguments) {
     return picture(session, arguments, frame::FrameKind::normal, {});
 }
+Awaited flow(Session& session, Arguments arguments) {
+    return picture(session, arguments, frame::FrameKind::flow, {});
+}
 Awaited depth(Session& session, Arguments arguments) {
     return picture(session, arguments, frame::FrameKind::depth, session.door().depth);
 }
@@ -128,6 +135,8 @@ std::span<const Command> picture_commands() {
         Command{"vget /camera/[uint]/seg [str]", "The same as object_mask", mask},
         Command{"vget /camera/[uint]/normal [str]", "Normals in the world, (n + 1) / 2", normal},
         Command{"vget /camera/[uint]/normal", "The same as a file with a number", normal},
+        Command{"vget /camera/[uint]/optical_flow [str]", "Optical flow: npy, or its way as a colour", flow},
+        Command{"vget /camera/[uint]/optical_flow", "The same as a file with a number", flow},
         Command{"vget /camera/[uint]/depth [str]", "Depth: npy or a file name", depth},
         Command{"vget /camera/[uint]/depth", "The same as a file with a number", depth},
         Command{"vget /camera/[uint]/plane_depth [str]", "Depth along the axis, metres", plane_depth}};

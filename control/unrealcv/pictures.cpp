@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "core/camera/lens_map.h"
 #include "core/codec/encoder.h"
@@ -122,6 +123,30 @@ frame::FrameRef shown_normals(const frame::Frame& normals, const glm::dmat3& wor
                 static_cast<std::uint8_t>(std::clamp(std::floor((mirrored[c] + 1.0) * 127.5 + 0.5), 0.0, 255.0));
     }
     return shown;
+}
+
+frame::FrameRef shown_flow(const frame::Frame& flow) {
+    const auto shown = blank(flow);
+    const auto* in = reinterpret_cast<const float*>(flow.bytes().data());
+    auto* out = reinterpret_cast<std::uint8_t*>(shown->mutable_bytes().data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(flow.info().size.pixels()); ++i) {
+        const float right = in[2 * i], down = in[2 * i + 1];
+        const float strength = std::min(1.0f, std::hypot(right, down) / full_flow_px);
+        // Sixths of a turn; each channel is on for two of them about its own hue and ramps beside.
+        const float hue = std::atan2(down, right) * static_cast<float>(3.0 / std::numbers::pi) + 6.0f;
+        for (int c = 0; c < 3; ++c) {
+            const float apart = std::abs(std::remainder(hue - 2.0f * static_cast<float>(c), 6.0f));
+            const float value = strength * std::clamp(2.0f - apart, 0.0f, 1.0f);
+            out[4 * i + static_cast<std::size_t>(c)] =
+                std::isnan(value) ? std::uint8_t{0} : static_cast<std::uint8_t>(255.0f * value + 0.5f);
+        }
+    }
+    return shown;
+}
+
+std::string flow_array(const frame::Frame& flow) {
+    std::string out = npy_head("<f4", shape_of(flow.info().size) + ", 2");
+    return out.append(reinterpret_cast<const char*>(flow.bytes().data()), flow.bytes().size());
 }
 
 Result<std::string> depth_array(const frame::Frame& depth, Depth how, const camera::Intrinsics& intrinsics,

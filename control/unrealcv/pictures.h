@@ -26,6 +26,13 @@ frame::FrameRef mask_of(const frame::Frame& ids, const Colors& colors);
 /// Normals of the optical frame as UnrealCV shows them: in the world, left-handed, (n + 1) / 2 in red, green and blue.
 frame::FrameRef shown_normals(const frame::Frame& normals, const glm::dmat3& world_from_optical);
 
+/// Optical flow as a colour wheel: the hue is the way (red to the right, then by yellow down), full at
+/// full_flow_px, black where nothing is.
+frame::FrameRef shown_flow(const frame::Frame& flow);
+inline constexpr float full_flow_px = 20.0f;
+/// float32 of height x width x 2, pixels until the camera's next frame; NaN where nothing is.
+std::string flow_array(const frame::Frame& flow);
+
 enum class Depth : std::uint8_t {
     plane_cm,  ///< along the optical axis, centimetres: the plugin's of Unreal Engine 4.27 and 5
     plane_m,   ///< the same in metres: `plane_depth` of 0.3.10

@@ -13,6 +13,7 @@
 #include "core/base/time.h"
 #include "core/stream/frame_bus.h"
 #include "core/stream/statistics.h"
+#include "core/truth/ground.h"
 #include "core/truth/truth.h"
 #include "core/world/camera.h"
 #include "core/world/scene.h"
@@ -275,6 +276,9 @@ struct GetTruth {
     using Reply = truth::TruthRef;
     std::string camera;
     TimeNs min_ns = 0;
+    /// Of what the camera would show at an instant that is held; null: of its latest due frame.
+    std::shared_ptr<const HeldInstant> instant = {};
+    std::optional<truth::GroundGrid> ground = {};  ///< which of it is seen; nullopt: nobody asks
 };
 
 /// A command. `done` is called exactly once and must not block: on the engine's thread or, refused, from within post().

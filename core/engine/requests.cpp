@@ -30,7 +30,8 @@ render::View only(render::View view, frame::FrameKind kind) {
     return view;
 }
 
-Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due, truth::StandingObjects& standing,
+Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due,
+                                 const std::optional<truth::GroundGrid>& ground, truth::StandingObjects& standing,
                                  stream::StageTimer& draw_time) {
     const render::View& view = due.views.front();
     const auto draw = [&](render::View one) -> Result<std::vector<frame::FrameRef>> {
@@ -90,6 +91,7 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
                             *shown.snapshot, pictures, find_silhouettes, &standing);
     if (!truth) return at("camera " + *view.name, truth.error());
     truth->world_ns = due.snapshot->world_ns;
+    if (ground) truth->ground = truth::seen_ground(*ground, *truth->spec, shown.state.pose, *pictures.depth);
     return std::make_shared<const truth::TruthOfFrame>(std::move(*truth));
 }
 
@@ -117,9 +119,12 @@ void Requests::fetch(stream::FetchRequest request, std::function<void(Result<str
 }
 
 void Requests::get_truth(Request<GetTruth>& request) {
+    stream::FetchRequest held;
+    held.instant = request.command.instant;
     wait({.name = request.command.camera,
           .min_ns = request.command.min_ns,
-          .picture = {},
+          .picture = std::move(held),
+          .ground = request.command.ground,
           .got_picture = {},
           .got_truth = std::move(request.done)});
 }
@@ -267,6 +272,13 @@ std::optional<DrawTask> Requests::next() {
         DueViews due{latest.snapshot, latest.monotonic_ns, {rig_.view_of(*entry, latest)}};
         if (waiter->wants_color()) due = rig_.picture_of(*entry);
         due.may_be_dropped = false;
+        if (waiter->got_picture && waiter->picture.kind == frame::FrameKind::flow) {
+            if (auto ahead = rig_.look_ahead(*entry, latest, due.views.front()); !ahead) {
+                waiter->fail(ahead.error());
+                waiting_.erase(waiter);
+                continue;
+            }
+        }
         if (waiter->picture.admit) {
             if (auto admitted = waiter->picture.admit(latest.spec->size); !admitted) {
                 waiter->fail(admitted.error());
@@ -314,11 +326,11 @@ DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry
     };
     const auto answer = std::make_shared<Answer>();
     return {.draw =
-                [answer, standing = entry.standing, due = std::move(due), draw_time = rig_.drawing->timer(),
-                 truth_time = truth_time_](render::Renderer& renderer) {
+                [answer, standing = entry.standing, ground = waiter->ground, due = std::move(due),
+                 draw_time = rig_.drawing->timer(), truth_time = truth_time_](render::Renderer& renderer) {
                     const TimeNs start_ns = monotonic_now_ns();
-                    answer->truth = or_out_of_memory("finding the truth",
-                                                     [&] { return truth_of(renderer, due, *standing, *draw_time); });
+                    answer->truth = or_out_of_memory(
+                        "finding the truth", [&] { return truth_of(renderer, due, ground, *standing, *draw_time); });
                     answer->spent_ns = monotonic_now_ns() - start_ns;
                     truth_time->record(answer->spent_ns);
                 },

@@ -37,6 +37,7 @@ private:
         std::string name;
         TimeNs min_ns = 0;
         stream::FetchRequest picture;                                ///< what is asked for, unless it is truth
+        std::optional<truth::GroundGrid> ground = {};                ///< beside truth
         std::function<void(Result<stream::MediaUnit>)> got_picture;  ///< one of the two
         std::function<void(Result<truth::TruthRef>)> got_truth;
         TimeNs deadline_ns = 0;

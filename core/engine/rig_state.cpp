@@ -75,6 +75,18 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     return view;
 }
 
+Result<void> RigState::look_ahead(const CameraEntry& entry, const LatestDue& latest, render::View& view) const {
+    const TimeNs now_ns = latest.snapshot->world_ns, then_ns = latest.spec->rate.next_due_ns(now_ns);
+    if (then_ns < world->last_step_ns() - world::CameraPast::span_ns)
+        return error(ErrorKind::unavailable,
+                     "camera " + *entry.name + ": the world has gone on for too long since that frame for its flow (" +
+                         std::to_string(world::CameraPast::span_ns / ns_per_ms) +
+                         " ms of it are kept); ask for a newer one");
+    view.frame_ns = then_ns - now_ns;
+    view.future = std::make_shared<world::CameraFuture>(world->copy(), *entry.name, entry.camera, camera_moves);
+    return {};
+}
+
 DueViews RigState::picture_of(const CameraEntry& entry) const {
     const LatestDue& latest = entry.latest;
     const LatestDue& shown = latest.seen();

@@ -25,6 +25,7 @@ struct RigState {
     world::SceneRef scene;
     std::uint64_t seed = 0;
     CameraTable cameras;
+    std::vector<world::CameraMove> camera_moves;  ///< of events, still to come
     Schedule schedule;
     WorldClock clock;
     /// Lockstep: the instant drawn ahead while the previous one is delivered; the world has already advanced to it.
@@ -42,6 +43,9 @@ struct RigState {
     render::View view_of(const CameraEntry& entry, const LatestDue& latest) const;
     /// The picture before it, of one that is torn; null: it is not.
     std::shared_ptr<const render::EarlierPicture> torn_with(const CameraEntry& entry, const LatestDue& latest) const;
+    /// The view with what comes until the camera's next frame, for optical flow. unavailable: other things have come
+    /// since, and are not kept.
+    Result<void> look_ahead(const CameraEntry& entry, const LatestDue& latest, render::View& view) const;
     /// The colour picture of the camera's latest frame that comes: its own, or one that it shows again.
     DueViews picture_of(const CameraEntry& entry) const;
     /// Makes the view one of what readers want: colour in these formats, numbers of its sensor, or both.

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
+#include "core/world/camera_future.h"
 
 namespace camrig::engine {
 namespace {
@@ -37,7 +38,7 @@ bool WorldDesk::advance(TimeNs world_ns) {
 
 void WorldDesk::begin_world() {
     is_behind_ = false;
-    camera_moves_.clear();
+    rig_.camera_moves.clear();
     event_base_ = last_event_;
     collect();
 }
@@ -169,7 +170,7 @@ void WorldDesk::collect() {
         event_log_.push_back(std::move(record));
         if (event_log_.size() > max_event_log) event_log_.pop_front();
     }
-    for (world::CameraMove& move : rig_.world->take_camera_moves()) camera_moves_.push_back(std::move(move));
+    for (world::CameraMove& move : rig_.world->take_camera_moves()) rig_.camera_moves.push_back(std::move(move));
     for (const world::Departure& departure : rig_.world->take_departures()) {
         for (auto& [id, entry] : rig_.cameras.all()) {
             const std::optional<world::Mount>& mount = entry.spec().mount;
@@ -180,11 +181,7 @@ void WorldDesk::collect() {
 }
 
 Result<void> WorldDesk::apply(const world::CameraAction& action, CameraEntry& entry, TimeNs begin_ns) {
-    world::CameraPatch patch;
-    patch.pose = action.pose;
-    if (action.vfov_rad) patch.optics = world::VerticalFov{*action.vfov_rad};
-    if (action.clock) patch.change([clock = action.clock](world::CameraSpec& spec) { spec.clock = clock; });
-    auto camera = entry.camera.changed(patch, begin_ns, action.duration_ns);
+    auto camera = world::moved(entry.camera, action, begin_ns);
     if (!camera) return std::unexpected(camera.error());
     return rig_.cameras.replace(entry, std::move(*camera));
 }
@@ -206,8 +203,8 @@ Result<void> WorldDesk::apply(const world::ClearFaultAction& action, CameraEntry
 
 void WorldDesk::move_cameras(TimeNs world_ns) {
     std::size_t done = 0;
-    for (; done < camera_moves_.size() && camera_moves_[done].world_ns <= world_ns; ++done) {
-        const world::CameraMove& move = camera_moves_[done];
+    for (; done < rig_.camera_moves.size() && rig_.camera_moves[done].world_ns <= world_ns; ++done) {
+        const world::CameraMove& move = rig_.camera_moves[done];
         const auto act = [&](const auto& action) {
             const auto entry = rig_.cameras.find(action.camera);
             if (!entry) return spdlog::warn("an event is for camera {}, which is not there", action.camera);
@@ -216,7 +213,7 @@ void WorldDesk::move_cameras(TimeNs world_ns) {
         };
         std::visit(act, move.action);
     }
-    camera_moves_.erase(camera_moves_.begin(), camera_moves_.begin() + static_cast<std::ptrdiff_t>(done));
+    rig_.camera_moves.erase(rig_.camera_moves.begin(), rig_.camera_moves.begin() + static_cast<std::ptrdiff_t>(done));
 }
 
 }  // namespace camrig::engine

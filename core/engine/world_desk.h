@@ -67,8 +67,7 @@ private:
     std::list<PendingWait> waits_;
     std::deque<world::EventRecord> event_log_;  ///< the newest, in order
     std::uint64_t last_event_ = 0;
-    std::uint64_t event_base_ = 0;                 ///< events of the worlds before this one
-    std::vector<world::CameraMove> camera_moves_;  ///< still to come
+    std::uint64_t event_base_ = 0;  ///< events of the worlds before this one
 };
 
 }  // namespace camrig::engine

@@ -137,6 +137,7 @@ void write_rows(Rows rows, Range range, PixelFormat format, std::byte* out) {
         case PixelFormat::depth32f:
         case PixelFormat::id32:
         case PixelFormat::normal32f:
+        case PixelFormat::flow32f:
         case PixelFormat::gray16:
         case PixelFormat::bayer_rggb16:
         case PixelFormat::bayer_grbg16:

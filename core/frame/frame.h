@@ -31,9 +31,12 @@ enum class FrameKind : std::uint8_t {
     semantic,  ///< id32: class number
     normal,    ///< normal32f: 3 floats, optical frame, 0 where nothing is
     sensor,    ///< of a camera with a sensor: the numbers of its converter, in one of raw_formats
+    /// flow32f: optical flow, pixels: where the point that a pixel shows will be in the camera's next frame, less where
+    /// it is; NaN where nothing is, and of what the lens will not show then.
+    flow,
 };
-inline constexpr int frame_kind_count = 6;
-/// Those that every camera has.
+inline constexpr int frame_kind_count = 7;
+/// The first of them, which every renderer draws of every camera.
 inline constexpr int scene_kind_count = 5;
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>);
 

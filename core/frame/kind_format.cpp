@@ -7,7 +7,8 @@ namespace camrig::frame {
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>) {
     static constexpr Named<FrameKind> names[] = {{FrameKind::color, "color"},       {FrameKind::depth, "depth"},
                                                  {FrameKind::instance, "instance"}, {FrameKind::semantic, "semantic"},
-                                                 {FrameKind::normal, "normal"},     {FrameKind::sensor, "sensor"}};
+                                                 {FrameKind::normal, "normal"},     {FrameKind::sensor, "sensor"},
+                                                 {FrameKind::flow, "flow"}};
     return names;
 }
 
@@ -24,6 +25,8 @@ PixelFormat format_of(FrameKind kind) {
             return PixelFormat::normal32f;
         case FrameKind::sensor:
             return PixelFormat::rgb16_planes;
+        case FrameKind::flow:
+            return PixelFormat::flow32f;
     }
     CHECK(false);
     return PixelFormat::rgba8;

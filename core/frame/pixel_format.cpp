@@ -27,6 +27,8 @@ std::size_t bytes_of(PixelFormat format, ImageSize size) {
             return pixels;
         case PixelFormat::normal32f:
             return pixels * 12;
+        case PixelFormat::flow32f:
+            return pixels * 8;
         case PixelFormat::gray16:
         case PixelFormat::bayer_rggb16:
         case PixelFormat::bayer_grbg16:
@@ -64,6 +66,8 @@ std::string_view to_string(PixelFormat format) {
             return "id32";
         case PixelFormat::normal32f:
             return "normal32f";
+        case PixelFormat::flow32f:
+            return "flow32f";
         case PixelFormat::gray16:
             return "gray16";
         case PixelFormat::bayer_rggb16:

@@ -24,6 +24,7 @@ enum class PixelFormat : std::uint8_t {
     depth32f,
     id32,
     normal32f,
+    flow32f,  ///< to the right, down
     // Numbers of a sensor, 16 bit each, little-endian.
     gray16,
     bayer_rggb16,  ///< a mosaic, named by its first row and its second

@@ -65,6 +65,7 @@ void paint(frame::FrameKind kind, const View& view, TimeNs world_ns, frame::Fram
         case frame::FrameKind::normal:
             return paint_normals(size, frame.mutable_bytes());
         case frame::FrameKind::sensor:
+        case frame::FrameKind::flow:
             break;
     }
 }
@@ -98,6 +99,10 @@ Result<Renderer::Finished> NullRenderer::draw(const world::SnapshotRef& snapshot
             if (kind == frame::FrameKind::sensor) {
                 finished.failures.push_back(
                     {view.camera, {ErrorKind::unsupported, "camera " + *view.name + ": a null renderer has no light"}});
+                continue;
+            }
+            if (kind == frame::FrameKind::flow) {
+                finished.failures.push_back({view.camera, {ErrorKind::unsupported, no_flow}});
                 continue;
             }
             auto frame = acquire_frame(*pool_, view, kind, format_of(kind), snapshot->world_ns, monotonic_ns);

@@ -14,6 +14,7 @@
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/sensor/camera_sensor.h"
+#include "core/world/camera_future.h"
 #include "core/world/camera_past.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
@@ -48,8 +49,11 @@ struct View {
     std::shared_ptr<const world::CameraPast> past;
     world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
-    std::uint32_t camera_number = 0;                                                  ///< what the code strip carries
-    bool kinds[frame::frame_kind_count] = {true, false, false, false, false, false};  ///< which FrameKinds are wanted
+    std::uint32_t camera_number = 0;  ///< what the code strip carries
+    /// Where flow is wanted: what comes until the camera's next frame, which is so much later.
+    std::shared_ptr<world::CameraFuture> future = {};
+    TimeNs frame_ns = 0;
+    bool kinds[frame::frame_kind_count] = {true};  ///< which FrameKinds are wanted; colour
     /// The pixel formats that colour is wanted in, if it is; only those that the renderer makes().
     frame::PixelFormats color_formats = {frame::PixelFormat::rgba8};
     /// Not empty: instance, semantic and normal pictures show these objects alone. Ground truth asks what an object

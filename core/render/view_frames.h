@@ -10,6 +10,12 @@
 
 namespace camrig::render {
 
+/// What flow is refused with by who does not draw it.
+inline constexpr const char* no_flow =
+    "flow: drawn by camrig's own rasteriser only: with --device cpu, the principal point less than 8192 pixels beside "
+    "the "
+    "picture and, through a lens, no points and lines in the scene";
+
 /// Of a camera without a sensor there is nothing to draw of one.
 inline bool wants(const View& view, frame::FrameKind kind) {
     return view.kinds[static_cast<int>(kind)] && (kind != frame::FrameKind::sensor || view.spec->sensor);

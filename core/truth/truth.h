@@ -78,6 +78,7 @@ struct TruthOfFrame {
     fault::FrameFaultsRef faults;                   ///< of a camera that fails; null: nothing does
     std::shared_ptr<const world::CameraSpec> spec;  ///< of the camera
     std::map<std::uint32_t, std::string> classes;   ///< by number, of everything in the world
+    std::vector<std::int64_t> ground;               ///< that it sees, where asked for: seen_ground()
     std::vector<ObjectTruth> objects;               ///< that the camera sees or would see alone, by rising id
 };
 

@@ -17,7 +17,13 @@ struct Mover {
     std::string model;      ///< its name in the scene
     bool is_actor = false;  ///< else an object
     BehaviourSpec spec;
-    std::unique_ptr<Behaviour> behaviour;
+    /// Of one mover alone: a copy has none until it is given one (Behaviour::copy).
+    struct OwnBehaviour : std::unique_ptr<Behaviour> {
+        using std::unique_ptr<Behaviour>::unique_ptr;
+        using std::unique_ptr<Behaviour>::operator=;
+        OwnBehaviour() = default;
+        OwnBehaviour(const OwnBehaviour&) : std::unique_ptr<Behaviour>() {}
+    } behaviour;
     glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
     double scale = 1.0;
     double radius_m = 0.0;

@@ -47,6 +47,7 @@ public:
     std::vector<CameraMove> take_camera_moves() override { return std::exchange(camera_moves_, {}); }
     std::vector<Departure> take_departures() override { return std::exchange(departures_, {}); }
 
+    std::unique_ptr<World> copy() const override;
     std::size_t object_count() const override;
     std::size_t actor_count() const override {
         return static_cast<std::size_t>(
@@ -56,6 +57,7 @@ public:
 
 private:
     friend struct ActionRun;
+    SceneWorld(const SceneWorld& other);
 
     // WorldView: the world at the step before.
     const Crowd& crowd() const override { return crowd_; }

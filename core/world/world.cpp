@@ -42,6 +42,38 @@ private:
 SceneWorld::SceneWorld(SceneRef scene, std::uint64_t seed)
     : scene_(std::move(scene)), seed_(seed), factory_(scene_), events_(scene_) {}
 
+// Records that wait to be taken are not copied: who has this world has them.
+SceneWorld::SceneWorld(const SceneWorld& other)
+    : World(other),
+      WorldView(other),
+      scene_(other.scene_),
+      seed_(other.seed_),
+      factory_(other.factory_),
+      now_ns_(other.now_ns_),
+      statics_(other.statics_),
+      history_(other.history_),
+      present_(other.present_),
+      is_current_(other.is_current_),
+      last_id_(other.last_id_),
+      class_numbers_(other.class_numbers_),
+      crowd_(other.crowd_),
+      groups_(other.groups_),
+      events_(other.events_),
+      record_count_(other.record_count_),
+      flickers_(other.flickers_) {
+    movers_.reserve(other.movers_.size());
+    for (const auto& mover : other.movers_) {
+        Mover& made = *movers_.emplace_back(std::make_unique<Mover>(*mover));
+        made.behaviour = mover->behaviour->copy(factory_);
+        if (!made.is_gone) by_name_[made.info->name] = &made;
+    }
+}
+
+std::unique_ptr<World> SceneWorld::copy() const {
+    thread_.check();
+    return std::unique_ptr<World>(new SceneWorld(*this));
+}
+
 void SceneWorld::populate() {
     auto statics = std::make_shared<StaticSet>();
     statics->lights = scene_->lights;

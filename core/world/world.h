@@ -83,6 +83,10 @@ public:
     /// What has gone since the last call, in this order; when there is very much of it, the newest.
     virtual std::vector<Departure> take_departures() = 0;
 
+    /// The same world once more, which goes its own way: what becomes of this one if nobody says anything. Its thread
+    /// is the first that moves it.
+    virtual std::unique_ptr<World> copy() const = 0;
+
     virtual std::size_t object_count() const = 0;
     virtual std::size_t actor_count() const = 0;
     virtual StateHash state_hash() const = 0;

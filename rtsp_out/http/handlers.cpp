@@ -71,11 +71,12 @@ Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request) {
         reply.status = 304;
         return reply;
     }
-    if (request.route.kind == RouteKind::depth_npy) {
-        if (!unit.frame || unit.frame->info().format != frame::PixelFormat::depth32f)
-            return error_reply({ErrorKind::internal, "the depth picture came in another form"});
+    if (request.route.kind == RouteKind::floats) {
+        const frame::FrameKind kind = request.route.frame;
+        if (!unit.frame || unit.frame->info().format != format_of(kind))
+            return error_reply({ErrorKind::internal, "the picture came in another form"});
         reply.content_type = "application/octet-stream";
-        reply.text = npy_float32_head(unit.frame->info().size);
+        reply.text = npy_float32_head(unit.frame->info().size, kind == frame::FrameKind::flow ? 2 : 1);
         reply.data = unit.frame->bytes();
         reply.keep = unit.frame;
         return reply;
@@ -183,7 +184,7 @@ asio::awaitable<Reply> metrics(ServerState& state, AsyncEventRef event) {
 asio::awaitable<Reply> dispatch(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     const RouteKind kind = request.route.kind;
     if (kind == RouteKind::device) co_return co_await device(state, event, request);
-    if (kind == RouteKind::picture || kind == RouteKind::depth_npy) co_return co_await picture(state, event, request);
+    if (kind == RouteKind::picture || kind == RouteKind::floats) co_return co_await picture(state, event, request);
     if (kind == RouteKind::truth) co_return co_await truth(state, event, request);
     // The page may read its own query; everything else says what it does not understand.
     if (kind == RouteKind::file) co_return file_reply(state, request);

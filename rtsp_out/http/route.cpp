@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include "core/base/names.h"
+#include "core/frame/kind_format.h"
 
 namespace camrig::http {
 namespace {
@@ -103,7 +104,8 @@ std::span<const HttpPath> camera_paths() {
         {"snapshot.jpg", picture, get, guarded, frame::FrameKind::color, codec::Codec::jpeg, "jpeg"},
         {"snapshot.png", picture, get, guarded, frame::FrameKind::color, codec::Codec::png, "png"},
         {"depth.png", picture, get, guarded, frame::FrameKind::depth, codec::Codec::png, "depth_png"},
-        {"depth.npy", depth_npy, get, guarded, frame::FrameKind::depth, codec::Codec::raw, "depth_npy"},
+        {"depth.npy", floats, get, guarded, frame::FrameKind::depth, codec::Codec::raw, "depth_npy"},
+        {"flow.npy", floats, get, guarded, frame::FrameKind::flow, codec::Codec::raw, "flow_npy"},
         {"instance.png", picture, get, guarded, frame::FrameKind::instance, codec::Codec::png, "instance"},
         {"truth", truth, get, guarded, frame::FrameKind::color, codec::Codec::png, "truth"},
     };
@@ -169,7 +171,7 @@ Result<stream::FetchRequest> fetch_request(const HttpRoute& route, const Target&
     request.camera = route.camera;
     request.kind = route.frame;
     request.format.codec = route.codec;
-    if (route.kind == RouteKind::depth_npy) request.format.pixels = frame::PixelFormat::depth32f;
+    if (route.kind == RouteKind::floats) request.format.pixels = format_of(route.frame);
     if (jpeg) {
         auto quality = quality_of(target);
         if (!quality) return std::unexpected(quality.error());

@@ -20,7 +20,7 @@ enum class RouteKind : std::uint8_t {
     stream,
     live,
     picture,
-    depth_npy,
+    floats,  ///< a picture of float32 as a NumPy file
     truth,
     rpc,
     healthz,

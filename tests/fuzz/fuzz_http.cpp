@@ -34,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!route) return 0;
     const bool of_camera = !route->camera.empty();
     CHECK(of_camera == (route->kind == http::RouteKind::stream || route->kind == http::RouteKind::picture ||
-                        route->kind == http::RouteKind::depth_npy || route->kind == http::RouteKind::truth));
+                        route->kind == http::RouteKind::floats || route->kind == http::RouteKind::truth));
     if (const auto params = stream_params(*target)) {
         const int quality = params->quality.value_or(1);
         CHECK(quality >= 1 && quality <= 100);

@@ -35,6 +35,7 @@ struct RecordOptions {
     std::optional<std::int64_t> frames;
     std::string format = "png";
     std::string depth;  ///< npy, png, or empty: none
+    bool flow = false;
     bool masks = false;
     bool yolo = false;
     bool repairs = false;
@@ -70,6 +71,11 @@ struct RecordedCamera {
 
 ImageSize size_in(const json& truth) {
     return {truth.at("size").at(0).get<int>(), truth.at("size").at(1).get<int>()};
+}
+
+void put_before(std::vector<std::byte>& bytes, const std::string& head) {
+    const auto of_head = std::as_bytes(std::span(head));
+    bytes.insert(bytes.begin(), of_head.begin(), of_head.end());
 }
 
 /// What was done so far, on one line of the terminal; silent elsewhere.
@@ -110,6 +116,7 @@ private:
     Result<void> take(const RecordedCamera& camera, TimeNs instant_ns);
     Result<std::vector<std::byte>> picture(const json& params, const json& truth);
     Result<DatasetWriter::FrameFile> depth(const RecordedCamera& camera, const json& truth);
+    Result<DatasetWriter::FrameFile> flow(const RecordedCamera& camera, const json& truth);
     Result<DatasetWriter::FrameFile> masks(const RecordedCamera& camera, json& truth);
 
     const CliContext& context_;
@@ -181,12 +188,16 @@ Result<DatasetWriter::FrameFile> Recorder::depth(const RecordedCamera& camera, c
                           {"format", is_npy ? "raw" : "png"}},
                          truth);
     if (!bytes) return std::unexpected(bytes.error());
-    if (is_npy) {
-        const std::string head = http::npy_float32_head(size_in(truth));
-        const auto of_head = std::as_bytes(std::span(head));
-        bytes->insert(bytes->begin(), of_head.begin(), of_head.end());
-    }
+    if (is_npy) put_before(*bytes, http::npy_float32_head(size_in(truth)));
     return DatasetWriter::FrameFile{"depth", "." + options_.depth, std::move(*bytes)};
+}
+
+Result<DatasetWriter::FrameFile> Recorder::flow(const RecordedCamera& camera, const json& truth) {
+    auto bytes =
+        picture({{"camera", camera.name}, {"min_ns", truth.at("time_ns")}, {"kind", "flow"}, {"format", "raw"}}, truth);
+    if (!bytes) return std::unexpected(bytes.error());
+    put_before(*bytes, http::npy_float32_head(size_in(truth), 2));
+    return DatasetWriter::FrameFile{"flow", ".npy", std::move(*bytes)};
 }
 
 /// The instance picture; the masks of its objects go into the truth.
@@ -231,6 +242,11 @@ Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
         if (!file) return std::unexpected(file.error());
         further.push_back(std::move(*file));
     }
+    if (options_.flow) {
+        auto file = flow(camera, *truth);
+        if (!file) return std::unexpected(file.error());
+        further.push_back(std::move(*file));
+    }
     if (options_.masks) {
         auto file = masks(camera, *truth);
         if (!file) return std::unexpected(file.error());
@@ -241,7 +257,8 @@ Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
 
 Result<void> Recorder::begin_dataset() {
     const json description{{"scene", world_.at("scene")}, {"seed", world_.at("seed")}, {"cameras", names_},
-                           {"depth", options_.depth},     {"masks", options_.masks},   {"yolo", options_.yolo}};
+                           {"depth", options_.depth},     {"flow", options_.flow},     {"masks", options_.masks},
+                           {"yolo", options_.yolo}};
     auto writer = DatasetWriter::create(options_.folder, description, options_.format == "png" ? ".png" : ".jpg");
     if (!writer) return std::unexpected(writer.error());
     writer_ = std::move(*writer);
@@ -334,6 +351,7 @@ void add_record_command(CLI::App& app, CliContext& context) {
     record->add_option("--format", options->format, "of pictures: png or jpeg")->check(CLI::IsMember({"png", "jpeg"}));
     record->add_option("--depth", options->depth, "too: npy (float32, metres) or png (16 bit, millimetres)")
         ->check(CLI::IsMember({"npy", "png"}));
+    record->add_flag("--flow", options->flow, "optical flow too (npy, float32, pixels until the camera's next frame)");
     record->add_flag("--masks", options->masks, "instance pictures (16-bit PNG of ids) and COCO masks too");
     record->add_flag("--yolo", options->yolo, "YOLO labels too");
     record->add_flag("--repair", options->repairs, "completes a data set whose recording was killed, without a rig");

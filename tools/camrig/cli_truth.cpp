@@ -41,24 +41,73 @@ std::string truth_words(const json& truth) {
            seconds_text(truth.at("time_ns")) + "\n" + table(rows, 5);
 }
 
+std::string number_text(const json& value, int places) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*f", places, value.get<double>());
+    return text;
+}
+
+std::string network_words(const json& network) {
+    std::vector<std::vector<std::string>> seen{
+        {"ID", "NAME", "CLASS", "CAMERA", "VISIBLE", "PIXELS", "SEEN FROM, DEG", "DISTANCE, M"}};
+    for (const json& object : network.at("objects")) {
+        for (const json& one : object.at("seen_by"))
+            seen.push_back({plain_text(object.at("id")), plain_text(object.at("name")), plain_text(object.at("class")),
+                            plain_text(one.at("camera")), percent_text(one.at("visible_fraction")),
+                            plain_text(one.at("pixels")), number_text(one.at("azimuth_deg"), 0),
+                            number_text(one.at("distance_m"), 2)});
+    }
+    std::vector<std::vector<std::string>> shared{
+        {"CAMERAS", "", "OBJECTS OF BOTH", "SHARE", "GROUND OF BOTH, M2", "SHARE"}};
+    for (const json& one : network.at("overlaps"))
+        shared.push_back({plain_text(one.at("cameras")[0]), plain_text(one.at("cameras")[1]),
+                          plain_text(one.at("objects")), percent_text(one.at("object_share")),
+                          number_text(one.at("ground_m2"), 1), percent_text(one.at("ground_share"))});
+    return "world time " + seconds_text(network.at("time_ns")) + "\n" + table(seen, 4) + "\n" + table(shared, 2);
+}
+
+struct Options {
+    std::vector<std::string> cameras;
+    std::optional<std::int64_t> min_ns;
+    bool is_network = false;
+    std::vector<std::string> classes;
+};
+
+int show_network(CliContext& context, const Options& options) {
+    json params = json::object();
+    if (!options.cameras.empty()) params["cameras"] = options.cameras;
+    if (!options.classes.empty()) params["classes"] = options.classes;
+    const auto reply = context.call("truth.network", params);
+    if (!reply) return context.fail(reply.error());
+    return context.print(*reply, network_words(*reply));
+}
+
+int show_truth(CliContext& context, const Options& options) {
+    json params{{"camera", options.cameras.front()}};
+    if (options.min_ns) params["min_ns"] = *options.min_ns;
+    const auto reply = context.call("truth.get", params);
+    if (!reply) return context.fail(reply.error());
+    return context.print(*reply, truth_words(*reply));
+}
+
 }  // namespace
 
 void add_truth_command(CLI::App& app, CliContext& context) {
-    struct Options {
-        std::string camera;
-        std::optional<std::int64_t> min_ns;
-    };
     auto options = std::make_shared<Options>();
     CLI::App* truth = app.add_subcommand("truth", "what a camera's latest picture shows; --json for all of it");
-    truth->add_option("NAME", options->camera, "the camera")->required();
-    truth->add_option("--min-ns", options->min_ns, "world time that the picture must at least show");
+    truth->add_option("NAME", options->cameras, "the camera; with --network several, or all");
+    CLI::Option* network =
+        truth->add_flag("--network", options->is_network, "who sees whom, and what cameras share, at this instant");
+    truth->add_option("--min-ns", options->min_ns, "world time that the picture must at least show")->excludes(network);
+    truth->add_option("--classes", options->classes, "NAME,NAME,...: only objects of these classes")
+        ->delimiter(',')
+        ->needs(network);
     truth->callback([options, &context] {
+        if (!options->is_network && options->cameras.empty()) throw CLI::RequiredError("NAME");
+        if (!options->is_network && options->cameras.size() > 1)
+            throw CLI::ExtrasError("truth", {options->cameras.begin() + 1, options->cameras.end()});
         context.action = [options, &context] {
-            json params{{"camera", options->camera}};
-            if (options->min_ns) params["min_ns"] = *options->min_ns;
-            const auto reply = context.call("truth.get", params);
-            if (!reply) return context.fail(reply.error());
-            return context.print(*reply, truth_words(*reply));
+            return options->is_network ? show_network(context, *options) : show_truth(context, *options);
         };
     });
 }

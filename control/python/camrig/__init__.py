@@ -12,6 +12,7 @@ from .errors import CamrigError, CamrigTimeout
 from .frame import Frame
 from .grab import Instant
 from .launch import start
+from .network import Handover, Handovers, Network, Passage
 from .places import find_binary
 from .projection import Projection
 from .rig import Rig, connect, default_control_path
@@ -24,7 +25,11 @@ __all__ = [
     "CamrigTimeout",
     "Code",
     "Frame",
+    "Handover",
+    "Handovers",
     "Instant",
+    "Network",
+    "Passage",
     "Projection",
     "Rig",
     "connect",

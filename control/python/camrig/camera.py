@@ -58,6 +58,13 @@ class Camera:
         """HxW float32: metres along the optical axis, inf where nothing is."""
         return self.frame(min_ns, kind="depth").image
 
+    def flow(self, min_ns: int | None = None) -> np.ndarray:
+        """HxWx2 float32, optical flow: how many pixels to the right and down what a pixel shows will have moved in the camera's next frame.
+
+        NaN where nothing is, and of what the lens does not show then. It is that of a world to which nobody says anything until then.
+        """
+        return self.frame(min_ns, kind="flow").image
+
     def instances(self, min_ns: int | None = None) -> np.ndarray:
         """HxW uint32: ids of objects, the same in all cameras and in truth(); 0 where nothing is."""
         return self.frame(min_ns, kind="instance").image

@@ -51,6 +51,7 @@ def record_options(
     frames: int | None,
     format: str,
     depth: str | None,
+    flow: bool,
     masks: bool,
     yolo: bool,
 ) -> list[str]:
@@ -61,7 +62,7 @@ def record_options(
     for option, value in (("--seconds", seconds), ("--frames", frames), ("--depth", depth)):
         if value is not None:
             options += [option, str(value)]
-    return options + [option for option, is_wanted in (("--masks", masks), ("--yolo", yolo)) if is_wanted]
+    return options + [option for option, is_wanted in (("--flow", flow), ("--masks", masks), ("--yolo", yolo)) if is_wanted]
 
 
 def _finish(child: subprocess.Popen[str]) -> None:

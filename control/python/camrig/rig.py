@@ -13,6 +13,7 @@ from .client import DEFAULT_TIMEOUT_S, Client
 from .errors import CamrigError
 from .fault import Faults
 from .grab import Instant, grab
+from .network import Network
 from .recording import record, record_options
 from .spec import camera_params, step_params, takes_camera_options
 from .transport import http_connector, tcp_connector, unix_connector
@@ -82,12 +83,24 @@ class Rig:
     def grab(self, cameras: Sequence[Camera | str] = (), kinds: Sequence[str] = ("color",), *, timeout: float = 20.0) -> Instant:
         """Pictures and truth of these cameras (none: all), all of one instant: ``grabbed[camera][kind]``, and ``grabbed.time_ns``.
 
-        kinds: color, depth, instance, semantic, normal (arrays, as in Camera.frame) and truth (as Camera.truth). While the world stands
+        kinds: color, depth, instance, semantic, normal, flow (arrays, as in Camera.frame) and truth (as Camera.truth). While the world stands
         (lockstep, pause) it is the instant of the cameras' latest due frames; while it runs, the next at which all are due. CamrigError when
         there is none: the frames do not fall together, or each within ``timeout`` seconds was dropped for one of the cameras.
         """
         names = [camera if isinstance(camera, str) else camera.name for camera in cameras] or [camera.name for camera in self.cameras()]
         return grab(self, names, kinds, timeout)
+
+    def visibility(self, cameras: Sequence[Camera | str] = (), classes: Sequence[str] = (), *, cell_m: float = 0.5, range_m: float = 30.0,
+                   ground_z: float = 0.0) -> Network:
+        """Who sees whom at this instant, how much and from which side, and what cameras share (docs/truth.md).
+
+        cameras, classes: none is all. Shared ground is counted in squares of ``cell_m``, up to ``range_m`` from each camera. Over time,
+        ``camrig.Handovers`` makes of it who enters and leaves which camera.
+        """
+        asked = {"cameras": [camera if isinstance(camera, str) else camera.name for camera in cameras], "classes": list(classes)}
+        given = {key: names for key, names in asked.items() if names}
+        reply = self.call("truth.network", **given, cell_m=cell_m, range_m=range_m, ground_z=ground_z)
+        return Network(reply["time_ns"], reply["cameras"], reply["objects"], reply["overlaps"])
 
     # World
 
@@ -167,17 +180,17 @@ class Rig:
     # The rig
 
     def record(self, folder: str | os.PathLike[str], cameras: Sequence[Camera | str] = (), *, seconds: float | None = None,
-               frames: int | None = None, format: str = "png", depth: str | None = None, masks: bool = False, yolo: bool = False,
-               timeout: float | None = None) -> dict[str, Any]:
+               frames: int | None = None, format: str = "png", depth: str | None = None, flow: bool = False, masks: bool = False,
+               yolo: bool = False, timeout: float | None = None) -> dict[str, Any]:
         """Writes a data set on this machine with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
 
-        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures; depth: npy or png;
+        seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures; depth: npy or png; flow: optical flow;
         masks: instance pictures and COCO masks; yolo: YOLO labels. The rig may be another machine's (connect with ``port``).
         """
         if self._control is None:
             raise CamrigError("unsupported", "record: goes over the Unix socket or TCP (serve --tcp, connect(host=, port=)), not over HTTP")
         names = [camera if isinstance(camera, str) else camera.name for camera in cameras]
-        options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, masks=masks, yolo=yolo)
+        options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, flow=flow, masks=masks, yolo=yolo)
         return record(self._control, self.token, options, timeout)
 
     def stats(self) -> dict[str, Any]:

@@ -127,6 +127,7 @@ Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
         return error(ErrorKind::unsupported,
                      "sensor: drawn by camrig's own rasteriser only: with --device cpu, the lens method auto, and "
                      "antialias none or, of pinhole cameras, coverage");
+    if (wants(view, frame::FrameKind::flow)) return error(ErrorKind::unsupported, no_flow);
     if (view.spec->backdrop)
         return error(
             ErrorKind::unsupported,

@@ -2,8 +2,8 @@
 
 #include "core/render/software/view_work.h"
 
-/// The pictures of a view that are no colour: depth, ids, classes and normals of what is opaque, at the middle of each
-/// pixel. They come of the triangles that find_visible found: one pass gives them together with colour.
+/// The pictures of a view that are no colour: depth, ids, classes, normals and optical flow of what is opaque, at the
+/// middle of each pixel. They come of the triangles that find_visible found: one pass gives them together with colour.
 ///
 /// In each band of rows: begin_channels; describe_visible of what stands still, then keep_channels if there is a layer
 /// to be made; describe_visible of what moves. Different bands from different threads.
@@ -11,6 +11,7 @@ namespace camrig::render::software {
 
 /// 32-bit words of a pixel.
 constexpr int words_of(frame::FrameKind kind) {
+    if (kind == frame::FrameKind::flow) return 2;
     return kind == frame::FrameKind::normal ? 3 : 1;
 }
 
@@ -20,7 +21,7 @@ inline ImageSize words_of(frame::FrameKind kind, ImageSize size) {
 }
 
 inline constexpr std::array channel_kinds{frame::FrameKind::depth, frame::FrameKind::instance,
-                                          frame::FrameKind::semantic, frame::FrameKind::normal};
+                                          frame::FrameKind::semantic, frame::FrameKind::normal, frame::FrameKind::flow};
 
 /// What the draws of a view say of the objects they belong to: for describe_visible.
 void name_draws(ViewScratch& scratch);

@@ -146,6 +146,7 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
     scratch.numbers.fit(work.view->spec->size);
     scratch.depth.fit(work.view->spec->size);
     moment.canvas = {{}, scratch.depth.rows(), {}};
+    moment.ahead = nullptr;
     moment.moment = MomentPart::everything;
     moment.is_light = moment.has_areas = false;
 }
@@ -169,6 +170,7 @@ void SoftwareDrawer::draw_moment_rows_of_channels(const PixelRect& rows) {
     deform_seen(std::vector<ViewWork*>{&moment_});
     add_triangles(moment_, scratch);
     name_draws(scratch);
+    if (moment_.ahead != nullptr) moment_.ahead->follow(scratch.geometry.draws());
     scratch.movers = {0, scratch.movers.first + scratch.movers.count};
     in_bands(moment_, rows, [&](int, const PixelRect& band) { draw_channel_rows(moment_, scratch, band); });
 }
@@ -180,9 +182,43 @@ void SoftwareDrawer::draw_moment_channels(ViewWork& work, double moved_px) {
         if (first >= end) continue;
         begin_moment(work, work.view->past->at(moments.time(cell)), 0.0);
         moment_.channels = work.channels;
+        if (work.wants_flow) look_ahead(work, moments.time(cell));
         draw_moment_rows_of_channels({0, first, work.whole.x1, end});
     }
     moment_.channels = {};
+}
+
+void SoftwareDrawer::look_ahead(const ViewWork& work, TimeNs moment_ns) {
+    const View& view = *work.view;
+    world::CameraPast::Moment then = view.future->at(moment_ns + view.frame_ns);
+    // As view_at().
+    if (view.spec->lens.model != camera::LensModel::pinhole)
+        then.state.intrinsics = view.future->at(scene_.snapshot()->world_ns + view.frame_ns).state.intrinsics;
+    ahead_.begin(scene_, *moment_view_.spec, moment_.scene.transform, then);
+    moment_.ahead = &ahead_;
+}
+
+void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
+    const CpuMeter meter(work.cost_ns);
+    const View& view = *work.view;
+    work.whole = {0, 0, view.spec->size.width, view.spec->size.height};
+    auto& flow = work.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame;
+    flow = acquire_frame(*options_.pool, view, frame::FrameKind::flow, frame::PixelFormat::flow32f,
+                         scene_.snapshot()->world_ns, monotonic_ns, work.exposure);
+    const world::SnapshotRef instant = scene_.snapshot();
+    camera::CameraState state;
+    state.pose = view.pose;
+    state.intrinsics = view.spec->intrinsics;
+    begin_moment(work, {instant, state}, 0.0);
+    moment_.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame = flow;
+    moment_.backdrop = work.backdrop;
+    moment_.proxies = work.proxies;
+    look_ahead(work, instant->world_ns);
+    draw_moment_rows_of_channels(work.whole);
+    moment_.channels = {};
+    moment_.backdrop = nullptr;
+    moment_.proxies = nullptr;
+    work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
 }
 
 void SoftwareDrawer::draw_moment_light(const ViewWork& work, MomentPart part, std::span<const PixelRect> rects) {

@@ -61,7 +61,8 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
     return &lights;
 }
 
-const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive) {
+const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive,
+                                  const glm::vec3* positions_ahead) {
     const scene::PlacedSurface& placed = *seen.placed;
     const world::Primitive& source = *placed.primitive->source;
     ViewDraw draw;
@@ -76,6 +77,7 @@ const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const Software
         draw.positions = made.positions.data();
         if (draw.normals != nullptr) draw.normals = made.normals.data();
     }
+    draw.positions_ahead = positions_ahead;
     draw.colors = source.colors.empty() ? nullptr : source.colors.data();
     const auto use = [&](std::size_t slot, const SampledTexture& texture) {
         draw.textures[slot] = texture.image != nullptr ? &texture : nullptr;
@@ -174,6 +176,7 @@ VertexValues ViewGeometry::values_of(const ViewDraw& draw, std::uint32_t vertex)
     VertexValues values;
     values.position = draw.positions[vertex];
     values.local = draw.positions[vertex];
+    if (draw.positions_ahead != nullptr) values.local_ahead = draw.positions_ahead[vertex];
     if (draw.normals != nullptr) values.normal = draw.normals[vertex];
     if (draw.colors != nullptr) values.color = draw.colors[vertex];
     if (draw.tangents != nullptr) values.tangent = draw.tangents[vertex];
@@ -251,6 +254,7 @@ VertexValues& ViewGeometry::add_between(const std::array<VertexValues, 3>& value
         made.color += values[k].color * share;
         made.tangent += values[k].tangent * share;
         made.local += values[k].local * share;
+        made.local_ahead += values[k].local_ahead * share;
         for (std::size_t s = 0; s < made.coordinates.size(); ++s)
             made.coordinates[s] += values[k].coordinates[s] * share;
         made.light += values[k].light * share;

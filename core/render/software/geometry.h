@@ -21,7 +21,8 @@ struct VertexValues {
     glm::vec3 normal{0.0f};
     glm::vec4 color{1.0f};
     glm::vec4 tangent{0.0f};
-    glm::vec3 local{0.0f};  ///< the position as of the mesh
+    glm::vec3 local{0.0f};        ///< the position as of the mesh
+    glm::vec3 local_ahead{0.0f};  ///< the same by ViewDraw::positions_ahead
     std::array<glm::vec2, texture_slot_count> coordinates{};
     glm::vec3 light{0.0f}, light_behind{0.0f}, ambient{0.0f};
 };
@@ -37,6 +38,7 @@ struct ViewDraw : scene::SeenSurface {
     const scene::PreparedPrimitive* primitive = nullptr;
     const scene::MeshLevel* mesh = nullptr;
     const glm::vec3* positions = nullptr;
+    const glm::vec3* positions_ahead = nullptr;  ///< for flow: of a mesh that is deformed, at that time
     const glm::vec3* normals = nullptr;
     const glm::vec4* colors = nullptr;
     const glm::vec4* tangents = nullptr;  ///< null: normal maps lie as their coordinates do
@@ -69,7 +71,8 @@ public:
     }
     /// Adds the triangles of a draw, whose vertices are made (PlacedSurfaces::deform), and returns it as it is kept;
     /// good until the next one is added.
-    const ViewDraw& add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive);
+    const ViewDraw& add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive,
+                        const glm::vec3* positions_ahead = nullptr);
 
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }

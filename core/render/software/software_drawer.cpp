@@ -32,6 +32,8 @@ bool is_within_reach(double principal_point, int side) {
            max_side;
 }
 
+constexpr auto flow_number = static_cast<std::size_t>(frame::FrameKind::flow);
+
 bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
     if (layer.number == 0 || (work.frame != nullptr && !layer.color)) return false;
     return std::ranges::all_of(channel_kinds, [&](frame::FrameKind kind) {
@@ -54,6 +56,7 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
       team_(std::max(1, options.threads)),
       caches_(options.caches.software != nullptr ? options.caches : make_shared_caches()),
       scene_(caches_.prepared),
+      ahead_(caches_.prepared),
       layers_(options.static_layer_bytes) {
     while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
 }
@@ -98,6 +101,7 @@ bool SoftwareDrawer::is_plain(const View& view, frame::FrameKind kind) {
         return false;
     const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
     if (kind == frame::FrameKind::sensor && !spec.sensor) return false;
+    if (kind == frame::FrameKind::flow && view.future == nullptr) return false;
     if (kind != frame::FrameKind::color && kind != frame::FrameKind::sensor) return true;
     if (is_pinhole ? spec.lens_sampling.method != world::LensMethod::automatic
                    : spec.lens_sampling != world::LensSampling{})
@@ -135,6 +139,9 @@ KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
     const auto can = [&](frame::FrameKind kind) { return can_draw(view, kind); };
     KindSet wanted;
     for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = view.kinds[k] && can(static_cast<frame::FrameKind>(k));
+    // What comes may be another future with each question: flow is not kept.
+    work.wants_flow = wanted[flow_number];
+    wanted.reset(flow_number);
     KindSet drawn = asked_.to_draw(view, wanted, can, work.asked);
     // Numbers are made on the way to the picture.
     if (drawn[static_cast<std::size_t>(frame::FrameKind::sensor)])
@@ -188,15 +195,22 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     while (works_.size() < views.size()) works_.emplace_back();
     in_work_.clear();
     exposed_.clear();
+    flows_.clear();
     // What shadows fall on is known before the first layer is looked for.
     for (const View* view : views) scene_.proxies_of(view->spec->backdrop_here);
     for (std::size_t i = 0; i < views.size(); ++i) {
         works_[i].cost_ns = 0;
         const CpuMeter meter(works_[i].cost_ns);
         works_[i].kinds = kinds_to_draw(*views[i], works_[i]);
-        if (works_[i].kinds.none()) continue;
+        if (works_[i].kinds.none() && !works_[i].wants_flow) continue;
         prepare(*views[i], works_[i]);
-        (works_[i].motion ? exposed_ : in_work_).push_back(&works_[i]);
+        if (works_[i].motion) {
+            works_[i].kinds.set(flow_number, works_[i].wants_flow);
+            exposed_.push_back(&works_[i]);
+            continue;
+        }
+        if (works_[i].kinds.any()) in_work_.push_back(&works_[i]);
+        if (works_[i].wants_flow) flows_.push_back(&works_[i]);
     }
     const std::size_t plain = in_work_.size();
     in_work_.insert(in_work_.end(), exposed_.begin(), exposed_.end());
@@ -231,6 +245,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
             });
         }
     }
+    for (ViewWork* const work : flows_) draw_flow(*work, monotonic_ns);
     draw_exposed(monotonic_ns);
     in_work_.insert(in_work_.end(), exposed_.begin(), exposed_.end());
     for (const ViewWork* work : in_work_) {
@@ -250,7 +265,7 @@ void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<f
     for (std::size_t k = 0; k < work.kinds.size(); ++k) {
         frame::FrameRef frame;
         if (work.kinds[k]) frame = std::move(k == 0 ? work.frame : work.channels[k].frame);
-        if (work.asked != nullptr) {
+        if (work.asked != nullptr && k != flow_number) {
             if (frame != nullptr) work.asked->frames[k] = frame;
             frame = work.asked->frames[k];
         }
@@ -355,7 +370,8 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         ++work.draws;
         work.draws_coarse += seen.level > 0;
         const auto& primitives = seen.is_static ? static_primitives_ : mover_primitives_;
-        return scratch.geometry.add(seen, *primitives[seen.placed->index]);
+        return scratch.geometry.add(seen, *primitives[seen.placed->index],
+                                    work.ahead != nullptr ? work.ahead->positions_of(seen) : nullptr);
     };
     const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
     scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows);
@@ -532,6 +548,8 @@ void SoftwareDrawer::forget_here(CameraId camera) {
 void SoftwareDrawer::clear() {
     works_.clear();
     exposed_.clear();
+    flows_.clear();
+    ahead_.clear();
     exposure_scratch_ = {};
     in_work_.clear();
     unmade_.clear();

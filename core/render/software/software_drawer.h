@@ -109,6 +109,10 @@ private:
     /// is placed as it was afterwards.
     void draw_exposed(TimeNs monotonic_ns);
     void draw_exposed(ViewWork& work, TimeNs monotonic_ns);
+    /// The flow of a view before which nothing moves while it is taken.
+    void draw_flow(ViewWork& work, TimeNs monotonic_ns);
+    /// The moment, whose flow is wanted, as it will be a frame later.
+    void look_ahead(const ViewWork& work, TimeNs moment_ns);
     double moved_pixels(ViewWork& work, TimeNs monotonic_ns);
     void sum_light(ViewWork& work, double moved_px);
     void draw_moment_channels(ViewWork& work, double moved_px);
@@ -126,6 +130,7 @@ private:
     ThreadTeam team_;
     SharedCaches caches_;
     scene::PlacedScene scene_;
+    SceneAhead ahead_;
     std::vector<const SoftwarePrimitive*> static_primitives_, mover_primitives_;  ///< of what is placed
     scene::SeenStatics seen_statics_;
     LayerTable<StaticLayer> layers_;
@@ -136,7 +141,7 @@ private:
     SoftwareShadows shadows_;
     std::uint64_t shadows_instant_ = 0;  ///< for which they are made
     std::deque<ViewWork> works_;
-    std::vector<ViewWork*> in_work_, exposed_;
+    std::vector<ViewWork*> in_work_, exposed_, flows_;
     View moment_view_;
     ViewWork moment_;
     ExposureScratch exposure_scratch_;

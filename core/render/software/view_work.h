@@ -11,6 +11,7 @@
 #include "core/render/shown_picture.h"
 #include "core/render/software/area_work.h"
 #include "core/render/software/asked_pictures.h"
+#include "core/render/software/flow.h"
 #include "core/render/software/rasterizer.h"
 #include "core/render/software/shadowed_statics.h"
 #include "core/render/view_motion.h"
@@ -63,7 +64,8 @@ enum class MomentPart : std::uint8_t {
 
 struct ViewWork {
     const View* view = nullptr;
-    KindSet kinds;                             ///< that are drawn
+    KindSet kinds;  ///< that are drawn
+    bool wants_flow = false;
     AskedPictures::OfCamera* asked = nullptr;  ///< null: what is drawn is not kept
     scene::SceneView scene;
     std::shared_ptr<const LensRays> rays;  ///< of the scene's lens
@@ -87,6 +89,7 @@ struct ViewWork {
     std::optional<ViewMotion> motion;  ///< while it is taken; nullopt: the view is drawn as of its instant
     /// Of a moment of such a view: what of it is drawn, in the rectangles alone; nullopt: it is no moment.
     std::optional<MomentPart> moment;
+    SceneAhead* ahead = nullptr;        ///< of a moment whose flow is drawn
     bool is_light = false;              ///< of a moment: light is drawn, no frame
     std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
     std::uint64_t draws = 0, draws_coarse = 0;

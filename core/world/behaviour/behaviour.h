@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ public:
     virtual std::uint64_t last_firing() const = 0;
 };
 
+class BehaviourFactory;
+
 /// The step to compute, and for whom.
 struct StepContext {
     TimeNs now_ns = 0;    ///< of the state to compute, by the actor's own clock: stops while the actor is held
@@ -83,6 +86,8 @@ public:
     virtual void start(const StepContext& context, ActorState& state) { step(context, state); }
     /// Turns the state of the step before into the state at context.now_ns. At most one clip, of weight 1.
     virtual void step(const StepContext& context, ActorState& state) = 0;
+    /// The same with all that it remembers, in a world whose factory is this.
+    virtual std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const = 0;
     /// Has done what it was to do. What never ends never arrives.
     virtual bool arrived() const { return false; }
     /// Avoids others by itself, so that each of two does half of the avoiding (ORCA).

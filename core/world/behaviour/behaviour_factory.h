@@ -23,7 +23,8 @@ public:
     };
 
     explicit BehaviourFactory(SceneRef scene) : scene_(std::move(scene)) {}
-    BehaviourFactory(const BehaviourFactory&) = delete;
+    /// With what the other has made so far; behaviours of the other stay its own (Behaviour::copy).
+    BehaviourFactory(const BehaviourFactory&) = default;
     BehaviourFactory& operator=(const BehaviourFactory&) = delete;
 
     /// `joins`: the actor is somewhere already; to a route it walks first, by open ground. (Vehicles are put on

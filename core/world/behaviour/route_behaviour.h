@@ -24,6 +24,7 @@ public:
     explicit RouteWalk(Options options);
     void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<RouteWalk>(*this); }
     bool arrived() const override { return arrived_; }
     /// Where it is at its start, and where it faces.
     RoutePath::Point begin() const { return at(start_nm_); }

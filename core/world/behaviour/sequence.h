@@ -11,6 +11,18 @@ class Sequence final : public Behaviour {
 public:
     Sequence(SequenceBehaviour spec, BehaviourFactory& factory, BehaviourFactory::ForActor actor)
         : spec_(std::move(spec)), factory_(factory), actor_(std::move(actor)) {}
+    Sequence(const Sequence& other, BehaviourFactory& factory)
+        : spec_(other.spec_),
+          factory_(factory),
+          actor_(other.actor_),
+          index_(other.index_),
+          now_(other.now_->copy(factory)),
+          began_ns_(other.began_ns_),
+          began_firing_(other.began_firing_),
+          done_(other.done_) {}
+    std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const override {
+        return std::make_unique<Sequence>(*this, factory);
+    }
     void start(const StepContext& context, ActorState& state) override { begin(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     bool arrived() const override { return done_; }
@@ -36,6 +48,9 @@ class JoinRoute final : public Behaviour {
 public:
     JoinRoute(std::unique_ptr<Behaviour> approach, std::unique_ptr<Behaviour> walk)
         : now_(std::move(approach)), walk_(std::move(walk)) {}
+    std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const override {
+        return std::make_unique<JoinRoute>(now_->copy(factory), walk_ ? walk_->copy(factory) : nullptr);
+    }
     void start(const StepContext& context, ActorState& state) override { now_->start(context, state); }
     void step(const StepContext& context, ActorState& state) override {
         now_->step(context, state);

@@ -13,6 +13,7 @@ public:
         if (animation_ >= 0)
             state.clips.push_back(clip_at(*model_, animation_, context.now_ns, context.now_ns - context.step_ns));
     }
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Standing>(*this); }
     bool arrived() const override { return true; }
 
 private:

@@ -11,6 +11,7 @@ public:
     explicit Steered(Gait::Options gait) : model_(gait.model), scale_(gait.scale), gait_(std::move(gait)) {}
     void start(const StepContext& context, ActorState& state) override { gait_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Steered>(*this); }
     bool arrived() const override { return !to_ && velocity_ == glm::dvec3(0.0); }
 
     /// From the state that the actor has now. The clip must be one of its model's.

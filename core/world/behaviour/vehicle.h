@@ -27,6 +27,7 @@ public:
     explicit Vehicle(Options options) : options_(std::move(options)) {}
     void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Vehicle>(*this); }
     bool arrived() const override { return arrived_; }
     std::optional<Footprint> footprint() const override {
         return Footprint{options_.spec.length_m, options_.spec.width_m};

@@ -16,6 +16,7 @@ public:
     void step(const StepContext& context, ActorState& state) override {
         walker_.step_to(context, goal_, yaw_rad_, state);
     }
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<GoTo>(*this); }
     bool arrived() const override { return walker_.arrived(); }
     bool gives_way() const override { return true; }
 
@@ -31,6 +32,7 @@ public:
         : walker_(std::move(walker)), area_(std::move(area)), pause_s_(pause_s) {}
     void start(const StepContext& context, ActorState& state) override { walker_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Wander>(*this); }
     bool gives_way() const override { return true; }
 
 private:
@@ -51,6 +53,7 @@ public:
         : walker_(std::move(walker)), actor_(std::move(actor)), distance_m_(distance_m) {}
     void start(const StepContext& context, ActorState& state) override { walker_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Follow>(*this); }
     bool gives_way() const override { return true; }
 
 private:
@@ -65,6 +68,7 @@ public:
     Grouped(Walker walker, const GroupBehaviour& group) : walker_(std::move(walker)), group_(group) {}
     void start(const StepContext& context, ActorState& state) override { walker_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Grouped>(*this); }
     bool arrived() const override { return walker_.arrived(); }
     bool gives_way() const override { return true; }
     const std::string& group() const { return group_.group; }
@@ -81,6 +85,7 @@ public:
         : gait_(std::move(gait)), actor_(std::move(actor)), point_(point) {}
     void start(const StepContext& context, ActorState& state) override { gait_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
+    std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<LookAt>(*this); }
     bool arrived() const override { return faces_; }
 
 private:

@@ -156,5 +156,24 @@ TEST(RouteWalk, ModeOnceStopsAtTheEnd) {
     EXPECT_EQ(mover.velocity, glm::dvec3(0));
 }
 
+TEST(World, ACopyGoesOnAsTheWorldDoesAndLeavesItAlone) {
+    // People on routes, in groups and in sequences, vehicles and events.
+    for (const char* const name : {"hall", "street", "crowd"}) {
+        const SceneRef scene = load_scene("scenes/" + std::string(name) + ".json").value();
+        auto world = world_of(scene), alone = world_of(scene);
+        world->advance_to(3 * ns_per_s);
+        const auto copy = world->copy();
+        copy->advance_to(8 * ns_per_s);
+        EXPECT_EQ(world->last_step_ns(), 3 * ns_per_s);
+        world->advance_to(8 * ns_per_s);
+        alone->advance_to(8 * ns_per_s);
+        EXPECT_EQ(copy->state_hash().value, alone->state_hash().value) << name;
+        EXPECT_EQ(world->state_hash().value, alone->state_hash().value) << name;
+        ASSERT_EQ(copy->snapshot(8 * ns_per_s - 1)->movers.size(), alone->snapshot(8 * ns_per_s - 1)->movers.size());
+        (void)copy->remove_actor(scene->actors.front().name);
+        EXPECT_EQ(world->actor_count(), alone->actor_count());
+    }
+}
+
 }  // namespace
 }  // namespace camrig::world::world_steps_test

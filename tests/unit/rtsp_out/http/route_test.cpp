@@ -42,7 +42,7 @@ TEST(Route, EveryPathOfTheContractIsKnown) {
     EXPECT_EQ(route_of("/cameras/lobby/snapshot.jpg")->codec, codec::Codec::jpeg);
     EXPECT_EQ(route_of("/cameras/lobby/snapshot.png")->codec, codec::Codec::png);
     EXPECT_EQ(route_of("/cameras/lobby/depth.png")->frame, frame::FrameKind::depth);
-    EXPECT_EQ(route_of("/cameras/lobby/depth.npy")->kind, RouteKind::depth_npy);
+    EXPECT_EQ(route_of("/cameras/lobby/depth.npy")->kind, RouteKind::floats);
     EXPECT_EQ(route_of("/cameras/lobby/instance.png")->frame, frame::FrameKind::instance);
     EXPECT_EQ(route_of("/cameras/lobby/truth")->kind, RouteKind::truth);
 }
