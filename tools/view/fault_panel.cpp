@@ -19,17 +19,17 @@ struct Draft {
     std::map<std::string, json> params;
 };
 
-std::string title_of(const json& fault) {
+std::string title_of(const client::FaultState& fault) {
     char severity[16];
-    std::snprintf(severity, sizeof severity, "%.2g", fault.at("severity").get<double>());
-    return fault.at("kind").get<std::string>() + " " + severity;
+    std::snprintf(severity, sizeof severity, "%.2g", fault.severity);
+    return fault.kind + " " + severity;
 }
 
 void draw_present(Session& session, const std::string& camera) {
     if (!session.model.faults) return;
-    for (const json& fault : *session.model.faults) {
-        if (fault.at("camera") != camera) continue;
-        const auto id = fault.at("id").get<std::int64_t>();
+    for (const client::FaultState& fault : *session.model.faults) {
+        if (fault.camera != camera) continue;
+        const std::int64_t id = fault.id;
         ImGui::PushID(static_cast<int>(id));
         if (ImGui::SmallButton("x"))
             session.link.edit("fault/" + std::to_string(id), [id](const client::Rig& rig) { rig.clear_fault(id); });

@@ -127,7 +127,7 @@ void RigLink::refresh() {
     fresh.cameras = rig_.camera_states();
     std::erase_if(fresh.cameras, [&](const client::CameraState& camera) { return camera.name == own_camera_; });
     fresh.settings = std::make_shared<const json>(rig_.call("camera.list"));
-    fresh.faults = std::make_shared<const json>(rig_.faults());
+    fresh.faults = std::make_shared<const std::vector<client::FaultState>>(rig_.faults());
     json description = this->description().is_null() ? described(rig_) : json();
     fresh.actors = rows_of(rig_.actors());
     fresh.events = rows_of(rig_.events());

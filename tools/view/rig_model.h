@@ -35,9 +35,9 @@ struct RigModel {
     std::string problem = "connecting";  ///< empty: the rig answers
     std::string refused;                 ///< why the last edit was not done, or empty
     client::WorldStatus world = {};
-    std::vector<client::CameraState> cameras = {};        ///< without the view's own
-    std::shared_ptr<const nlohmann::json> settings = {};  ///< of all cameras, as camera.list answers
-    std::shared_ptr<const nlohmann::json> faults = {};    ///< of all cameras, as fault.list answers
+    std::vector<client::CameraState> cameras = {};                       ///< without the view's own
+    std::shared_ptr<const nlohmann::json> settings = {};                 ///< of all cameras, as camera.list answers
+    std::shared_ptr<const std::vector<client::FaultState>> faults = {};  ///< of all cameras
     std::vector<ActorRow> actors = {};
     std::vector<EventRow> events = {};
     std::deque<Firing> firings = {};  ///< the newest last; at most max_firings

@@ -388,7 +388,7 @@ struct CameraOptions {
     std::optional<std::optional<Sensor>> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
     std::optional<std::optional<Backdrop>> backdrop = {};  ///< a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees
     std::optional<Lens> lens = {};  ///< see lens
-    std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
+    std::optional<std::string> antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
     std::optional<double> far = {};  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
@@ -449,7 +449,7 @@ struct CameraState {
     std::optional<Sensor> sensor = {};  ///< counts electrons as a real camera does, see sensor: exposure, noise, saturation, raw numbers; null: none: light of 1 is white
     std::optional<Backdrop> backdrop = {};  ///< a picture of a real place that people walk in, see backdrop; null: the scene's own objects are what it sees
     Lens lens = {};  ///< see lens
-    std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
+    std::string antialias = {};  ///< `none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
     double far = 0;  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty

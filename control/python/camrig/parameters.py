@@ -358,7 +358,7 @@ class CameraOptions(TypedDict, total=False):
     lens: Union[Lens, str, tuple[str, Vector]]
     """see lens; default pinhole"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
-    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none; default auto"""
+    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none; default auto"""
     near: float
     """m; over 0 and at most 1e6: nearest distance drawn; default 0.05"""
     far: float
@@ -411,7 +411,7 @@ class CameraState(TypedDict):
     lens: Lens
     """see lens"""
     antialias: Literal["none", "coverage", "msaa4", "ssaa2", "ssaa3", "ssaa4", "auto"]
-    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 with a lens and on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none"""
+    """`none`, `coverage`, `msaa4`, `ssaa2`, `ssaa3`, `ssaa4` or `auto`: samples of a pixel of the colour picture; coverage: each surface by how much of the pixel it covers, of 64 places, shaded once (as msaa4 on a GPU), msaa4: four coverage samples, ssaa2 to ssaa4: 2x2 to 4x4 full samples, auto: coverage at quality beautiful up to 4 megapixels, else none"""
     near: float
     """m; over 0 and at most 1e6: nearest distance drawn"""
     far: float

@@ -25,6 +25,8 @@ json run_example(RpcHarness& rpc, const Method& method) {
     json params = json::parse(method.example);
     if (method.name == "auth") params["token"] = "correct-token";
     if (method.name != "camera.create") rpc.result("camera.create", lobby);
+    if (method.name == "ptz.preset_goto" || method.name == "ptz.preset_remove")
+        rpc.result("ptz.preset_set", R"({"camera":"lobby","preset":"door"})");
     return rpc.call(method.name, params);
 }
 

@@ -98,7 +98,8 @@ TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
     AddEvent add;
     add.event.name = "look";
     add.event.when = world::AtTime{95 * ns_per_ms};  // the step at 100 ms
-    const world::CameraAction action{.camera = "c", .pose = camera::Pose{{1, 2, 3}}, .vfov_rad = {}, .duration_ns = 0};
+    const world::CameraAction action{
+        .camera = "c", .pose = camera::Pose{{1, 2, 3}}, .vfov_rad = {}, .clock = {}, .duration_ns = 0};
     add.event.actions = {action};
     ASSERT_TRUE(call(add));
     ASSERT_TRUE(call(StepWorld{80 * ns_per_ms}));
