@@ -150,6 +150,10 @@ std::int64_t Rig::clear_fault(std::int64_t id) const {
     return connections_->call("fault.clear", {{"id", id}})["cleared"];
 }
 
+json Rig::visibility(const json& params) const {
+    return connections_->call("truth.network", params);
+}
+
 json Rig::faults() const {
     return connections_->call("fault.list")["faults"];
 }

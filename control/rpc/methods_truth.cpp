@@ -207,7 +207,7 @@ std::vector<Method> truth_methods(RpcContext& context) {
          .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
          .handler = [&context](const nlohmann::json& asked,
                                RpcReply done) { get_network(context, asked, std::move(done)); },
-         .example = R"({"cameras": ["lobby", "gate"], "classes": ["person"]})",
+         .example = R"({"classes": ["person"], "cell_m": 1})",
          .only_looks = true}};
 }
 

@@ -79,6 +79,8 @@ public:
     std::int64_t clear_fault(std::int64_t id) const;
     /// The faults that are not over.
     nlohmann::json faults() const;
+    /// Who sees whom, and what cameras share (truth.network, docs/truth.md). `params`: cameras, classes, ..
+    nlohmann::json visibility(const nlohmann::json& params = nlohmann::json::object()) const;
     nlohmann::json add_event(const std::string& name, const nlohmann::json& when,
                              const nlohmann::json& actions = nlohmann::json::array(), int limit = 0) const;
     void remove_event(const std::string& name) const;
