@@ -178,6 +178,10 @@ std::vector<FaultState> Rig::faults() const {
     return read_list<FaultState>("faults", connections_->call("fault.list"));
 }
 
+json Rig::visibility(const json& params) const {
+    return connections_->call("truth.network", params);
+}
+
 json Rig::stats() const {
     return connections_->call("stats.get");
 }

@@ -64,8 +64,8 @@ public:
         : context_(context), question_(std::move(question)), done_(std::move(done)) {}
 
     void begin() {
-        ask(engine::GetInstant{}, [this](auto instant) {
-            instant_ = std::move(instant);
+        ask(engine::GetInstant{}, [this](const auto& instant) {
+            instant_ = instant;
             if (!question_.cameras.empty()) return next();
             ask(engine::ListCameras{}, [this](const auto& cameras) {
                 for (const engine::CameraReply& camera : cameras)
@@ -78,17 +78,19 @@ public:
 private:
     template <typename C, typename Then>
     void ask(C command, Then then) {
-        context_.commands.post(engine::Request<C>{std::move(command), [self = shared_from_this(), then](auto reply) {
-                                                      if (!reply) return self->done_(std::unexpected(reply.error()));
-                                                      then(std::move(*reply));
-                                                  }});
+        auto answered = [self = shared_from_this(), then](const Result<typename C::Reply>& reply) {
+            if (!reply) return self->done_(std::unexpected(reply.error()));
+            then(reply.value());
+        };
+        context_.commands.post(engine::Request<C>{std::move(command), std::move(answered)});
     }
     void next() {
         if (truths_.size() == question_.cameras.size()) return answer();
-        ask(engine::GetTruth{question_.cameras[truths_.size()], 0, instant_, question_.ground}, [this](auto truth) {
-            truths_.push_back(std::move(truth));
-            next();
-        });
+        ask(engine::GetTruth{question_.cameras[truths_.size()], 0, instant_, question_.ground},
+            [this](const auto& truth) {
+                truths_.push_back(truth);
+                next();
+            });
     }
     void answer() {
         std::function<void()> job = [self = shared_from_this()] {
@@ -205,7 +207,7 @@ std::vector<Method> truth_methods(RpcContext& context) {
          .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
          .handler = [&context](const nlohmann::json& asked,
                                RpcReply done) { get_network(context, asked, std::move(done)); },
-         .example = R"({"cameras": ["lobby", "gate"], "classes": ["person"]})",
+         .example = R"({"classes": ["person"], "cell_m": 1})",
          .only_looks = true}};
 }
 

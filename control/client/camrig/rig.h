@@ -85,6 +85,8 @@ public:
     std::int64_t clear_fault(std::int64_t id) const;
     /// The faults that are not over.
     std::vector<FaultState> faults() const;
+    /// Who sees whom, and what cameras share (truth.network, docs/truth.md). `params`: cameras, classes, ..
+    nlohmann::json visibility(const nlohmann::json& params = nlohmann::json::object()) const;
 
     // The rig
     nlohmann::json stats() const;
