@@ -193,7 +193,8 @@ def test_a_read_shows_the_connections_last_write_and_a_batch_is_one_instant(unre
         # vbatch makes one moment of requests that wait for their answers.
         assert ask(api, "vbatch 20") == "ok"
         places = {api.client.request("vget /object/mover/location") for _ in range(20)}
-        assert len(places) == 1 and api.client.request("vget /object/mover/location") not in places
+        assert len(places) == 1
+        wait_until(lambda: api.client.request("vget /object/mover/location") not in places, what="the mover to be somewhere else")
         api.client.disconnect()
 
 

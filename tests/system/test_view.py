@@ -18,7 +18,7 @@ WIDTH, HEIGHT = 1280, 800
 SCENE_X, SCENE_WIDTH, SCENE_HEIGHT = 260, WIDTH - 260 - 300, HEIGHT - 170
 NEW, SAVE = (45, 18), (130, 41)
 VFOV_SLIDER_RIGHT, NEW_RTSP, ADD_RTSP = (1170, 81), (1036, 221), (1023, 422)
-CODE_STRIP = (997, 771)  # below what a new output of RTSP is made with, and the outputs, of which there is one
+CODE_STRIP = (997, 788)  # below what a new output of RTSP is made with, and the outputs, of which there is one
 STEP_200_MS = (476, 648)
 
 
