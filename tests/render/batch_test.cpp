@@ -146,7 +146,7 @@ Pictures film(const world::SnapshotRef& first, world::Quality quality, const Ren
     std::vector<View> views{
         TestCamera{.size = {200, 150}, .focal_px = 130.0, .quality = quality}.view(1),
         TestCamera{.eye = {0.5, 0.7, 0.3}, .size = {121, 91}, .focal_px = 70.0, .quality = quality}.view(2)};
-    for (View& view : views) std::ranges::fill(view.kinds, true);
+    for (View& view : views) std::fill_n(view.kinds, frame::scene_kind_count, true);
     Pictures seen;
     for (int n = 0; n < 4; ++n) {
         auto snapshot = std::make_shared<world::Snapshot>(*first);

@@ -27,7 +27,7 @@ TestWorld boxes() {
 std::vector<frame::FrameRef> film(Renderer& renderer) {
     std::vector<View> views{TestCamera{.size = {160, 120}, .focal_px = 100.0}.view(1),
                             TestCamera{.eye = {0.0, 0.5, 0.3}, .size = {81, 61}, .focal_px = 60.0}.view(2)};
-    for (View& view : views) std::fill(std::begin(view.kinds), std::end(view.kinds), true);
+    for (View& view : views) std::fill_n(view.kinds, frame::scene_kind_count, true);
     const world::SnapshotRef first = boxes().snapshot();
     std::vector<frame::FrameRef> frames;
     for (int n = 0; n < 3; ++n) {
