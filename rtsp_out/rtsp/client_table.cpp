@@ -7,7 +7,7 @@
 
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/rtsp_mount.h"
-#include "rtsp_out/rtsp/tcp_flush.h"
+#include "rtsp_out/rtsp/tcp_reader.h"
 
 namespace camrig::rtsp {
 namespace {
@@ -154,7 +154,6 @@ void ClientTable::add(GstRTSPClient* client) {
     g_signal_connect(client, "pre-describe-request", G_CALLBACK(ask), this);
     g_signal_connect(client, "pre-setup-request", G_CALLBACK(ask), this);
     g_signal_connect(client, "setup-request", G_CALLBACK(on_setup), this);
-    g_signal_connect(client, "pre-play-request", G_CALLBACK(on_pre_play), this);
     g_signal_connect(client, "play-request", G_CALLBACK(on_play), this);
     g_signal_connect(client, "send-message", G_CALLBACK(on_answer), this);
 }
@@ -224,17 +223,13 @@ void ClientTable::read_answer(GstRTSPClient* client, Client& record, const GstRT
 
 void ClientTable::on_setup(GstRTSPClient* client, GstRTSPContext* context, void* table) {
     if (!is_tcp(context->trans)) return;
-    drop_flush_buffers(context->trans);
+    const auto feed = RtspMount::feed_of(context->media);
+    unpack_carriers(context->trans, feed ? feed->nal_codec() : std::nullopt);
     auto& clients = static_cast<ClientTable*>(table)->clients_;
     if (const auto found = clients.find(client); found != clients.end()) {
         found->second.is_sent_to = true;
         found->second.guard->bounds.allow_data();
     }
-}
-
-GstRTSPStatusCode ClientTable::on_pre_play(GstRTSPClient*, GstRTSPContext* context, void*) {
-    if (const auto feed = RtspMount::feed_of(context->media)) feed->client_joins();
-    return GST_RTSP_STS_OK;
 }
 
 void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void*) {

@@ -83,7 +83,6 @@ private:
     static void on_closed(GstRTSPClient* client, void* table);
     static void on_play(GstRTSPClient* client, GstRTSPContext* context, void* table);
     static void on_setup(GstRTSPClient* client, GstRTSPContext* context, void* table);
-    static GstRTSPStatusCode on_pre_play(GstRTSPClient* client, GstRTSPContext* context, void* table);
     static void on_answer(GstRTSPClient* client, GstRTSPContext* context, GstRTSPMessage* answer, void* table);
 
     const RtspLimits limits_;

@@ -369,17 +369,18 @@ void MediaFeed::follow_ssrc() {
                                             gst_structure_new("GstRTPCollision", "ssrc", G_TYPE_UINT, ssrc, nullptr)));
 }
 
-void MediaFeed::client_joins() {
-    request_key_frame();
-    const TimeNs now_ns = monotonic_now_ns();
-    std::lock_guard lock(mutex_);
-    if (is_held_back_) return;
-    if (const auto stamp_ns = stamps_.of_join(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
+std::optional<NalCodec> MediaFeed::nal_codec() const {
+    if (options_.format.codec == codec::Codec::jpeg) return std::nullopt;
+    return options_.codec;
 }
 
 void MediaFeed::client_plays() {
+    request_key_frame();
+    const TimeNs now_ns = monotonic_now_ns();
     std::lock_guard lock(mutex_);
     playing_ = true;
+    if (is_held_back_) return;
+    if (const auto stamp_ns = stamps_.of_join(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
 }
 
 void MediaFeed::add_tcp_reader(GSocket* socket) {

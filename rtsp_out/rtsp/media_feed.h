@@ -54,9 +54,11 @@ public:
     RtpTimeline::SenderTime sender_time(TimeNs now_ns);
     const std::string& path() const { return options_.path; }
 
-    /// A client has joined: the next picture is a key frame, and one comes at once if the world stands still.
-    void client_joins();
-    /// Somebody plays now; from here on pictures hold their latch.
+    /// How its pictures are packed; none: as JPEG.
+    std::optional<NalCodec> nal_codec() const;
+
+    /// A client plays now, and is sent what comes: the next picture is a key frame, one comes at once if the world
+    /// stands still, and from here on pictures hold their latch.
     void client_plays();
     /// The connection of a client that plays by TCP.
     void add_tcp_reader(GSocket* socket);

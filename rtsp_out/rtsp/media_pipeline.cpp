@@ -8,7 +8,7 @@
 #include "core/base/clock.h"
 #include "rtsp_out/rtsp/gst_handle.h"
 #include "rtsp_out/rtsp/rtp_packet.h"
-#include "rtsp_out/rtsp/tcp_flush.h"
+#include "rtsp_out/rtsp/tcp_reader.h"
 
 namespace camrig::rtsp {
 namespace {
@@ -89,7 +89,7 @@ void on_element_added(GstBin*, GstBin*, GstElement* element, void* setup) {
         const GObjectHandle<GstPad> pad(gst_element_get_static_pad(element, "sink"));
         constexpr int packets = GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST;
         gst_pad_add_probe(pad.get(), static_cast<GstPadProbeType>(packets), leave_out_if_stuck, kept(own), free_kept);
-        send_flush_buffers(pad.get(), [own] { return own->is_lockstep(); });
+        carry_packets(pad.get(), [own] { return own->is_lockstep(); });
     }
 }
 

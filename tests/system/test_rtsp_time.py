@@ -264,6 +264,24 @@ def test_a_reader_that_joins_is_told_of_no_packet_that_it_does_not_get(rig):
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_the_first_picture_of_a_reader_that_joins_is_a_key_picture(rig):
+    """A decoder shows nothing of what comes before, and complains."""
+    cam = rig.create_camera("lobby", size=(320, 240), fps=25)
+    with stepping(rig):
+        _, _, other = read_aside(cam.url("rtsp"))  # the stream runs while they join
+        for _ in range(30):
+            reader = RtspReader(cam.url("rtsp"))
+            channel = 1
+            while channel != 0:
+                _, channel, size = struct.unpack("!cBH", reader.take(4))
+                packet = reader.take(size)
+            # An aggregation packet (RFC 6184, 5.7.1) of an access unit delimiter and the parameter sets of a key picture.
+            assert (packet[12] & 0x1F, packet[15] & 0x1F, packet[19] & 0x1F) == (24, 9, 7)
+            reader.close()
+        other.socket.shutdown(socket.SHUT_RDWR)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
 @pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
 def test_nothing_but_rtp_and_rtcp_reaches_a_reader(rig, kind):
     """Also in lockstep, where the end of each picture is watched for on its way out."""
