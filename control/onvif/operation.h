@@ -63,7 +63,7 @@ struct Asked {
 };
 
 /// What heads are told, by the same commands as the methods ptz.* give.
-using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::AimPtz, engine::StopPtz, engine::PtzPresets>;
+using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::StopPtz, engine::PtzPresets>;
 
 class EventDesk;
 
