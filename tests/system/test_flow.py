@@ -97,3 +97,74 @@ def test_flow_leads_to_where_things_are_in_the_next_frame(hall):
 def test_flow_comes_raw_only(hall):
     with pytest.raises(camrig.CamrigError, match="raw only"):
         hall.camera("lobby").frame(kind="flow", format="png")
+
+
+def test_rows_that_show_one_time_after_the_other_lead_one_frame_on_each(straight):
+    cam = straight.camera("main")
+    straight.step(nanoseconds=PERIOD_NS)
+    at_once = Seen(cam)
+    cam.set(sensor={"preset": "imx219", "exposure_s": 0.004, "readout_s": 0.033})
+    straight.step(nanoseconds=PERIOD_NS)
+    seen = Seen(cam)
+    # Each row's points are where they are in its time, a period before where that row shows them next.
+    assert seen.flow_wrong_by(seen.time_ns + PERIOD_NS) < 0.02
+    box = lambda one: [one.y[one.moves].max() - one.y[one.moves].min(), one.x[one.moves].max() - one.x[one.moves].min()]
+    assert box(seen) != box(at_once)
+
+
+def test_rows_of_a_head_that_gains_speed_have_the_way_of_their_own_time(straight):
+    acceleration = np.radians(60)
+    cam = straight.create_camera("dome", size=(640, 480), fps=25, vfov_deg=50, position=(-6, 0, 1), look_at=(0, 0, 1),
+                                 sensor={"preset": "imx219", "exposure_s": 0.002, "readout_s": 0.036}, ptz={"preset": "ideal", "acceleration_deg_s2": 60})
+    begin_ns = straight.status()["world_ns"]
+    cam.ptz.move(pan_deg=120)
+    straight.step(seconds=0.28)
+    flow, truth = cam.flow(), cam.truth()
+    stands = np.isin(cam.instances(), [item["id"] for item in truth["objects"] if item["name"] != "mover"])
+    middle_s = lambda row: (truth["exposure_start_ns"] + row * truth["row_ns"] + 1e6 - begin_ns) / 1e9
+    pan = lambda seconds: acceleration * seconds**2 / 2
+    assert truth["ptz"]["true"]["pan_deg"] == pytest.approx(np.degrees(pan(middle_s(239.5))), abs=0.02)
+    view = camrig.Projection.of(truth)
+    fx, cx = view.K[0, 0], view.K[0, 2]
+    wrong = []
+    for row in range(0, 480, 12):
+        # The camera stands level: what stands still goes around the vertical as the head turns.
+        x = np.flatnonzero(stands[row])
+        here = np.arctan((x - cx) / fx)
+        turn = pan(middle_s(row) + PERIOD_NS / 1e9) - pan(middle_s(row))
+        wrong += list(np.abs(flow[row, x, 0] - (fx * np.tan(here + turn) + cx - x)))
+    # A row is drawn at most half a pixel from where it should be: here 4 ms, in which the head gains a quarter of a degree a second.
+    first, last = (pan(middle_s(row) + 0.04) - pan(middle_s(row)) for row in (0, 479))
+    assert fx * (last - first) > 0.7 and len(wrong) > 5000 and max(wrong) < 0.1
+
+
+def test_flow_of_rows_behind_a_lens_that_zooms_leads_to_the_zoom_of_the_next_frame(straight):
+    lens = {"model": "plumb_bob", "coefficients": [-0.2, 0.03, 0, 0, 0]}
+    cam = straight.create_camera("zooms", size=(640, 480), fps=25, vfov_deg=50, place="main", lens=lens, sensor={"preset": "imx219", "exposure_s": 0.002, "readout_s": 0.036})
+    straight.call("camera.set", name="zooms", zoom=3, seconds=1)
+    straight.step(seconds=0.2)
+    flow, ids, truth = cam.flow(), cam.instances(), cam.truth()
+    straight.step(nanoseconds=PERIOD_NS)
+    later = cam.truth()
+    y, x = np.nonzero(np.isin(ids, [item["id"] for item in truth["objects"] if item["name"] != "mover"]))
+    # All rows of a picture have one focal length, and what stands goes away from the middle with it.
+    k, k_later = (camrig.Projection.of(one).K for one in (truth, later))
+    expected = (np.stack([x, y], 1) - k[:2, 2]) * (k_later[0, 0] / k[0, 0] - 1) + k_later[:2, 2] - k[:2, 2]
+    assert np.abs(expected).max() > 8
+    assert np.abs(flow[y, x] - expected).max() < 0.02
+
+
+def test_a_photos_shapes_stand_and_what_walks_in_it_flows(straight, tmp_path):
+    plate = tmp_path / "plate.png"
+    cv2.imwrite(str(plate), np.full((480, 640, 3), 90, np.uint8))
+    pose = straight.camera("main").get()["pose"]
+    straight.call("camera.create", name="photo", size=[640, 480], fps=25, vfov_deg=50, pose=pose, backdrop={
+        "file": str(plate), "proxies": {"ground": {"polygon_m": [[-4, -4], [8, -4], [8, 4], [-4, 4]]}}})
+    straight.set_object("ground", hidden=True)
+    straight.step(nanoseconds=PERIOD_NS)
+    cam = straight.camera("photo")
+    seen, ids, depth = Seen(cam), cam.instances(), cam.depth()
+    assert seen.flow_wrong_by(seen.time_ns + PERIOD_NS) < 0.02
+    shape, nothing = (ids == 0) & np.isfinite(depth), np.isinf(depth)
+    assert shape.sum() > 10_000 and (seen.flow[shape] == 0).all()
+    assert nothing.sum() > 10_000 and np.isnan(seen.flow[nothing]).all()
