@@ -103,6 +103,26 @@ def test_pictures_are_camrigs_own_to_the_byte(api, door):
     assert np.abs(shown - np.floor((world + 1) * 127.5 + 0.5)).max() <= 1
 
 
+def test_optical_flow_is_camrigs_own_and_its_pictures_show_the_way_as_a_hue(api, door):
+    rig, _, folder = door
+    # 20 m/s along y, which is to the left of a camera that looks along x.
+    rig.steer({"mover": {"position": [-2, 1, 0]}})
+    rig.step(seconds=0.04)
+    rig.steer({"mover": {"velocity": [0, 20, 0]}})
+    rig.step(seconds=0.04)
+    cam = rig.camera("main")
+    flow, ids = cam.flow(), cam.instances()
+    got = numpy_of(ask(api, "vget /camera/0/optical_flow npy"))
+    assert got.shape == (480, 640, 2) and got.dtype == np.float32 and np.array_equal(got, flow, equal_nan=True)
+    assert np.array_equal(np.load(ask(api, "vget /camera/0/optical_flow a.npy")), flow, equal_nan=True)
+    mover = ids == {item["name"]: item["id"] for item in rig.objects()}["mover"]
+    assert mover.sum() > 300 and (flow[mover, 0] < -20).all() and (np.abs(flow[mover, 1]) < -0.2 * flow[mover, 0]).all()
+    for shown in (api.get_image(0, "optical_flow", "png"), api.get_image(0, "optical_flow", "bmp")):
+        # Cyan, the hue across from red, at full strength; black where nothing moves, and where nothing is.
+        assert (shown[mover][:, :2].max(axis=1) == 255).all() and (shown[mover][:, 2] == 0).all() and (shown[mover][:, :2] > 150).all()
+        assert not shown[~mover].any()
+
+
 def test_boxes_of_the_mask_are_those_of_the_truth(api, door):
     rig = door[0]
     rig.step(seconds=1)
