@@ -9,6 +9,8 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <spdlog/spdlog.h>
 
+#include "core/base/clock.h"
+
 namespace camrig::unrealcv {
 namespace asio = boost::asio;
 namespace {
@@ -28,7 +30,8 @@ asio::awaitable<void> wait(asio::steady_timer& bell) {
 
 ClientConnection::ClientConnection(DoorState& door, const UnrealCvLimits& limits, Socket socket,
                                    std::function<void(ClientConnection*)> on_closed)
-    : limits_(limits),
+    : door_(door),
+      limits_(limits),
       socket_(std::move(socket)),
       on_closed_(std::move(on_closed)),
       session_(std::make_shared<Session>(door, socket_.get_executor())),
@@ -123,7 +126,8 @@ void ClientConnection::close_after(UnrealCvLimits::Duration time) {
 }
 
 void ClientConnection::break_off(const std::string& why) {
-    spdlog::warn("unrealcv: a connection is closed: {}", why);
+    if (const auto left_out = door_.closing_log.due(monotonic_now_ns()))
+        spdlog::warn("unrealcv: a connection is closed: {} ({} more were closed before it)", why, *left_out);
     close();
 }
 

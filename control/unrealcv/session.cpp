@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "control/unrealcv/units.h"
+#include "core/base/clock.h"
 #include "core/base/out_of_memory.h"
 #include "core/frame/kind_format.h"
 
@@ -50,7 +51,10 @@ asio::awaitable<Answer> Session::answer(std::string_view line) {
         answer = refused("the rig has no memory for this answer; ask for less at once");
     }
     // Clients set without looking at the answers.
-    if (!answer && !line.starts_with("vget")) spdlog::warn("unrealcv: {}: {}", line.substr(0, 200), answer.error());
+    if (!answer && !line.starts_with("vget"))
+        if (const auto left_out = door_.refusal_log.due(monotonic_now_ns()))
+            spdlog::warn("unrealcv: {}: {} ({} more were refused before it)", line.substr(0, 200), answer.error(),
+                         *left_out);
     co_return answer;
 }
 

@@ -19,6 +19,7 @@
 #include "control/unrealcv/command.h"
 #include "control/unrealcv/pictures.h"
 #include "core/base/byte_budget.h"
+#include "core/base/log_pace.h"
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 #include "core/stream/worker_pool.h"
@@ -59,6 +60,8 @@ struct DoorState {
     world::SceneRef scene = {};          ///< that the colours are of
     std::optional<TimeNs> tick_ns = {};  ///< what /action/tick moves the world by; nullopt: one of its steps
     std::uint64_t files = 0;             ///< that were given a name here
+    LogPace refusal_log = {};            ///< of requests
+    LogPace closing_log = {};            ///< of connections that were closed for what they sent
 };
 
 /// The world and its cameras at one moment, as the commands of one batch see them.
