@@ -93,7 +93,8 @@ asio::awaitable<void> ClientConnection::serve_loop(std::string greeting) {
         std::string head(request->id);
         head += ':';
         if (!answer) head += "error ";
-        const std::string_view body = answer ? (answer->empty() ? "ok" : std::string_view(*answer)) : answer.error();
+        std::string_view body = answer ? answer->bytes() : answer.error();
+        if (answer && body.empty()) body = "ok";
         head.insert(0, frame_head(head.size() + body.size()));
         is_open = co_await write(head, body);
         session_->sent();

@@ -232,7 +232,8 @@ asio::awaitable<Answer> spawn_stereo(Session& session, glm::dvec3 to) {
     if (!left) co_return left;
     auto right = co_await spawn_camera(session, to + glm::dvec3(0.0, half_eye_distance_cm, 0.0));
     if (!right) co_return right;
-    co_return *left + " " + *right;
+    std::string names(left->bytes());
+    co_return names.append(" ").append(right->bytes());
 }
 
 asio::awaitable<Answer> spawn_model(Session& session, std::string of_class, std::string name, glm::dvec3 to) {
@@ -329,7 +330,7 @@ Awaited blueprint(Session& session, Arguments arguments) {
         done = co_await nav_to_goal(session, *object, {numbers[0], numbers[1], numbers[2]});
     }
     // A function without values to give.
-    if (done) done = "{}";
+    if (done) done = std::string("{}");
     co_return done;
 }
 

@@ -89,8 +89,8 @@ asio::awaitable<std::expected<const Moment*, std::string>> Session::moment_of_ca
     co_return &*moment_;
 }
 
-asio::awaitable<Result<std::string>> Session::picture(const engine::CameraReply& camera, frame::FrameKind kind,
-                                                      std::function<Result<std::string>(const frame::Frame&)> make) {
+asio::awaitable<Result<Body>> Session::picture(const engine::CameraReply& camera, frame::FrameKind kind,
+                                               std::function<Result<Body>(const frame::Frame&)> make) {
     stream::FetchRequest request;
     request.camera = camera.camera.spec()->name;
     request.kind = kind;
@@ -108,7 +108,7 @@ asio::awaitable<Result<std::string>> Session::picture(const engine::CameraReply&
         *claim = std::move(*claimed);
         return {};
     };
-    auto slot = std::make_shared<Slot<std::string>>();
+    auto slot = std::make_shared<Slot<Body>>();
     door_.frames.fetch(std::move(request),
                        [fill = filler(slot), make = std::move(make)](Result<stream::MediaUnit> unit) {
                            if (!unit) return fill(std::unexpected(unit.error()));
