@@ -16,6 +16,7 @@ import pytest
 import camrig
 from conftest import Process, wait_until
 from onvif_messages import beside
+from test_docs import blocks
 
 MAGIC = 0x9E2B83C1
 
@@ -322,6 +323,17 @@ def test_another_level_is_loaded(api, door):
     api.set_map("clock")
     assert door[0].status()["scene"] == "clock" and ask(api, "vget /scene/name") == "clock"
     assert "box" not in api.get_objects()
+
+
+def test_the_program_of_the_page_runs(unrealcv):
+    (program,) = blocks("docs/unrealcv.md", "python")
+    with camrig.start("hall", mode="lockstep", args=["--unrealcv", "0"]) as rig:
+        told = {}
+        exec(program.replace("9000", str(rig.call("server.info")["unrealcv"])), told)
+        assert told["image"].shape == (480, 640, 3) and not np.array_equal(told["image"], told["next_image"])
+        assert np.array_equal(told["next_image"], rig.cameras()[0].frame().image) and rig.status()["world_ns"] == 40_000_000
+        assert 0 < told["box"][1][0][0] < told["box"][1][1][0] < 1 and told["depth"].min() > 100
+        told["api"].client.disconnect()
 
 
 def hello(port):
