@@ -356,6 +356,7 @@ std::span<const Command> object_commands() {
         Command{"vget /object/[str]/mobility", "Movable or Static", mobility},
         Command{"vget /object/[str]/uclass_name", "Its class in ground truth", uclass_name},
         Command{"vget /object/[str]/vertex_location", "Its vertices in the world, one a line", vertex_location},
+        Command{"vget /object/[str]/vertices", "The same as vertex_location", vertex_location},
         Command{"vset /object/[str]/show", "Shows it", show},
         Command{"vset /object/[str]/hide", "Hides it", hide},
         Command{"vset /object/[str]/destroy", "Removes it; of a camera's name, the camera", destroy},

@@ -325,6 +325,34 @@ def test_another_level_is_loaded(api, door):
     assert "box" not in api.get_objects()
 
 
+def test_what_gym_unrealcv_and_unrealzoo_send_is_answered(unrealcv, door):
+    rig, port, _ = door
+    first = unrealcv.Client(("127.0.0.1", port))
+    assert first.connect()
+    first.disconnect()  # they look for a Unix socket then, and come back
+    client = unrealcv.Client(("127.0.0.1", port))
+    assert client.connect()
+    for line in ("vrun setres 640x480w", "DisableAllScreenMessages", "vrun sg.ShadowQuality 0", "vrun slomo 2", "vrun t.maxFPS 30", "vset /action/keyboard Up 0.01"):
+        client.request(line, -1)
+    objects = client.request("vget /objects").split()
+    asked = [f"vget /object/{name}/{what}" for name in objects for what in ("location", "rotation")]
+    asked += ["vget /camera/0/location", "vget /camera/0/rotation", "vget /camera/0/lit bmp", "vget /camera/0/object_mask bmp", "vget /camera/0/depth npy"]
+    answers = client.request(asked)
+    for name, location in zip(objects, answers[::2]):
+        place = next(one["position"] for one in rig.objects() if one["name"] == name)
+        assert [float(number) for number in location.split()] == pytest.approx([100 * place[0], -100 * place[1], 100 * place[2]], abs=1e-3)
+    lit, mask, depth = answers[-3:]
+    assert lit[:2] == mask[:2] == b"BM" and numpy_of(depth).shape == (480, 640)
+    assert client.request("vget /object/box/vertices") == client.request("vget /object/box/vertex_location")
+    client.request("vset /camera/0/pose 100.0 200.0 150.0 -5.0 30.0 0.0", -1)
+    assert client.request("vget /camera/0/pose") == "100.000 200.000 150.000 -5.000 30.000 0.000"
+    client.request("vset /camera/0/moveto 110.0 200.0 150.0")
+    assert client.request("vget /camera/0/location") == "110.000 200.000 150.000"
+    for line in ("vbp mover set_move -30.0 100.0", "vbp mover nav_to_goal 100.0 200.0 0.0"):
+        assert client.request(line) == "{}"
+    client.disconnect()
+
+
 def test_the_program_of_the_page_runs(unrealcv):
     (program,) = blocks("docs/unrealcv.md", "python")
     with camrig.start("hall", mode="lockstep", args=["--unrealcv", "0"]) as rig:
