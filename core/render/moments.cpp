@@ -26,6 +26,12 @@ TimeNs Moments::time(int cell) const {
     return edge_ns(cell) + (edge_ns(cell + 1) - edge_ns(cell)) / 2;
 }
 
+int Moments::cells_of_row() const {
+    const TimeNs whole_ns = times_.end_ns() - times_.begin_ns;
+    if (whole_ns <= 0) return 1;
+    return static_cast<int>(std::max<TimeNs>(1, count_ * times_.exposure_ns / whole_ns));
+}
+
 std::pair<TimeNs, TimeNs> Moments::shared(int cell, int row) const {
     const TimeNs begin_ns = times_.begin_ns + row * times_.row_ns;
     return {std::max(begin_ns, edge_ns(cell)), std::min(begin_ns + times_.exposure_ns, edge_ns(cell + 1))};

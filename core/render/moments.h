@@ -17,6 +17,8 @@ public:
 
     int count() const { return count_; }
     TimeNs time(int cell) const;
+    /// How many cells a row's exposure takes at least: any so many, one after the other, are of one row.
+    int cells_of_row() const;
     /// The row's share of its exposure in the cell; over all cells 1.
     float weight(int cell, int row) const;
     /// Rows [first, end) that have some of the cell.

@@ -42,6 +42,7 @@ struct SensorSpec {
     int bits = 16;                      ///< of the converter
     std::optional<double> black_level;  ///< the number of no electrons; nullopt: 1/16 of the range, 0 without noise
     double f_number = 2.0;
+    std::optional<double> focus_m;  ///< what is so far along the optical axis is sharp; nullopt: all is
     double pixel_pitch_m = 3.45e-6;
     double vignetting = 0.0;                ///< 1: the natural falloff of a lens, 0: none
     std::optional<double> white_balance_k;  ///< nullopt: automatic

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <cstdio>
 #include <cstring>
 #include <numbers>
 
@@ -375,6 +377,118 @@ TEST(Exposures, AreSharesThatMakeAWhole) {
             }
         }
     }
+}
+
+/// A camera with an opening of 15 mm (f/2), whose pixels are a tenth of a millimetre.
+sensor::SensorSpec focused(double focus_m) {
+    sensor::SensorSpec spec = quiet(0.01, 0.0);
+    spec.pixel_pitch_m = 1e-4;
+    spec.focus_m = focus_m;
+    return spec;
+}
+
+/// The circle of confusion at 4 m, in pixels.
+double disc_px(double focus_m) {
+    const double focal_m = 1.0 / (1.0 / (focal_px * 1e-4) + 1.0 / focus_m);
+    return focal_m / 2.0 * focal_px * std::abs(1.0 / focus_m - 1.0 / 4.0);
+}
+
+/// Contrast at a frequency (cycles a pixel) of an edge through the middle that leans by `lean_rad`: ISO 12233, slanted
+/// edge, with eight bins a pixel.
+double contrast(const Taken& picture, double lean_rad, double frequency) {
+    constexpr int per_px = 8, reach_px = 24;
+    std::vector<double> sum(2 * reach_px * per_px), count(sum.size());
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            const double beside =
+                (x - (size.width - 1) / 2.0) * std::cos(lean_rad) + (y - (size.height - 1) / 2.0) * std::sin(lean_rad);
+            const auto bin = static_cast<long>(std::floor((beside + reach_px) * per_px));
+            if (bin < 0 || bin >= static_cast<long>(sum.size())) continue;
+            sum[static_cast<std::size_t>(bin)] += picture.at(x, y);
+            count[static_cast<std::size_t>(bin)] += 1.0;
+        }
+    }
+    std::complex<double> at_frequency;
+    for (std::size_t i = 0; i + 1 < sum.size(); ++i) {
+        const double step = sum[i + 1] / count[i + 1] - sum[i] / count[i];
+        at_frequency += std::polar(step, -2.0 * std::numbers::pi * frequency * static_cast<double>(i) / per_px);
+    }
+    const auto sinc = [](double f) { return f == 0.0 ? 1.0 : std::sin(std::numbers::pi * f) / (std::numbers::pi * f); };
+    const double whole = sum.back() / count.back() - sum.front() / count.front();
+    return std::abs(at_frequency) / std::abs(whole) / (sinc(frequency / per_px) * sinc(frequency / per_px));
+}
+
+TEST(Focus, AnEdgeHasTheContrastOfPixelAndDisc) {
+    const double roll = 5.0 * std::numbers::pi / 180.0;
+    const camera::Pose pose = camera::pose_from_angles(glm::dvec3(0.0), {.roll = roll}).value();
+    Scenery standing{.begin = {}, .end = {}, .pose = pose, .pose_at_end = pose};
+    standing.begin.objects = {half_wall()};
+    const auto sinc = [](double f) { return f == 0.0 ? 1.0 : std::sin(std::numbers::pi * f) / (std::numbers::pi * f); };
+    for (const bool has_past : {true, false}) {
+        for (const double focus_m : {4.0, 100.0, 1.0, 0.5}) {
+            const Taken picture =
+                taken(standing, focused(focus_m), {.antialias = world::Antialias::coverage, .has_past = has_past});
+            const double lean = contrast(picture, roll, 0.4) > contrast(picture, -roll, 0.4) ? roll : -roll;
+            double worst = 0.0;
+            for (double f = 0.02; f <= 0.5; f += 0.02) {
+                const double z = std::numbers::pi * f * disc_px(focus_m);
+                const double disc = z < 1e-6 ? 1.0 : std::abs(2.0 * std::cyl_bessel_j(1.0, z) / z);
+                const double pixel = sinc(f * std::cos(roll)) * sinc(f * std::sin(roll));
+                worst = std::max(worst, std::abs(contrast(picture, lean, f) - pixel * disc));
+            }
+            std::printf("focus %g m, disc %.2f px: contrast within %.4f\n", focus_m, disc_px(focus_m), worst);
+            EXPECT_LT(worst, 0.02) << focus_m;
+        }
+    }
+}
+
+TEST(Focus, OfRowsThatMoveIsTheSameDiscAndLosesNoLight) {
+    // As above, while the camera rises along the edge, row after row: nothing is seen of that but its work.
+    Scenery rising{.begin = {}, .end = {}};
+    rising.pose.position.z = -0.4;
+    rising.begin.objects = {half_wall()};
+    for (const bool blurs : {true, false}) {
+        sensor::SensorSpec rows = focused(0.5), standing = focused(0.5);
+        rows.readout_s = 0.03;
+        rows.blur = blurs;
+        const Taken moved = taken(rising, rows, {.antialias = world::Antialias::coverage});
+        Scenery still = rising;
+        still.pose = still.pose_at_end;
+        const Taken stood = taken(still, standing, {.antialias = world::Antialias::coverage});
+        const double light = stood.at(size.width - 1, 120);
+        double worst = 0.0;
+        for (int y = 0; y < size.height; ++y)
+            for (int x = 0; x < size.width; ++x)
+                worst = std::max(worst, std::abs(moved.at(x, y) - stood.at(x, y)) / light);
+        EXPECT_LT(worst, 0.03) << blurs;
+    }
+}
+
+TEST(Focus, ThroughALensTheMiddleIsSharpAtTheFocus) {
+    const camera::Lens barrel{camera::LensModel::plumb_bob, {-0.3, 0.1, 0.0, 0.0, 0.0}};
+    Scenery standing;
+    standing.begin.objects = {half_wall()};
+    const auto width_of_edge = [&](double focus_m, const camera::Lens& lens) {
+        const Taken picture =
+            taken(standing, focused(focus_m), {.antialias = world::Antialias::coverage, .lens = lens});
+        int between = 0;
+        const double light = picture.at(size.width - 1, 120);
+        for (int x = 0; x < size.width; ++x) {
+            const double share = picture.at(x, 120) / light;
+            between += share > 0.02 && share < 0.98;
+        }
+        return between;
+    };
+    EXPECT_LE(width_of_edge(4.0, barrel), 2);
+    EXPECT_EQ(width_of_edge(0.5, barrel), width_of_edge(0.5, {}));
+    EXPECT_GE(width_of_edge(0.5, barrel), 6);
+}
+
+TEST(Focus, IsTheSameByAnyThreadsAndGrainOfTimes) {
+    Scenery moving{.begin = {}, .end = {half_wall(1, 0.4)}};
+    moving.begin.movers = {half_wall(1, -0.4)};
+    const auto once = taken(moving, focused(1.0), {.threads = 1});
+    EXPECT_EQ(once.numbers, taken(moving, focused(1.0), {.threads = 3}).numbers);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <functional>
 
 #include "core/base/cpu_meter.h"
+#include "core/render/aperture.h"
 #include "core/render/moments.h"
 #include "core/render/software/area_rows.h"
 #include "core/render/software/channels.h"
@@ -69,6 +70,10 @@ sensor::RowTimes middles_of(const sensor::RowTimes& times) {
     return {.begin_ns = times.middle_ns(0), .exposure_ns = 0, .row_ns = times.row_ns, .rows = times.rows};
 }
 
+world::CameraPast::Moment moment_at(const ViewWork& work, TimeNs world_ns) {
+    return work.view->past ? work.view->past->at(world_ns) : work.motion->moments[1];
+}
+
 bool is_moving(const ViewMotion& motion, const scene::SeenSurface& seen) {
     return std::ranges::binary_search(motion.moving, seen.placed->object->id);
 }
@@ -77,7 +82,7 @@ bool is_moving(const ViewMotion& motion, const scene::SeenSurface& seen) {
 
 bool SoftwareDrawer::is_exposed(const View& view) const {
     const auto exposure = exposure_of(view, *scene_.snapshot());
-    return exposure && *exposure && motion_of(view, (*exposure)->times);
+    return exposure && *exposure && motion_of(view, (*exposure)->times, scene_.snapshot());
 }
 
 void SoftwareDrawer::draw_exposed(TimeNs monotonic_ns) {
@@ -98,18 +103,18 @@ void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
     work.is_in_parts = work.has_areas = false;
     work.is_in_frame = true;
     acquire_frames(work, monotonic_ns);
-    const double moved_px = moved_pixels(work, monotonic_ns);
+    const Spread spread = spread_of(work, monotonic_ns);
     if (work.takes_picture()) {
         begin_taking(work, exposure_scratch_.sum, exposure_scratch_.numbers);
         work.history->picture.next(work.view->sequence, {});
-        sum_light(work, moved_px);
+        sum_light(work, spread);
         in_bands(work, work.whole, [&](int, const PixelRect& band) { expose_rows(work, band); });
         in_bands(work, work.whole, [&](int, const PixelRect& band) { develop_rows(work, band); });
     }
     if (std::ranges::any_of(channel_kinds, [&](frame::FrameKind kind) {
             return work.channels[static_cast<std::size_t>(kind)].frame != nullptr;
         }))
-        draw_moment_channels(work, moved_px);
+        draw_moment_channels(work, spread.moved_px);
     end_band(work, scratch_[0]);
 }
 
@@ -127,9 +132,11 @@ void SoftwareDrawer::in_bands(ViewWork& work, const PixelRect& rows,
     });
 }
 
-void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz) {
+void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz,
+                                  glm::dvec2 point) {
     place(at.snapshot);
     moment_view_ = view_at(*work.view, at.state);
+    if (point != glm::dvec2(0.0)) moment_view_ = seen_from(moment_view_, *aperture_of(*moment_view_.spec), point);
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     ViewWork& moment = moment_;
     moment.view = &moment_view_;
@@ -151,17 +158,19 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
     moment.is_light = moment.has_areas = false;
 }
 
-double SoftwareDrawer::moved_pixels(ViewWork& work, TimeNs monotonic_ns) {
+SoftwareDrawer::Spread SoftwareDrawer::spread_of(ViewWork& work, TimeNs monotonic_ns) {
     const View& view = *work.view;
-    if (!needs_depth(*work.motion)) return moved_px(*work.motion, view, nullptr);
+    const auto aperture = aperture_of(*view.spec);
+    if (!needs_depth(*work.motion) && !aperture) return {.moved_px = moved_px(*work.motion, view, nullptr)};
     begin_moment(work, work.motion->moments[1], 0.0);
     auto& depth = moment_.channels[static_cast<std::size_t>(frame::FrameKind::depth)].frame;
     depth = acquire_frame(*options_.pool, view, frame::FrameKind::depth, frame::PixelFormat::depth32f,
                           work.exposure->times.end_ns(), monotonic_ns);
     draw_moment_rows_of_channels(work.whole);
-    const double moved = moved_px(*work.motion, view, depth.get());
+    const Spread spread{moved_px(*work.motion, view, depth.get()),
+                        aperture ? largest_disc_px(*aperture, *moment_view_.spec, *depth) : 0.0};
     moment_.channels = {};
-    return moved;
+    return spread;
 }
 
 void SoftwareDrawer::draw_moment_rows_of_channels(const PixelRect& rows) {
@@ -180,7 +189,7 @@ void SoftwareDrawer::draw_moment_channels(ViewWork& work, double moved_px) {
     for (int cell = 0; cell < moments.count(); ++cell) {
         const auto [first, end] = moments.rows(cell);
         if (first >= end) continue;
-        begin_moment(work, work.view->past->at(moments.time(cell)), 0.0);
+        begin_moment(work, moment_at(work, moments.time(cell)), 0.0);
         moment_.channels = work.channels;
         if (work.wants_flow) look_ahead(work, moments.time(cell));
         draw_moment_rows_of_channels({0, first, work.whole.x1, end});
@@ -273,12 +282,17 @@ std::vector<PixelRect> SoftwareDrawer::moving_rects(const ViewWork& work, int fi
     return disjoint_cover(std::move(rects), max_moving_rects);
 }
 
-void SoftwareDrawer::sum_light(ViewWork& work, double moved_px) {
+void SoftwareDrawer::sum_light(ViewWork& work, const Spread& spread) {
     const ViewMotion& motion = *work.motion;
     const bool blurs = work.view->spec->sensor->blur;
-    const Moments moments(blurs ? motion.times : middles_of(motion.times), moved_px);
+    const Moments moments(blurs ? motion.times : middles_of(motion.times), spread.moved_px);
     const RowShares shares(motion, moments);
-    const bool stands = !motion.camera_moves && !motion.statics_change && moments.count() > 1;
+    // The points of the opening are dealt out to the cells in turn, so that each row has all of them.
+    const int cells_of_row = moments.cells_of_row();
+    const int count = count_of_points(spread.disc_px);
+    const int points_of_cell = count == 1 ? 1 : (count + cells_of_row - 1) / cells_of_row;
+    const auto points = points_of_opening(count == 1 ? 1 : points_of_cell * cells_of_row);
+    const bool stands = !motion.camera_moves && !motion.statics_change && moments.count() > 1 && points.size() == 1;
     if (stands) {
         for (auto* const planes : {&exposure_scratch_.standing, &exposure_scratch_.opaque})
             for (Plane<float>& plane : *planes) plane.fit(work.view->spec->size);
@@ -311,13 +325,17 @@ void SoftwareDrawer::sum_light(ViewWork& work, double moved_px) {
         for (int cell = 0; cell < moments.count(); ++cell) {
             const auto [first, end] = moments.rows(cell);
             if (first >= end) continue;
-            begin_moment(work, work.view->past->at(moments.time(cell)), lamps_hz);
-            const std::vector<PixelRect> rects =
-                stands ? moving_rects(work, first, end) : std::vector<PixelRect>{{0, first, work.whole.x1, end}};
-            if (rects.empty()) continue;
-            for (int y = first; y < end; ++y) weights[static_cast<std::size_t>(y)] = shares.of(cell, y, lamps);
-            draw_moment_light(work, stands ? MomentPart::moving : MomentPart::everything, rects);
-            add_moment(rects, stands ? standing : LightRows{});
+            for (int y = first; y < end; ++y)
+                weights[static_cast<std::size_t>(y)] = shares.of(cell, y, lamps) / static_cast<float>(points_of_cell);
+            for (int i = 0; i < points_of_cell; ++i) {
+                const auto number = static_cast<std::size_t>(cell % cells_of_row + i * cells_of_row);
+                begin_moment(work, moment_at(work, moments.time(cell)), lamps_hz, points[number % points.size()]);
+                const std::vector<PixelRect> rects =
+                    stands ? moving_rects(work, first, end) : std::vector<PixelRect>{{0, first, work.whole.x1, end}};
+                if (rects.empty()) continue;
+                draw_moment_light(work, stands ? MomentPart::moving : MomentPart::everything, rects);
+                add_moment(rects, stands ? standing : LightRows{});
+            }
         }
     }
 }

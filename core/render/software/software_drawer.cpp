@@ -158,7 +158,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     work.rays = lens_of(view)->rays;
     work.exposure = exposure_of(view, *scene_.snapshot()).value();
-    work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;
+    work.motion = work.exposure ? motion_of(view, work.exposure->times, scene_.snapshot()) : std::nullopt;
     // Chosen objects are another picture than the one that is kept, and light is not kept.
     const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded) && !work.motion;
     work.layer = is_kept ? layer_of(view, work.scene) : nullptr;

@@ -113,11 +113,17 @@ private:
     void draw_flow(ViewWork& work, TimeNs monotonic_ns);
     /// The moment, whose flow is wanted, as it will be a frame later.
     void look_ahead(const ViewWork& work, TimeNs moment_ns);
-    double moved_pixels(ViewWork& work, TimeNs monotonic_ns);
-    void sum_light(ViewWork& work, double moved_px);
+    /// How far anything is moved, and how large the disc is that anything is seen as, in pixels.
+    struct Spread {
+        double moved_px = 0.0, disc_px = 0.0;
+    };
+    Spread spread_of(ViewWork& work, TimeNs monotonic_ns);
+    void sum_light(ViewWork& work, const Spread& spread);
     void draw_moment_channels(ViewWork& work, double moved_px);
-    /// Makes moment_ the view's at that time; its rectangles, and what of it is drawn, come next.
-    void begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz);
+    /// Makes moment_ the view's at that time, as that point of its opening has it; its rectangles, and what of it is
+    /// drawn, come next.
+    void begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz,
+                      glm::dvec2 point = glm::dvec2(0.0));
     void draw_moment_light(const ViewWork& work, MomentPart part, std::span<const PixelRect> rects);
     void draw_moment_rows_of_channels(const PixelRect& rows);
     std::vector<PixelRect> moving_rects(const ViewWork& work, int first_row, int end_row) const;
