@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/camera/camera_model.h"
-#include "core/render/aperture.h"
 #include "core/world/posed_model.h"
 
 namespace camrig::render {
@@ -88,17 +87,9 @@ void add_points(const world::Instance& instance, world::PosedModel& pose, std::v
 
 }  // namespace
 
-std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& times, const world::SnapshotRef& now) {
-    const bool has_focus = aperture_of(*view.spec).has_value();
+std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& times) {
+    if (view.past == nullptr) return std::nullopt;
     ViewMotion motion{.times = times, .moments = {}, .moving = {}, .flicker_hz = {}};
-    if (view.past == nullptr) {
-        if (!has_focus) return std::nullopt;
-        camera::CameraState state;
-        state.pose = view.pose;
-        state.intrinsics = view.spec->intrinsics;
-        motion.moments.fill({now, state});
-        return motion;
-    }
     // What is further back is not known; what is seen of the rest stands for it.
     const TimeNs end_ns = times.end_ns();
     motion.times.exposure_ns =
@@ -116,9 +107,17 @@ std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& ti
         begin.snapshot->statics != middle.snapshot->statics || middle.snapshot->statics != end.snapshot->statics;
     find_moving(motion);
     for (const auto& moment : motion.moments) find_flickers(*moment.snapshot, motion.flicker_hz);
-    if (!motion.camera_moves && !motion.statics_change && motion.moving.empty() && motion.flicker_hz.empty() &&
-        !has_focus)
+    if (!motion.camera_moves && !motion.statics_change && motion.moving.empty() && motion.flicker_hz.empty())
         return std::nullopt;
+    return motion;
+}
+
+ViewMotion standing_still(const View& view, const sensor::RowTimes& times, const world::SnapshotRef& instant) {
+    ViewMotion motion{.times = times, .moments = {}, .moving = {}, .flicker_hz = {}};
+    camera::CameraState state;
+    state.pose = view.pose;
+    state.intrinsics = view.spec->intrinsics;
+    motion.moments.fill({instant, state});
     return motion;
 }
 

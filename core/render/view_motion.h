@@ -11,7 +11,7 @@
 
 namespace camrig::render {
 
-/// What moves, or flickers, while a picture of a camera with a sensor is taken; or nothing does, and it has a focus.
+/// What moves, or flickers, while a picture of a camera with a sensor is taken.
 struct ViewMotion {
     sensor::RowTimes times;                            ///< as far back as the world's past is kept
     std::array<world::CameraPast::Moment, 3> moments;  ///< begin, middle and end
@@ -21,8 +21,10 @@ struct ViewMotion {
     std::vector<double> flicker_hz;  ///< of lamps, each once
 };
 
-/// nullopt: everything stands still, and all of it is sharp. now: the instant that is drawn.
-std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& times, const world::SnapshotRef& now);
+/// nullopt: everything stands still.
+std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& times);
+/// Nothing moves before the view: all is as at that instant.
+ViewMotion standing_still(const View& view, const sensor::RowTimes& times, const world::SnapshotRef& instant);
 
 /// The view at a moment. Of a camera with a lens the focal length stays what it is.
 View view_at(const View& view, const camera::CameraState& state);

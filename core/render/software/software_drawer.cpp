@@ -7,6 +7,7 @@
 
 #include "core/base/cpu_meter.h"
 #include "core/frame/tone.h"
+#include "core/render/aperture.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/taken_picture.h"
 #include "core/render/software/view_rows.h"
@@ -158,7 +159,9 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     work.rays = lens_of(view)->rays;
     work.exposure = exposure_of(view, *scene_.snapshot()).value();
-    work.motion = work.exposure ? motion_of(view, work.exposure->times, scene_.snapshot()) : std::nullopt;
+    work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;
+    if (work.exposure && !work.motion && aperture_of(*view.spec))
+        work.motion = standing_still(view, work.exposure->times, scene_.snapshot());
     // Chosen objects are another picture than the one that is kept, and light is not kept.
     const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded) && !work.motion;
     work.layer = is_kept ? layer_of(view, work.scene) : nullptr;
