@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/fault/mask.h"
 #include "core/fault/picture.h"
 
 namespace camrig::engine {
@@ -12,6 +13,10 @@ constexpr auto color = static_cast<std::size_t>(frame::FrameKind::color);
 
 bool has_failing_color(const render::View& view) {
     return view.failing && view.kinds[color];
+}
+
+bool wants_soiling(const render::View& view) {
+    return view.kinds[static_cast<std::size_t>(frame::FrameKind::soiling)];
 }
 
 /// The kept frames in all formats that are wanted; none: one is not there.
@@ -54,6 +59,24 @@ FrameRef hidden(const render::View& view, const world::Snapshot& snapshot, TimeN
                                          std::move(pixels));
 }
 
+/// What hides this frame's scene, whatever earlier picture it may have.
+FrameRef soiling_of(const render::View& view, const world::Snapshot& snapshot, TimeNs monotonic_ns) {
+    const ImageSize size = view.spec->size;
+    const std::vector<std::uint8_t> mask = fault::hidden_mask(view.faults.get(), size);
+    const auto bytes = std::as_bytes(std::span(mask));
+    return std::make_shared<const Frame>(frame::FrameInfo{.camera_id = view.camera,
+                                                          .camera = view.name,
+                                                          .sequence = view.sequence,
+                                                          .world_ns = snapshot.world_ns,
+                                                          .monotonic_ns = monotonic_ns,
+                                                          .size = size,
+                                                          .kind = frame::FrameKind::soiling,
+                                                          .format = PixelFormat::gray8,
+                                                          .clock = view.clock,
+                                                          .faults = view.faults},
+                                         std::vector<std::byte>(bytes.begin(), bytes.end()));
+}
+
 /// Puts the lower rows of the picture before it into one that is torn. That is drawn from what there was then, so that
 /// it does not depend on who read it.
 Result<void> tear(render::Renderer& renderer, const render::FailingPicture& failing, ImageSize size,
@@ -89,12 +112,14 @@ Result<FrameRef> changed(render::Renderer& renderer, const render::View& view, c
 
 Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, const world::SnapshotRef& snapshot,
                                                 TimeNs monotonic_ns, std::span<const render::View> views) {
-    if (std::ranges::none_of(views, has_failing_color)) return renderer.draw(snapshot, monotonic_ns, views);
+    if (std::ranges::none_of(views, has_failing_color) && std::ranges::none_of(views, wants_soiling))
+        return renderer.draw(snapshot, monotonic_ns, views);
 
     std::vector<render::View> drawn_views;
     std::vector<std::vector<FrameRef>> ready(views.size());
     for (std::size_t i = 0; i < views.size(); ++i) {
         const render::View& view = views[i];
+        if (wants_soiling(view)) ready[i].push_back(soiling_of(view, *snapshot, monotonic_ns));
         if (has_failing_color(view)) {
             for (const FrameRef& kept : kept_for(view))
                 ready[i].push_back(std::make_shared<const Frame>(sent_info(view, kept->info(), monotonic_ns), kept));

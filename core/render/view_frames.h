@@ -16,9 +16,10 @@ inline constexpr const char* no_flow =
     "the "
     "picture and, through a lens, no points and lines in the scene";
 
-/// Of a camera without a sensor there is nothing to draw of one.
+/// Of a camera without a sensor there is nothing to draw of one, and nothing of what is on a lens.
 inline bool wants(const View& view, frame::FrameKind kind) {
-    return view.kinds[static_cast<int>(kind)] && (kind != frame::FrameKind::sensor || view.spec->sensor);
+    return view.kinds[static_cast<int>(kind)] && kind != frame::FrameKind::soiling &&
+           (kind != frame::FrameKind::sensor || view.spec->sensor);
 }
 
 /// Adds to `cost_ns` of each view its share of the time, by the samples of its pictures.

@@ -37,7 +37,7 @@ def test_late_frames_come_with_their_own_stamps_and_the_rest_when_it_is_over(rig
         check_books(rig, on_way=12)
         truth = cam.truth()
         assert [one["kind"] for one in truth["faults"]] == ["late"]
-        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10} and truth["outputs"]["rtsp"]["late_frames"] == 0
+        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10, "damaged": [], "more_damaged": 0} and truth["outputs"]["rtsp"]["late_frames"] == 0
         rig.fault.clear("desk")
         rig.step(seconds=0.04)
         rig.step(seconds=0.04)
