@@ -458,6 +458,11 @@ Layer layer_of(const FaultKind& kind) {
     return std::visit([]<typename T>(const T&) { return T::layer; }, kind);
 }
 
+bool is_wiped(const FaultKind& kind) {
+    return std::holds_alternative<Dirt>(kind) || std::holds_alternative<WaterDrops>(kind) ||
+           std::holds_alternative<Condensation>(kind);
+}
+
 nlohmann::json params_of(const FaultKind& kind) {
     return std::visit([]<typename T>(const T& one) { return write_fields(fields_of(std::type_identity<T>{}), one); },
                       kind);

@@ -247,6 +247,8 @@ using FaultKind = std::variant<Knock, Sag, Vibration, Defocus, Dirt, WaterDrops,
 const std::vector<Kind<FaultKind>>& fault_kinds();
 std::string_view name_of(const FaultKind& kind);
 Layer layer_of(const FaultKind& kind);
+/// A wiper takes it from the glass.
+bool is_wiped(const FaultKind& kind);
 /// Its parameters, as an object.
 nlohmann::json params_of(const FaultKind& kind);
 

@@ -1,6 +1,7 @@
 """Streams that fail: damaged H.264, HTTP parts that lie, and the truth of what dirt hides."""
 
 import contextlib
+import os
 import subprocess
 import threading
 import urllib.request
@@ -174,6 +175,29 @@ def test_the_mask_of_what_dirt_hides_makes_the_picture_of_the_clean_one(rig):
     rig.fault.set("desk", "defocus", severity=0.5, radius=0.02)
     rig.step(seconds=0.04)
     assert cam.truth()["focus_error_px"] == pytest.approx(0.5 * 0.02 * 320)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_wiper_takes_dirt_from_the_glass_and_leaves_tape_and_other_cameras(rig):
+    cams = {name: rig.create_camera(name, size=(320, 240), fps=25, place="lobby") for name in ("desk", "well", "clean")}
+    for name in ("desk", "well"):
+        for kind in ("dirt", "drops", "condensation"):
+            rig.fault.set(name, kind)
+    rig.step(seconds=0.04)
+    assert cams["desk"].truth()["covered_fraction"] > 0.5
+    assert rig.fault.wipe("desk") == 3 and rig.fault.wipe("desk") == 0
+    rig.step(seconds=0.04)
+    shown = rig.grab(list(cams), ["color", "soiling"])
+    assert np.array_equal(shown["desk"]["color"], shown["clean"]["color"]) and not shown["desk"]["soiling"].any()
+    assert not np.array_equal(shown["well"]["color"], shown["clean"]["color"])
+    rig.fault.set("desk", "covered")
+    rig.fault.set("desk", "knock")
+    assert rig.fault.wipe("desk") == 0 and len(rig.fault.list("desk")) == 2
+    done = subprocess.run([os.environ["CAMRIG_BIN"], "fault", "wipe", "well", "--control", rig.call("server.info")["control"]], capture_output=True,
+                          text=True, timeout=60)
+    assert done.stdout.strip() == "3 wiped away", done.stderr
+    with pytest.raises(camrig.CamrigError, match="nobody"):
+        rig.fault.wipe("nobody")
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
