@@ -7,7 +7,7 @@ namespace camrig::fault {
 namespace {
 
 /// Numbers of one fault and frame.
-enum Salt : std::uint64_t { whether, where, packet_number, slice_number, order };
+enum Salt : std::uint64_t { whether, where, packet_number, slice_number, order, delayed, delay };
 
 bool happens(const Fault& fault, const FrameFaults& faults, double probability) {
     return chance(fault, static_cast<std::uint64_t>(faults.frame.sequence)) < probability * fault.severity;
@@ -139,6 +139,17 @@ int packet_distance(const FrameFaults& faults, std::uint64_t packet) {
             distance = std::max(distance, how->distance);
     }
     return static_cast<int>(distance);
+}
+
+TimeNs packet_delay_ns(const FrameFaults& faults, std::uint64_t packet) {
+    TimeNs longest_ns = 0;
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<PacketDelay>(&one->kind);
+        if (!how || chance(*one, packet, delayed) >= how->probability * one->severity) continue;
+        const double delay_s = how->delay_s + how->jitter_s * chance(*one, packet, delay);
+        longest_ns = std::max<TimeNs>(longest_ns, std::llround(1e9 * delay_s));
+    }
+    return longest_ns;
 }
 
 std::uint64_t ssrc_epoch(const FrameFaults& faults) {

@@ -33,6 +33,8 @@ std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes);
 bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet);
 /// So many later packets of its picture overtake this one, numbered so too.
 int packet_distance(const FrameFaults& faults, std::uint64_t packet);
+/// So much world time later it comes than it was sent, numbered so too.
+TimeNs packet_delay_ns(const FrameFaults& faults, std::uint64_t packet);
 /// RTP has a new source (SSRC) whenever this is another.
 std::uint64_t ssrc_epoch(const FrameFaults& faults);
 /// A JPEG of this frame has this size; nullopt: the camera's.

@@ -14,6 +14,7 @@ std::uint64_t number_of(const fault::FrameFaults& faults, guint16 sequence) {
 }  // namespace
 
 void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
+    arrive(faults, sent);
     const bool is_last = ends_picture(packet.get());
     const auto sequence = rtp_sequence(packet.get());
     if (faults && sequence) {
@@ -26,13 +27,23 @@ void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults
             held_.push_back({std::move(packet), distance});
             return;
         }
-        if (is_lost) packet.reset();
+        const TimeNs delay_ns = is_lost || delayed_.size() == max_delayed ? 0 : packet_delay_ns(*faults, number);
+        if (delay_ns > 0)
+            delayed_.push_back(
+                {GstBufferHandle(gst_buffer_copy_deep(packet.get())), faults->frame.world_ns + delay_ns});
+        if (is_lost || delay_ns > 0) packet.reset();
     }
     if (packet) {
         sent.push_back(std::move(packet));
         for (Held& one : held_) --one.overtaken_by;
     }
     release(is_last, sent);
+}
+
+void PacketFaults::arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
+    for (Delayed& one : delayed_)
+        if (faults == nullptr || one.due_ns <= faults->frame.world_ns) sent.push_back(std::move(one.packet));
+    std::erase_if(delayed_, [](const Delayed& one) { return one.packet == nullptr; });
 }
 
 void PacketFaults::release(bool all, std::vector<GstBufferHandle>& sent) {

@@ -17,28 +17,37 @@ struct GstBufferUnref {
 using GstBufferHandle = std::unique_ptr<GstBuffer, GstBufferUnref>;
 
 /// What becomes of the RTP packets of one stream on their way, when its camera fails: some are lost, some come later
-/// than those behind them, a slow line carries only so many. Nothing is kept beyond the end of its picture, so a step
-/// in lockstep never waits for one that comes with the next.
+/// than those behind them, a slow line carries only so many. A picture holds a step in lockstep for as long as packets
+/// refer to it; so what others overtake goes with the last of its picture, and of what is delayed beyond that a copy is
+/// kept: the step is over, and the copy goes with a packet of a later picture.
 ///
 /// Thread: the pipeline's streaming thread.
 class PacketFaults {
 public:
-    static constexpr std::size_t max_held = 128;  ///< packets that others overtake at a time
+    static constexpr std::size_t max_held = 128;      ///< packets that others overtake at a time
+    static constexpr std::size_t max_delayed = 4096;  ///< on their way; what comes beyond that is not delayed
 
     /// Sends this one, or not, and those that it was to overtake; in the order in which they go. `faults`: of the
     /// newest picture; null: none.
     void pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
     /// Nothing fails and nothing waits: packets need not come through here.
-    bool is_idle(const fault::FrameFaults* faults) const { return faults == nullptr && held_.empty(); }
+    bool is_idle(const fault::FrameFaults* faults) const { return faults == nullptr && held_.empty() && delayed_.empty(); }
 
 private:
     struct Held {
         GstBufferHandle packet;
         int overtaken_by = 0;  ///< so many are still to go before it
     };
+    struct Delayed {
+        GstBufferHandle packet;  ///< a copy
+        TimeNs due_ns = 0;       ///< world time
+    };
+    /// Sends what has been on its way for long enough, or all.
+    void arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
     void release(bool all, std::vector<GstBufferHandle>& sent);
 
     std::deque<Held> held_;
+    std::deque<Delayed> delayed_;
     fault::Line line_;
 };
 

@@ -12,6 +12,7 @@ import pytest
 
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
+from rtsp_client import stepping
 from test_faults import RtpPackets, parts
 
 
@@ -153,6 +154,39 @@ def test_packets_are_overtaken_and_none_is_lost(rig):
     assert len(set(order)) == len(order)
     assert len(set(range(max(order))) - set(order)) <= 10, "but for the ends of what was looked at, all are there"
     check_books(rig)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_delayed_packets_come_behind_those_of_later_pictures_and_none_is_lost(rig):
+    cam = rig.create_camera("desk", size=(640, 480), fps=25, place="lobby", outputs=[{"kind": "rtsp", "bitrate_kbps": 20_000}])
+    packets, pictures = RtpPackets(f"{rig.rtsp_url}/desk/mjpeg"), {}
+
+    def take(count):
+        """(number, how many pictures behind the newest it came) of each packet."""
+        taken = []
+        while len(taken) < count:
+            channel, packet = packets.next()
+            if channel == 0:
+                number, stamp = struct.unpack(">xxHI", packet[:8])
+                picture = pictures.setdefault(stamp, len(pictures))
+                taken.append((number, len(pictures) - 1 - picture))
+        return taken
+
+    with stepping(rig):  # which goes on: no step waits for a packet that comes with a later one
+        assert all(behind == 0 for _, behind in take(100))
+        rig.fault.set(cam.name, "packet_delay", probability=0.3, delay_s=0.2)
+        take(400)
+        some = take(1500)
+        late = sum(behind > 0 for _, behind in some)
+        assert {behind for _, behind in some} == {0, 4}, "it comes before what is sent five pictures later"
+        assert 0.2 < late / len(some) < 0.4
+        rig.fault.clear("desk")
+        rest = take(1500)
+    numbers = [(number - some[0][0] + 32768) % 65536 for number, _ in some + rest]
+    assert len(set(numbers)) == len(numbers)
+    begin, end = max(numbers[:200]), min(numbers[-200:])
+    assert set(range(begin, end)) <= set(numbers), "but for the ends of what was looked at, all are there"
+    assert all(behind == 0 for _, behind in rest[-500:])
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")

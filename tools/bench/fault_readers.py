@@ -69,6 +69,7 @@ FAULTS: list[dict[str, Any]] = [
     {"kind": "bad_part", "name": "bad_part, boundary", "params": {"mode": "boundary", "probability": 1}},
     {"kind": "packet_loss"},
     {"kind": "packet_reorder"},
+    {"kind": "packet_delay", "params": {"jitter_s": 0.1}},
     {"kind": "new_ssrc", "params": {"period_s": 1}},
     {"kind": "buffer_error", "params": {"probability": 1}},
     {"kind": "wrong_size"},
@@ -79,7 +80,7 @@ FAULTS: list[dict[str, Any]] = [
 #: Of these, the ones that are measured now.
 FAULTS_MEASURED = list(FAULTS)
 #: Faults of one way to readers are tried on those that read by it.
-ONLY = {"corrupt_jpeg": "HTTP", "corrupt_video": "RTSP", "cut_part": "HTTP", "bad_part": "HTTP", "packet_loss": "RTSP", "packet_reorder": "RTSP", "new_ssrc": "RTSP", "other_size": "HTTP", "device_error": "device", "buffer_error": "device",
+ONLY = {"corrupt_jpeg": "HTTP", "corrupt_video": "RTSP", "cut_part": "HTTP", "bad_part": "HTTP", "packet_loss": "RTSP", "packet_reorder": "RTSP", "packet_delay": "RTSP", "new_ssrc": "RTSP", "other_size": "HTTP", "device_error": "device", "buffer_error": "device",
         "wrong_size": "device", "unplug": "device"}
 
 

@@ -73,7 +73,8 @@ double harm(const FaultKind& kind, double severity) {
         sum += std::exchange(epoch, ssrc_epoch(faults)) != epoch;
         for (std::uint64_t packet = 0; packet < 20; ++packet)
             sum += is_packet_lost(faults, static_cast<std::uint64_t>(i) << 16 | packet) +
-                   packet_distance(faults, static_cast<std::uint64_t>(i) << 16 | packet);
+                   packet_distance(faults, static_cast<std::uint64_t>(i) << 16 | packet) +
+                   1e-9 * static_cast<double>(packet_delay_ns(faults, static_cast<std::uint64_t>(i) << 16 | packet));
         sum += jpeg_harm(faults) + slice_harm(faults);
         if (i == 40) sum += pixel_harm(faults);
     }
