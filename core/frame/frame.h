@@ -54,7 +54,7 @@ struct FrameInfo {
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
     Damage damage{};                        ///< since an earlier frame of this camera, kind and size, by its sequence
-    std::optional<ClockReading> clock{};    ///< of a camera that has its own: what it says of this instant
+    std::optional<ClockReading> clock{};    ///< of a camera that has its own: what it says of what is stamped
     std::optional<SensorReading> sensor{};  ///< of a camera that has one: how the picture is taken
     std::shared_ptr<const fault::FrameFaults> faults{};  ///< what fails on its way out too; null: nothing does
 

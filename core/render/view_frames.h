@@ -33,6 +33,8 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
 /// How a view of a camera with a sensor is taken at that instant of a world; nullopt: it has none. Errors:
 /// CameraSensor::exposure_of.
 Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Snapshot& snapshot);
+/// What the camera's clock says of a picture: where there is a sensor, when its first row's exposure begins.
+std::optional<ClockReading> clock_of(const View& view, const std::optional<SensorReading>& sensor);
 /// In which layout the numbers of a sensor are given.
 frame::PixelFormat raw_format(sensor::ColorFilter filter);
 
