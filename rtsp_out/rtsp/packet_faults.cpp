@@ -1,24 +1,22 @@
 #include "rtsp_out/rtsp/packet_faults.h"
 
+#include <utility>
+
 #include "core/fault/sending.h"
 #include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig::rtsp {
-namespace {
 
-/// 16 bits come again: those of another picture are another packet.
-std::uint64_t number_of(const fault::FrameFaults& faults, guint16 sequence) {
-    return static_cast<std::uint64_t>(faults.frame.sequence) << 16 | sequence;
+std::uint64_t PacketFaults::next_number(const fault::FrameFaults& faults) {
+    if (std::exchange(frame_, faults.frame.sequence) != faults.frame.sequence) packets_ = 0;
+    return static_cast<std::uint64_t>(faults.frame.sequence) << 16 | (packets_++ & 0xFFFF);
 }
-
-}  // namespace
 
 void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
     arrive(faults, sent);
     const bool is_last = ends_picture(packet.get());
-    const auto sequence = rtp_sequence(packet.get());
-    if (faults && sequence) {
-        const std::uint64_t number = number_of(*faults, *sequence);
+    if (faults && rtp_sequence(packet.get())) {
+        const std::uint64_t number = next_number(*faults);
         const bool is_lost =
             is_packet_lost(*faults, number) ||
             !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, gst_buffer_get_size(packet.get()));

@@ -31,7 +31,9 @@ public:
     /// newest picture; null: none.
     void pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
     /// Nothing fails and nothing waits: packets need not come through here.
-    bool is_idle(const fault::FrameFaults* faults) const { return faults == nullptr && held_.empty() && delayed_.empty(); }
+    bool is_idle(const fault::FrameFaults* faults) const {
+        return faults == nullptr && held_.empty() && delayed_.empty();
+    }
 
 private:
     struct Held {
@@ -44,11 +46,16 @@ private:
     };
     /// Sends what has been on its way for long enough, or all.
     void arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
+    /// Of the next packet: whose picture it is of, and which of that picture's it is. RTP's own numbers begin at random
+    /// (RFC 3550, 5.1), and a run that is made again is to lose the same.
+    std::uint64_t next_number(const fault::FrameFaults& faults);
     void release(bool all, std::vector<GstBufferHandle>& sent);
 
     std::deque<Held> held_;
     std::deque<Delayed> delayed_;
     fault::Line line_;
+    std::int64_t frame_ = -1;    ///< of the last packet
+    std::uint64_t packets_ = 0;  ///< of it, so far
 };
 
 }  // namespace camrig::rtsp

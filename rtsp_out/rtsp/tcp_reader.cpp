@@ -40,7 +40,7 @@ GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* packets)
         return GST_FLOW_OK;
     }
     GstBuffer* const last = gst_buffer_list_get(packets, count - 1);
-    GstBuffer* const flush = ends_picture(last) && chain.is_flushed() ? empty_buffer_like(last) : nullptr;
+    GstBuffer* const flush = !is_rtcp(last) && chain.is_flushed() ? empty_buffer_like(last) : nullptr;
     GstBuffer* const carrier = empty_buffer_like(last);
     gst_mini_object_set_qdata(GST_MINI_OBJECT_CAST(carrier), packets_quark(), packets,
                               reinterpret_cast<GDestroyNotify>(gst_buffer_list_unref));
