@@ -1,6 +1,7 @@
 """Streams that fail: damaged H.264, HTTP parts that lie, and the truth of what dirt hides."""
 
 import contextlib
+import json
 import os
 import subprocess
 import threading
@@ -266,3 +267,17 @@ def test_truth_says_which_bytes_of_h264_came_wrong(rig):
         assert rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"] == []
     finally:
         packets.socket.close()
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_recording_has_the_masks_of_what_dirt_hides(rig, tmp_path):
+    import cv2
+
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, place="lobby")
+    rig.fault.set("desk", "dirt", severity=0.5)
+    rig.record(tmp_path / "set", [cam], frames=2, soiling=True)
+    truths = [json.loads(line) for line in (tmp_path / "set/desk/truth.jsonl").read_text().splitlines()]
+    for number, truth in enumerate(truths, 1):
+        mask = cv2.imread(str(tmp_path / f"set/desk/soiling/{number:06}.png"), cv2.IMREAD_UNCHANGED)
+        assert mask.shape == (120, 160) and (mask > 127).mean() == pytest.approx(truth["covered_fraction"])
+    assert len(truths) == 2 and truths[-1]["covered_fraction"] > 0.2

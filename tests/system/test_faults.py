@@ -18,7 +18,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from fault_books import books_balance  # noqa: F401 (a fixture)
+from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
 from rtsp_client import stepping
 
 PICTURE_KINDS = ["defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored",
@@ -41,6 +41,7 @@ def run(scenes, faults, steps=40, fps=25):
                     rig.fault.set("faulty", kind, **params)
             rig.step(seconds=1 / fps)
             shown.append([(frame.sequence, md5(frame.image)) for frame in (camera.frame() for camera in cameras)])
+        check_books(rig)
         return shown
 
 
@@ -150,6 +151,7 @@ def streamed(scenes, kind):
             rig.fault.set("desk", kind, start_s=0.4, end_s=0.8, severity=0.5 if kind == "black" else 1)
         rig.step(seconds=1.6)
         wait_until(lambda: all(40 in into for into in got.values()), what="the last pictures")
+        check_books(rig)
     return got["desk"], got["well"]
 
 
