@@ -16,7 +16,8 @@ bool happens(const Fault& fault, const FrameFaults& faults, double probability) 
 std::string_view mode_of(const FaultKind& kind) {
     if (const auto* const how = std::get_if<CorruptJpeg>(&kind)) return to_string(how->mode);
     if (const auto* const how = std::get_if<CorruptVideo>(&kind)) return to_string(how->mode);
-    return to_string(Damage::truncate);
+    const bool is_of_packets = std::holds_alternative<PacketLoss>(kind) || std::holds_alternative<Bandwidth>(kind);
+    return is_of_packets ? "lost" : to_string(Damage::truncate);
 }
 
 /// Nothing yet, of a picture of so many bytes.
@@ -178,11 +179,12 @@ std::optional<ImageSize> other_size(const FrameFaults& faults, std::string_view 
     return sent == size ? std::nullopt : std::optional(sent);
 }
 
-bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet) {
-    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+const Fault* packet_loser(const FrameFaults& faults, std::uint64_t packet) {
+    const auto found = std::ranges::find_if(faults.active, [&](const FaultRef& one) {
         const auto* const loss = std::get_if<PacketLoss>(&one->kind);
         return loss && chance(*one, packet, packet_number) < loss->probability * one->severity;
     });
+    return found == faults.active.end() ? nullptr : found->get();
 }
 
 namespace {

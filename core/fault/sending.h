@@ -29,8 +29,8 @@ std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view 
 /// The connection is closed in the middle of this frame's part of an HTTP stream: what of so many bytes is missing;
 /// nullopt: nothing.
 std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes);
-/// The RTP packet of that sequence number (of any width that rises), sent while this frame was the newest, is lost.
-bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet);
+/// The fault by which the RTP packet of that number, sent while this frame was the newest, is lost; null: it is not.
+const Fault* packet_loser(const FrameFaults& faults, std::uint64_t packet);
 /// So many later packets of its picture overtake this one, numbered so too.
 int packet_distance(const FrameFaults& faults, std::uint64_t packet);
 /// So much world time later it comes than it was sent, numbered so too.

@@ -6,6 +6,24 @@
 #include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig::rtsp {
+namespace {
+
+const fault::Fault* slow_line(const fault::FrameFaults& faults) {
+    for (const fault::FaultRef& one : faults.active)
+        if (const auto* const line = std::get_if<fault::Bandwidth>(&one->kind); line && is_for(line->output, "rtsp"))
+            return one.get();
+    CHECK(!"a line that takes no packet is a fault");
+    return nullptr;
+}
+
+/// A packet each, also where they are neighbours.
+void lose(fault::Harm& harm, const fault::Harm::Run& packet) {
+    harm.bytes += packet.bytes;
+    ++harm.runs;
+    if (harm.first.size() < fault::Harm::max_runs) harm.first.push_back(packet);
+}
+
+}  // namespace
 
 std::uint64_t PacketFaults::next_number(const fault::FrameFaults& faults) {
     if (std::exchange(frame_, faults.frame.sequence) != faults.frame.sequence) packets_ = 0;
@@ -17,9 +35,13 @@ void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults
     const bool is_last = ends_picture(packet.get());
     if (faults && rtp_sequence(packet.get())) {
         const std::uint64_t number = next_number(*faults);
-        const bool is_lost =
-            is_packet_lost(*faults, number) ||
-            !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, gst_buffer_get_size(packet.get()));
+        const std::size_t size = gst_buffer_get_size(packet.get());
+        const fault::Fault* loser = packet_loser(*faults, number);
+        if (!loser && !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, size))
+            loser = slow_line(*faults);
+        const bool is_lost = loser != nullptr;
+        if (is_lost) lose(harm_of(lost_, *loser, 0), {bytes_, size});
+        bytes_ += size;
         const int distance = is_lost || is_last ? 0 : packet_distance(*faults, number);
         if (distance > 0 && held_.size() < max_held) {
             held_.push_back({std::move(packet), distance});
@@ -35,7 +57,17 @@ void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults
         sent.push_back(std::move(packet));
         for (Held& one : held_) --one.overtaken_by;
     }
+    if (is_last) tell_lost(faults);
     release(is_last, sent);
+}
+
+void PacketFaults::tell_lost(const fault::FrameFaults* faults) {
+    for (fault::Harm& harm : lost_) {
+        harm.size = bytes_;
+        if (faults) note(*faults, "rtsp", harm);
+    }
+    lost_.clear();
+    bytes_ = 0;
 }
 
 void PacketFaults::arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {

@@ -8,6 +8,7 @@
 #include <gst/gst.h>
 
 #include "core/fault/line.h"
+#include "core/fault/sending.h"
 
 namespace camrig::rtsp {
 
@@ -49,13 +50,17 @@ private:
     /// Of the next packet: whose picture it is of, and which of that picture's it is. RTP's own numbers begin at random
     /// (RFC 3550, 5.1), and a run that is made again is to lose the same.
     std::uint64_t next_number(const fault::FrameFaults& faults);
+    /// Notes what of the picture was lost, when its last packet has come here, lost or not.
+    void tell_lost(const fault::FrameFaults* faults);
     void release(bool all, std::vector<GstBufferHandle>& sent);
 
     std::deque<Held> held_;
     std::deque<Delayed> delayed_;
     fault::Line line_;
-    std::int64_t frame_ = -1;    ///< of the last packet
-    std::uint64_t packets_ = 0;  ///< of it, so far
+    std::int64_t frame_ = -1;        ///< of the last packet
+    std::uint64_t packets_ = 0;      ///< of it, so far
+    std::size_t bytes_ = 0;          ///< of all packets of the picture, so far
+    std::vector<fault::Harm> lost_;  ///< of them; a run is a packet
 };
 
 }  // namespace camrig::rtsp

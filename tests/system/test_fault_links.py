@@ -1,6 +1,7 @@
 """Lines and servers that fail: late frames, refused connections, restarts, slow lines, packets out of order, other sources and sizes."""
 
 import struct
+import subprocess
 import threading
 import time
 import urllib.error
@@ -12,7 +13,7 @@ import pytest
 
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
-from rtsp_client import stepping
+from rtsp_client import jitter_program, stepping  # noqa: F401 (a fixture)
 from test_faults import RtpPackets, parts
 
 
@@ -154,6 +155,40 @@ def test_packets_are_overtaken_and_none_is_lost(rig):
     assert len(set(order)) == len(order)
     assert len(set(range(max(order))) - set(order)) <= 10, "but for the ends of what was looked at, all are there"
     check_books(rig)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+@pytest.mark.parametrize("kind, params", [("packet_loss", {"probability": 0.2}), ("bandwidth", {"kbit_per_s": 2000, "queue_s": 0.02})])
+def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program, kind, params):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp"}])
+    reader = subprocess.Popen([jitter_program, f"{rig.rtsp_url}/desk/mjpeg"], stdout=subprocess.PIPE, text=True)
+
+    def step(pictures):
+        """As many packets as truth says were lost; in the pace of the clock, for the reader waits for packets by it."""
+        lost = 0
+        for _ in range(pictures):
+            rig.step(seconds=0.04)
+            for harm in cam.truth()["outputs"]["rtsp"]["damaged"]:
+                assert (harm["kind"], harm["mode"], harm["times"]) == (kind, "lost", 1)
+                assert harm["bytes"] == sum(size for _, size in harm["runs"]) < harm["size"] and harm["more_runs"] == 0
+                lost += len(harm["runs"])
+            time.sleep(0.03)
+        return lost
+
+    try:
+        assert reader.stdout.readline() == "playing\n"
+        assert step(25) == 0
+        rig.fault.set("desk", kind, **params)
+        lost = step(40)
+        assert lost > 40
+        rig.fault.clear("desk")
+        assert step(25) == 0
+        cam.delete()
+        pushed, missed = map(int, reader.communicate(timeout=30)[0].split())
+        assert missed == lost and pushed > lost
+    finally:
+        reader.kill()
+        reader.wait()
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")

@@ -281,3 +281,35 @@ def test_a_recording_has_the_masks_of_what_dirt_hides(rig, tmp_path):
         mask = cv2.imread(str(tmp_path / f"set/desk/soiling/{number:06}.png"), cv2.IMREAD_UNCHANGED)
         assert mask.shape == (120, 160) and (mask > 127).mean() == pytest.approx(truth["covered_fraction"])
     assert len(truths) == 2 and truths[-1]["covered_fraction"] > 0.2
+
+
+def philox_unit(seed, stream, counter):
+    """Philox4x32-10 (Salmon et al., SC 2011), the first 53 bits of a block as a number in [0, 1)."""
+    low, high = (lambda v: v & 0xFFFFFFFF), (lambda v: v >> 32)
+    words, keys = [low(counter), high(counter), low(stream), high(stream)], [low(seed), high(seed)]
+    for _ in range(10):
+        first, second = 0xD2511F53 * words[0], 0xCD9E8D57 * words[2]
+        words = [high(second) ^ words[1] ^ keys[0], low(second), high(first) ^ words[3] ^ keys[1], low(first)]
+        keys = [low(keys[0] + 0x9E3779B9), low(keys[1] + 0xBB67AE85)]
+    return ((words[1] << 32 | words[0]) >> 11) / 2**53
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_the_frames_that_are_lost_are_those_of_the_hash_of_seed_fault_and_frame(rig):
+    cam, got = rig.create_camera("desk", size=(64, 48), fps=25), {}
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        threading.Thread(target=keep_parts, args=(stream, got), daemon=True).start()
+        wait_until(lambda: 0 in got, what="the first picture")
+        fault = rig.fault.set("desk", "drop", probability=0.8, severity=0.5, seed=99)
+        delivered = []
+        for frame in range(1, 101):
+            rig.step(seconds=0.04)
+            truth = cam.truth()
+            assert truth["sequence"] == frame
+            delivered += [frame] * truth["delivered"]
+        rig.fault.clear("desk")
+        rig.step(seconds=0.04)
+        wait_until(lambda: 101 in got, what="the last picture")
+    assert delivered == [frame for frame in range(1, 101) if philox_unit(99, 3 << 60 | fault["id"] << 8, frame) >= 0.4]
+    assert sorted(got) == [0, *delivered, 101]
+    assert 45 < len(delivered) < 75

@@ -1,6 +1,7 @@
 """Cameras that fail: what stock clients get, what truth says, and that nobody else notices."""
 
 import hashlib
+import io
 import json
 import os
 import re
@@ -109,6 +110,23 @@ def test_books_say_what_a_fault_kept_back(rig):
     assert reader["fault"] == 25
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_books_balance_where_a_failing_camera_is_overloaded_too(rig):
+    cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=60, place="lobby") for i in range(8)]
+    streams = [urllib.request.urlopen(camera.url(), timeout=30) for camera in cameras]
+    for stream in streams:
+        threading.Thread(target=lambda stream=stream: [None for _ in iter(lambda: stream.read1(65536), b"")], daemon=True).start()
+    rig.fault.set("c0", "drop", probability=0.5, burst_frames=3)
+    rig.fault.set("c0", "stall", severity=0.3, period_s=0.3)
+    rig.fault.set("c1", "freeze", severity=0.5)
+    dropped_for = lambda name: next(one for one in rig.stats()["cameras"] if one["name"] == name)["dropped_for"]
+    both = lambda: dropped_for("c0")["fault"] > 30 and dropped_for("c0")["overload"] + dropped_for("c0")["own_cost"] > 30
+    wait_until(both, timeout_s=60, what="frames lost by the fault and by overload")
+    for camera in cameras[1:]:
+        camera.delete()
+    check_books(rig)
+
+
 def parts(stream, count):
     """(JPEG bytes, sequence) of an MJPEG stream."""
     found = []
@@ -189,6 +207,7 @@ def test_a_stream_goes_on_with_the_same_bytes_and_nothing_is_drawn(rig, kind):
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_a_damaged_jpeg_reaches_the_stream_and_nobody_else(rig):
     import cv2
+    import PIL.Image
 
     cam = rig.create_camera("desk", size=(320, 240), fps=20, place="lobby")
     rig.fault.set("desk", "corrupt_jpeg", mode="truncate", amount=3000, probability=0.5, output="mjpeg")
@@ -196,6 +215,10 @@ def test_a_damaged_jpeg_reaches_the_stream_and_nobody_else(rig):
         got = parts(stream, 40)[1:]
     cut = [sequence for jpeg, sequence in got if not jpeg.endswith(b"\xff\xd9")]
     assert 8 < len(cut) < 32
+    for jpeg in (jpeg for jpeg, sequence in got if sequence in cut):
+        assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) is None
+        with pytest.raises(OSError, match="truncated"):
+            PIL.Image.open(io.BytesIO(jpeg)).load()
     with urllib.request.urlopen(f"{rig.http_url}/cameras/desk/snapshot.jpg", timeout=30) as snapshot:
         jpeg = snapshot.read()
     assert jpeg.endswith(b"\xff\xd9") and cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) is not None

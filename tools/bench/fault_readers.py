@@ -51,6 +51,8 @@ FAULTS: list[dict[str, Any]] = [
     {"kind": "black"},
     {"kind": "freeze"},
     {"kind": "drop"},
+    {"kind": "duplicate"},
+    {"kind": "reduced_rate"},
     {"kind": "drop", "name": "drop, bursts of 50", "severity": 0.9, "params": {"probability": 1, "burst_frames": 50}},
     {"kind": "corrupt_jpeg", "name": "corrupt_jpeg, bitflip"},
     {"kind": "corrupt_jpeg", "name": "corrupt_jpeg, truncate", "params": {"mode": "truncate"}},

@@ -72,7 +72,7 @@ double harm(const FaultKind& kind, double severity) {
             sum += static_cast<double>(size.pixels() - other->pixels());
         sum += std::exchange(epoch, ssrc_epoch(faults)) != epoch;
         for (std::uint64_t packet = 0; packet < 20; ++packet)
-            sum += is_packet_lost(faults, static_cast<std::uint64_t>(i) << 16 | packet) +
+            sum += (packet_loser(faults, static_cast<std::uint64_t>(i) << 16 | packet) != nullptr) +
                    packet_distance(faults, static_cast<std::uint64_t>(i) << 16 | packet) +
                    1e-9 * static_cast<double>(packet_delay_ns(faults, static_cast<std::uint64_t>(i) << 16 | packet));
         sum += jpeg_harm(faults) + slice_harm(faults);
