@@ -82,6 +82,11 @@ def test_a_knocked_camera_shows_what_truth_says_and_believes_its_calibration(rig
                              orientation=truth["pose"]["orientation"])
     difference = np.abs(cam.frame().image.astype(int) - twin.frame().image.astype(int))
     assert difference.mean() < 0.5
+    # And every corner of the world is where that pose puts it, to 1e-4 px, and not where the calibration does.
+    told, seen_by_twin = ({one["id"]: np.array(one["box_full"]) for one in camera["objects"] if not one["clipped"]} for camera in (truth, twin.truth()))
+    assert told.keys() == seen_by_twin.keys() and len(told) > 3
+    assert max(np.abs(told[one] - seen_by_twin[one]).max() for one in told) < 1e-4
+    assert (cam.instances() != twin.instances()).mean() < 1e-4
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
