@@ -103,9 +103,6 @@ json PtzHead::status() const {
 json PtzHead::move(json params) const {
     return call("ptz.move", std::move(params));
 }
-json PtzHead::aim(double x, double y, double speed) const {
-    return call("ptz.aim", {{"x", x}, {"y", y}, {"speed", speed}});
-}
 json PtzHead::stop(bool pan_tilt, bool zoom) const {
     return call("ptz.stop", {{"pan_tilt", pan_tilt}, {"zoom", zoom}});
 }

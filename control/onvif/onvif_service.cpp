@@ -25,6 +25,11 @@ OnvifReply reply_of(const Fault& fault) {
     return {.status = fault.status(), .text = fault_envelope(fault)};
 }
 
+bool is_by_fov(const PtzCommand* order) {
+    const auto* const move = order ? std::get_if<engine::MovePtz>(order) : nullptr;
+    return move && move->move.mode == camera::PtzMode::fov;
+}
+
 /// What the engine says of a request that was well formed.
 Fault fault_of(const Error& why, const Operation& operation, const PtzCommand* order) {
     const auto sent = [&](std::string_view detail) { return Fault{true, "InvalidArgVal", detail, why.message}; };
@@ -33,8 +38,7 @@ Fault fault_of(const Error& why, const Operation& operation, const PtzCommand* o
             return sent(!order ? "NoProfile" : "NoToken");
         case ErrorKind::invalid_argument:
             if (operation.change) return sent("ConfigModify");
-            return sent(order && std::holds_alternative<engine::AimPtz>(*order) ? "InvalidTranslation"
-                                                                                : "InvalidPosition");
+            return sent(is_by_fov(order) ? "InvalidTranslation" : "InvalidPosition");
         case ErrorKind::already_exists:
             return sent("PresetExist");
         case ErrorKind::unsupported:

@@ -63,8 +63,8 @@ struct Asked {
 };
 
 /// What heads are told, by the same commands as the methods ptz.* and fault.wipe give.
-using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::AimPtz, engine::StopPtz, engine::PtzPresets,
-                                engine::ClearFaults>;
+using PtzCommand =
+    std::variant<engine::GetPtz, engine::MovePtz, engine::StopPtz, engine::PtzPresets, engine::ClearFaults>;
 
 class EventDesk;
 

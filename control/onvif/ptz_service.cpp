@@ -43,15 +43,16 @@ Orders relative_move(const Asked& asked) {
     const PtzSpec& head = head_of(asked);
     camera::PtzMove move{.mode = PtzMode::relative, .speed = speed_of(asked.request.child("Speed"))};
     if (by->zoom) move.zoom = zoom_factor(head, *by->zoom);
-    std::vector<PtzCommand> orders;
     if (by->x && by->space == fov_space) {
-        orders.emplace_back(engine::AimPtz{name_of(asked), *by->x, *by->y, move.speed});
+        move.mode = PtzMode::fov;
+        move.x = *by->x;
+        move.y = *by->y;
     } else if (by->x) {
         move.pan_deg = *by->x * pan_axis(head).half;
         move.tilt_deg = *by->y * axis_of(head.tilt_limits_deg).half;
     }
-    if (move.pan_deg || move.zoom) orders.emplace_back(engine::MovePtz{name_of(asked), move});
-    return orders;
+    if (!by->x && !by->zoom) return Orders{};
+    return std::vector<PtzCommand>{engine::MovePtz{name_of(asked), move}};
 }
 
 Orders continuous_move(const Asked& asked) {

@@ -14,7 +14,8 @@ const std::vector<FieldOf<camera::PtzMove>>& move_table() {
             {.name = "mode",
              .doc = "absolute: to these angles and this zoom; relative: by these angles, the zoom "
                     "by this factor; continuous: so many degrees a second, the zoom by this "
-                    "share of its speed (-1 to 1), until another command, a limit or timeout_s"}),
+                    "share of its speed (-1 to 1), until another command, a limit or timeout_s; fov: what the "
+                    "picture shows at x and y comes to its middle, through the lens, the zoom by this factor"}),
         field_at<&camera::PtzMove::pan_deg>({.name = "pan_deg",
                                              .doc = "positive is to the left",
                                              .unit = "deg",
@@ -25,6 +26,10 @@ const std::vector<FieldOf<camera::PtzMove>>& move_table() {
                                               .unit = "deg",
                                               .fallback = "goes on as it does",
                                               .range = {-1e5, 1e5}}),
+        field_at<&camera::PtzMove::x>(
+            {.name = "x", .doc = "of fov: to the right, in halves of the picture from its middle", .range = {-10, 10}}),
+        field_at<&camera::PtzMove::y>(
+            {.name = "y", .doc = "of fov: upwards, in halves of the picture", .range = {-10, 10}}),
         field_at<&camera::PtzMove::zoom>(
             {.name = "zoom", .doc = "of the focal length", .fallback = "goes on as it does", .range = {-1, 1000}}),
         field_at<&camera::PtzMove::speed>({.name = "speed",
@@ -34,7 +39,8 @@ const std::vector<FieldOf<camera::PtzMove>>& move_table() {
         world::seconds_at<&camera::PtzMove::timeout>({.name = "timeout_s",
                                                       .doc = "of a continuous move: it stops by itself",
                                                       .fallback = "until told otherwise",
-                                                      .range = {0, 86'400}})};
+                                                      .range = {0, 86'400},
+                                                      .option = "timeout"})};
     return table;
 }
 
@@ -96,8 +102,15 @@ Result<engine::MovePtz> read_move(JsonReader& reader) {
     named.apply_to(command);
     changes.apply_to(command.move);
     const auto& move = command.move;
-    if (reader.ok() && !move.pan_deg && !move.tilt_deg && !move.zoom)
-        reader.fail("pan_deg", "is missing; a move names pan_deg, tilt_deg or zoom, or more of them");
+    const bool is_fov = move.mode == camera::PtzMode::fov;
+    if (reader.ok() && !is_fov && (move.x || move.y))
+        reader.fail(move.x ? "x" : "y", "is of mode fov; this one names pan_deg, tilt_deg or zoom, or more of them");
+    if (reader.ok() && is_fov && (move.pan_deg || move.tilt_deg))
+        reader.fail(move.pan_deg ? "pan_deg" : "tilt_deg", "is of the other modes; fov names x, y or zoom");
+    if (reader.ok() && !move.pan_deg && !move.tilt_deg && !move.zoom && !move.x && !move.y)
+        reader.fail(is_fov ? "x" : "pan_deg",
+                    is_fov ? "is missing; a move by fov names x, y or zoom, or more of them"
+                           : "is missing; a move names pan_deg, tilt_deg or zoom, or more of them");
     if (reader.ok() && move.timeout && move.mode != camera::PtzMode::continuous)
         reader.fail("timeout_s", "is of continuous moves; this one ends where it goes to");
     if (reader.ok() && command.move.zoom) {
@@ -150,8 +163,11 @@ Method preset_method(RpcContext& context, const char* name, const char* summary,
 const std::vector<FieldOf<camera::PtzTourStop>>& stop_table() {
     static const std::vector<FieldOf<camera::PtzTourStop>> table{
         preset_name_at<&camera::PtzTourStop::preset>(),
-        world::seconds_at<&camera::PtzTourStop::dwell>(
-            {.name = "dwell_s", .doc = "that it stands there", .fallback = "5", .range = {0.1, 86'400}}),
+        world::seconds_at<&camera::PtzTourStop::dwell>({.name = "dwell_s",
+                                                        .doc = "that it stands there",
+                                                        .fallback = "5",
+                                                        .range = {0.1, 86'400},
+                                                        .option = "dwell"}),
         field_at<&camera::PtzTourStop::speed>(
             {.name = "speed", .doc = "share of the head's speed on the way to it", .range = {0.001, 1}})};
     return table;
@@ -181,13 +197,6 @@ Method tour_method(RpcContext& context, const char* name, const char* summary, e
 
 std::vector<Method> ptz_methods(RpcContext& context) {
     using enum ErrorKind;
-    const std::vector<FieldOf<engine::AimPtz>> aim{
-        camera_field<engine::AimPtz>(),
-        field_at<&engine::AimPtz::x>(
-            {.name = "x", .doc = "to the right, 1 is the edge", .required = true, .range = {-10, 10}}),
-        field_at<&engine::AimPtz::y>(
-            {.name = "y", .doc = "upwards, 1 is the edge", .required = true, .range = {-10, 10}}),
-        field_at<&engine::AimPtz::speed>({.name = "speed", .doc = "share of the head's speed", .range = {0.001, 1}})};
     const std::vector<FieldOf<engine::StopPtz>> stop{
         camera_field<engine::StopPtz>(),
         field_at<&engine::StopPtz::pan_tilt>({.name = "pan_tilt", .doc = "stops to turn"}),
@@ -197,20 +206,12 @@ std::vector<Method> ptz_methods(RpcContext& context) {
         {.name = "ptz.move",
          .summary = "Turns and zooms the head of a camera (camera field ptz). Answers at once; the motion begins after "
                     "the head's latency and takes the place of what the axes named here do. Pan and tilt arrive "
-                    "together. Relative and continuous moves end at the limits; an absolute one beyond is an error.",
+                    "together. An absolute move beyond the limits is an error; the others end there.",
          .params = move_fields(),
          .result = status_fields(),
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
          .handler = handler_of(context, read_move, status_json),
          .example = R"({"camera": "lobby", "pan_deg": 30, "tilt_deg": -10, "zoom": 2})"},
-        {.name = "ptz.aim",
-         .summary = "Turns the head so that what the picture shows at a place comes to its middle, through its lens. "
-                    "Ends at the limits.",
-         .params = descriptions_of(aim),
-         .result = status_fields(),
-         .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
-         .handler = handler_of(context, aim, status_json),
-         .example = R"({"camera": "lobby", "x": 0.5, "y": -0.25})"},
         {.name = "ptz.stop",
          .summary = "Brakes.",
          .params = descriptions_of(stop),

@@ -9,6 +9,8 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <spdlog/spdlog.h>
 
+#include "core/base/clock.h"
+
 namespace camrig::unrealcv {
 namespace asio = boost::asio;
 namespace {
@@ -28,7 +30,8 @@ asio::awaitable<void> wait(asio::steady_timer& bell) {
 
 ClientConnection::ClientConnection(DoorState& door, const UnrealCvLimits& limits, Socket socket,
                                    std::function<void(ClientConnection*)> on_closed)
-    : limits_(limits),
+    : door_(door),
+      limits_(limits),
       socket_(std::move(socket)),
       on_closed_(std::move(on_closed)),
       session_(std::make_shared<Session>(door, socket_.get_executor())),
@@ -90,7 +93,8 @@ asio::awaitable<void> ClientConnection::serve_loop(std::string greeting) {
         std::string head(request->id);
         head += ':';
         if (!answer) head += "error ";
-        const std::string_view body = answer ? (answer->empty() ? "ok" : std::string_view(*answer)) : answer.error();
+        std::string_view body = answer ? answer->bytes() : answer.error();
+        if (answer && body.empty()) body = "ok";
         head.insert(0, frame_head(head.size() + body.size()));
         is_open = co_await write(head, body);
         session_->sent();
@@ -123,7 +127,8 @@ void ClientConnection::close_after(UnrealCvLimits::Duration time) {
 }
 
 void ClientConnection::break_off(const std::string& why) {
-    spdlog::warn("unrealcv: a connection is closed: {}", why);
+    if (const auto left_out = door_.closing_log.due(monotonic_now_ns()))
+        spdlog::warn("unrealcv: a connection is closed: {} ({} more were closed before it)", why, *left_out);
     close();
 }
 

@@ -37,6 +37,7 @@ private:
     void close_after(UnrealCvLimits::Duration time);
     void break_off(const std::string& why);
 
+    DoorState& door_;
     const UnrealCvLimits& limits_;
     Socket socket_;
     const std::function<void(ClientConnection*)> on_closed_;

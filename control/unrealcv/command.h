@@ -9,12 +9,31 @@
 #include <boost/asio/awaitable.hpp>
 #include <glm/glm.hpp>
 
+#include "core/codec/encoder.h"
+
 namespace camrig::unrealcv {
 
 class Session;
 
-/// The body of an answer, text or bytes; empty is sent as "ok". The error is sent as "error TEXT".
-using Answer = std::expected<std::string, std::string>;
+/// What an answer says: text, or the bytes of a file.
+class Body {
+public:
+    Body() = default;
+    Body(std::string text) : text_(std::move(text)) {}
+    Body(codec::BytesRef file) : file_(std::move(file)) {}
+
+    /// As long as it lives.
+    std::string_view bytes() const {
+        return file_ ? std::string_view(reinterpret_cast<const char*>(file_->data()), file_->size()) : text_;
+    }
+
+private:
+    std::string text_;
+    codec::BytesRef file_;
+};
+
+/// Empty is sent as "ok". The error is sent as "error TEXT".
+using Answer = std::expected<Body, std::string>;
 using Arguments = std::span<const std::string_view>;
 
 /// A command as its template tells it: "vset /camera/[uint]/location [float] [float] [float]". Placeholders: [uint],

@@ -232,7 +232,8 @@ asio::awaitable<Answer> spawn_stereo(Session& session, glm::dvec3 to) {
     if (!left) co_return left;
     auto right = co_await spawn_camera(session, to + glm::dvec3(0.0, half_eye_distance_cm, 0.0));
     if (!right) co_return right;
-    co_return *left + " " + *right;
+    std::string names(left->bytes());
+    co_return names.append(" ").append(right->bytes());
 }
 
 asio::awaitable<Answer> spawn_model(Session& session, std::string of_class, std::string name, glm::dvec3 to) {
@@ -329,7 +330,7 @@ Awaited blueprint(Session& session, Arguments arguments) {
         done = co_await nav_to_goal(session, *object, {numbers[0], numbers[1], numbers[2]});
     }
     // A function without values to give.
-    if (done) done = "{}";
+    if (done) done = std::string("{}");
     co_return done;
 }
 
@@ -355,6 +356,7 @@ std::span<const Command> object_commands() {
         Command{"vget /object/[str]/mobility", "Movable or Static", mobility},
         Command{"vget /object/[str]/uclass_name", "Its class in ground truth", uclass_name},
         Command{"vget /object/[str]/vertex_location", "Its vertices in the world, one a line", vertex_location},
+        Command{"vget /object/[str]/vertices", "The same as vertex_location", vertex_location},
         Command{"vset /object/[str]/show", "Shows it", show},
         Command{"vset /object/[str]/hide", "Hides it", hide},
         Command{"vset /object/[str]/destroy", "Removes it; of a camera's name, the camera", destroy},

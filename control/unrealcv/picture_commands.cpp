@@ -33,7 +33,8 @@ std::expected<Target, std::string> target_of(std::string_view format) {
 }
 
 /// Writes a file below the door's folder; gives its absolute path.
-Result<std::string> save(const std::filesystem::path& folder, const std::string& name, const std::string& bytes) {
+Result<std::string> save(const std::filesystem::path& folder, const std::string& name,
+                         std::span<const std::byte> bytes) {
     if (folder.empty())
         return error(ErrorKind::unsupported,
                      "this rig writes no files for UnrealCV; start it with --unrealcv-dir, or ask for png, bmp or npy");
@@ -43,31 +44,35 @@ Result<std::string> save(const std::filesystem::path& folder, const std::string&
     const std::filesystem::path file = folder / name;
     std::error_code failed;
     std::filesystem::create_directories(file.parent_path(), failed);
-    if (auto written = write_atomically(file, std::as_bytes(std::span(bytes))); !written)
-        return std::unexpected(written.error());
+    if (auto written = write_atomically(file, bytes); !written) return std::unexpected(written.error());
     return file.string();
 }
 
-std::function<Result<std::string>(const frame::Frame&)> maker(Session& session, const Moment& now,
-                                                              const engine::CameraReply& camera, frame::FrameKind kind,
-                                                              FileType type, Depth depth) {
+using Make = std::function<Result<codec::BytesRef>(const frame::Frame&)>;
+
+Make maker(Session& session, const Moment& now, const engine::CameraReply& camera, frame::FrameKind kind, FileType type,
+           Depth depth) {
+    const std::shared_ptr<PictureMemory> memory = session.door().pictures;
     switch (kind) {
         case frame::FrameKind::instance:
-            return [type, colors = session.door().colors](const frame::Frame& ids) {
-                return encode_picture(*mask_of(ids, *colors), type);
+            return [memory, type, colors = session.door().colors](const frame::Frame& ids) {
+                return encode_picture(*memory, *mask_of(*memory, ids, *colors), type);
             };
         case frame::FrameKind::normal:
-            return [type, turn = camera::world_from_optical_rotation(now.state_of(camera).pose)](
-                       const frame::Frame& normals) { return encode_picture(*shown_normals(normals, turn), type); };
+            return [memory, type, turn = camera::world_from_optical_rotation(now.state_of(camera).pose)](
+                       const frame::Frame& normals) {
+                return encode_picture(*memory, *shown_normals(*memory, normals, turn), type);
+            };
         case frame::FrameKind::depth:
-            return [depth, intrinsics = now.state_of(camera).intrinsics, lens = camera.camera.spec()->lens](
-                       const frame::Frame& metres) { return depth_array(metres, depth, intrinsics, lens); };
+            return [memory, depth, intrinsics = now.state_of(camera).intrinsics, lens = camera.camera.spec()->lens](
+                       const frame::Frame& metres) { return depth_array(*memory, metres, depth, intrinsics, lens); };
         case frame::FrameKind::flow:
-            return [type](const frame::Frame& flow) -> Result<std::string> {
-                return type == FileType::npy ? flow_array(flow) : encode_picture(*shown_flow(flow), type);
+            return [memory, type](const frame::Frame& flow) -> Result<codec::BytesRef> {
+                return type == FileType::npy ? flow_array(*memory, flow)
+                                             : encode_picture(*memory, *shown_flow(*memory, flow), type);
             };
         default:
-            return [type](const frame::Frame& rgba) { return encode_picture(rgba, type); };
+            return [memory, type](const frame::Frame& rgba) { return encode_picture(*memory, rgba, type); };
     }
 }
 
@@ -76,14 +81,16 @@ asio::awaitable<Answer> give(Session& session, std::string_view id, frame::Frame
     if (!now) co_return refused(now.error());
     const auto camera = camera_at(**now, id);
     if (!camera) co_return refused(camera.error());
-    auto make = maker(session, **now, **camera, kind, target.type, depth);
-    if (target.file)
-        make = [make = std::move(make), folder = session.door().folder,
-                name = *target.file](const frame::Frame& frame) -> Result<std::string> {
-            auto bytes = make(frame);
-            return bytes ? save(folder, name, *bytes) : bytes;
-        };
-    auto made = co_await session.picture(**camera, kind, std::move(make));
+    Make make = maker(session, **now, **camera, kind, target.type, depth);
+    std::function<Result<Body>(const frame::Frame&)> answer =
+        [make = std::move(make), folder = session.door().folder,
+         name = target.file](const frame::Frame& frame) -> Result<Body> {
+        auto bytes = make(frame);
+        if (!bytes) return std::unexpected(bytes.error());
+        if (!name) return std::move(*bytes);
+        return save(folder, *name, **bytes);
+    };
+    auto made = co_await session.picture(**camera, kind, std::move(answer));
     if (!made) co_return refused(std::move(made.error().message));
     co_return std::move(*made);
 }

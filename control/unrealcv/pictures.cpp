@@ -1,12 +1,15 @@
 #include "control/unrealcv/pictures.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <span>
+#include <string>
 
 #include "core/camera/lens_map.h"
-#include "core/codec/encoder.h"
 
 namespace camrig::unrealcv {
 namespace {
@@ -28,19 +31,50 @@ std::string shape_of(ImageSize size) {
     return std::to_string(size.height) + ", " + std::to_string(size.width);
 }
 
-void put(std::string& out, std::size_t at, std::uint32_t value, std::size_t bytes) {
-    for (std::size_t i = 0; i < bytes; ++i) out[at + i] = static_cast<char>(value >> (8 * i) & 0xffU);
+using Bytes = std::vector<std::byte>;
+
+void append(Bytes& out, std::span<const std::byte> bytes) {
+    out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+void put(Bytes& out, std::size_t at, std::uint32_t value, std::size_t bytes) {
+    for (std::size_t i = 0; i < bytes; ++i) out[at + i] = static_cast<std::byte>(value >> (8 * i) & 0xffU);
+}
+
+/// Several pixels at a time: compilers make no such of a loop over one at our level of optimisation.
+using Words = std::uint32_t __attribute__((vector_size(32)));
+
+/// Red and blue change places; it is opaque. A pixel's bytes in their order are those of its word from the lowest.
+template <typename Word>
+void make_bgra(const std::byte* rgba, std::byte* to) {
+    Word word;
+    std::memcpy(&word, rgba, sizeof word);
+    word = (word & 0xff00U) | (word >> 16 & 0xffU) | (word & 0xffU) << 16 | 0xff000000U;
+    std::memcpy(to, &word, sizeof word);
+}
+static_assert(std::endian::native == std::endian::little);
+
+codec::BytesRef npy(PictureMemory& memory, std::string_view type, const std::string& shape,
+                    std::span<const std::byte> values) {
+    const auto out = memory.file();
+    const std::string head = npy_head(type, shape);
+    out->reserve(head.size() + values.size());
+    append(*out, std::as_bytes(std::span(head)));
+    append(*out, values);
+    return out;
 }
 
 /// A bitmap of 32 bits a pixel, rows from the top (BITMAPFILEHEADER, BITMAPINFOHEADER). With alpha 255 it is never
 /// UTF-8, which the client would take for text.
-std::string encode_bmp(const frame::Frame& rgba) {
+codec::BytesRef encode_bmp(PictureMemory& memory, const frame::Frame& rgba) {
     constexpr std::size_t head = 54;
     const ImageSize size = rgba.info().size;
     const auto pixels = static_cast<std::size_t>(size.pixels());
-    std::string out(head + 4 * pixels, '\0');
-    out[0] = 'B';
-    out[1] = 'M';
+    const auto file = memory.file();
+    Bytes& out = *file;
+    out.resize(head + 4 * pixels);
+    out[0] = std::byte{'B'};
+    out[1] = std::byte{'M'};
     put(out, 2, static_cast<std::uint32_t>(out.size()), 4);
     put(out, 10, head, 4);
     put(out, 14, 40, 4);
@@ -49,32 +83,20 @@ std::string encode_bmp(const frame::Frame& rgba) {
     put(out, 26, 1, 2);
     put(out, 28, 32, 2);
     put(out, 34, static_cast<std::uint32_t>(4 * pixels), 4);
-    const auto* in = reinterpret_cast<const std::uint8_t*>(rgba.bytes().data());
-    auto* to = reinterpret_cast<std::uint8_t*>(out.data()) + head;
-    for (std::size_t i = 0; i < 4 * pixels; i += 4) {
-        to[i] = in[i + 2];
-        to[i + 1] = in[i + 1];
-        to[i + 2] = in[i];
-        to[i + 3] = 255;
-    }
-    return out;
+    const std::byte* const from = rgba.bytes().data();
+    std::byte* const to = out.data() + head;
+    std::size_t i = 0;
+    for (; i + sizeof(Words) <= 4 * pixels; i += sizeof(Words)) make_bgra<Words>(from + i, to + i);
+    for (; i < 4 * pixels; i += 4) make_bgra<std::uint32_t>(from + i, to + i);
+    return file;
 }
 
-Result<std::string> encode_png(const frame::Frame& rgba) {
-    auto encoder = codec::create_png_encoder(1, true);
-    if (!encoder) return std::unexpected(encoder.error());
-    const auto bytes = (*encoder)->encode(rgba);
-    if (!bytes) return std::unexpected(bytes.error());
-    return std::string(reinterpret_cast<const char*>((*bytes)->data()), (*bytes)->size());
-}
-
-/// rgba8 with the size of another frame; alpha is 255 everywhere.
-std::shared_ptr<frame::Frame> blank(const frame::Frame& like) {
+/// rgba8 with the size of another frame, to be filled.
+std::shared_ptr<frame::Frame> rgba_like(PictureMemory& memory, const frame::Frame& like) {
     frame::FrameInfo info = like.info();
     info.kind = frame::FrameKind::color;
     info.format = frame::PixelFormat::rgba8;
-    std::vector<std::byte> bytes(static_cast<std::size_t>(info.size.pixels()) * 4, std::byte{255});
-    return std::make_shared<frame::Frame>(std::move(info), std::move(bytes));
+    return memory.frame(std::move(info));
 }
 
 }  // namespace
@@ -88,36 +110,58 @@ std::optional<FileType> file_type(std::string_view ending) {
     return std::nullopt;
 }
 
-Result<std::string> encode_picture(const frame::Frame& rgba, FileType type) {
-    if (type == FileType::bmp) return encode_bmp(rgba);
-    if (type == FileType::png) return encode_png(rgba);
-    std::string out = npy_head("|u1", shape_of(rgba.info().size) + ", 4");
-    return out.append(reinterpret_cast<const char*>(rgba.bytes().data()), rgba.bytes().size());
+Result<codec::BytesRef> PictureMemory::png(const frame::Frame& rgba) {
+    std::unique_ptr<codec::Encoder> encoder;
+    {
+        const std::lock_guard lock(mutex_);
+        if (!encoders_.empty()) {
+            encoder = std::move(encoders_.back());
+            encoders_.pop_back();
+        }
+    }
+    if (!encoder) {
+        auto made = codec::create_png_encoder(1, true);
+        if (!made) return std::unexpected(made.error());
+        encoder = std::move(*made);
+    }
+    auto bytes = encoder->encode(rgba);
+    const std::lock_guard lock(mutex_);
+    if (encoders_.size() < max_idle_encoders) encoders_.push_back(std::move(encoder));
+    return bytes;
 }
 
-frame::FrameRef mask_of(const frame::Frame& ids, const Colors& colors) {
-    const auto mask = blank(ids);
+Result<codec::BytesRef> encode_picture(PictureMemory& memory, const frame::Frame& rgba, FileType type) {
+    if (type == FileType::bmp) return encode_bmp(memory, rgba);
+    if (type == FileType::png) return memory.png(rgba);
+    return npy(memory, "|u1", shape_of(rgba.info().size) + ", 4", rgba.bytes());
+}
+
+frame::FrameRef mask_of(PictureMemory& memory, const frame::Frame& ids, const Colors& colors) {
+    const auto mask = rgba_like(memory, ids);
     const auto* in = reinterpret_cast<const std::uint32_t*>(ids.bytes().data());
     auto* out = reinterpret_cast<std::uint8_t*>(mask->mutable_bytes().data());
     std::uint32_t last = 0;
-    Rgb color{};
+    std::array<std::uint8_t, 4> color{0, 0, 0, 255};
     for (std::size_t i = 0; i < static_cast<std::size_t>(ids.info().size.pixels()); ++i) {
         if (in[i] != last) {
             last = in[i];
-            color = last == 0 ? Rgb{} : colors.of(ObjectId{last});
+            const Rgb rgb = last == 0 ? Rgb{} : colors.of(ObjectId{last});
+            std::ranges::copy(rgb, color.begin());
         }
         std::memcpy(out + 4 * i, color.data(), color.size());
     }
     return mask;
 }
 
-frame::FrameRef shown_normals(const frame::Frame& normals, const glm::dmat3& world_from_optical) {
-    const auto shown = blank(normals);
+frame::FrameRef shown_normals(PictureMemory& memory, const frame::Frame& normals,
+                              const glm::dmat3& world_from_optical) {
+    const auto shown = rgba_like(memory, normals);
     const auto* in = reinterpret_cast<const float*>(normals.bytes().data());
     auto* out = reinterpret_cast<std::uint8_t*>(shown->mutable_bytes().data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(normals.info().size.pixels()); ++i) {
         const glm::dvec3 n = world_from_optical * glm::dvec3(in[3 * i], in[3 * i + 1], in[3 * i + 2]);
         const glm::dvec3 mirrored(n.x, -n.y, n.z);
+        out[4 * i + 3] = 255;
         for (int c = 0; c < 3; ++c)
             out[4 * i + static_cast<std::size_t>(c)] =
                 static_cast<std::uint8_t>(std::clamp(std::floor((mirrored[c] + 1.0) * 127.5 + 0.5), 0.0, 255.0));
@@ -125,12 +169,13 @@ frame::FrameRef shown_normals(const frame::Frame& normals, const glm::dmat3& wor
     return shown;
 }
 
-frame::FrameRef shown_flow(const frame::Frame& flow) {
-    const auto shown = blank(flow);
+frame::FrameRef shown_flow(PictureMemory& memory, const frame::Frame& flow) {
+    const auto shown = rgba_like(memory, flow);
     const auto* in = reinterpret_cast<const float*>(flow.bytes().data());
     auto* out = reinterpret_cast<std::uint8_t*>(shown->mutable_bytes().data());
     for (std::size_t i = 0; i < static_cast<std::size_t>(flow.info().size.pixels()); ++i) {
         const float right = in[2 * i], down = in[2 * i + 1];
+        out[4 * i + 3] = 255;
         const float strength = std::min(1.0f, std::hypot(right, down) / full_flow_px);
         // Sixths of a turn; each channel is on for two of them about its own hue and ramps beside.
         const float hue = std::atan2(down, right) * static_cast<float>(3.0 / std::numbers::pi) + 6.0f;
@@ -144,18 +189,20 @@ frame::FrameRef shown_flow(const frame::Frame& flow) {
     return shown;
 }
 
-std::string flow_array(const frame::Frame& flow) {
-    std::string out = npy_head("<f4", shape_of(flow.info().size) + ", 2");
-    return out.append(reinterpret_cast<const char*>(flow.bytes().data()), flow.bytes().size());
+codec::BytesRef flow_array(PictureMemory& memory, const frame::Frame& flow) {
+    return npy(memory, "<f4", shape_of(flow.info().size) + ", 2", flow.bytes());
 }
 
-Result<std::string> depth_array(const frame::Frame& depth, Depth how, const camera::Intrinsics& intrinsics,
-                                const camera::Lens& lens) {
+Result<codec::BytesRef> depth_array(PictureMemory& memory, const frame::Frame& depth, Depth how,
+                                    const camera::Intrinsics& intrinsics, const camera::Lens& lens) {
     const auto map = camera::LensMap::create(lens);
     if (!map) return std::unexpected(map.error());
     const ImageSize size = depth.info().size;
     const auto* in = reinterpret_cast<const float*>(depth.bytes().data());
-    std::string out = npy_head("<f4", shape_of(size));
+    const auto file = memory.file();
+    Bytes& out = *file;
+    const std::string head = npy_head("<f4", shape_of(size));
+    append(out, std::as_bytes(std::span(head)));
     const std::size_t begin = out.size();
     out.resize(begin + depth.bytes().size());
     const auto ray_length = [&](int x, int y) {
@@ -171,7 +218,7 @@ Result<std::string> depth_array(const frame::Frame& depth, Depth how, const came
             const float value = std::isfinite(in[i]) ? static_cast<float>(given) : depth_of_nothing;
             std::memcpy(out.data() + begin + static_cast<std::size_t>(i) * sizeof value, &value, sizeof value);
         }
-    return out;
+    return file;
 }
 
 }  // namespace camrig::unrealcv

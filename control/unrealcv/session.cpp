@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "control/unrealcv/units.h"
+#include "core/base/clock.h"
 #include "core/base/out_of_memory.h"
 #include "core/frame/kind_format.h"
 
@@ -50,7 +51,10 @@ asio::awaitable<Answer> Session::answer(std::string_view line) {
         answer = refused("the rig has no memory for this answer; ask for less at once");
     }
     // Clients set without looking at the answers.
-    if (!answer && !line.starts_with("vget")) spdlog::warn("unrealcv: {}: {}", line.substr(0, 200), answer.error());
+    if (!answer && !line.starts_with("vget"))
+        if (const auto left_out = door_.refusal_log.due(monotonic_now_ns()))
+            spdlog::warn("unrealcv: {}: {} ({} more were refused before it)", line.substr(0, 200), answer.error(),
+                         *left_out);
     co_return answer;
 }
 
@@ -85,8 +89,8 @@ asio::awaitable<std::expected<const Moment*, std::string>> Session::moment_of_ca
     co_return &*moment_;
 }
 
-asio::awaitable<Result<std::string>> Session::picture(const engine::CameraReply& camera, frame::FrameKind kind,
-                                                      std::function<Result<std::string>(const frame::Frame&)> make) {
+asio::awaitable<Result<Body>> Session::picture(const engine::CameraReply& camera, frame::FrameKind kind,
+                                               std::function<Result<Body>(const frame::Frame&)> make) {
     stream::FetchRequest request;
     request.camera = camera.camera.spec()->name;
     request.kind = kind;
@@ -104,7 +108,7 @@ asio::awaitable<Result<std::string>> Session::picture(const engine::CameraReply&
         *claim = std::move(*claimed);
         return {};
     };
-    auto slot = std::make_shared<Slot<std::string>>();
+    auto slot = std::make_shared<Slot<Body>>();
     door_.frames.fetch(std::move(request),
                        [fill = filler(slot), make = std::move(make)](Result<stream::MediaUnit> unit) {
                            if (!unit) return fill(std::unexpected(unit.error()));

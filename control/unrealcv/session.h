@@ -19,6 +19,7 @@
 #include "control/unrealcv/command.h"
 #include "control/unrealcv/pictures.h"
 #include "core/base/byte_budget.h"
+#include "core/base/log_pace.h"
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 #include "core/stream/worker_pool.h"
@@ -53,12 +54,15 @@ struct DoorState {
     std::shared_ptr<control::LoopPost> post = {};
     std::shared_ptr<stream::WorkerPool> workers = {};  ///< read scenes, make long texts
     std::shared_ptr<ByteBudget> budget = {};           ///< of pictures that are made or sent
+    std::shared_ptr<PictureMemory> pictures = std::make_shared<PictureMemory>();
 
     StandingObjects standing = {};  ///< of the moment that was asked last
     std::shared_ptr<const Colors> colors = std::make_shared<const Colors>();
     world::SceneRef scene = {};          ///< that the colours are of
     std::optional<TimeNs> tick_ns = {};  ///< what /action/tick moves the world by; nullopt: one of its steps
     std::uint64_t files = 0;             ///< that were given a name here
+    LogPace refusal_log = {};            ///< of requests
+    LogPace closing_log = {};            ///< of connections that were closed for what they sent
 };
 
 /// The world and its cameras at one moment, as the commands of one batch see them.
@@ -118,8 +122,8 @@ public:
     /// Something was changed: the next read sees it.
     void changed() { moment_.reset(); }
     /// What `make` makes of the camera's picture of that moment, on a thread for such work.
-    boost::asio::awaitable<Result<std::string>> picture(const engine::CameraReply& camera, frame::FrameKind kind,
-                                                        std::function<Result<std::string>(const frame::Frame&)> make);
+    boost::asio::awaitable<Result<Body>> picture(const engine::CameraReply& camera, frame::FrameKind kind,
+                                                 std::function<Result<Body>(const frame::Frame&)> make);
     /// What `make` gives, on a thread for work that takes long.
     boost::asio::awaitable<Result<std::string>> work(std::function<Result<std::string>()> make);
     /// The memory of the picture that is being answered is free.

@@ -32,8 +32,10 @@ std::vector<AxisMotion> together(std::span<const Way> ways, const AxisLimits& li
 }  // namespace
 
 std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>) {
-    static constexpr Named<PtzMode> names[] = {
-        {PtzMode::absolute, "absolute"}, {PtzMode::relative, "relative"}, {PtzMode::continuous, "continuous"}};
+    static constexpr Named<PtzMode> names[] = {{PtzMode::absolute, "absolute"},
+                                               {PtzMode::relative, "relative"},
+                                               {PtzMode::continuous, "continuous"},
+                                               {PtzMode::fov, "fov"}};
     return names;
 }
 
@@ -45,7 +47,8 @@ PtzHead::PtzHead(const PtzSpec& spec)
       home_(at(0)) {}
 
 AxisLimits PtzHead::angle_limits(const PtzMove& move, TimeNs begin_ns) const {
-    const bool is_slowed = spec_.is_proportional && move.mode != PtzMode::absolute;
+    const bool is_slowed =
+        spec_.is_proportional && (move.mode == PtzMode::relative || move.mode == PtzMode::continuous);
     const double slower = is_slowed ? portable::exp(zoom_.motor(begin_ns).position) : 1.0;
     return {spec_.speed_deg_s * move.speed / slower, spec_.acceleration_deg_s2};
 }
@@ -89,13 +92,6 @@ Result<void> PtzHead::go_to(const PtzPosition& position, double speed, TimeNs no
         .pan_deg = position.pan_deg, .tilt_deg = position.tilt_deg, .zoom = position.zoom, .speed = speed};
     turn(there, now_ns);
     run_zoom(there, now_ns);
-    return {};
-}
-
-Result<void> PtzHead::aim(const PtzPosition& at, double speed, TimeNs now_ns) {
-    if (auto good = check_room(now_ns); !good) return good;
-    turn({.pan_deg = at.pan_deg, .tilt_deg = at.tilt_deg, .speed = speed}, now_ns);
-    leave_tour(spec_.latency_s, now_ns);
     return {};
 }
 
@@ -227,7 +223,7 @@ void PtzHead::run_zoom(const PtzMove& move, TimeNs now_ns) {
     }
     const AxisState from = zoom_.motor(begin_ns);
     const double by = portable::log(*move.zoom);
-    const double target = zoom_.within(move.mode == PtzMode::relative ? from.position + by : by);
+    const double target = zoom_.within(move.mode == PtzMode::absolute ? by : from.position + by);
     zoom_.go(now_ns, begin_ns, AxisMotion::to(from, target, zoom_limits(move.speed)));
 }
 

@@ -14,14 +14,16 @@
 namespace camrig::camera {
 
 /// How an axis is to move; what is empty stays as it is.
-enum class PtzMode : std::uint8_t { absolute, relative, continuous };
+enum class PtzMode : std::uint8_t { absolute, relative, continuous, fov };
 std::span<const Named<PtzMode>> names_of(std::type_identity<PtzMode>);
 
 struct PtzMove {
     PtzMode mode = PtzMode::absolute;
     /// absolute: where to; relative: by how much; continuous: degrees a second.
     std::optional<double> pan_deg = {}, tilt_deg = {};
-    /// absolute: the factor; relative: its multiple; continuous: of the head's own zoom speed, -1 to 1.
+    /// fov: the place in the picture that comes to its middle, to the right and upwards, in halves of the picture.
+    std::optional<double> x = {}, y = {};
+    /// absolute: the factor; relative and fov: its multiple; continuous: of the head's own zoom speed, -1 to 1.
     std::optional<double> zoom = {};
     double speed = 1.0;                  ///< share of the head's speed: over 0, at most 1
     std::optional<TimeNs> timeout = {};  ///< of a continuous move: it stops by itself
@@ -50,10 +52,9 @@ public:
     /// Stands at pan 0 and tilt 0, or the nearest to that within its limits, at the wide end.
     explicit PtzHead(const PtzSpec& spec);
 
-    /// invalid_argument: beyond the limits of an absolute move; others end there.
+    /// invalid_argument: beyond the limits of an absolute move; others end there. A place in the picture is known to
+    /// who knows the lens (world::Camera::in_angles): in mode fov the angles are where that lies.
     Result<void> move(const PtzMove& move, TimeNs now_ns);
-    /// Turns to the nearest to that within its limits; zoom stays.
-    Result<void> aim(const PtzPosition& at, double speed, TimeNs now_ns);
     /// resource_exhausted, so do all: too many commands are still to come.
     Result<void> stop(bool pan_and_tilt, bool zoom, TimeNs now_ns);
 

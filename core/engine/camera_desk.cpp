@@ -163,17 +163,11 @@ Result<PtzReply> CameraDesk::head_of(const CameraEntry& entry, TimeNs now_ns) co
 }
 
 Result<PtzReply> CameraDesk::run(MovePtz& command) {
-    return tell_head(command.camera, [&](camera::PtzHead& head, const world::Camera& camera, TimeNs now_ns) {
-        return head.move(camera.upright(command.move, now_ns), now_ns);
-    });
-}
-
-Result<PtzReply> CameraDesk::run(AimPtz& command) {
     return tell_head(command.camera,
                      [&](camera::PtzHead& head, const world::Camera& camera, TimeNs now_ns) -> Result<void> {
-                         const auto aim = camera.aim(command.x, command.y, now_ns);
-                         if (!aim) return std::unexpected(aim.error());
-                         return head.aim(*aim, command.speed, now_ns);
+                         const auto move = camera.in_angles(command.move, now_ns);
+                         if (!move) return std::unexpected(move.error());
+                         return head.move(*move, now_ns);
                      });
 }
 

@@ -19,7 +19,6 @@ public:
     Result<CameraReply> run(GetCamera& command);
     Result<std::vector<CameraReply>> run(ListCameras& command);
     Result<PtzReply> run(MovePtz& command);
-    Result<PtzReply> run(AimPtz& command);
     Result<PtzReply> run(PtzPresets& command);
     Result<PtzReply> run(PtzTours& command);
     Result<PtzReply> run(StopPtz& command);

@@ -107,13 +107,6 @@ struct MovePtz {
     std::string camera;
     camera::PtzMove move;
 };
-/// Points the camera at what its picture shows at a place; x to the right and y up, in halves of the picture.
-struct AimPtz {
-    using Reply = PtzReply;
-    std::string camera;
-    double x = 0.0, y = 0.0;
-    double speed = 1.0;
-};
 /// What a head does with places that it remembers. `add` sets one that is not there yet, else already_exists.
 struct PtzPresets {
     using Reply = PtzReply;
@@ -291,7 +284,7 @@ struct Request {
 
 using Command =
     std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
-                 Request<ListCameras>, Request<MovePtz>, Request<AimPtz>, Request<PtzPresets>, Request<PtzTours>,
+                 Request<ListCameras>, Request<MovePtz>, Request<PtzPresets>, Request<PtzTours>,
                  Request<StopPtz>, Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>,
                  Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>,
                  Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,

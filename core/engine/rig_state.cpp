@@ -76,7 +76,8 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
 }
 
 Result<void> RigState::look_ahead(const CameraEntry& entry, const LatestDue& latest, render::View& view) const {
-    const TimeNs now_ns = latest.snapshot->world_ns, then_ns = latest.spec->rate.next_due_ns(now_ns);
+    const camera::ExposureTimes times = world::exposure_times_of(*latest.spec);
+    const TimeNs now_ns = latest.snapshot->world_ns, then_ns = times.time_of_frame(times.frames_until(now_ns));
     if (then_ns < world->last_step_ns() - world::CameraPast::span_ns)
         return error(ErrorKind::unavailable,
                      "camera " + *entry.name + ": the world has gone on for too long since that frame for its flow (" +

@@ -69,13 +69,21 @@ Result<Camera> Camera::with_head(const std::function<Result<void>(camera::PtzHea
     return next;
 }
 
-camera::PtzMove Camera::upright(camera::PtzMove move, TimeNs world_ns) const {
+Result<camera::PtzMove> Camera::in_angles(camera::PtzMove move, TimeNs world_ns) const {
+    if (move.mode == camera::PtzMode::fov) {
+        if (!move.x && !move.y) return move;
+        const auto there = angles_at(move.x.value_or(0.0), move.y.value_or(0.0), world_ns);
+        if (!there) return std::unexpected(there.error());
+        move.pan_deg = there->pan_deg;
+        move.tilt_deg = there->tilt_deg;
+        return move;
+    }
     if (!head_ || !head_->spec().flips || !move.tilt_deg || move.mode == camera::PtzMode::absolute) return move;
     if (is_over(place_.at(world_ns).pose, head_->status(world_ns).position)) move.tilt_deg = -*move.tilt_deg;
     return move;
 }
 
-Result<camera::PtzPosition> Camera::aim(double x, double y, TimeNs world_ns) const {
+Result<camera::PtzPosition> Camera::angles_at(double x, double y, TimeNs world_ns) const {
     const auto head = this->head();
     if (!head) return std::unexpected(head.error());
     const auto lens = camera::LensMap::create(spec_->lens);

@@ -36,11 +36,10 @@ public:
     Result<Camera> with_head(const std::function<Result<void>(camera::PtzHead&)>& tell) const;
     /// unsupported: it has none.
     Result<const camera::PtzHead*> head() const;
-    /// A move of its head as it is meant: where the picture is turned over, relative and continuous tilt is too.
-    camera::PtzMove upright(camera::PtzMove move, TimeNs world_ns) const;
-    /// Where its head would look at what the picture of that time shows at a place: x to the right and y up, in halves
-    /// of the picture from its middle. unsupported: it has no head. invalid_argument: the lens shows nothing there.
-    Result<camera::PtzPosition> aim(double x, double y, TimeNs world_ns) const;
+    /// A move of its head as it is meant by who sees the picture of that time, in angles: where the picture is turned
+    /// over, relative and continuous tilt is too; a move by fov has the angles of its place. Of that: unsupported: it
+    /// has no head; invalid_argument: the lens shows nothing there.
+    Result<camera::PtzMove> in_angles(camera::PtzMove move, TimeNs world_ns) const;
 
     /// How it fails.
     fault::FaultPlan& faults() { return faults_; }
@@ -68,6 +67,8 @@ private:
     friend Place between(const Place& a, const Place& b, double share);
     /// world_from_mount.
     camera::Pose frame_in(const Snapshot& world, const Mount& mount) const;
+    /// Where its head would look at what the picture of that time shows at a place (PtzMove).
+    Result<camera::PtzPosition> angles_at(double x, double y, TimeNs world_ns) const;
 
     std::shared_ptr<const CameraSpec> spec_;
     camera::Timeline<Place> place_;

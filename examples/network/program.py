@@ -14,7 +14,7 @@ import json
 import os
 import threading
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, NamedTuple, TextIO
 
 os.environ.setdefault("OPENCV_FFMPEG_CAPTURE_OPTIONS", "rtsp_transport;tcp|fflags;nobuffer|flags;low_delay|threads;1")  # no picture waits
 import cv2  # noqa: E402  (reads the line above when it is loaded)
@@ -34,10 +34,20 @@ from .sighting import Sighting, line, read_line  # noqa: E402
 UNREADABLE = 100  # pictures without a time, one after the other: this is no camera with a code strip
 
 
+Angles = tuple[float, float, float]  # pan to the left and tilt up in degrees from rest, zoom
+
+
+class Picture(NamedTuple):
+    time_ns: int
+    image: np.ndarray
+    angles: Angles | None  # of a head: where it believed to look when the picture came
+
+
 class Source:
     """A camera's pictures. What time they show stands in them, as on any recorder's: the code strip."""
 
-    def __init__(self, source: str, size: list[int]) -> None:
+    def __init__(self, source: str, size: list[int], is_head: bool) -> None:
+        self._is_head = is_head
         self._is_device = source.startswith("/dev/")
         self._capture = cv2.VideoCapture(source, cv2.CAP_V4L2 if self._is_device else cv2.CAP_FFMPEG)
         if self._is_device:
@@ -47,27 +57,26 @@ class Source:
         if not self._capture.isOpened():
             raise SystemExit(f"{source}: OpenCV cannot open it" + ("; /dev/videoN of a rig is there below `camrig exec --`" if self._is_device else ""))
 
-    def read(self) -> tuple[int, np.ndarray] | None:
-        """(time, picture) of the next that tells its time (damaged ones may not); None at the end."""
+    def read(self) -> Picture | None:
+        """The next that tells its time (damaged ones may not); None at the end."""
         for _ in range(UNREADABLE):
             good, image = self._capture.read()
             if not good:
                 break
             if (code := read_code(image)) is not None:
-                return code.time_ns, image
+                return Picture(code.time_ns, image, self._angles() if self._is_head else None)
         return None
 
-    def until(self, time_ns: int) -> np.ndarray:
+    def until(self, time_ns: int) -> Picture:
         """The picture of that time: those before it are passed over."""
         while (read := self.read()) is not None:
-            if read[0] == time_ns:
-                return read[1]
-            if read[0] > time_ns:
+            if read.time_ns == time_ns:
+                return read
+            if read.time_ns > time_ns:
                 break
         raise SystemExit(f"no picture of {time_ns} ns came")
 
-    def angles(self) -> tuple[float, float, float]:
-        """Where the head believes to look: pan (left), tilt (up) in degrees from rest, zoom."""
+    def _angles(self) -> Angles:
         return -self._capture.get(cv2.CAP_PROP_PAN) / 3600, self._capture.get(cv2.CAP_PROP_TILT) / 3600, self._capture.get(cv2.CAP_PROP_ZOOM) / 100
 
     def turn(self, pan_deg: float, tilt_deg: float, zoom: float) -> None:
@@ -94,7 +103,7 @@ class Newest(threading.Thread):
             self.done = True
             self._new.notify()
 
-    def take(self, timeout_s: float) -> tuple[int, np.ndarray] | None:
+    def take(self, timeout_s: float) -> Picture | None:
         with self._new:
             self._new.wait_for(lambda: self._newest is not None or self.done, timeout_s)
             newest, self._newest = self._newest, None
@@ -112,11 +121,11 @@ class Program:
         self._aim: Any = None
         self._seen, self._log = (folder / f"{name}.seen.jsonl").open("w"), (folder / f"{name}.log.jsonl").open("w")
 
-    def look(self, now_ns: int, image: np.ndarray) -> list[Sighting]:
+    def look(self, picture: Picture) -> list[Sighting]:
         """What is kept is what is used: rounded, so that a replay sees the same."""
-        if self._is_head:
-            self._eye.turn(_turned(self._calibration, *self.source.angles()))
-        text = line(now_ns, self._eye(image))
+        if picture.angles is not None:
+            self._eye.turn(_turned(self._calibration, *picture.angles))
+        text = line(picture.time_ns, self._eye(picture.image))
         _write(self._seen, text)
         return read_line(text)[1]
 
@@ -147,7 +156,7 @@ async def in_lockstep(program: Program, bus: Bus) -> None:
     sightings: list[Sighting] = []
     while (beat := await bus.beat())["phase"] != "end":
         if beat["phase"] == "begin":
-            sightings = program.look(beat["t"], program.source.until(beat["t"])) if program.source else []
+            sightings = program.look(program.source.until(beat["t"])) if program.source else []
         out, told = run_phase(program.node, beat["phase"], await bus.take(beat["expect"].get(program.name, 0)), beat["t"], sightings)
         out = program.link.passes(out)
         await bus.send(out)
@@ -166,32 +175,30 @@ async def in_real_time(program: Program, bus: Bus) -> None:
     ticks = asyncio.get_running_loop().time()
     await bus.tell("beat.ready", name=program.name)
     while not (newest and newest.done):
+        picture = None
         if newest is not None:
-            read = await asyncio.to_thread(newest.take, 0.02)
-            if read is not None and read[0] <= now_ns:
-                read = None  # a stream may repeat a picture
+            picture = await asyncio.to_thread(newest.take, 0.02)
+            begins = picture is not None and picture.time_ns > now_ns  # a stream may repeat a picture
         else:  # the centre has no camera: it settles once a period
             await asyncio.sleep(0.01)
-            read = None
-            if asyncio.get_running_loop().time() >= ticks + period_s:
+            if begins := asyncio.get_running_loop().time() >= ticks + period_s:
                 ticks += period_s
-                read = (now_ns, None)
         inbox = await bus.take()
         now_ns = max([now_ns, *(message.time_ns for message in inbox)]) if newest is None else now_ns
         out = program.node.receive(inbox)
-        if read is not None:
+        if begins:
             out += program.node.settle()
             if now_ns:
                 program.log(now_ns, program.node.finish())
-            now_ns = read[0] or now_ns
-            out += program.node.begin(now_ns, await asyncio.to_thread(program.look, *read) if newest else [])
+            now_ns = picture.time_ns if picture else now_ns
+            out += program.node.begin(now_ns, await asyncio.to_thread(program.look, picture) if picture else [])
         await bus.send(program.link.passes(out))
 
 
 async def main(options: argparse.Namespace) -> None:
     plan = Plan(**json.loads(options.plan.read_text()))
     camera = plan.heads.get(options.name) or plan.cameras.get(options.name)
-    program = Program(plan, options.name, Source(options.source, camera["size"]) if camera else None, options.out)
+    program = Program(plan, options.name, Source(options.source, camera["size"], options.name in plan.heads) if camera else None, options.out)
     bus = await Bus.connect(options.bus, options.name, ("beat.go",) if options.beat else ())
     try:
         await (in_lockstep if options.beat else in_real_time)(program, bus)

@@ -46,9 +46,10 @@ def source(rig: camrig.Rig, name: str, is_device: bool) -> str:
 def truth_line(rig: camrig.Rig, names: list[str]) -> dict[str, Any]:
     """Who is where, and how each camera sees them: distance and angle off its axis, share that shows, height in px. Of the latest instant of a world that stands."""
     people: dict[int, dict[str, Any]] = {}
-    grabbed = rig.grab(names, ["truth"])
-    for name in names:
-        truth = grabbed[name]["truth"]
+    # Of the latest frames, though a head may have been told to turn since: the next ones show that.
+    truths = {name: rig.camera(name).truth(min_ns=1) for name in names}
+    (time_ns,) = {truth["time_ns"] for truth in truths.values()}
+    for name, truth in truths.items():
         eye, k = truth["pose"]["position"], truth["intrinsics"]
         half_deg = math.degrees(math.atan2(truth["size"][0] / 2, k["fx"]))
         for one in truth["objects"]:
@@ -59,4 +60,4 @@ def truth_line(rig: camrig.Rig, names: list[str]) -> dict[str, Any]:
             seen = {"visible": round(one["visible_fraction"] * (1 - one["truncated"]), 3), "distance_m": round(math.dist(eye[:2], (x, y)), 3), "height_px": round(box[3], 1),
                     "off_axis": round(min(1.0, abs(math.degrees(math.atan2(box[0] + box[2] / 2 - k["cx"], k["fx"]))) / half_deg), 3)}
             people.setdefault(one["id"], {"id": one["id"], "floor": [round(x, 3), round(y, 3)], "seen": {}})["seen"][name] = seen
-    return {"t": grabbed.time_ns, "people": [people[key] for key in sorted(people)]}
+    return {"t": time_ns, "people": [people[key] for key in sorted(people)]}

@@ -11,11 +11,12 @@ namespace {
 struct SinkChain {
     std::function<bool()> is_flushed;
     GstPadChainFunction single;
+    GstClockTime last_pts = GST_CLOCK_TIME_NONE;  ///< of the packets before; those of a picture share one
 };
 constexpr const char* chain_key = "camrig-chain";
 
-const SinkChain& chain_of(GstPad* pad) {
-    return *static_cast<const SinkChain*>(g_object_get_data(G_OBJECT(pad), chain_key));
+SinkChain& chain_of(GstPad* pad) {
+    return *static_cast<SinkChain*>(g_object_get_data(G_OBJECT(pad), chain_key));
 }
 
 /// Under which a carrier has its packets.
@@ -23,6 +24,9 @@ GQuark packets_quark() {
     static const GQuark quark = g_quark_from_static_string("camrig-packets");
     return quark;
 }
+
+/// Of a carrier: a picture begins with its packets. Marker bits do not tell: rtph265pay sets them within pictures too.
+constexpr auto picture_begins = GST_BUFFER_FLAG_HEADER;
 
 /// A buffer of no bytes. Its stamp is that of a packet: gst-rtsp-server aborts on one without.
 GstBuffer* empty_buffer_like(GstBuffer* packet) {
@@ -33,7 +37,7 @@ GstBuffer* empty_buffer_like(GstBuffer* packet) {
 }
 
 GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* packets) {
-    const SinkChain& chain = chain_of(pad);
+    SinkChain& chain = chain_of(pad);
     const guint count = gst_buffer_list_length(packets);
     if (count == 0) {
         gst_buffer_list_unref(packets);
@@ -42,6 +46,8 @@ GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* packets)
     GstBuffer* const last = gst_buffer_list_get(packets, count - 1);
     GstBuffer* const flush = !is_rtcp(last) && chain.is_flushed() ? empty_buffer_like(last) : nullptr;
     GstBuffer* const carrier = empty_buffer_like(last);
+    if (std::exchange(chain.last_pts, GST_BUFFER_PTS(last)) != GST_BUFFER_PTS(last))
+        GST_BUFFER_FLAG_SET(carrier, picture_begins);
     gst_mini_object_set_qdata(GST_MINI_OBJECT_CAST(carrier), packets_quark(), packets,
                               reinterpret_cast<GDestroyNotify>(gst_buffer_list_unref));
     const GstFlowReturn flow = chain.single(pad, parent, carrier);
@@ -62,9 +68,10 @@ struct TcpReader {
     std::optional<NalCodec> codec;
     bool waits_for_key = false;
 
-    /// Does this list go to it? Of one that waits, a key picture must begin with its first packet.
-    bool takes(GstBufferList* packets) {
-        if (waits_for_key) waits_for_key = !begins_key_picture(gst_buffer_list_get(packets, 0), *codec);
+    /// Do these packets go to it? If it waits, a key picture must begin with the first of them.
+    bool takes(GstBuffer* carrier, GstBufferList* packets) {
+        if (waits_for_key && GST_BUFFER_FLAG_IS_SET(carrier, picture_begins))
+            waits_for_key = !begins_key_picture(gst_buffer_list_get(packets, 0), *codec);
         return !waits_for_key;
     }
 };
@@ -82,7 +89,7 @@ GstBufferList* packets_of(GstBuffer* carrier) {
 gboolean send_rtp(GstBuffer* buffer, guint8, void* data) {
     auto& reader = *static_cast<TcpReader*>(data);
     GstBufferList* const packets = packets_of(buffer);
-    if (packets == nullptr || !reader.takes(packets)) return left_out(reader);
+    if (packets == nullptr || !reader.takes(buffer, packets)) return left_out(reader);
     return gst_rtsp_stream_transport_send_rtp_list(reader.transport, packets);
 }
 

@@ -1,16 +1,19 @@
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <spdlog/spdlog.h>
 
 #include "control/unrealcv/session.h"
 #include "control/unrealcv/wire.h"
 
-// What clients of UnrealCV send: frames, requests and every command's reading of its line, on a rig with a camera and
-// an object that refuses all changes. What must hold: no crash, one answer to each request, no reading on in a stream
-// that is broken.
+// What clients of UnrealCV send: frames, requests and every command's reading of its line, on a rig with a camera, an
+// object and an actor, which takes every other change and refuses the rest. What must hold: no crash, one answer to
+// each request, no reading on in a stream that is broken.
 namespace camrig {
 namespace {
 
@@ -18,7 +21,7 @@ void require(bool condition) {
     if (!condition) std::abort();
 }
 
-class StandingRig final : public engine::CommandPort, public stream::FrameFetcher {
+class ActingRig final : public engine::CommandPort, public stream::FrameFetcher {
 public:
     void post(engine::Command command) override {
         std::visit([this](auto& request) { answer(request); }, command);
@@ -36,20 +39,28 @@ public:
     }
 
 private:
-    void answer(engine::Request<engine::ListCameras>& request) {
+    static engine::CameraReply camera() {
         engine::CameraReply reply;
         reply.camera = world::Camera(world::CameraSpec{});
-        request.done(std::vector{reply});
+        return reply;
     }
-    void answer(engine::Request<engine::GetInstant>& request) {
+    static world::Instance thing(std::uint32_t id, const char* name) {
         auto info = std::make_shared<world::ObjectInfo>();
-        info->id = ObjectId{1};
-        info->name = "a thing";
+        info->id = ObjectId{id};
+        info->name = name;
         info->model = std::make_shared<const world::Model>();
+        world::Instance instance;
+        instance.info = std::move(info);
+        return instance;
+    }
+
+    void answer(engine::Request<engine::ListCameras>& request) { request.done(std::vector{camera()}); }
+    void answer(engine::Request<engine::GetInstant>& request) {
         auto statics = std::make_shared<world::StaticSet>();
-        statics->objects.emplace_back().info = std::move(info);
+        statics->objects.push_back(thing(1, "a thing"));
         auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->statics = std::move(statics);
+        snapshot->movers.push_back(thing(2, "anna"));
         auto instant = std::make_shared<engine::HeldInstant>();
         instant->snapshot = std::move(snapshot);
         instant->scene = std::make_shared<const world::Scene>();
@@ -57,13 +68,23 @@ private:
     }
     template <typename C>
     void answer(engine::Request<C>& request) {
-        request.done(error(ErrorKind::unavailable, "no"));
+        using Reply = typename C::Reply;
+        takes_ = !takes_;
+        if (!takes_) return request.done(error(ErrorKind::unavailable, "no"));
+        if constexpr (std::is_same_v<Reply, engine::CameraReply>)
+            request.done(camera());
+        else
+            request.done(Reply{});
     }
+
+    bool takes_ = false;
 };
 
 void run(std::string_view bytes) {
-    StandingRig rig;
+    ActingRig rig;
     boost::asio::io_context loop;
+    // Of all requests: a loop that has run out of work once runs nothing more.
+    const auto work = boost::asio::make_work_guard(loop);
     unrealcv::DoorState door{.commands = rig, .frames = rig};
     door.post = std::make_shared<control::LoopPost>(loop.get_executor());
     door.workers = std::make_shared<stream::WorkerPool>(1, 8);
@@ -84,7 +105,6 @@ void run(std::string_view bytes) {
                                       require(!thrown);
                                       ++answers;
                                   });
-            const auto work = boost::asio::make_work_guard(loop);
             while (answers == 0) loop.run_one();
             session->end_batch();
         }
@@ -95,6 +115,11 @@ void run(std::string_view bytes) {
 
 }  // namespace
 }  // namespace camrig
+
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+    spdlog::set_level(spdlog::level::off);  // what is refused is logged, and here most is
+    return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     camrig::run({reinterpret_cast<const char*>(data), size});

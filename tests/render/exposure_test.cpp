@@ -93,7 +93,12 @@ struct Wishes {
     bool has_ids = true;
 };
 
-Taken taken(const Scenery& scenery, const sensor::SensorSpec& spec, const Wishes& wishes = {}) {
+struct Setup {
+    View view;
+    world::SnapshotRef instant;
+};
+
+Setup set_up(const Scenery& scenery, const sensor::SensorSpec& spec, const Wishes& wishes) {
     View view =
         TestCamera{.size = size, .focal_px = focal_px, .lens = wishes.lens, .antialias = wishes.antialias}.view();
     auto with_sensor = std::make_shared<world::CameraSpec>(*view.spec);
@@ -106,8 +111,13 @@ Taken taken(const Scenery& scenery, const sensor::SensorSpec& spec, const Wishes
     const auto instant = past->at(now_ns);
     view.pose = instant.state.pose;
     if (wishes.has_past) view.past = past;
+    return {view, instant.snapshot};
+}
+
+Taken taken(const Scenery& scenery, const sensor::SensorSpec& spec, const Wishes& wishes = {}) {
+    const auto [view, instant] = set_up(scenery, spec, wishes);
     const auto by = drawer(wishes.threads);
-    by->begin_instant(instant.snapshot);
+    by->begin_instant(instant);
     std::vector<frame::FrameRef> frames;
     by->draw(std::vector<const View*>{&view}, 0, frames);
     Taken made;
@@ -253,6 +263,20 @@ TEST(Exposures, OfAMoverBeforeAStandingCameraLeanToo) {
     const auto [slope, worst] = slope_of(rows);
     EXPECT_NEAR(slope / (1800.0 * 0.02 / size.height), 1.0, 0.01);
     EXPECT_LT(worst, 1.0);
+}
+
+TEST(Exposures, OfSeveralCamerasOfOneInstantAreAllOfThatInstant) {
+    Scenery moving{.begin = {}, .end = {half_wall(1, 0.8)}};
+    moving.begin.movers = {half_wall(1, -0.8)};
+    auto [view, instant] = set_up(moving, quiet(0.004, 0.03), {});
+    std::array<View, 3> views{view, view, view};
+    for (std::size_t i = 0; i < views.size(); ++i) views[i].camera = CameraId{static_cast<std::uint32_t>(i + 1)};
+    const auto by = drawer(2);
+    by->begin_instant(instant);
+    std::vector<frame::FrameRef> frames;
+    by->draw(std::vector<const View*>{&views[0], &views[1], &views[2]}, 0, frames);
+    ASSERT_EQ(frames.size(), 12u);
+    for (const frame::FrameRef& frame : frames) EXPECT_EQ(frame->info().world_ns, now_ns);
 }
 
 TEST(Exposures, OfWhatStandsAreWhatTheyWereToTheByte) {

@@ -39,6 +39,7 @@ def test_a_plate_of_the_street_is_the_street(rig, tmp_path):
         assert not np.array_equal(seen.frame().image, empty)
         for kind in ("depth", "instance", "semantic", "normal"):
             assert np.array_equal(seen.frame(kind=kind).image, shown.frame(kind=kind).image), kind
+        assert np.array_equal(seen.flow(), shown.flow(), equal_nan=True)
         of_scene, of_plate = seen.truth(), shown.truth()
         assert of_plate["objects"] == of_scene["objects"]
         assert (of_scene["depth_source"], of_scene["backdrop"], of_scene["ignore"]) == ("render", None, [])

@@ -18,6 +18,22 @@ from virtual_display import VirtualDisplay
 pytestmark = [pytest.mark.slow, pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep", args=["--quality", "fast"])]
 
 
+# Writes a camera's optical flow: as it comes, then as a cv::Mat.
+FLOW_OF = """
+#include <iostream>
+#include <camrig/client.h>
+#include <camrig/opencv.h>
+int main(int, char** arguments) {
+    const auto camera = camrig::client::connect().camera(arguments[1]);
+    const auto flow = camera.flow();
+    const cv::Mat picture = to_mat(flow);
+    if (flow.pixels != "flow32f" || picture.type() != CV_32FC2) return 1;
+    std::cout.write(reinterpret_cast<const char*>(flow.data.data()), static_cast<std::streamsize>(flow.data.size()));
+    std::cout.write(reinterpret_cast<const char*>(picture.data), static_cast<std::streamsize>(picture.total() * picture.elemSize()));
+}
+"""
+
+
 @pytest.fixture(scope="module")
 def programs(tmp_path_factory):
     """The folder of the examples and the probe below, built against an installed and then moved camrig."""
@@ -31,8 +47,9 @@ def programs(tmp_path_factory):
     (folder / "examples" / "from_docs.cpp").write_text(program)
     readme = blocks("README.md", "cpp")[0]
     (folder / "examples" / "from_readme.cpp").write_text("#include <iostream>\n" + readme.replace("const auto rig", "int main() {\nconst auto rig") + "}\n")
+    (folder / "examples" / "flow_of.cpp").write_text(FLOW_OF)
     with (folder / "examples" / "CMakeLists.txt").open("a") as more:
-        more.write("foreach(one from_docs from_readme)\nadd_executable(${one} ${one}.cpp)\ntarget_link_libraries(${one} camrig::opencv)\nendforeach()\n")
+        more.write("foreach(one from_docs from_readme flow_of)\nadd_executable(${one} ${one}.cpp)\ntarget_link_libraries(${one} camrig::opencv)\nendforeach()\n")
     run("cmake", "-S", folder / "examples", "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={folder / 'elsewhere'}", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror",
         "-DCMAKE_BUILD_TYPE=Debug")
     run("cmake", "--build", folder / "build", "-j", os.cpu_count())
@@ -77,6 +94,17 @@ def test_the_programs_of_the_documents_run(programs, rig, environment):
     assert last.startswith("shows from ") and {'"hall"', '"anna"'} <= {line.split()[0] for line in objects}
     assert "mine" not in [camera.name for camera in rig.cameras()]
     assert run(programs / "from_readme", env=environment).splitlines()[0] == f"lobby {rig.camera('lobby').url('rtsp')}"
+
+
+def test_optical_flow_is_that_of_python(programs, rig, environment):
+    cam = rig.create_camera("turns", size=(320, 240), fps=25, position=(4, 9, 1.7), pan_deg=0)
+    rig.call("camera.set", name="turns", pose={"position": [5, 9, 1.7], "pan_deg": 20}, seconds=1)
+    rig.step(seconds=0.4)
+    raw, mat = np.frombuffer(subprocess.run([programs / "flow_of", "turns"], env=environment, capture_output=True, timeout=60, check=True).stdout,
+                             np.float32).reshape(2, 240, 320, 2)
+    flow = cam.flow()
+    assert np.nanmax(np.abs(flow)) > 2
+    assert np.array_equal(raw, flow, equal_nan=True) and np.array_equal(mat, flow, equal_nan=True)
 
 
 def test_errors_are_one_line_that_says_what_to_do(programs, tmp_path):

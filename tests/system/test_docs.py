@@ -43,7 +43,7 @@ ELSEWHERE = {
     "docs/scene-format.md": "test_scene_schema.py loads them",
     "docs/streams.md": "players that need a display; test_clients.py and test_rtsp*.py have the same programs without one",
     "docs/truth.md": "a list of doors; test_truth.py and test_record.py use each",
-    "docs/unrealcv.md": "test_unrealcv.py calls the same, with the same client",
+    "docs/unrealcv.md": "test_unrealcv.py runs the program, with the client where it is installed",
     "docs/view.md": "needs a display; test_view.py has one",
     "control/python/README.md": "test_guides.py",
     "tools/bench/onvif/README.md": "clients of others, got from their makers: for who measures",

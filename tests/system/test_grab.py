@@ -38,6 +38,13 @@ def test_a_grab_in_lockstep_is_of_the_instant_at_which_the_world_stands(rig):
     assert rig.grab(cameras[:1]).time_ns == 600_000_000
 
 
+@pytest.mark.camrig(scene="minimal", mode="realtime")
+def test_a_grab_of_a_running_world_finds_cameras_whose_clocks_have_them_due_together_at_other_times(rig):
+    for name in ("left", "right"):
+        rig.create_camera(name, size=(64, 48), fps=10, place="main", clock={"phase_ns": 13_000_000})
+    assert rig.grab(["left", "right"], ["color", "truth"]).time_ns % 100_000_000 == 13_000_000
+
+
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_a_grab_of_a_running_world_is_of_one_instant_too_and_the_world_runs_on(rig):
     cameras = [rig.create_camera(name, fps=fps, look_at=(12, 9 + fps / 10, 1), **PAIR) for name, fps in (("left", 10), ("right", 5))]

@@ -173,6 +173,33 @@ def test_in_real_time_the_same_programs_open_rtsp(tmp_path):
     assert any(told["owned"] for log in logs.values() for told in log)
 
 
+class Enough(Exception):
+    """Ends a run: its conductor stops the programs as for any error."""
+
+
+@pytest.mark.slow
+def test_heads_take_part_in_real_time(tmp_path):
+    """However late this machine looks: the run ends when the head has been where it was told to look."""
+    aims, steered = [], []
+    with camrig.start(str(REPOSITORY / "scenes" / "hall.json"), mode="realtime", seed=1, overload="slow") as rig:
+        plan = Plan(*stage.build(rig, 2, 1, 2), period_ns=500_000_000, strategy="ABC")
+
+        def look(*_):
+            with contextlib.suppress(ValueError):  # a line is being written
+                aims.extend(told["aim"][:2] for told in read_logs(tmp_path, ["dome_a"])["dome_a"] if told["aim"])
+            at = rig.camera("dome_a").ptz.status()
+            steered.append(any(abs(at["pan_deg"] - pan) < 0.5 and abs(at["tilt_deg"] - tilt) < 0.5 for pan, tilt in aims))
+            if sum(steered) >= 3:
+                raise Enough
+
+        with pytest.raises(Enough):
+            Conductor(rig, plan, tmp_path, True, look).run(240)
+    truth = read_truth(tmp_path)
+    assert all(later["t"] > line["t"] for line, later in zip(truth, truth[1:]))
+    heads = Recording(tmp_path).score(plan)["heads"]
+    assert heads["each"]["dome_a"]["busy"] > 0, heads
+
+
 @pytest.mark.slow
 def test_the_central_tracker_runs_as_a_process_of_its_own(tmp_path):
     plan, ended = play(tmp_path / "a", cameras=2, heads=0, steps=6, strategy="central")

@@ -124,9 +124,12 @@ def test_what_is_aimed_at_comes_to_the_middle_through_any_lens(rig):
         rig.step(seconds=2)
         point = cam.projection().world_from_camera @ (0.8, -0.5, 3.0, 1.0)
         (u, v), = cam.project([point[:3]])
-        cam.ptz.aim((u - 319.5) / 320, (239.5 - v) / 240)
+        cam.ptz.move(mode="fov", x=(u - 319.5) / 320, y=(239.5 - v) / 240)
         rig.step(seconds=2)
         assert cam.project([point[:3]])[0] == pytest.approx([319.5, 239.5], abs=0.01)
+        cam.ptz.move(mode="fov", zoom=1.2)
+        rig.step(seconds=2)
+        assert cam.ptz.status()["zoom"] == pytest.approx(1.8) and cam.project([point[:3]])[0] == pytest.approx([319.5, 239.5], abs=0.01)
 
 
 def test_presets_bring_a_head_back_and_errors_say_what_is_right(rig):
@@ -136,6 +139,10 @@ def test_presets_bring_a_head_back_and_errors_say_what_is_right(rig):
     cam = rig.create_camera("dome", size=(320, 240), ptz=FIGURES, **POSE)
     with pytest.raises(camrig.CamrigError, match="tilt_deg: the head goes from -60"):
         cam.ptz.move(tilt_deg=31)
+    for wrong, why in (({"mode": "fov", "pan_deg": 3}, "pan_deg: is of the other modes; fov names x, y or zoom"), ({"x": 0.5}, "x: is of mode fov; this one names"),
+                       ({"mode": "fov"}, "x: is missing; a move by fov names x, y or zoom"), ({}, "pan_deg: is missing; a move names"), ({"mode": "fov", "x": 11}, "x: must be")):
+        with pytest.raises(camrig.CamrigError, match=why):
+            cam.ptz.move(**wrong)
     with pytest.raises(camrig.CamrigError, match="there is no preset 'door'"):
         cam.ptz.preset_goto("door")
     cam.ptz.move(pan_deg=170, tilt_deg=-30, zoom=3)

@@ -191,6 +191,17 @@ def test_a_killed_recording_is_readable_up_to_its_last_frame(tmp_path):
     assert all(os.path.exists(folder / image["file_name"]) for image in coco["images"])
 
 
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_a_camera_with_a_clock_is_recorded_when_it_is_due(rig, tmp_path):
+    rig.camera("main").set(clock={"phase_ns": 13_000_000, "rate_ppb": 900_000, "trigger_jitter_ns": 5_000_000, "seed": 3})
+    rig.create_camera("beside", size=(64, 48), fps=25, place="above")
+    assert rig.record(tmp_path / "set", frames=6)["frames"] == 6
+    times = {name: [json.loads(line)["time_ns"] for line in (tmp_path / f"set/{name}/truth.jsonl").read_text().splitlines()] for name in ("main", "beside")}
+    assert times["beside"] == [40_000_000, 80_000_000, 120_000_000]
+    phases = [time_ns % 40_000_000 for time_ns in times["main"]]
+    assert len(phases) == 3 and len(set(phases)) == 3 and all(12_900_000 < phase < 18_000_000 for phase in phases)
+
+
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 def test_a_running_world_stands_while_it_is_recorded_and_runs_on(rig, tmp_path):
     rig.create_camera("a", size=(64, 48), fps=30)

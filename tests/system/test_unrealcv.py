@@ -7,6 +7,7 @@ import socket
 import struct
 import sys
 import threading
+import time
 import warnings
 
 import numpy as np
@@ -15,6 +16,7 @@ import pytest
 import camrig
 from conftest import Process, wait_until
 from onvif_messages import beside
+from test_docs import blocks
 
 MAGIC = 0x9E2B83C1
 
@@ -101,6 +103,26 @@ def test_pictures_are_camrigs_own_to_the_byte(api, door):
     world = normals @ cam.world_from_camera[:3, :3].T * [1, -1, 1]
     shown = api.get_image(0, "normal", "png")[:, :, ::-1].astype(int)
     assert np.abs(shown - np.floor((world + 1) * 127.5 + 0.5)).max() <= 1
+
+
+def test_optical_flow_is_camrigs_own_and_its_pictures_show_the_way_as_a_hue(api, door):
+    rig, _, folder = door
+    # 20 m/s along y, which is to the left of a camera that looks along x.
+    rig.steer({"mover": {"position": [-2, 1, 0]}})
+    rig.step(seconds=0.04)
+    rig.steer({"mover": {"velocity": [0, 20, 0]}})
+    rig.step(seconds=0.04)
+    cam = rig.camera("main")
+    flow, ids = cam.flow(), cam.instances()
+    got = numpy_of(ask(api, "vget /camera/0/optical_flow npy"))
+    assert got.shape == (480, 640, 2) and got.dtype == np.float32 and np.array_equal(got, flow, equal_nan=True)
+    assert np.array_equal(np.load(ask(api, "vget /camera/0/optical_flow a.npy")), flow, equal_nan=True)
+    mover = ids == {item["name"]: item["id"] for item in rig.objects()}["mover"]
+    assert mover.sum() > 300 and (flow[mover, 0] < -20).all() and (np.abs(flow[mover, 1]) < -0.2 * flow[mover, 0]).all()
+    for shown in (api.get_image(0, "optical_flow", "png"), api.get_image(0, "optical_flow", "bmp")):
+        # Cyan, the hue across from red, at full strength; black where nothing moves, and where nothing is.
+        assert (shown[mover][:, :2].max(axis=1) == 255).all() and (shown[mover][:, 2] == 0).all() and (shown[mover][:, :2] > 150).all()
+        assert not shown[~mover].any()
 
 
 def test_boxes_of_the_mask_are_those_of_the_truth(api, door):
@@ -303,11 +325,48 @@ def test_another_level_is_loaded(api, door):
     assert "box" not in api.get_objects()
 
 
+def test_what_gym_unrealcv_and_unrealzoo_send_is_answered(unrealcv, door):
+    rig, port, _ = door
+    first = unrealcv.Client(("127.0.0.1", port))
+    assert first.connect()
+    first.disconnect()  # they look for a Unix socket then, and come back
+    client = unrealcv.Client(("127.0.0.1", port))
+    assert client.connect()
+    for line in ("vrun setres 640x480w", "DisableAllScreenMessages", "vrun sg.ShadowQuality 0", "vrun slomo 2", "vrun t.maxFPS 30", "vset /action/keyboard Up 0.01"):
+        client.request(line, -1)
+    objects = client.request("vget /objects").split()
+    asked = [f"vget /object/{name}/{what}" for name in objects for what in ("location", "rotation")]
+    asked += ["vget /camera/0/location", "vget /camera/0/rotation", "vget /camera/0/lit bmp", "vget /camera/0/object_mask bmp", "vget /camera/0/depth npy"]
+    answers = client.request(asked)
+    for name, location in zip(objects, answers[::2]):
+        place = next(one["position"] for one in rig.objects() if one["name"] == name)
+        assert [float(number) for number in location.split()] == pytest.approx([100 * place[0], -100 * place[1], 100 * place[2]], abs=1e-3)
+    lit, mask, depth = answers[-3:]
+    assert lit[:2] == mask[:2] == b"BM" and numpy_of(depth).shape == (480, 640)
+    assert client.request("vget /object/box/vertices") == client.request("vget /object/box/vertex_location")
+    client.request("vset /camera/0/pose 100.0 200.0 150.0 -5.0 30.0 0.0", -1)
+    assert client.request("vget /camera/0/pose") == "100.000 200.000 150.000 -5.000 30.000 0.000"
+    client.request("vset /camera/0/moveto 110.0 200.0 150.0")
+    assert client.request("vget /camera/0/location") == "110.000 200.000 150.000"
+    for line in ("vbp mover set_move -30.0 100.0", "vbp mover nav_to_goal 100.0 200.0 0.0"):
+        assert client.request(line) == "{}"
+    client.disconnect()
+
+
+def test_the_program_of_the_page_runs(unrealcv):
+    (program,) = blocks("docs/unrealcv.md", "python")
+    with camrig.start("hall", mode="lockstep", args=["--unrealcv", "0"]) as rig:
+        told = {}
+        exec(program.replace("9000", str(rig.call("server.info")["unrealcv"])), told)
+        assert told["image"].shape == (480, 640, 3) and not np.array_equal(told["image"], told["next_image"])
+        assert np.array_equal(told["next_image"], rig.cameras()[0].frame().image) and rig.status()["world_ns"] == 40_000_000
+        assert 0 < told["box"][1][0][0] < told["box"][1][1][0] < 1 and told["depth"].min() > 100
+        told["api"].client.disconnect()
+
+
 def hello(port):
     raw = socket.create_connection(("127.0.0.1", port), timeout=20)
-    head = raw.recv(8, socket.MSG_WAITALL)
-    magic, size = struct.unpack("<II", head)
-    assert magic == MAGIC and raw.recv(size, socket.MSG_WAITALL) == b"connected to minimal"
+    assert answer(raw) == b"connected to minimal"
     return raw
 
 
@@ -316,8 +375,21 @@ def frame(payload, magic=MAGIC, size=None):
 
 
 def answer(raw):
-    _, size = struct.unpack("<II", raw.recv(8, socket.MSG_WAITALL))
-    return raw.recv(size, socket.MSG_WAITALL)
+    with raw.makefile("rb", buffering=0) as stream:
+        return payload(stream)
+
+
+def payload(stream):
+    """Of the next frame, however it comes."""
+    def exactly(size):
+        read = b""
+        while len(read) < size:
+            read += stream.read(size - len(read)) or pytest.fail("the stream ended in a frame")
+        return read
+
+    magic, size = struct.unpack("<II", exactly(8))
+    assert magic == MAGIC
+    return exactly(size)
 
 
 def is_closed(raw):
@@ -327,10 +399,13 @@ def is_closed(raw):
         return True
 
 
-@pytest.mark.parametrize("bad", [
-    frame(b"0:vget /cameras", magic=1), frame(b"", size=256 << 20), frame(b"", size=0xFFFFFFFF), frame(b"", size=0),
-    frame(b"vget /cameras"), frame(b":vget"), frame(b"-1:vget /cameras"), b"POST / HTTP/1.1\r\n\r\n",
-], ids=["magic", "256M", "4G", "empty", "no_id", "empty_id", "negative_id", "http"])
+BROKEN = {
+    "magic": frame(b"0:vget /cameras", magic=1), "256M": frame(b"", size=256 << 20), "4G": frame(b"", size=0xFFFFFFFF), "empty": frame(b"", size=0),
+    "no_id": frame(b"vget /cameras"), "empty_id": frame(b":vget"), "negative_id": frame(b"-1:vget /cameras"), "http": b"POST / HTTP/1.1\r\n\r\n",
+}
+
+
+@pytest.mark.parametrize("bad", BROKEN.values(), ids=BROKEN.keys())
 def test_broken_streams_are_closed_and_others_go_on(door, bad):
     port = door[1]
     with hello(port) as good, hello(port) as raw:
@@ -348,20 +423,94 @@ def test_many_connections_and_clients_that_vanish_leave_nothing(door):
         raw.sendall(frame(b"0:vget /camera/0/lit bmp"))
         answer(raw)
     wait_until(lambda: open_now() == 0, what="the door to be empty")
-    fds = process.fds()
-    raws = [socket.create_connection(("127.0.0.1", port), timeout=20) for _ in range(100)]
-    wait_until(lambda: rig.call("server.info")["connections"]["unrealcv"]["refused"] == 68, what="all but 32 to be refused")
-    assert open_now() == 32
-    for number, raw in enumerate(raws):
-        if number % 3 == 0:
-            try:
-                raw.sendall(frame(b"7:vget /camera/0/lit bmp") * 20)  # and takes none of the answers
-            except ConnectionError:
-                pass
-        raw.close()
-    wait_until(lambda: open_now() == 0, what="the door to be empty")
-    wait_until(lambda: process.fds() <= fds, what="all descriptors to be closed")
+    fds, rss = process.fds(), []
+    for turn in range(1, 5):
+        raws = [socket.create_connection(("127.0.0.1", port), timeout=20) for _ in range(100)]
+        wait_until(lambda: rig.call("server.info")["connections"]["unrealcv"]["refused"] == 68 * turn, what="all but 32 to be refused")
+        assert open_now() == 32
+        for number, raw in enumerate(raws):
+            if number % 3 == 0:
+                try:
+                    raw.sendall(frame(b"7:vget /camera/0/lit bmp") * 20)  # and takes none of the answers
+                except ConnectionError:
+                    pass
+            raw.close()
+        wait_until(lambda: open_now() == 0, what="the door to be empty")
+        wait_until(lambda: process.fds() <= fds, what="all descriptors to be closed")
+        rss.append(process.rss_kib())
+    assert rss[-1] < rss[0] + 8 * 1024
     hello(port).close()
+
+
+def test_broken_streams_leave_neither_descriptors_nor_memory(door):
+    rig, port, _ = door
+    process = Process(rig.call("server.info")["pid"])
+    open_now = lambda: rig.call("server.info")["connections"]["unrealcv"]["open"]
+    more = b"\0" * 60_000
+
+    def break_all():
+        for bad in BROKEN.values():
+            with hello(port) as raw:
+                raw.sendall(frame(b"0:vget /cameras") + bad + more)
+                while not is_closed(raw):
+                    pass
+        # A frame that says more than ever comes.
+        with hello(port) as raw:
+            raw.sendall(frame(more, size=1 << 20))
+        wait_until(lambda: open_now() == 0, what="the door to be empty")
+
+    for _ in range(3):
+        break_all()
+    fds, rss = process.fds(), process.rss_kib()
+    for _ in range(60):
+        break_all()
+    assert process.fds() <= fds
+    assert process.rss_kib() < rss + 1024  # 540 connections
+    hello(port).close()
+
+
+def test_floods_of_small_commands_are_answered_each_and_leave_nothing(door):
+    """At full speed from four clients that write all they have before they read; what one of them is refused stops no other."""
+    rig, port, _ = door
+    process = Process(rig.call("server.info")["pid"])
+    commands = [b"vget /camera/0/location", b"vset /object/mover/location %d 0 0", b"vset /nonsense %d", b"vget /object/mover/location"]
+    count, failed = 20_000, []
+
+    def flood(client):
+        with hello(port) as raw:
+            def write():
+                for first in range(0, count, 500):
+                    raw.sendall(b"".join(frame(b"%d:%s" % (i, command % i if b"%" in (command := commands[i % 4]) else command))
+                                         for i in range(first, first + 500)))
+
+            writer = threading.Thread(target=write)
+            writer.start()
+            with raw.makefile("rb") as stream:
+                for i in range(count):
+                    number, text = payload(stream).split(b":", 1)
+                    if int(number) != i or text.startswith(b"error") != (i % 4 == 2):
+                        failed.append((client, i, text))
+            writer.join()
+
+    def flood_all():
+        threads = [threading.Thread(target=flood, args=(n,)) for n in range(4)]
+        begin = time.monotonic()
+        for thread in threads:
+            thread.start()
+        with hello(port) as good:
+            for i in range(20):
+                good.sendall(frame(b"%d:vget /camera/0/lit bmp" % i))
+                assert len(answer(good)) > 640 * 480 * 4
+        for thread in threads:
+            thread.join(timeout=120)
+        assert not failed and not any(thread.is_alive() for thread in threads)
+        print(f"{4 * count / (time.monotonic() - begin):.0f} commands a second")
+        wait_until(lambda: rig.call("server.info")["connections"]["unrealcv"]["open"] == 0, what="the door to be empty")
+
+    flood_all()
+    fds, rss = process.fds(), process.rss_kib()
+    flood_all()
+    assert process.fds() <= fds and process.rss_kib() < rss + 8 * 1024
 
 
 def test_several_clients_have_their_own_order_and_ids(door):

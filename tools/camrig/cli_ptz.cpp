@@ -1,11 +1,13 @@
+#include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
-#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "tools/camrig/cli_commands.h"
+#include "tools/camrig/cli_field_options.h"
 
 namespace camrig::cli {
 namespace {
@@ -40,31 +42,44 @@ std::string words_of(const json& status) {
     return table(rows, 2);
 }
 
-/// A command about the camera NAME that is one call of a method.
-struct PtzCommand {
-    CLI::App* app = nullptr;
-    std::shared_ptr<json> params = std::make_shared<json>(json::object());
+/// How an option of a head's command is called: what names a thing is a word, the rest has dashes.
+FieldOption option_of(const Field& field) {
+    for (const auto& [name, word] :
+         {std::pair("camera", "NAME"), std::pair("preset", "PRESET"), std::pair("tour", "TOUR")})
+        if (field.name == name) return {.name = word};
+    return {};
+}
 
-    PtzCommand(CLI::App& group, CliContext& context, const std::string& name, const std::string& method,
-               const std::string& help) {
-        app = group.add_subcommand(name, help);
-        text("NAME", "camera", "the camera")->required();
-        app->callback([params = params, method, &context] {
-            context.action = [params, method, &context] {
-                auto status = context.call(method, *params);
-                return status ? context.print(*status, words_of(*status)) : context.fail(status.error());
-            };
-        });
-    }
-    CLI::Option* text(const std::string& option, const std::string& key, const std::string& help) {
-        return app->add_option_function<std::string>(
-            option, [params = params, key](const std::string& value) { (*params)[key] = value; }, help);
-    }
-    CLI::Option* number(const std::string& option, const std::string& key, const std::string& help) {
-        return app->add_option_function<double>(
-            option, [params = params, key](double value) { (*params)[key] = value; }, help);
-    }
-};
+/// A command that is one call of a method: preset-set of ptz.preset_set.
+CLI::App* add_command(CLI::App& group, CliContext& context, const std::string& method, const std::string& help,
+                      const MethodParams& params = make_params()) {
+    std::string name = method.substr(method.find('.') + 1);
+    std::ranges::replace(name, '_', '-');
+    CLI::App* const command = group.add_subcommand(name, help);
+    for (const Field& field : params_of(method))
+        if (field.parts.empty()) add_field_option(*command, params, field, option_of(field))->required(field.required);
+    command->callback([params, method, &context] {
+        context.action = [params, method, &context] {
+            auto status = context.call(method, *params);
+            return status ? context.print(*status, words_of(*status)) : context.fail(status.error());
+        };
+    });
+    return command;
+}
+
+/// The presets of a tour in their order; what each stop has is said once for all.
+void add_tour_set(CLI::App& group, CliContext& context) {
+    const MethodParams params = make_params(), stop = make_params();
+    CLI::App* const command = add_command(group, context, "ptz.tour_set", "makes a guard tour of presets", params);
+    const auto presets = std::make_shared<std::vector<std::string>>();
+    command->add_option("PRESET", *presets, "where it goes, over and over, in this order")->required();
+    for (const Field& field : params_of("ptz.tour_set").back().parts)
+        if (field.name != "preset") add_field_option(*command, stop, field);
+    command->parse_complete_callback([params, stop, presets] {
+        for (const std::string& preset : *presets)
+            (*params)["stops"].push_back(*stop), (*params)["stops"].back()["preset"] = preset;
+    });
+}
 
 }  // namespace
 
@@ -72,46 +87,16 @@ void add_ptz_commands(CLI::App& app, CliContext& context) {
     CLI::App* ptz =
         app.add_subcommand("ptz", "turns and zooms cameras that have a head (camera create --ptz preset=dome)");
     ptz->require_subcommand(1);
-    PtzCommand(*ptz, context, "status", "ptz.status", "where the head is, what it believes, its presets");
-    PtzCommand move(*ptz, context, "move", "ptz.move", "to angles and a zoom, or by them, or on and on");
-    move.number("--pan-deg", "pan_deg", "degrees to the left of where `pose` looks; continuous: a second");
-    move.number("--tilt-deg", "tilt_deg", "degrees upwards; continuous: a second");
-    move.number("--zoom", "zoom", "of the focal length; continuous: -1 to 1, of the zoom's speed");
-    move.text("--mode", "mode", "absolute (default), relative or continuous")
-        ->check(CLI::IsMember({"absolute", "relative", "continuous"}));
-    move.number("--speed", "speed", "share of the head's speed, up to 1");
-    move.number("--timeout", "timeout_s", "seconds after which a continuous move stops by itself");
-    PtzCommand aim(*ptz, context, "aim", "ptz.aim", "at what the picture shows at a place");
-    aim.number("X", "x", "to the right, from -1 to 1 in the picture")->required();
-    aim.number("Y", "y", "upwards, from -1 to 1 in the picture")->required();
-    aim.number("--speed", "speed", "share of the head's speed, up to 1");
-    PtzCommand(*ptz, context, "stop", "ptz.stop", "brakes");
-    for (const auto& [name, method, help] : {std::tuple("preset-set", "ptz.preset_set", "remembers where the head is"),
-                                             std::tuple("preset-goto", "ptz.preset_goto", "goes to a preset"),
-                                             std::tuple("preset-remove", "ptz.preset_remove", "forgets a preset")})
-        PtzCommand(*ptz, context, name, method, help).text("PRESET", "preset", "its name")->required();
-    PtzCommand tour(*ptz, context, "tour-set", "ptz.tour_set", "makes a guard tour of presets");
-    tour.text("TOUR", "tour", "its name")->required();
-    const auto stops = std::make_shared<std::vector<std::string>>();
-    const auto all = std::make_shared<json>(json::object());
-    tour.app->add_option("PRESET", *stops, "where it goes, over and over, in this order")->required();
-    const auto of_all_stops = [&](const std::string& option, const std::string& key, const std::string& help) {
-        tour.app->add_option_function<double>(option, [all, key](double value) { (*all)[key] = value; }, help);
-    };
-    of_all_stops("--dwell", "dwell_s", "seconds at each (5)");
-    of_all_stops("--speed", "speed", "share of the head's speed, up to 1");
-    tour.app->parse_complete_callback([stops, all, params = tour.params] {
-        for (const std::string& preset : *stops)
-            (*params)["stops"].push_back(*all), (*params)["stops"].back()["preset"] = preset;
-    });
-    PtzCommand(*ptz, context, "tour-start", "ptz.tour_start", "goes from stop to stop until another command")
-        .text("TOUR", "tour", "its name")
-        ->required();
-    PtzCommand(*ptz, context, "tour-remove", "ptz.tour_remove", "forgets a tour")
-        .text("TOUR", "tour", "its name")
-        ->required();
-    PtzCommand(*ptz, context, "home-set", "ptz.home_set", "makes where the head is its home");
-    PtzCommand(*ptz, context, "home-goto", "ptz.home_goto", "goes home");
+    for (const auto& [method, help] :
+         {std::pair("ptz.status", "where the head is, what it believes, its presets"),
+          std::pair("ptz.move", "to angles and a zoom, by them, on and on, or by the picture"),
+          std::pair("ptz.stop", "brakes"), std::pair("ptz.preset_set", "remembers where the head is"),
+          std::pair("ptz.preset_goto", "goes to a preset"), std::pair("ptz.preset_remove", "forgets a preset"),
+          std::pair("ptz.tour_start", "goes from stop to stop until another command"),
+          std::pair("ptz.tour_remove", "forgets a tour"), std::pair("ptz.home_set", "makes where the head is its home"),
+          std::pair("ptz.home_goto", "goes home")})
+        add_command(*ptz, context, method, help);
+    add_tour_set(*ptz, context);
 }
 
 }  // namespace camrig::cli

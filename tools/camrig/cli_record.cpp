@@ -12,7 +12,9 @@
 #include <unistd.h>
 
 #include "core/base/base64.h"
+#include "core/base/field_of.h"
 #include "core/base/rate.h"
+#include "core/camera/exposure_times.h"
 #include "core/codec/encoder.h"
 #include "rtsp_out/http/npy.h"
 #include "tools/camrig/cli_commands.h"
@@ -68,6 +70,9 @@ private:
 struct RecordedCamera {
     std::string name;
     Rate rate;
+    camera::ExposureTimes times;
+
+    TimeNs next_due_ns(TimeNs after_ns) const { return times.time_of_frame(times.frames_until(after_ns)); }
 };
 
 ImageSize size_in(const json& truth) {
@@ -140,7 +145,13 @@ Result<void> Recorder::choose_cameras() {
         const json& fps = camera.at("fps");
         const auto rate = fps.is_string() ? Rate::parse(fps.get<std::string>()) : Rate::from_number(fps.get<double>());
         if (!rate) return std::unexpected(rate.error());
-        cameras_.push_back({name, *rate});
+        std::optional<camera::ClockSpec> clock;
+        if (const json& told = camera.at("clock"); !told.is_null()) {
+            const auto read = read_all<camera::ClockSpec>(told, "clock");
+            if (!read) return std::unexpected(read.error());
+            clock = *read;
+        }
+        cameras_.push_back({name, *rate, {*rate, clock}});
         names_.push_back(name);
     }
     for (const std::string& name : options_.cameras)
@@ -287,12 +298,12 @@ Result<std::int64_t> Recorder::record(Progress& progress) {
     std::int64_t frames = 0, instants = 0;
     for (TimeNs now_ns = start_ns; stop_asked == 0;) {
         TimeNs next_ns = max_time_ns;
-        for (const RecordedCamera& camera : cameras_) next_ns = std::min(next_ns, camera.rate.next_due_ns(now_ns));
+        for (const RecordedCamera& camera : cameras_) next_ns = std::min(next_ns, camera.next_due_ns(now_ns));
         if (next_ns > end_ns || (options_.frames && instants >= *options_.frames)) break;
         const auto stepped = client_.call("world.step", {{"nanoseconds", next_ns - now_ns}});
         if (!stepped) return std::unexpected(stepped.error());
         for (const RecordedCamera& camera : cameras_) {
-            if (camera.rate.next_due_ns(now_ns) != next_ns) continue;
+            if (camera.next_due_ns(now_ns) != next_ns) continue;
             if (auto taken = take(camera, next_ns); !taken) return std::unexpected(taken.error());
             ++frames;
         }

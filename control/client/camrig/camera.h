@@ -18,10 +18,8 @@ class Connections;
 class PtzHead {
 public:
     nlohmann::json status() const;
-    /// {"pan_deg": 30, "tilt_deg": -10, "zoom": 2, "mode": "relative", ...}
+    /// {"pan_deg": 30, "tilt_deg": -10, "zoom": 2, "mode": "relative", ...}, or {"mode": "fov", "x": 0.5, "y": 0.2}
     nlohmann::json move(nlohmann::json params) const;
-    /// What the picture shows at x to the right and y up, in halves of the picture, comes to its middle.
-    nlohmann::json aim(double x, double y, double speed = 1.0) const;
     nlohmann::json stop(bool pan_tilt = true, bool zoom = true) const;
     nlohmann::json preset_set(const std::string& preset) const;
     nlohmann::json preset_goto(const std::string& preset) const;

@@ -28,18 +28,17 @@ class Ptz:
         *,
         pan_deg: float | None = None,
         tilt_deg: float | None = None,
+        x: float | None = None,
+        y: float | None = None,
         zoom: float | None = None,
         mode: str = "absolute",
         speed: float | None = None,
         timeout_s: float | None = None,
     ) -> dict[str, Any]:
         """``absolute``: to these angles and this zoom; ``relative``: by them; ``continuous``: degrees a second, and a share
-        of the zoom's speed, until another command, a limit or ``timeout_s``. ``speed``: share of the head's."""
-        return self._call("ptz.move", pan_deg=pan_deg, tilt_deg=tilt_deg, zoom=zoom, mode=mode, speed=speed, timeout_s=timeout_s)
-
-    def aim(self, x: float, y: float, speed: float | None = None) -> dict[str, Any]:
-        """What the picture shows at x to the right and y up (halves of the picture from its middle) comes to its middle."""
-        return self._call("ptz.aim", x=x, y=y, speed=speed)
+        of the zoom's speed, until another command, a limit or ``timeout_s``; ``fov``: what the picture shows at x to the right
+        and y up (halves of the picture from its middle) comes to its middle. ``speed``: share of the head's."""
+        return self._call("ptz.move", pan_deg=pan_deg, tilt_deg=tilt_deg, x=x, y=y, zoom=zoom, mode=mode, speed=speed, timeout_s=timeout_s)
 
     def stop(self, pan_tilt: bool = True, zoom: bool = True) -> dict[str, Any]:
         return self._call("ptz.stop", pan_tilt=pan_tilt, zoom=zoom)

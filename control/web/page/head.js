@@ -87,7 +87,7 @@ export function haltHead() {
 }
 
 /** What the picture shows there, -1 to 1 to the right and upwards, comes to its middle. */
-export function aimHead(camera, x, y) { tellHead(camera.name, 'ptz.aim', { x, y }); }
+export function aimHead(camera, x, y) { tellHead(camera.name, 'ptz.move', { mode: 'fov', x, y }); }
 
 const statusListeners = [];
 /** `run(status)` with every ptz.status of the selected camera's head. */

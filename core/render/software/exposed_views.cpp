@@ -193,7 +193,7 @@ void SoftwareDrawer::look_ahead(const ViewWork& work, TimeNs moment_ns) {
     world::CameraPast::Moment then = view.future->at(moment_ns + view.frame_ns);
     // As view_at().
     if (view.spec->lens.model != camera::LensModel::pinhole)
-        then.state.intrinsics = view.future->at(scene_.snapshot()->world_ns + view.frame_ns).state.intrinsics;
+        then.state.intrinsics = view.future->at(instant_ns_ + view.frame_ns).state.intrinsics;
     ahead_.begin(scene_, *moment_view_.spec, moment_.scene.transform, then);
     moment_.ahead = &ahead_;
 }
@@ -203,8 +203,8 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     const View& view = *work.view;
     work.whole = {0, 0, view.spec->size.width, view.spec->size.height};
     auto& flow = work.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame;
-    flow = acquire_frame(*options_.pool, view, frame::FrameKind::flow, frame::PixelFormat::flow32f,
-                         scene_.snapshot()->world_ns, monotonic_ns, work.exposure);
+    flow = acquire_frame(*options_.pool, view, frame::FrameKind::flow, frame::PixelFormat::flow32f, instant_ns_,
+                         monotonic_ns, work.exposure);
     const world::SnapshotRef instant = scene_.snapshot();
     camera::CameraState state;
     state.pose = view.pose;
@@ -213,7 +213,7 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     moment_.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame = flow;
     moment_.backdrop = work.backdrop;
     moment_.proxies = work.proxies;
-    look_ahead(work, instant->world_ns);
+    look_ahead(work, instant_ns_);
     draw_moment_rows_of_channels(work.whole);
     moment_.channels = {};
     moment_.backdrop = nullptr;

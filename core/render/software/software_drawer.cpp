@@ -64,6 +64,7 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
 void SoftwareDrawer::begin_instant(const world::SnapshotRef& snapshot) {
     layers_.next_instant();
     ++instant_;
+    instant_ns_ = snapshot->world_ns;
     asked_.next_instant();
     place(snapshot);
     caches_.software->evict_unused();
@@ -282,8 +283,8 @@ void SoftwareDrawer::acquire_frames(ViewWork& work, TimeNs monotonic_ns) {
         if (work.kinds[static_cast<std::size_t>(k)])
             frame = acquire_frame(
                 *options_.pool, view, kind,
-                kind == frame::FrameKind::sensor ? raw_format(view.spec->sensor->filter) : format_of(kind),
-                scene_.snapshot()->world_ns, monotonic_ns, work.exposure);
+                kind == frame::FrameKind::sensor ? raw_format(view.spec->sensor->filter) : format_of(kind), instant_ns_,
+                monotonic_ns, work.exposure);
     }
 }
 

@@ -137,6 +137,7 @@ private:
     std::mutex layers_mutex_;  ///< of layers_ while views are drawn
     std::map<CameraId, FrameHistory> histories_;
     std::uint64_t instant_ = 0;
+    TimeNs instant_ns_ = 0;  ///< of the pictures, whatever moment of theirs is placed
     AskedPictures asked_;
     SoftwareShadows shadows_;
     std::uint64_t shadows_instant_ = 0;  ///< for which they are made

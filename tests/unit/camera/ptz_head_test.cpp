@@ -253,7 +253,9 @@ TEST(PtzHead, ATourEndsWithAnyOtherCommandAndNoAxisGoesOn) {
     const auto commands = std::to_array<std::function<Result<void>(PtzHead&, TimeNs)>>({
         [](PtzHead& head, TimeNs now) { return head.move({.pan_deg = 0.0}, now); },
         [](PtzHead& head, TimeNs now) { return head.move({.mode = PtzMode::relative, .zoom = 1.5}, now); },
-        [](PtzHead& head, TimeNs now) { return head.aim({5.0, -5.0, 1.0}, 1.0, now); },
+        [](PtzHead& head, TimeNs now) {
+            return head.move({.mode = PtzMode::fov, .pan_deg = 5.0, .tilt_deg = -5.0}, now);
+        },
         [](PtzHead& head, TimeNs now) { return head.stop(false, true, now); },
         [](PtzHead& head, TimeNs now) { return head.go_to_preset("b", now); },
         [](PtzHead& head, TimeNs now) { return head.go_home(now); },
@@ -367,7 +369,7 @@ private:
             const bool turns = random(0.0, 1.0) < 0.7, zooms = random(0.0, 1.0) < 0.7;
             return tell([&](PtzHead& head) { return head.stop(turns, zooms, now_); });
         }
-        const PtzMode mode = static_cast<PtzMode>(random(0.0, 3.0));
+        const PtzMode mode = static_cast<PtzMode>(random(0.0, 4.0));
         PtzMove move{.mode = mode, .speed = random(0.05, 1.0)};
         if (random(0.0, 1.0) < 0.8) move.pan_deg = random(-170.0, 170.0);
         if (random(0.0, 1.0) < 0.8) move.tilt_deg = random(-90.0, 20.0);

@@ -121,12 +121,10 @@ Result<engine::PtzReply> FakeRig::tell_head(const std::string& name,
 }
 
 Result<engine::PtzReply> FakeRig::run(engine::MovePtz& command) {
-    return tell_head(command.camera, [&](camera::PtzHead& head) { return head.move(command.move, 0); });
-}
-
-Result<engine::PtzReply> FakeRig::run(engine::AimPtz& command) {
-    return tell_head(command.camera, [&](camera::PtzHead& head) -> Result<void> {
-        return head.aim({command.x, command.y, 1.0}, command.speed, 0);
+    return tell_head(command.camera, [&](camera::PtzHead& head) {
+        camera::PtzMove move = command.move;
+        if (move.mode == camera::PtzMode::fov) move.pan_deg = move.x, move.tilt_deg = move.y;  // a lens of its own
+        return head.move(move, 0);
     });
 }
 

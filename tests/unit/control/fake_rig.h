@@ -39,7 +39,6 @@ private:
     Result<engine::CameraReply> run(engine::GetCamera& command);
     Result<std::vector<engine::CameraReply>> run(engine::ListCameras&);
     Result<engine::PtzReply> run(engine::MovePtz& command);
-    Result<engine::PtzReply> run(engine::AimPtz& command);
     Result<engine::PtzReply> run(engine::PtzPresets& command);
     Result<engine::PtzReply> run(engine::PtzTours& command);
     Result<engine::PtzReply> run(engine::StopPtz& command);

@@ -148,12 +148,17 @@ frame::Frame frame_of(frame::PixelFormat format, ImageSize size, std::span<const
     return {info, {bytes.begin(), bytes.end()}};
 }
 
+std::string text_of(const codec::BytesRef& file) {
+    return {reinterpret_cast<const char*>(file->data()), file->size()};
+}
+
 TEST(UnrealCvPictures, DepthIsInCentimetresAlongTheAxisOrInMetresAlongTheRay) {
     const std::vector<float> metres{1.0f, 2.0f, std::numeric_limits<float>::infinity()};
     const frame::Frame depth = frame_of(frame::PixelFormat::depth32f, {3, 1}, std::as_bytes(std::span(metres)));
     const camera::Intrinsics looks{.fx = 0.75, .fy = 1.0, .cx = 1.0, .cy = 0.0};
+    PictureMemory memory;
     const auto values = [&](Depth how) {
-        const std::string file = depth_array(depth, how, looks, {}).value();
+        const std::string file = text_of(depth_array(memory, depth, how, looks, {}).value());
         EXPECT_THAT(file, HasSubstr("'descr': '<f4', 'fortran_order': False, 'shape': (1, 3), "));
         EXPECT_EQ((file.size() - 12) % 64, 0u);
         std::vector<float> read(3);
@@ -167,11 +172,50 @@ TEST(UnrealCvPictures, DepthIsInCentimetresAlongTheAxisOrInMetresAlongTheRay) {
 }
 
 TEST(UnrealCvPictures, BitmapsAreNeverText) {
+    PictureMemory memory;
     const std::vector<std::byte> black(8, std::byte{0});
-    const std::string file = encode_picture(frame_of(frame::PixelFormat::rgba8, {2, 1}, black), FileType::bmp).value();
+    const std::string file =
+        text_of(encode_picture(memory, frame_of(frame::PixelFormat::rgba8, {2, 1}, black), FileType::bmp).value());
     // Blue, green, red and alpha 255, which no UTF-8 has.
     EXPECT_EQ(file.substr(54), std::string("\0\0\0\xff\0\0\0\xff", 8));
     EXPECT_EQ(file.size(), 62u);
+}
+
+TEST(UnrealCvPictures, OfAnySizeAndAfterAnyOtherHaveEachPixel) {
+    PictureMemory memory;
+    std::vector<codec::BytesRef> sent;
+    for (const int width : {37, 5, 64, 9, 37}) {
+        std::vector<std::byte> rgba;
+        for (int i = 0; i < 4 * width; ++i) rgba.push_back(static_cast<std::byte>(i * 31 + width));
+        const frame::Frame frame = frame_of(frame::PixelFormat::rgba8, {width, 1}, rgba);
+        const std::string bmp = text_of(encode_picture(memory, frame, FileType::bmp).value());
+        ASSERT_EQ(bmp.size(), 54u + rgba.size());
+        for (std::size_t i = 0; i < rgba.size(); i += 4)
+            EXPECT_EQ(bmp.substr(54 + i, 4),
+                      (std::string{static_cast<char>(rgba[i + 2]), static_cast<char>(rgba[i + 1]),
+                                   static_cast<char>(rgba[i]), '\xff'}));
+        const std::string npy = text_of(encode_picture(memory, frame, FileType::npy).value());
+        EXPECT_EQ(npy.substr(npy.size() - rgba.size()),
+                  std::string(reinterpret_cast<const char*>(rgba.data()), rgba.size()));
+        const std::string png = text_of(encode_picture(memory, frame, FileType::png).value());
+        sent.push_back(encode_picture(memory, frame, FileType::png).value());
+        EXPECT_EQ(text_of(sent.back()), png);
+    }
+    // What is still being sent keeps its bytes.
+    EXPECT_EQ(text_of(sent.front()), text_of(sent.back()));
+    EXPECT_NE(sent.front(), sent.back());
+}
+
+TEST(UnrealCvPictures, OfMasksAreOpaqueAndBlackWhereNothingIs) {
+    PictureMemory memory;
+    const std::vector<std::uint32_t> ids{0, 1, 1, 2, 0};
+    Colors colors;
+    colors.set(ObjectId{2}, {9, 8, 7});
+    const frame::FrameRef mask =
+        mask_of(memory, frame_of(frame::PixelFormat::id32, {5, 1}, std::as_bytes(std::span(ids))), colors);
+    std::vector<int> rgba;
+    for (const std::byte one : mask->bytes()) rgba.push_back(static_cast<int>(one));
+    EXPECT_THAT(rgba, ElementsAre(0, 0, 0, 255, 135, 0, 0, 255, 135, 0, 0, 255, 9, 8, 7, 255, 0, 0, 0, 255));
 }
 
 TEST(UnrealCvPictures, NormalsAreOfTheWorldMirrored) {
@@ -180,8 +224,9 @@ TEST(UnrealCvPictures, NormalsAreOfTheWorldMirrored) {
         frame_of(frame::PixelFormat::normal32f, {3, 1}, std::as_bytes(std::span(up_left_nothing)));
     // A camera that looks along x: its left is +y, UE's -y.
     const glm::dmat3 turn(glm::dvec3(0.0, -1.0, 0.0), glm::dvec3(0.0, 0.0, -1.0), glm::dvec3(1.0, 0.0, 0.0));
+    PictureMemory memory;
     std::vector<int> rgba;
-    const frame::FrameRef shown = shown_normals(normals, turn);
+    const frame::FrameRef shown = shown_normals(memory, normals, turn);
     for (const std::byte one : shown->bytes()) rgba.push_back(static_cast<int>(one));
     EXPECT_THAT(rgba, ElementsAre(128, 128, 255, 255, 128, 0, 128, 255, 128, 128, 128, 255));
 }

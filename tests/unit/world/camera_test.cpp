@@ -168,7 +168,7 @@ TEST(Camera, WhereItsHeadHasFlippedTiltIsAsThePictureShowsIt) {
         Camera camera = Camera().changed(patch, 0, 0).value();
         const auto tell = [&](const camera::PtzMove& move, TimeNs when) {
             camera =
-                camera.with_head([&](camera::PtzHead& head) { return head.move(camera.upright(move, when), when); })
+                camera.with_head([&](camera::PtzHead& head) { return head.move(*camera.in_angles(move, when), when); })
                     .value();
         };
         const auto height = [&](TimeNs when) {
