@@ -73,6 +73,13 @@ Frame Camera::flow(std::int64_t min_ns) const {
     return frame(request);
 }
 
+Frame Camera::soiling(std::int64_t min_ns) const {
+    FrameRequest request;
+    request.kind = "soiling";
+    request.min_ns = min_ns;
+    return frame(request);
+}
+
 Frame Camera::instances(std::int64_t min_ns) const {
     FrameRequest request;
     request.kind = "instance";

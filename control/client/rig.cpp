@@ -174,6 +174,10 @@ std::int64_t Rig::clear_fault(std::int64_t id) const {
     return connections_->call("fault.clear", {{"id", id}})["cleared"];
 }
 
+std::int64_t Rig::wipe(const std::string& camera) const {
+    return connections_->call("fault.wipe", {{"camera", camera}})["cleared"];
+}
+
 std::vector<FaultState> Rig::faults() const {
     return read_list<FaultState>("faults", connections_->call("fault.list"));
 }

@@ -217,7 +217,10 @@ void OnvifService::give_next_order(const TaskRef& task) {
     PtzCommand& order = task->orders[task->given++];
     std::visit(
         [&]<typename C>(const C& command) {
-            commands_.post(engine::Request<C>{command, on_reply(task, &OnvifService::take_ptz)});
+            if constexpr (std::is_same_v<C, engine::ClearFaults>)
+                commands_.post(engine::Request<C>{command, on_reply(task, &OnvifService::take_wiped)});
+            else
+                commands_.post(engine::Request<C>{command, on_reply(task, &OnvifService::take_ptz)});
         },
         order);
 }
@@ -225,6 +228,10 @@ void OnvifService::give_next_order(const TaskRef& task) {
 void OnvifService::take_ptz(const TaskRef& task, engine::PtzReply reply) {
     if (task->given < task->orders.size()) return give_next_order(task);
     task->finish(task->operation->reply(task->asked, reply));
+}
+
+void OnvifService::take_wiped(const TaskRef& task, engine::ClearFaults::Reply) {
+    take_ptz(task, {});
 }
 
 }  // namespace camrig::onvif

@@ -68,6 +68,7 @@ private:
     void take_camera(const TaskRef& task, engine::CameraReply camera);
     void take_changed(const TaskRef& task, engine::CameraReply camera);
     void take_ptz(const TaskRef& task, engine::PtzReply reply);
+    void take_wiped(const TaskRef& task, engine::ClearFaults::Reply reply);
 
     engine::CommandPort& commands_;
     const Options options_;

@@ -62,8 +62,9 @@ struct Asked {
     bool has_heads() const;
 };
 
-/// What heads are told, by the same commands as the methods ptz.* give.
-using PtzCommand = std::variant<engine::GetPtz, engine::MovePtz, engine::StopPtz, engine::PtzPresets>;
+/// What heads are told, by the same commands as the methods ptz.* and fault.wipe give.
+using PtzCommand =
+    std::variant<engine::GetPtz, engine::MovePtz, engine::StopPtz, engine::PtzPresets, engine::ClearFaults>;
 
 class EventDesk;
 

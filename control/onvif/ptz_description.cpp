@@ -35,7 +35,8 @@ std::string ptz_node(const world::CameraSpec& spec, bool has_fov, std::string_vi
     return element(tag,
                    text_element("tt:Name", spec.name) + element("tt:SupportedPTZSpaces", ptz_spaces(has_fov)) +
                        element("tt:MaximumNumberOfPresets", std::to_string(camera::PtzHead::max_presets)) +
-                       "<tt:HomeSupported>true</tt:HomeSupported>",
+                       "<tt:HomeSupported>true</tt:HomeSupported>" + element("tt:AuxiliaryCommands", wiper_on) +
+                       element("tt:AuxiliaryCommands", wiper_off),
                    "token=\"" + spec.name + "\" FixedHomePosition=\"false\"");
 }
 

@@ -81,6 +81,21 @@ Orders stop(const Asked& asked) {
     return std::vector<PtzCommand>{engine::StopPtz{name_of(asked), pan_tilt, zoom}};
 }
 
+/// Auxiliary commands (ONVIF Core, 8.6): a wiper, which wipes when it is told On and rests again by itself.
+Orders auxiliary(const Asked& asked) {
+    const std::string_view told = asked.request.text("AuxiliaryData");
+    if (told == wiper_on)
+        return std::vector<PtzCommand>{
+            engine::ClearFaults{.id = {}, .camera = name_of(asked), .kind = {}, .by_wiper = true}};
+    if (told == wiper_off) return std::vector<PtzCommand>{engine::GetPtz{name_of(asked)}};
+    return invalid_argument("AuxiliaryDataNotSupported", "AuxiliaryData is one of the node's AuxiliaryCommands");
+}
+
+std::string auxiliary_reply(const Asked& asked, const engine::PtzReply&) {
+    return response("tptz:SendAuxiliaryCommand",
+                    text_element("tptz:AuxiliaryResponse", asked.request.text("AuxiliaryData")));
+}
+
 Orders get(const Asked& asked) {
     return std::vector<PtzCommand>{engine::GetPtz{name_of(asked)}};
 }
@@ -184,6 +199,7 @@ const Operation operations[] = {
     {"RelativeMove", nullptr, Access::actuate, relative_move, empty_reply<relative_name>},
     {"ContinuousMove", nullptr, Access::actuate, continuous_move, empty_reply<continuous_name>},
     {"Stop", nullptr, Access::actuate, stop, empty_reply<stop_name>},
+    {"SendAuxiliaryCommand", nullptr, Access::actuate, auxiliary, auxiliary_reply},
     {"SetPreset", nullptr, Access::actuate, set_preset, set_preset_reply},
     {"GotoPreset", nullptr, Access::actuate, goto_preset, empty_reply<goto_name>},
     {"RemovePreset", nullptr, Access::actuate, remove_preset, empty_reply<remove_name>},

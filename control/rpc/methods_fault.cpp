@@ -71,6 +71,14 @@ std::vector<FieldOf<engine::ClearFaults>> clear_table() {
                                                         world::read_fault_name)};
 }
 
+std::vector<FieldOf<engine::ClearFaults>> wipe_table() {
+    return {camera_name_at<&engine::ClearFaults::camera>("camera")};
+}
+
+json cleared_json(const engine::ClearFaults::Reply& reply) {
+    return {{"cleared", reply.cleared}, {"applied_ns", reply.applied_ns}};
+}
+
 void check_clear(const engine::ClearFaults& command, JsonReader& reader) {
     if (!command.id && command.camera.empty())
         reader.fail({ErrorKind::invalid_argument, "give id or camera: which faults are to be cleared"});
@@ -81,6 +89,8 @@ void check_clear(const engine::ClearFaults& command, JsonReader& reader) {
 std::vector<Method> fault_methods(RpcContext& context) {
     using enum ErrorKind;
     const std::vector<FieldOf<engine::ListFaults>> list{asked_camera<&engine::ListFaults::camera>()};
+    const std::vector<Field> cleared_result{{"cleared", "integer", "how many"},
+                                            {"applied_ns", "integer", "world time from which it shows", false, "ns"}};
     auto set_result = fault_result();
     set_result.push_back({"applied_ns", "integer", "world time of the first frame that it may act on", false, "ns"});
     return {
@@ -96,14 +106,25 @@ std::vector<Method> fault_methods(RpcContext& context) {
         {.name = "fault.clear",
          .summary = "Ends one fault, or those of a camera.",
          .params = descriptions_of(clear_table()),
-         .result = {{"cleared", "integer", "how many"},
-                    {"applied_ns", "integer", "world time from which it shows", false, "ns"}},
+         .result = cleared_result,
          .errors = {invalid_argument, not_found},
          .handler = handler_of(
-             context, [](JsonReader& reader) { return read_all(clear_table(), reader, check_clear); },
-             [](const engine::ClearFaults::Reply& reply) -> json {
-                 return {{"cleared", reply.cleared}, {"applied_ns", reply.applied_ns}};
-             }),
+             context, [](JsonReader& reader) { return read_all(clear_table(), reader, check_clear); }, cleared_json),
+         .example = R"({"camera": "lobby"})"},
+        {.name = "fault.wipe",
+         .summary = "Wipes the glass before a camera's lens, as its wiper does when ONVIF's tt:Wiper|On tells it: ends "
+                    "dirt, drops and condensation.",
+         .params = descriptions_of(wipe_table()),
+         .result = cleared_result,
+         .errors = {invalid_argument, not_found},
+         .handler = handler_of(
+             context,
+             [](JsonReader& reader) {
+                 auto command = read_all(wipe_table(), reader);
+                 if (command) command->by_wiper = true;
+                 return command;
+             },
+             cleared_json),
          .example = R"({"camera": "lobby"})"},
         {.name = "fault.list",
          .summary = "The faults that are not over.",

@@ -140,6 +140,8 @@ void get(RpcContext& context, const json& params, RpcReply done) {
                 keys.fail("format", "numbers of a sensor come raw only");
             if (asked.kind == frame::FrameKind::flow && asked.format != codec::Codec::raw)
                 keys.fail("format", "flow comes raw only");
+            if (asked.kind == frame::FrameKind::soiling && asked.format == codec::Codec::jpeg)
+                keys.fail("format", "soiling comes raw or as png");
             if (keys.has("min_ns") && asked.now) keys.fail("now", "give either min_ns or now");
         });
     if (!question) return done(std::unexpected(question.error()));
@@ -198,7 +200,9 @@ std::vector<Method> frame_methods(RpcContext& context) {
               {"format", "string", "as asked"},
               {"pixels", "string",
                "raw only: that of colour as asked, `depth32f`, `id32`, `normal32f` or `flow32f` (two floats: pixels to "
-               "the right and down until the camera's next frame); of a sensor 16-bit numbers: "
+               "the right and down until the camera's next frame), `gray8` of soiling (0: nothing before the scene, "
+               "255: all of "
+               "its light is taken); of a sensor 16-bit numbers: "
                "`gray16`, of a mosaic `bayer_rggb16`, `bayer_grbg16`, `bayer_gbrg16` or `bayer_bggr16`, of "
                "filter rgb three planes, `rgb16_planes`; little-endian"},
               {"sensor", "object or null",

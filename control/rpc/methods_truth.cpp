@@ -145,6 +145,8 @@ std::vector<Method> truth_methods(RpcContext& context) {
               monotonic_field,
               stamp_field,
               steady_field,
+              {"clock", "object or null",
+               "the camera's own clock (see clock): state, offset_ns, drift_ppb and so on, as its last command has it"},
               {"exposure_start_ns", "integer or null",
                "of a camera with a sensor: world time at which the first row begins to count", false, "ns"},
               {"exposure_end_ns", "integer or null", "the same: at which the last row ends, `time_ns`", false, "ns"},
@@ -164,10 +166,16 @@ std::vector<Method> truth_methods(RpcContext& context) {
               {"delivered", "boolean", "false: a fault keeps the frame back"},
               {"outputs", "object",
                "for each kind of output (mjpeg, rtsp, device, v4l2) what faults make of the frame on the way to its "
-               "readers: fate (`sent`, `dropped`, `stalled`, `disconnected`) and late_frames, so many later ones "
-               "are due before it comes"},
+               "readers: fate (`sent`, `dropped`, `stalled`, `disconnected`); late_frames, so many later ones "
+               "are due before it comes; damaged, what of the bytes that have gone out so far is wrong or missing, at "
+               "most 16: fault (its id), kind, mode, size (bytes of the whole picture), bytes (so many of them), runs "
+               "(offset and length of the first 64), more_runs, times (sent so to so many readers); more_damaged, "
+               "so many were damaged otherwise"},
               {"covered_fraction", "number",
                "share of the picture's pixels of which dirt and covers hide more than half of the light"},
+              {"focus_error_px", "number",
+               "radius of the disc that a point is blurred to by what is out of focus (defocus, condensation)", false,
+               "px"},
               {"shown_sequence", "integer",
                "the frame whose picture it has, its own but for faults; of one kept back, whose was seen last"},
               {"ptz", "object or null",
@@ -181,8 +189,9 @@ std::vector<Method> truth_methods(RpcContext& context) {
                "this frame, class"},
               {"classes", "object", "number of each class, as in semantic pictures, by its name"},
               {"objects", "array of objects",
-               "id, name, class, class_number, box, box_full, clipped, truncated, pixels, pixels_alone, "
-               "visible_fraction, occluded_by, position, orientation, center, dimensions, velocity; people "
+               "id, name, class, class_number, box, box_full, clipped, truncated, pixels, pixels_soiled, "
+               "pixels_alone, visible_fraction, visible_fraction_soiled, occluded_by, position, orientation, center, "
+               "dimensions, velocity; people "
                "also keypoints and keypoints_world"}},
          .errors = {invalid_argument, not_found, unavailable, unsupported, resource_exhausted},
          .handler = handler_of(context, params, [](const truth::TruthRef& truth) { return truth_to_json(*truth); }),

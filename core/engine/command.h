@@ -152,8 +152,9 @@ struct ClearFaults {
         TimeNs applied_ns = 0;
     };
     std::optional<std::uint64_t> id;
-    std::string camera;  ///< empty: of all
-    std::string kind;    ///< empty: of every kind
+    std::string camera;     ///< empty: of all
+    std::string kind;       ///< empty: of every kind
+    bool by_wiper = false;  ///< those alone that a wiper takes from the glass
 };
 struct ListFaults {
     struct Reply {

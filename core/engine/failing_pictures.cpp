@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "core/fault/mask.h"
 #include "core/fault/picture.h"
+#include "core/render/view_frames.h"
 
 namespace camrig::engine {
 namespace {
@@ -12,6 +14,10 @@ constexpr auto color = static_cast<std::size_t>(frame::FrameKind::color);
 
 bool has_failing_color(const render::View& view) {
     return view.failing && view.kinds[color];
+}
+
+bool wants_soiling(const render::View& view) {
+    return view.kinds[static_cast<std::size_t>(frame::FrameKind::soiling)];
 }
 
 /// The kept frames in all formats that are wanted; none: one is not there.
@@ -30,13 +36,34 @@ std::vector<FrameRef> kept_for(const render::View& view) {
 frame::FrameInfo sent_info(const render::View& view, frame::FrameInfo info, TimeNs monotonic_ns) {
     info.damage = {};
     info.monotonic_ns = monotonic_ns;
-    info.clock = view.clock;
     info.faults = view.faults;
     if (const auto& as = view.failing->shown_as) {
+        // A sensor's numbers are those of the picture; that it was just taken is what its driver says.
+        if (info.sensor) {
+            info.sensor->exposure_start_ns += as->world_ns - info.world_ns;
+            info.sensor->exposure_end_ns += as->world_ns - info.world_ns;
+        }
         info.sequence = as->sequence;
         info.world_ns = as->world_ns;
     }
+    info.clock = render::clock_of(view, info.sensor);
     return info;
+}
+
+/// Of a picture that nobody draws.
+frame::FrameInfo own_info(const render::View& view, const world::Snapshot& snapshot, TimeNs monotonic_ns) {
+    // A sensor that cannot be made fails where its pictures are drawn.
+    const auto exposure = render::exposure_of(view, snapshot);
+    const auto sensor = exposure && *exposure ? std::optional((*exposure)->reading) : std::nullopt;
+    return {.camera_id = view.camera,
+            .camera = view.name,
+            .sequence = view.sequence,
+            .world_ns = snapshot.world_ns,
+            .monotonic_ns = monotonic_ns,
+            .size = view.spec->size,
+            .clock = render::clock_of(view, sensor),
+            .sensor = sensor,
+            .faults = view.faults};
 }
 
 FrameRef hidden(const render::View& view, const world::Snapshot& snapshot, TimeNs monotonic_ns) {
@@ -44,14 +71,18 @@ FrameRef hidden(const render::View& view, const world::Snapshot& snapshot, TimeN
     std::vector<std::byte> pixels(static_cast<std::size_t>(4 * size.pixels()));
     for (std::size_t i = 3; i < pixels.size(); i += 4) pixels[i] = std::byte{255};
     fault::change_picture(*view.failing->faults, size, pixels);
-    return std::make_shared<const Frame>(sent_info(view,
-                                                   {.camera_id = view.camera,
-                                                    .camera = view.name,
-                                                    .sequence = view.sequence,
-                                                    .world_ns = snapshot.world_ns,
-                                                    .size = size},
-                                                   monotonic_ns),
+    return std::make_shared<const Frame>(sent_info(view, own_info(view, snapshot, monotonic_ns), monotonic_ns),
                                          std::move(pixels));
+}
+
+/// What hides this frame's scene, whatever earlier picture it may have.
+FrameRef soiling_of(const render::View& view, const world::Snapshot& snapshot, TimeNs monotonic_ns) {
+    const std::vector<std::uint8_t> mask = fault::hidden_mask(view.faults.get(), view.spec->size);
+    const auto bytes = std::as_bytes(std::span(mask));
+    frame::FrameInfo info = own_info(view, snapshot, monotonic_ns);
+    info.kind = frame::FrameKind::soiling;
+    info.format = PixelFormat::gray8;
+    return std::make_shared<const Frame>(std::move(info), std::vector<std::byte>(bytes.begin(), bytes.end()));
 }
 
 /// Puts the lower rows of the picture before it into one that is torn. That is drawn from what there was then, so that
@@ -89,12 +120,14 @@ Result<FrameRef> changed(render::Renderer& renderer, const render::View& view, c
 
 Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, const world::SnapshotRef& snapshot,
                                                 TimeNs monotonic_ns, std::span<const render::View> views) {
-    if (std::ranges::none_of(views, has_failing_color)) return renderer.draw(snapshot, monotonic_ns, views);
+    if (std::ranges::none_of(views, has_failing_color) && std::ranges::none_of(views, wants_soiling))
+        return renderer.draw(snapshot, monotonic_ns, views);
 
     std::vector<render::View> drawn_views;
     std::vector<std::vector<FrameRef>> ready(views.size());
     for (std::size_t i = 0; i < views.size(); ++i) {
         const render::View& view = views[i];
+        if (wants_soiling(view)) ready[i].push_back(soiling_of(view, *snapshot, monotonic_ns));
         if (has_failing_color(view)) {
             for (const FrameRef& kept : kept_for(view))
                 ready[i].push_back(std::make_shared<const Frame>(sent_info(view, kept->info(), monotonic_ns), kept));

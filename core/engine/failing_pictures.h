@@ -10,7 +10,8 @@ namespace camrig::engine {
 inline constexpr TimeNs not_drawn_ns = -1;
 
 /// Renderer::draw() for cameras of which some fail (View::failing): draws what is to be seen, changes pixels as their
-/// faults do, and gives again what was there before. On the renderer's thread.
+/// faults do, and gives again what was there before. A view that wants soiling wants
+/// nothing else. On the renderer's thread.
 Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, const world::SnapshotRef& snapshot,
                                                 TimeNs monotonic_ns, std::span<const render::View> views);
 

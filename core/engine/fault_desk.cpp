@@ -31,7 +31,8 @@ Result<ClearFaults::Reply> FaultDesk::run(ClearFaults& command) {
         if (!command.camera.empty() && *entry.name != command.camera) continue;
         const std::size_t cleared = entry.camera.faults().clear(now_ns, [&](const fault::Fault& one) {
             return (!command.id || one.id == *command.id) &&
-                   (command.kind.empty() || name_of(one.kind) == command.kind);
+                   (command.kind.empty() || name_of(one.kind) == command.kind) &&
+                   (!command.by_wiper || is_wiped(one.kind));
         });
         if (cleared > 0) reply.applied_ns = std::max(reply.applied_ns, note_command(entry));
         reply.cleared += cleared;

@@ -83,7 +83,7 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
                              .rows = std::move(rows),
                              .believed_pose = shown.state.believed_pose,
                              .head = shown.state.head,
-                             .clock = view.clock,
+                             .clock = pictures.instance->info().clock,
                              .sensor = pictures.instance->info().sensor,
                              .faults = view.faults,
                              .sequence = view.sequence,

@@ -99,7 +99,7 @@ DueViews RigState::picture_of(const CameraEntry& entry) const {
     view.faults = latest.faults;
     view.failing = std::make_shared<const render::FailingPicture>(render::FailingPicture{
         view.failing ? view.failing->faults : nullptr, fault::FrameKey{latest.sequence, latest.state.world_ns},
-        shown.colors, view.failing ? view.failing->torn_with : nullptr});
+        shown.colors, latest.past, view.failing ? view.failing->torn_with : nullptr});
     return due;
 }
 

@@ -284,6 +284,20 @@ FieldTable<PacketReorder> fields_of(std::type_identity<PacketReorder>) {
     return table;
 }
 
+FieldTable<PacketDelay> fields_of(std::type_identity<PacketDelay>) {
+    static const std::vector<FieldOf<PacketDelay>> table{
+        share_at<&PacketDelay::probability>("probability", "of each RTP packet"),
+        field_at<&PacketDelay::delay_s>({.name = "delay_s",
+                                         .doc = "so long a packet is on its way; it comes with the first that is sent "
+                                                "from then on",
+                                         .unit = "s",
+                                         .range = {0.0, PacketDelay::max_delay_s}}),
+        field_at<&PacketDelay::jitter_s>({.name = "jitter_s",
+                                          .doc = "and up to so much longer, each packet by itself",
+                                          .unit = "s",
+                                          .range = {0.0, PacketDelay::max_delay_s}})};
+    return table;
+}
 FieldTable<NewSsrc> fields_of(std::type_identity<NewSsrc>) {
     static const std::vector<FieldOf<NewSsrc>> table{
         period_at<&NewSsrc::period_s>("at its begin and each time so long after it; below severity 1 so much more "
@@ -430,6 +444,7 @@ std::vector<Kind<FaultKind>> make_kinds() {
     add(std::type_identity<CutPart>{}, "cut_part", "an HTTP stream is closed in the middle of a picture");
     add(std::type_identity<PacketLoss>{}, "packet_loss", "RTP packets are lost; their sequence numbers are missing");
     add(std::type_identity<PacketReorder>{}, "packet_reorder", "RTP packets are overtaken by later ones");
+    add(std::type_identity<PacketDelay>{}, "packet_delay", "RTP packets come later, behind those of later pictures");
     add(std::type_identity<NewSsrc>{}, "new_ssrc", "RTP goes on as another source (SSRC) in the middle of a session");
     add(std::type_identity<BadPart>{}, "bad_part", "an HTTP stream says what is not so of its parts");
     add(std::type_identity<CorruptVideo>{}, "corrupt_video", "H.264 and H.265 in streams is damaged");
@@ -456,6 +471,11 @@ std::string_view name_of(const FaultKind& kind) {
 
 Layer layer_of(const FaultKind& kind) {
     return std::visit([]<typename T>(const T&) { return T::layer; }, kind);
+}
+
+bool is_wiped(const FaultKind& kind) {
+    return std::holds_alternative<Dirt>(kind) || std::holds_alternative<WaterDrops>(kind) ||
+           std::holds_alternative<Condensation>(kind);
 }
 
 nlohmann::json params_of(const FaultKind& kind) {

@@ -186,6 +186,13 @@ struct PacketReorder {
     double probability = 0.1;
     std::int64_t distance = 3;
 };
+struct PacketDelay {
+    static constexpr Layer layer = Layer::transport;
+    static constexpr double max_delay_s = 5.0;
+    double probability = 0.1;
+    double delay_s = 0.1;
+    double jitter_s = 0.0;
+};
 struct NewSsrc {
     static constexpr Layer layer = Layer::transport;
     double period_s = 5.0;
@@ -237,16 +244,19 @@ struct Unplug {
 };
 
 /// In the order in which they act.
-using FaultKind = std::variant<Knock, Sag, Vibration, Defocus, Dirt, WaterDrops, Condensation, Covered, Exposure,
-                               WhiteBalance, ChromaLost, Noise, Banding, DeadPixels, DeadRows, Mirrored, UpsideDown,
-                               Tearing, Black, Freeze, Duplicate, ReducedRate, Drop, Late, CorruptJpeg, OtherSize,
-                               Stall, Disconnect, Refuse, Restart, Bandwidth, CutPart, PacketLoss, PacketReorder,
-                               NewSsrc, BadPart, CorruptVideo, BufferError, WrongSize, DeviceError, Unplug>;
+using FaultKind =
+    std::variant<Knock, Sag, Vibration, Defocus, Dirt, WaterDrops, Condensation, Covered, Exposure, WhiteBalance,
+                 ChromaLost, Noise, Banding, DeadPixels, DeadRows, Mirrored, UpsideDown, Tearing, Black, Freeze,
+                 Duplicate, ReducedRate, Drop, Late, CorruptJpeg, OtherSize, Stall, Disconnect, Refuse, Restart,
+                 Bandwidth, CutPart, PacketLoss, PacketReorder, PacketDelay, NewSsrc, BadPart, CorruptVideo,
+                 BufferError, WrongSize, DeviceError, Unplug>;
 
 /// The table of all kinds, in the order of the variant: JSON, documentation and clients come from it.
 const std::vector<Kind<FaultKind>>& fault_kinds();
 std::string_view name_of(const FaultKind& kind);
 Layer layer_of(const FaultKind& kind);
+/// A wiper takes it from the glass.
+bool is_wiped(const FaultKind& kind);
 /// Its parameters, as an object.
 nlohmann::json params_of(const FaultKind& kind);
 

@@ -71,6 +71,7 @@ std::optional<FrameFaults> FaultPlan::at(const FrameKey& frame) const {
                          [&](const FaultRef& one) { return one->is_at(frame.world_ns) && one->severity > 0.0; });
     if (found.active.empty()) return std::nullopt;
     found.is_dropped = is_dropped(found);
+    found.harms = std::make_shared<HarmLog>();
     return found;
 }
 

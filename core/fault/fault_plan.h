@@ -9,6 +9,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/fault/fault_kind.h"
+#include "core/fault/harm.h"
 
 namespace camrig::fault {
 
@@ -57,6 +58,7 @@ struct FrameFaults {
     bool is_dropped = false;       ///< it does not come
     /// The frame whose picture it has, and where it does not come, the one whose picture was the last to be seen.
     std::int64_t shown_sequence = 0;
+    std::shared_ptr<HarmLog> harms = {};  ///< what outputs tell of its bytes; null: nobody asks
 };
 using FrameFaultsRef = std::shared_ptr<const FrameFaults>;  ///< null: none
 

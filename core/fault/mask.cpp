@@ -148,9 +148,13 @@ bool hides(const FaultRef& fault) {
 
 }  // namespace
 
+bool hides_scene(const FrameFaults& faults) {
+    return std::ranges::any_of(faults.active, hides);
+}
+
 std::vector<std::uint8_t> hidden_mask(const FrameFaults* faults, ImageSize size) {
     std::vector<std::uint8_t> mask(static_cast<std::size_t>(size.pixels()));
-    if (faults == nullptr || std::ranges::none_of(faults->active, hides)) return mask;
+    if (faults == nullptr || !hides_scene(*faults)) return mask;
     std::ranges::transform(passing(*faults, size), mask.begin(), [](float passes) {
         return static_cast<std::uint8_t>(std::clamp(255.0f * (1.0f - passes) + 0.5f, 0.0f, 255.0f));
     });
@@ -158,9 +162,23 @@ std::vector<std::uint8_t> hidden_mask(const FrameFaults* faults, ImageSize size)
 }
 
 double covered_fraction(const FrameFaults& faults, ImageSize size) {
-    if (std::ranges::none_of(faults.active, hides)) return 0.0;
+    if (!hides_scene(faults)) return 0.0;
     const auto covered = std::ranges::count_if(passing(faults, size), [](float share) { return share < 0.5f; });
     return static_cast<double>(covered) / static_cast<double>(size.pixels());
+}
+
+double blur_radius_px(const FrameFaults& faults, ImageSize size) {
+    double squares = 0.0;  // variances of blurs add up
+    const auto add = [&](const Fault& one, const auto* blurred) {
+        if (blurred == nullptr) return;
+        const double radius = blurred->radius * one.severity * size.width;
+        squares += radius * radius;
+    };
+    for (const FaultRef& one : faults.active) {
+        add(*one, std::get_if<Defocus>(&one->kind));
+        add(*one, std::get_if<Condensation>(&one->kind));
+    }
+    return std::sqrt(squares);
 }
 
 }  // namespace camrig::fault

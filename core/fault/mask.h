@@ -45,11 +45,17 @@ struct WaterDrop {
 /// Of a fault of kind drops, by its seed: as many as its severity says of them.
 std::vector<WaterDrop> drops_of(const Fault& fault, ImageSize size);
 
+/// Whether something of the optics hides any of it.
+bool hides_scene(const FrameFaults& faults);
+
 /// How much of each pixel's light faults of the optics take or bring from elsewhere: 0: none, 255: all. A byte a pixel,
 /// rows from above.
 std::vector<std::uint8_t> hidden_mask(const FrameFaults* faults, ImageSize size);
 
 /// The share of the picture's pixels of which faults of the optics hide more than half of the light.
 double covered_fraction(const FrameFaults& faults, ImageSize size);
+
+/// The radius, in pixels, of the disc that a point is blurred to by what is out of focus.
+double blur_radius_px(const FrameFaults& faults, ImageSize size);
 
 }  // namespace camrig::fault

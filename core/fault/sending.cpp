@@ -7,7 +7,23 @@ namespace camrig::fault {
 namespace {
 
 /// Numbers of one fault and frame.
-enum Salt : std::uint64_t { whether, where, packet_number, slice_number, order };
+enum Salt : std::uint64_t { whether, where, packet_number, slice_number, order, delayed, delay };
+
+bool happens(const Fault& fault, const FrameFaults& faults, double probability) {
+    return chance(fault, static_cast<std::uint64_t>(faults.frame.sequence)) < probability * fault.severity;
+}
+
+std::string_view mode_of(const FaultKind& kind) {
+    if (const auto* const how = std::get_if<CorruptJpeg>(&kind)) return to_string(how->mode);
+    if (const auto* const how = std::get_if<CorruptVideo>(&kind)) return to_string(how->mode);
+    const bool is_of_packets = std::holds_alternative<PacketLoss>(kind) || std::holds_alternative<Bandwidth>(kind);
+    return is_of_packets ? "lost" : to_string(Damage::truncate);
+}
+
+/// Nothing yet, of a picture of so many bytes.
+Harm harm_by(const Fault& fault, std::size_t size) {
+    return {.fault = fault.id, .kind = name_of(fault.kind), .mode = mode_of(fault.kind), .size = size, .first = {}};
+}
 
 /// The first byte of the picture's entropy-coded data: what follows the header of SOS (ITU-T T.81, B.2.3); 0: none.
 std::size_t data_begin(std::span<const std::byte> jpeg) {
@@ -23,14 +39,16 @@ std::size_t data_begin(std::span<const std::byte> jpeg) {
     return 0;
 }
 
-void damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, std::vector<std::byte>& jpeg) {
+/// What it did; of none of the bytes: nothing.
+Harm damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, std::vector<std::byte>& jpeg) {
+    Harm harm = harm_by(fault, jpeg.size());
     const auto counter = static_cast<std::uint64_t>(frame.sequence);
-    if (chance(fault, counter, whether) >= how.probability) return;
+    if (chance(fault, counter, whether) >= how.probability) return harm;
     const std::size_t begin = how.keep_header ? data_begin(jpeg) : 0;
     const std::size_t room = jpeg.size() - begin;
     const auto amount =
         std::min(static_cast<std::size_t>(std::ceil(fault.severity * static_cast<double>(how.amount))), room);
-    if (amount == 0) return;
+    if (amount == 0) return harm;
     // A run of bytes ends where it does at every severity.
     const std::size_t most = std::min(static_cast<std::size_t>(how.amount), room);
     const std::size_t end =
@@ -38,26 +56,36 @@ void damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, s
     const auto from = jpeg.begin() + static_cast<std::ptrdiff_t>(end - amount);
     switch (how.mode) {
         case Damage::truncate:
+            harm.add(jpeg.size() - amount, amount);
             jpeg.resize(jpeg.size() - amount);
             break;
         case Damage::truncate_eoi:
+            harm.add(jpeg.size() - amount, amount);
             jpeg.resize(jpeg.size() - amount);
             jpeg.insert(jpeg.end(), {std::byte{0xFF}, std::byte{0xD9}});
             break;
-        case Damage::bitflip:
+        case Damage::bitflip: {
+            const std::vector<std::byte> before = jpeg;
             for (std::size_t i = 0; i < amount; ++i) {
                 const auto bit =
                     static_cast<std::size_t>(chance(fault, counter << 24 | i, where) * static_cast<double>(8 * room));
                 jpeg[begin + bit / 8] ^= std::byte{1} << (bit % 8);
             }
+            harm.add_changes(before, jpeg, 0);
             break;
-        case Damage::zero:
+        }
+        case Damage::zero: {
+            const std::vector<std::byte> before = jpeg;
             std::fill_n(from, amount, std::byte{0});
+            harm.add_changes(before, jpeg, 0);
             break;
+        }
         case Damage::cut:
+            harm.add(end - amount, amount);
             jpeg.erase(from, from + static_cast<std::ptrdiff_t>(amount));
             break;
     }
+    return harm;
 }
 
 }  // namespace
@@ -79,25 +107,29 @@ bool is_disconnected(const FrameFaults& faults, std::string_view output) {
     });
 }
 
-std::optional<std::vector<std::byte>> damaged_jpeg(const FrameFaults& faults, std::string_view output,
-                                                   std::span<const std::byte> jpeg) {
-    std::optional<std::vector<std::byte>> damaged;
+std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view output,
+                                    std::span<const std::byte> jpeg) {
+    std::optional<Damaged> damaged;
     for (const FaultRef& one : faults.active) {
         const auto* const how = std::get_if<CorruptJpeg>(&one->kind);
         if (!how || !is_for(how->output, output)) continue;
-        if (!damaged) damaged.emplace(jpeg.begin(), jpeg.end());
-        damage(*one, faults.frame, *how, *damaged);
+        if (!damaged) damaged.emplace(std::vector<std::byte>(jpeg.begin(), jpeg.end()));
+        Harm harm = damage(*one, faults.frame, *how, damaged->bytes);
+        if (harm.bytes > 0) damaged->harms.push_back(std::move(harm));
     }
-    if (damaged && std::ranges::equal(*damaged, jpeg)) return std::nullopt;
+    if (damaged && damaged->harms.empty()) return std::nullopt;
     return damaged;
 }
 
-bool is_cut(const FrameFaults& faults) {
-    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes) {
+    for (const FaultRef& one : faults.active) {
         const auto* const cut = std::get_if<CutPart>(&one->kind);
-        return cut &&
-               chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) < cut->probability * one->severity;
-    });
+        if (!cut || !happens(*one, faults, cut->probability)) continue;
+        Harm harm = harm_by(*one, bytes);
+        harm.add(bytes / 2, bytes - bytes / 2);
+        return harm;
+    }
+    return std::nullopt;
 }
 
 int packet_distance(const FrameFaults& faults, std::uint64_t packet) {
@@ -108,6 +140,17 @@ int packet_distance(const FrameFaults& faults, std::uint64_t packet) {
             distance = std::max(distance, how->distance);
     }
     return static_cast<int>(distance);
+}
+
+TimeNs packet_delay_ns(const FrameFaults& faults, std::uint64_t packet) {
+    TimeNs longest_ns = 0;
+    for (const FaultRef& one : faults.active) {
+        const auto* const how = std::get_if<PacketDelay>(&one->kind);
+        if (!how || chance(*one, packet, delayed) >= how->probability * one->severity) continue;
+        const double delay_s = how->delay_s + how->jitter_s * chance(*one, packet, delay);
+        longest_ns = std::max<TimeNs>(longest_ns, std::llround(1e9 * delay_s));
+    }
+    return longest_ns;
 }
 
 std::uint64_t ssrc_epoch(const FrameFaults& faults) {
@@ -136,18 +179,15 @@ std::optional<ImageSize> other_size(const FrameFaults& faults, std::string_view 
     return sent == size ? std::nullopt : std::optional(sent);
 }
 
-bool is_packet_lost(const FrameFaults& faults, std::uint64_t packet) {
-    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+const Fault* packet_loser(const FrameFaults& faults, std::uint64_t packet) {
+    const auto found = std::ranges::find_if(faults.active, [&](const FaultRef& one) {
         const auto* const loss = std::get_if<PacketLoss>(&one->kind);
         return loss && chance(*one, packet, packet_number) < loss->probability * one->severity;
     });
+    return found == faults.active.end() ? nullptr : found->get();
 }
 
 namespace {
-
-bool happens(const Fault& fault, const FrameFaults& faults, double probability) {
-    return chance(fault, static_cast<std::uint64_t>(faults.frame.sequence)) < probability * fault.severity;
-}
 
 /// A number for each slice of each frame.
 std::uint64_t slice_key(const FrameFaults& faults, std::uint64_t index) {
@@ -163,22 +203,30 @@ std::optional<PartError> part_error(const FrameFaults& faults) {
     return std::nullopt;
 }
 
-bool is_slice_dropped(const FrameFaults& faults, std::uint64_t index, bool is_key) {
-    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+const Fault* slice_dropper(const FrameFaults& faults, std::uint64_t index, bool is_key) {
+    const auto found = std::ranges::find_if(faults.active, [&](const FaultRef& one) {
         const auto* const how = std::get_if<CorruptVideo>(&one->kind);
         if (!how) return false;
         if (how->mode == VideoDamage::drop_idr) return is_key && happens(*one, faults, how->probability);
         return how->mode == VideoDamage::drop_nal &&
                chance(*one, slice_key(faults, index), slice_number) < how->probability * one->severity;
     });
+    return found == faults.active.end() ? nullptr : found->get();
 }
 
-void damage_slice(const FrameFaults& faults, std::uint64_t index, std::span<std::byte> payload) {
+Harm& harm_of(std::vector<Harm>& harms, const Fault& fault, std::size_t size) {
+    const auto found = std::ranges::find(harms, fault.id, &Harm::fault);
+    return found == harms.end() ? harms.emplace_back(harm_by(fault, size)) : *found;
+}
+
+void damage_slice(const FrameFaults& faults, std::uint64_t index, std::span<std::byte> payload, std::size_t offset,
+                  std::size_t size, std::vector<Harm>& harms) {
     for (const FaultRef& one : faults.active) {
         const auto* const how = std::get_if<CorruptVideo>(&one->kind);
         if (!how || how->mode != VideoDamage::bitflip || payload.empty()) continue;
         const std::uint64_t key = slice_key(faults, index);
         if (chance(*one, key, slice_number) >= how->probability) continue;
+        const std::vector<std::byte> before(payload.begin(), payload.end());
         const auto flips = static_cast<std::uint64_t>(std::ceil(one->severity * static_cast<double>(how->amount)));
         for (std::uint64_t i = 0; i < flips; ++i) {
             const auto bit =
@@ -187,6 +235,7 @@ void damage_slice(const FrameFaults& faults, std::uint64_t index, std::span<std:
             // Start codes and emulation prevention (ITU-T H.264, 7.4.1) are made of bytes up to 3.
             if (flipped > std::byte{3}) payload[bit / 8] = flipped;
         }
+        harm_of(harms, *one, size).add_changes(before, payload, offset);
     }
 }
 
@@ -197,15 +246,18 @@ bool has_buffer_error(const FrameFaults& faults) {
     });
 }
 
-std::size_t bytes_kept(const FrameFaults& faults, std::size_t bytes) {
-    std::size_t kept = bytes;
+std::optional<Harm> bytes_missing(const FrameFaults& faults, std::size_t bytes) {
+    std::optional<Harm> most;
     for (const FaultRef& one : faults.active) {
         const auto* const wrong = std::get_if<WrongSize>(&one->kind);
         if (!wrong || chance(*one, static_cast<std::uint64_t>(faults.frame.sequence)) >= wrong->probability) continue;
         const double missing = std::ceil(one->severity * wrong->share * static_cast<double>(bytes));
-        kept = std::min(kept, bytes - std::min(bytes, static_cast<std::size_t>(missing)));
+        const std::size_t count = std::min(bytes, static_cast<std::size_t>(missing));
+        if (count == 0 || (most && most->bytes >= count)) continue;
+        most = harm_by(*one, bytes);
+        most->add(bytes - count, count);
     }
-    return kept;
+    return most;
 }
 
 const Unplug* unplug_of(const FrameFaults& faults) {

@@ -34,8 +34,11 @@ enum class FrameKind : std::uint8_t {
     /// flow32f: optical flow, pixels: where the point that a pixel shows will be in the camera's next frame, less where
     /// it is; NaN where nothing is, and of what the lens will not show then.
     flow,
+    /// gray8: how much of a pixel's light dirt, drops, condensation and covers on the lens take or bring from
+    /// elsewhere, 0: none, 255: all. Not drawn: faults say it.
+    soiling,
 };
-inline constexpr int frame_kind_count = 7;
+inline constexpr int frame_kind_count = 8;
 /// The first of them, which every renderer draws of every camera.
 inline constexpr int scene_kind_count = 5;
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>);
@@ -51,7 +54,7 @@ struct FrameInfo {
     FrameKind kind = FrameKind::color;
     PixelFormat format = PixelFormat::rgba8;
     Damage damage{};                        ///< since an earlier frame of this camera, kind and size, by its sequence
-    std::optional<ClockReading> clock{};    ///< of a camera that has its own: what it says of this instant
+    std::optional<ClockReading> clock{};    ///< of a camera that has its own: what it says of what is stamped
     std::optional<SensorReading> sensor{};  ///< of a camera that has one: how the picture is taken
     std::shared_ptr<const fault::FrameFaults> faults{};  ///< what fails on its way out too; null: nothing does
 

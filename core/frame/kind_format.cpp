@@ -8,7 +8,7 @@ std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>) {
     static constexpr Named<FrameKind> names[] = {{FrameKind::color, "color"},       {FrameKind::depth, "depth"},
                                                  {FrameKind::instance, "instance"}, {FrameKind::semantic, "semantic"},
                                                  {FrameKind::normal, "normal"},     {FrameKind::sensor, "sensor"},
-                                                 {FrameKind::flow, "flow"}};
+                                                 {FrameKind::flow, "flow"},         {FrameKind::soiling, "soiling"}};
     return names;
 }
 
@@ -27,6 +27,8 @@ PixelFormat format_of(FrameKind kind) {
             return PixelFormat::rgb16_planes;
         case FrameKind::flow:
             return PixelFormat::flow32f;
+        case FrameKind::soiling:
+            return PixelFormat::gray8;
     }
     CHECK(false);
     return PixelFormat::rgba8;

@@ -66,6 +66,7 @@ void paint(frame::FrameKind kind, const View& view, TimeNs world_ns, frame::Fram
             return paint_normals(size, frame.mutable_bytes());
         case frame::FrameKind::sensor:
         case frame::FrameKind::flow:
+        case frame::FrameKind::soiling:
             break;
     }
 }

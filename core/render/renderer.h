@@ -28,7 +28,8 @@ struct FailingPicture {
     fault::FrameFaultsRef faults;                  ///< what they do to its pixels; null: nothing
     std::optional<fault::FrameKey> shown_as = {};  ///< the frame that shows it again; nullopt: it is of its own frame
     std::vector<frame::FrameRef> kept = {};        ///< of a picture shown again: as it was, drawn or not
-    std::shared_ptr<const EarlierPicture> torn_with = {};  ///< what the lower part of it is of; null: of its own
+    std::shared_ptr<const world::CameraPast> shown_past = {};  ///< of shown_as, where the camera has a sensor
+    std::shared_ptr<const EarlierPicture> torn_with = {};      ///< what the lower part of it is of; null: of its own
 };
 
 /// One picture to draw: a camera at an instant.

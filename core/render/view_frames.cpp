@@ -28,6 +28,7 @@ void share_cost(TimeNs spent_ns, std::span<const View> views, std::span<TimeNs> 
 std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& view, frame::FrameKind kind,
                                             frame::PixelFormat format, TimeNs world_ns, TimeNs monotonic_ns,
                                             const std::optional<sensor::Exposure>& exposure) {
+    const auto reading = exposure ? std::optional(exposure->reading) : std::nullopt;
     return pool.acquire({.camera_id = view.camera,
                          .camera = view.name,
                          .sequence = view.sequence,
@@ -36,8 +37,8 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
                          .size = view.spec->size,
                          .kind = kind,
                          .format = format,
-                         .clock = view.clock,
-                         .sensor = exposure ? std::optional(exposure->reading) : std::nullopt,
+                         .clock = clock_of(view, reading),
+                         .sensor = reading,
                          .faults = view.faults});
 }
 
@@ -52,6 +53,11 @@ Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const worl
     auto exposure = known->exposure_of(setup, view.sequence, snapshot.world_ns);
     if (!exposure) return std::unexpected(exposure.error());
     return std::optional(std::move(*exposure));
+}
+
+std::optional<ClockReading> clock_of(const View& view, const std::optional<SensorReading>& sensor) {
+    const auto& past = view.failing && view.failing->shown_past ? view.failing->shown_past : view.past;
+    return sensor && past ? past->clock_at(sensor->exposure_start_ns) : view.clock;
 }
 
 frame::PixelFormat raw_format(sensor::ColorFilter filter) {

@@ -16,9 +16,10 @@ inline constexpr const char* no_flow =
     "the "
     "picture and, through a lens, no points and lines in the scene";
 
-/// Of a camera without a sensor there is nothing to draw of one.
+/// Of a camera without a sensor there is nothing to draw of one, and nothing of what is on a lens.
 inline bool wants(const View& view, frame::FrameKind kind) {
-    return view.kinds[static_cast<int>(kind)] && (kind != frame::FrameKind::sensor || view.spec->sensor);
+    return view.kinds[static_cast<int>(kind)] && kind != frame::FrameKind::soiling &&
+           (kind != frame::FrameKind::sensor || view.spec->sensor);
 }
 
 /// Adds to `cost_ns` of each view its share of the time, by the samples of its pictures.
@@ -32,6 +33,8 @@ std::shared_ptr<frame::Frame> acquire_frame(frame::FramePool& pool, const View& 
 /// How a view of a camera with a sensor is taken at that instant of a world; nullopt: it has none. Errors:
 /// CameraSensor::exposure_of.
 Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const world::Snapshot& snapshot);
+/// What the camera's clock says of a picture: where there is a sensor, when its first row's exposure begins.
+std::optional<ClockReading> clock_of(const View& view, const std::optional<SensorReading>& sensor);
 /// In which layout the numbers of a sensor are given.
 frame::PixelFormat raw_format(sensor::ColorFilter filter);
 

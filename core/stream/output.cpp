@@ -153,7 +153,8 @@ MediaUnit Output::unit_for(const Reader& reader, const frame::FrameRef& frame, c
     auto damaged = fault::damaged_jpeg(*unit.info.faults, reader.options.kind, *own.bytes);
     if (damaged || own.bytes != unit.bytes) reader.stats->damaged.fetch_add(1, std::memory_order_relaxed);
     if (!damaged) return own;
-    own.bytes = std::make_shared<const std::vector<std::byte>>(std::move(*damaged));
+    for (const fault::Harm& harm : damaged->harms) fault::note(*unit.info.faults, reader.options.kind, harm);
+    own.bytes = std::make_shared<const std::vector<std::byte>>(std::move(damaged->bytes));
     return own;
 }
 

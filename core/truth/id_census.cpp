@@ -41,6 +41,15 @@ std::unordered_map<std::uint32_t, IdCount> count_ids(std::span<const std::uint32
     return counts;
 }
 
+std::unordered_map<std::uint32_t, std::int64_t> count_soiled(std::span<const std::uint32_t> ids,
+                                                             std::span<const std::uint8_t> mask) {
+    CHECK(ids.size() == mask.size());
+    std::unordered_map<std::uint32_t, std::int64_t> counts;
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        if (mask[i] > 127 && ids[i] != 0) ++counts[ids[i]];
+    return counts;
+}
+
 frame::Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box,
                                 ImageSize size) {
     CHECK(std::ssize(ids) == size.pixels());

@@ -19,6 +19,10 @@ struct IdCount {
 /// Counts an instance picture (rows from the top, no padding). 0, which is nothing, is left out.
 std::unordered_map<std::uint32_t, IdCount> count_ids(std::span<const std::uint32_t> ids, ImageSize size);
 
+/// How many pixels of each are under more than a half of the mask (hidden_mask(), a byte a pixel). 0 is left out.
+std::unordered_map<std::uint32_t, std::int64_t> count_soiled(std::span<const std::uint32_t> ids,
+                                                             std::span<const std::uint8_t> mask);
+
 /// The runs of `id` in an instance picture, in the rows and columns of the box.
 frame::Silhouette silhouette_of(std::span<const std::uint32_t> ids, std::uint32_t id, const PixelBox& box,
                                 ImageSize size);

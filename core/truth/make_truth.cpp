@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/camera/camera_model.h"
+#include "core/fault/mask.h"
 #include "core/truth/id_census.h"
 #include "core/truth/posed_object.h"
 #include "core/truth/projected_box.h"
@@ -104,6 +105,8 @@ public:
           optical_from_world_(glm::transpose(world_from_optical_rotation(view.pose))),
           counts_(count_ids(ids_of(*pictures.instance), view.spec->size)) {
         if (view.rows) rolling_.emplace(*view.rows, camera);
+        if (view.faults && fault::hides_scene(*view.faults))
+            soiled_ = count_soiled(ids_of(*pictures.instance), fault::hidden_mask(view.faults.get(), view.spec->size));
     }
 
     /// All of the snapshot's objects.
@@ -134,6 +137,7 @@ private:
     BoxProjector projector_;
     glm::dmat3 optical_from_world_;
     std::unordered_map<std::uint32_t, IdCount> counts_;
+    std::unordered_map<std::uint32_t, std::int64_t> soiled_;
     std::optional<RollingEye> rolling_;
     PosedObject object_;
     PosedObject first_, last_;  ///< the same where the first and the last row show it
@@ -297,6 +301,7 @@ void TruthMaker::account(ObjectTruth& truth, const frame::Silhouette& alone) con
         truth.pixels = seen->second.pixels;
         truth.box = seen->second.box;
     }
+    if (const auto under = soiled_.find(id); under != soiled_.end()) truth.pixels_soiled = under->second;
     if (truth.pixels == truth.pixels_alone) return;
     const auto occluder = main_occluder(ids_of(*pictures_.instance), alone, id, view_.spec->size);
     if (occluder != 0) truth.occluded_by = ObjectId{occluder};

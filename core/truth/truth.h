@@ -40,9 +40,10 @@ struct ObjectTruth {
     std::string object_class;
     std::uint32_t class_number = 0;
 
-    std::int64_t pixels = 0;        ///< that show it
-    std::int64_t pixels_alone = 0;  ///< that would show it if nothing else were there; never 0
-    std::optional<PixelBox> box;    ///< around `pixels`; none when all of it is hidden
+    std::int64_t pixels = 0;         ///< that show it
+    std::int64_t pixels_soiled = 0;  ///< of `pixels`, of which dirt on the lens takes more than half of the light
+    std::int64_t pixels_alone = 0;   ///< that would show it if nothing else were there; never 0
+    std::optional<PixelBox> box;     ///< around `pixels`; none when all of it is hidden
     /// Around the picture of the whole object, hidden and outside parts included, in OpenCV's continuous coordinates
     /// (pixel centres at integers): what cv2.projectPoints gives of its surface.
     glm::dvec2 box_full_min{0.0};

@@ -35,6 +35,24 @@ json pose_json(const camera::Pose& pose) {
     return {{"position", array_of(pose.position)}, {"orientation", array_of(pose.orientation)}};
 }
 
+/// What was wrong with the bytes that have gone out to an output.
+void add_harms(const fault::HarmLog::Entries& entries, json& way) {
+    way["damaged"] = json::array();
+    way["more_damaged"] = entries.left_out;
+    for (const fault::HarmLog::Entry& one : entries.first) {
+        json runs = json::array();
+        for (const fault::Harm::Run& run : one.harm.first) runs.push_back({run.offset, run.bytes});
+        way["damaged"].push_back({{"fault", one.harm.fault},
+                                  {"kind", one.harm.kind},
+                                  {"mode", one.harm.mode},
+                                  {"size", one.harm.size},
+                                  {"bytes", one.harm.bytes},
+                                  {"runs", std::move(runs)},
+                                  {"more_runs", one.harm.runs - one.harm.first.size()},
+                                  {"times", one.times}});
+    }
+}
+
 /// What becomes of the frame on its way to readers of each kind of output.
 json ways_json(const fault::FrameFaults* faults) {
     json ways = json::object();
@@ -45,7 +63,9 @@ json ways_json(const fault::FrameFaults* faults) {
                                  : is_disconnected(*faults, name) ? "disconnected"
                                  : is_stalled(*faults, name)      ? "stalled"
                                                                   : "sent";
-        ways[std::string(name)] = {{"fate", fate}, {"late_frames", faults ? frames_late(*faults, name) : 0}};
+        json& way = ways[std::string(name)];
+        way = {{"fate", fate}, {"late_frames", faults ? frames_late(*faults, name) : 0}};
+        add_harms(faults && faults->harms ? faults->harms->entries(name) : fault::HarmLog::Entries{}, way);
     }
     return ways;
 }
@@ -66,6 +86,7 @@ void add_faults(const TruthOfFrame& truth, json& to) {
     to["outputs"] = ways_json(truth.faults.get());
     to["delivered"] = !(truth.faults && truth.faults->is_dropped);
     to["covered_fraction"] = truth.faults ? fault::covered_fraction(*truth.faults, truth.size) : 0.0;
+    to["focus_error_px"] = truth.faults ? fault::blur_radius_px(*truth.faults, truth.size) : 0.0;
     to["shown_sequence"] = truth.faults ? truth.faults->shown_sequence : truth.sequence;
 }
 
@@ -97,8 +118,11 @@ json object_json(const ObjectTruth& object) {
         {"clipped", object.is_clipped},
         {"truncated", object.truncated},
         {"pixels", object.pixels},
+        {"pixels_soiled", object.pixels_soiled},
         {"pixels_alone", object.pixels_alone},
         {"visible_fraction", static_cast<double>(object.pixels) / static_cast<double>(object.pixels_alone)},
+        {"visible_fraction_soiled",
+         static_cast<double>(object.pixels - object.pixels_soiled) / static_cast<double>(object.pixels_alone)},
         {"occluded_by", object.occluded_by ? json(static_cast<std::uint32_t>(*object.occluded_by)) : json(nullptr)},
         {"position", array_of(object.position)},
         {"orientation", array_of(object.orientation)},
@@ -138,6 +162,9 @@ json truth_to_json(const TruthOfFrame& truth) {
     value["exposure_start_ns"] = of_sensor(&SensorReading::exposure_start_ns);
     value["exposure_end_ns"] = of_sensor(&SensorReading::exposure_end_ns);
     value["row_ns"] = of_sensor(&SensorReading::row_ns);
+    value["clock"] = truth.spec && truth.spec->clock
+                         ? write_fields(fields_of(std::type_identity<camera::ClockSpec>{}), *truth.spec->clock)
+                         : json(nullptr);
     if (truth.clock || truth.sensor) {
         const ClockReading clock = truth.clock.value_or(ClockReading{});
         const TimeNs taken_for_ns = truth.sensor ? truth.world_ns - truth.sensor->exposure_start_ns : 0;

@@ -124,6 +124,10 @@ camera::Pose Camera::frame_in(const Snapshot& world, const Mount& mount) const {
     return left_.at(world.world_ns);
 }
 
+std::optional<ClockReading> Camera::clock_at(TimeNs world_ns) const {
+    return clock_.at(world_ns, exposure_times_of(*spec_).least_apart_ns());
+}
+
 camera::CameraState Camera::at(const Snapshot& world) const {
     const Place place = place_.at(world.world_ns);
     camera::CameraState state{.world_ns = world.world_ns,
@@ -131,7 +135,7 @@ camera::CameraState Camera::at(const Snapshot& world) const {
                               .believed_pose = {},
                               .intrinsics = intrinsics_.at(world.world_ns),
                               .head = {},
-                              .clock = clock_.at(world.world_ns, exposure_times_of(*spec_).least_apart_ns())};
+                              .clock = clock_at(world.world_ns)};
     if (const auto& head = world.world_ns < head_since_ns_ ? head_before_ : head_) {
         state.head = head->status(world.world_ns);
         const camera::PtzPosition& turned = state.head->true_position;

@@ -31,6 +31,9 @@ public:
         return {std::move(snapshot), std::move(state)};
     }
 
+    /// What the camera's clock says at that time; nullopt: it has none.
+    std::optional<ClockReading> clock_at(TimeNs world_ns) const { return camera_.clock_at(world_ns); }
+
 private:
     std::shared_ptr<const WorldPast> world_;
     Camera camera_;

@@ -137,11 +137,14 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stre
     const std::string head = part_head(unit, announced, form_ == Form::live ? std::string_view(camera) : "");
     SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), bytes),
                       asio::buffer(wrong == fault::PartError::boundary ? without_boundary : after_picture)};
-    const bool is_cut = unit.info.faults && fault::is_cut(*unit.info.faults);
-    if (is_cut) pieces = {asio::buffer(head), asio::buffer(unit.bytes->data(), bytes / 2)};
+    const auto cut = unit.info.faults ? fault::cut_part(*unit.info.faults, bytes) : std::nullopt;
+    if (cut) {
+        pieces = {asio::buffer(head), asio::buffer(unit.bytes->data(), bytes - cut->bytes)};
+        fault::note(*unit.info.faults, to_string(fault::Output::mjpeg), *cut);
+    }
     const Failure failed = co_await send_all(socket, pieces, state_.options.limits.stalled_after);
     repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
-    if (is_cut) co_return asio::error::connection_aborted;
+    if (cut) co_return asio::error::connection_aborted;
     co_return failed;
 }
 

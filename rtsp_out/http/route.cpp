@@ -107,6 +107,7 @@ std::span<const HttpPath> camera_paths() {
         {"depth.npy", floats, get, guarded, frame::FrameKind::depth, codec::Codec::raw, "depth_npy"},
         {"flow.npy", floats, get, guarded, frame::FrameKind::flow, codec::Codec::raw, "flow_npy"},
         {"instance.png", picture, get, guarded, frame::FrameKind::instance, codec::Codec::png, "instance"},
+        {"soiling.png", picture, get, guarded, frame::FrameKind::soiling, codec::Codec::png, "soiling"},
         {"truth", truth, get, guarded, frame::FrameKind::color, codec::Codec::png, "truth"},
     };
     return paths;

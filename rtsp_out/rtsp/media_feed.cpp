@@ -319,8 +319,10 @@ GstBuffer* MediaFeed::packet_source(GstPad* pad, GstBuffer* encoded) {
         gst_buffer_unmap(encoded, &map);
         if (entry->faults) {
             auto damaged = damaged_video(*entry->faults, sent, options_.codec);
-            if (entry->pending && damaged != sent) ++entry->pending->stats->damaged;
-            sent = std::move(damaged);
+            if (entry->pending && damaged.bytes != sent) ++entry->pending->stats->damaged;
+            for (const fault::Harm& harm : damaged.harms)
+                fault::note(*entry->faults, to_string(fault::Output::rtsp), harm);
+            sent = std::move(damaged.bytes);
         }
         entry->bytes = std::make_shared<const std::vector<std::byte>>(std::move(sent));
     }

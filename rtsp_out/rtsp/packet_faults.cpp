@@ -1,38 +1,79 @@
 #include "rtsp_out/rtsp/packet_faults.h"
 
+#include <utility>
+
 #include "core/fault/sending.h"
 #include "rtsp_out/rtsp/rtp_packet.h"
 
 namespace camrig::rtsp {
 namespace {
 
-/// 16 bits come again: those of another picture are another packet.
-std::uint64_t number_of(const fault::FrameFaults& faults, guint16 sequence) {
-    return static_cast<std::uint64_t>(faults.frame.sequence) << 16 | sequence;
+const fault::Fault* slow_line(const fault::FrameFaults& faults) {
+    for (const fault::FaultRef& one : faults.active)
+        if (const auto* const line = std::get_if<fault::Bandwidth>(&one->kind); line && is_for(line->output, "rtsp"))
+            return one.get();
+    CHECK(!"a line that takes no packet is a fault");
+    return nullptr;
+}
+
+/// A packet each, also where they are neighbours.
+void lose(fault::Harm& harm, const fault::Harm::Run& packet) {
+    harm.bytes += packet.bytes;
+    ++harm.runs;
+    if (harm.first.size() < fault::Harm::max_runs) harm.first.push_back(packet);
 }
 
 }  // namespace
 
+std::uint64_t PacketFaults::next_number(const fault::FrameFaults& faults) {
+    if (std::exchange(frame_, faults.frame.sequence) != faults.frame.sequence) packets_ = 0;
+    return static_cast<std::uint64_t>(faults.frame.sequence) << 16 | (packets_++ & 0xFFFF);
+}
+
 void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
+    arrive(faults, sent);
     const bool is_last = ends_picture(packet.get());
-    const auto sequence = rtp_sequence(packet.get());
-    if (faults && sequence) {
-        const std::uint64_t number = number_of(*faults, *sequence);
-        const bool is_lost =
-            is_packet_lost(*faults, number) ||
-            !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, gst_buffer_get_size(packet.get()));
+    if (faults && rtp_sequence(packet.get())) {
+        const std::uint64_t number = next_number(*faults);
+        const std::size_t size = gst_buffer_get_size(packet.get());
+        const fault::Fault* loser = packet_loser(*faults, number);
+        if (!loser && !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, size))
+            loser = slow_line(*faults);
+        const bool is_lost = loser != nullptr;
+        if (is_lost) lose(harm_of(lost_, *loser, 0), {bytes_, size});
+        bytes_ += size;
         const int distance = is_lost || is_last ? 0 : packet_distance(*faults, number);
         if (distance > 0 && held_.size() < max_held) {
             held_.push_back({std::move(packet), distance});
             return;
         }
-        if (is_lost) packet.reset();
+        const TimeNs delay_ns = is_lost || delayed_.size() == max_delayed ? 0 : packet_delay_ns(*faults, number);
+        if (delay_ns > 0)
+            delayed_.push_back(
+                {GstBufferHandle(gst_buffer_copy_deep(packet.get())), faults->frame.world_ns + delay_ns});
+        if (is_lost || delay_ns > 0) packet.reset();
     }
     if (packet) {
         sent.push_back(std::move(packet));
         for (Held& one : held_) --one.overtaken_by;
     }
+    if (is_last) tell_lost(faults);
     release(is_last, sent);
+}
+
+void PacketFaults::tell_lost(const fault::FrameFaults* faults) {
+    for (fault::Harm& harm : lost_) {
+        harm.size = bytes_;
+        if (faults) note(*faults, "rtsp", harm);
+    }
+    lost_.clear();
+    bytes_ = 0;
+}
+
+void PacketFaults::arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
+    for (Delayed& one : delayed_)
+        if (faults == nullptr || one.due_ns <= faults->frame.world_ns) sent.push_back(std::move(one.packet));
+    std::erase_if(delayed_, [](const Delayed& one) { return one.packet == nullptr; });
 }
 
 void PacketFaults::release(bool all, std::vector<GstBufferHandle>& sent) {

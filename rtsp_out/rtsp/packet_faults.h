@@ -8,6 +8,7 @@
 #include <gst/gst.h>
 
 #include "core/fault/line.h"
+#include "core/fault/sending.h"
 
 namespace camrig::rtsp {
 
@@ -17,29 +18,49 @@ struct GstBufferUnref {
 using GstBufferHandle = std::unique_ptr<GstBuffer, GstBufferUnref>;
 
 /// What becomes of the RTP packets of one stream on their way, when its camera fails: some are lost, some come later
-/// than those behind them, a slow line carries only so many. Nothing is kept beyond the end of its picture, so a step
-/// in lockstep never waits for one that comes with the next.
+/// than those behind them, a slow line carries only so many. A picture holds a step in lockstep for as long as packets
+/// refer to it; so what others overtake goes with the last of its picture, and of what is delayed beyond that a copy is
+/// kept: the step is over, and the copy goes with a packet of a later picture.
 ///
 /// Thread: the pipeline's streaming thread.
 class PacketFaults {
 public:
-    static constexpr std::size_t max_held = 128;  ///< packets that others overtake at a time
+    static constexpr std::size_t max_held = 128;      ///< packets that others overtake at a time
+    static constexpr std::size_t max_delayed = 4096;  ///< on their way; what comes beyond that is not delayed
 
     /// Sends this one, or not, and those that it was to overtake; in the order in which they go. `faults`: of the
     /// newest picture; null: none.
     void pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
     /// Nothing fails and nothing waits: packets need not come through here.
-    bool is_idle(const fault::FrameFaults* faults) const { return faults == nullptr && held_.empty(); }
+    bool is_idle(const fault::FrameFaults* faults) const {
+        return faults == nullptr && held_.empty() && delayed_.empty();
+    }
 
 private:
     struct Held {
         GstBufferHandle packet;
         int overtaken_by = 0;  ///< so many are still to go before it
     };
+    struct Delayed {
+        GstBufferHandle packet;  ///< a copy
+        TimeNs due_ns = 0;       ///< world time
+    };
+    /// Sends what has been on its way for long enough, or all.
+    void arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
+    /// Of the next packet: whose picture it is of, and which of that picture's it is. RTP's own numbers begin at random
+    /// (RFC 3550, 5.1), and a run that is made again is to lose the same.
+    std::uint64_t next_number(const fault::FrameFaults& faults);
+    /// Notes what of the picture was lost, when its last packet has come here, lost or not.
+    void tell_lost(const fault::FrameFaults* faults);
     void release(bool all, std::vector<GstBufferHandle>& sent);
 
     std::deque<Held> held_;
+    std::deque<Delayed> delayed_;
     fault::Line line_;
+    std::int64_t frame_ = -1;        ///< of the last packet
+    std::uint64_t packets_ = 0;      ///< of it, so far
+    std::size_t bytes_ = 0;          ///< of all packets of the picture, so far
+    std::vector<fault::Harm> lost_;  ///< of them; a run is a packet
 };
 
 }  // namespace camrig::rtsp

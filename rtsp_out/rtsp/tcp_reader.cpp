@@ -44,7 +44,7 @@ GstFlowReturn chain_list(GstPad* pad, GstObject* parent, GstBufferList* packets)
         return GST_FLOW_OK;
     }
     GstBuffer* const last = gst_buffer_list_get(packets, count - 1);
-    GstBuffer* const flush = ends_picture(last) && chain.is_flushed() ? empty_buffer_like(last) : nullptr;
+    GstBuffer* const flush = !is_rtcp(last) && chain.is_flushed() ? empty_buffer_like(last) : nullptr;
     GstBuffer* const carrier = empty_buffer_like(last);
     if (std::exchange(chain.last_pts, GST_BUFFER_PTS(last)) != GST_BUFFER_PTS(last))
         GST_BUFFER_FLAG_SET(carrier, picture_begins);

@@ -18,14 +18,14 @@ namespace camrig::rtsp {
 /// Letting go: a picture on its way is kept by its packets. The appsink through which gst-rtsp-server sends to TCP
 /// readers keeps what was taken from it last until the next is taken (GStreamer 1.22 to 1.26,
 /// GstAppSinkPrivate.sample), so the last packet of a picture would be kept until the next picture, for which a step in
-/// lockstep waits. So a buffer of no bytes, the flush buffer, goes after each picture; it is dropped where packets are
-/// written.
+/// lockstep waits. So a buffer of no bytes, the flush buffer, goes after packets that come together, which are those of
+/// a picture or of a part of it: faults may have taken its last one. It is dropped where packets are written.
 ///
 /// gst-rtsp-server has a way of its own for lists of packets and for single ones, and only that of single ones can be
 /// replaced and the other still be used. So each list travels inside a single buffer of no bytes, the carrier.
 
 /// At the sink pad of an appsink, before anything flows: packets travel in carriers, and a flush buffer comes after
-/// each picture while `is_flushed()`. Streaming thread.
+/// those of RTP while `is_flushed()`. Streaming thread.
 void carry_packets(GstPad* pad, std::function<bool()> is_flushed);
 
 /// For a TCP reader, before it plays: unpacks carriers, drops flush buffers, and leaves out packets of RTP until a key

@@ -112,6 +112,16 @@ def libav_program(tmp_path_factory):
     return program
 
 
+@pytest.fixture(scope="module")
+def jitter_program(tmp_path_factory):
+    """The reader that says what GStreamer's jitter buffer counted, compiled."""
+    program = tmp_path_factory.mktemp("gst") / "rtsp_jitter_reader"
+    flags = run("pkg-config", "--cflags", "--libs", "gstreamer-1.0").stdout.decode().split()
+    made = run("cc", "-O1", "-Wall", "-Wextra", "-Werror", "-o", str(program), str(pathlib.Path(__file__).with_name("rtsp_jitter_reader.c")), *flags)
+    assert made.returncode == 0, made.stderr.decode()
+    return program
+
+
 class LibavFrame(NamedTuple):
     """A picture as ffmpeg's libraries hand it to a program."""
     pts: int  # ticks of the stream

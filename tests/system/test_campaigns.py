@@ -16,6 +16,7 @@ import camrig.campaign
 from camrig.campaign import Check, runner
 from camrig.campaign.program import Watch
 from conftest import REPOSITORY, wait_until
+from fault_books import books_balance  # noqa: F401 (a fixture)
 
 sys.path.insert(0, str(REPOSITORY))
 from tools.bench import fault_soak  # noqa: E402

@@ -75,6 +75,39 @@ def test_a_device_shows_offset_and_drift_and_no_step(rig):
     assert truth["steady_ns"] == truth["monotonic_ns"] + offset_ns + drift_ppb * truth["time_ns"] // 10**9
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_sensors_stamp_is_by_its_clock_when_the_exposure_begins(rig):
+    drift_ppb, step_ns = 1_000_000, 3600 * 10**9
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, place="lobby", sensor={"exposure_s": 0.02, "readout_s": 0.01},
+                            clock={"drift_ppb": drift_ppb, "step_ns": step_ns, "step_at_ns": 390_000_000})
+    rig.step(seconds=0.36)
+
+    def check(steps):
+        frame, truth = cam.frame(), cam.truth()
+        begin_ns = truth["exposure_start_ns"]
+        assert begin_ns == truth["time_ns"] - 20_000_000 - 119 * truth["row_ns"]
+        error_ns = begin_ns * drift_ppb // 10**9
+        assert frame.steady_ns - frame.monotonic_ns == truth["steady_ns"] - truth["monotonic_ns"] == begin_ns + error_ns - truth["time_ns"]
+        assert frame.stamp_ns == truth["stamp_ns"] == begin_ns + error_ns + steps * step_ns
+        return frame
+
+    check(0)
+    rig.step(seconds=0.04)  # 0.40 s, of an exposure from 0.37 s on: the clock is set at 0.39 s
+    check(0)
+    rig.step(seconds=0.04)
+    check(1)
+    for kind in ("freeze", "black"):  # what shows an earlier picture, or none, is stamped as any other
+        fault = rig.fault.set("desk", kind)
+        rig.step(seconds=0.04)
+        check(1)
+        rig.step(seconds=0.04)
+        assert cam.soiling().any() == 0 and cam.frame(kind="soiling").stamp_ns == check(1).stamp_ns
+        rig.fault.clear(id=fault["id"])
+    cam.set(clock={"drift_ppb": drift_ppb, "offset_ns": 5})
+    rig.step(seconds=0.08)
+    assert cam.frame().stamp_ns == cam.truth()["stamp_ns"]
+
+
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 @pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
 def test_sender_reports_tell_the_cameras_time_of_day(rig, libav_program, kind):

@@ -116,6 +116,27 @@ def test_an_unplugged_device_is_out_for_its_share_of_each_period_and_may_keep_it
     assert rig.call("camera.get", name="desk")["controls"]["brightness"] == 0.2
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_for_an_unplugged_device_nothing_is_drawn(rig):
+    rig.create_camera("desk", size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": 43}])
+    drawn = lambda: rig.stats()["renderer"]["views"]
+    reader = start(rig, RAW, "/dev/video43")
+    try:
+        wait_until(lambda: any(output["readers"] for camera in rig.stats()["cameras"] for output in camera["outputs"]), what="a reader")
+        before = drawn()
+        rig.step(seconds=0.4)
+        assert reader.stdout.readline() and drawn() >= before + 10
+        rig.fault.set("desk", "unplug")
+        rig.step(seconds=0.04)
+        reader.communicate(timeout=20)
+        before = drawn()
+        rig.step(seconds=0.4)
+        assert drawn() == before
+    finally:
+        reader.kill()
+        reader.wait()
+
+
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 def test_what_cannot_be_unplugged_is_refused_with_the_reason(rig):
     rig.create_camera("desk", size=(160, 120), outputs=[{"kind": "mjpeg"}])

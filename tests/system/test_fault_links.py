@@ -1,6 +1,7 @@
 """Lines and servers that fail: late frames, refused connections, restarts, slow lines, packets out of order, other sources and sizes."""
 
 import struct
+import subprocess
 import threading
 import time
 import urllib.error
@@ -12,6 +13,7 @@ import pytest
 
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
+from rtsp_client import jitter_program, stepping  # noqa: F401 (a fixture)
 from test_faults import RtpPackets, parts
 
 
@@ -37,7 +39,7 @@ def test_late_frames_come_with_their_own_stamps_and_the_rest_when_it_is_over(rig
         check_books(rig, on_way=12)
         truth = cam.truth()
         assert [one["kind"] for one in truth["faults"]] == ["late"]
-        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10} and truth["outputs"]["rtsp"]["late_frames"] == 0
+        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10, "damaged": [], "more_damaged": 0} and truth["outputs"]["rtsp"]["late_frames"] == 0
         rig.fault.clear("desk")
         rig.step(seconds=0.04)
         rig.step(seconds=0.04)
@@ -153,6 +155,73 @@ def test_packets_are_overtaken_and_none_is_lost(rig):
     assert len(set(order)) == len(order)
     assert len(set(range(max(order))) - set(order)) <= 10, "but for the ends of what was looked at, all are there"
     check_books(rig)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+@pytest.mark.parametrize("kind, params", [("packet_loss", {"probability": 0.2}), ("bandwidth", {"kbit_per_s": 2000, "queue_s": 0.02})])
+def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program, kind, params):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp"}])
+    reader = subprocess.Popen([jitter_program, f"{rig.rtsp_url}/desk/mjpeg"], stdout=subprocess.PIPE, text=True)
+
+    def step(pictures):
+        """As many packets as truth says were lost; in the pace of the clock, for the reader waits for packets by it."""
+        lost = 0
+        for _ in range(pictures):
+            rig.step(seconds=0.04)
+            for harm in cam.truth()["outputs"]["rtsp"]["damaged"]:
+                assert (harm["kind"], harm["mode"], harm["times"]) == (kind, "lost", 1)
+                assert harm["bytes"] == sum(size for _, size in harm["runs"]) < harm["size"] and harm["more_runs"] == 0
+                lost += len(harm["runs"])
+            time.sleep(0.03)
+        return lost
+
+    try:
+        assert reader.stdout.readline() == "playing\n"
+        assert step(25) == 0
+        rig.fault.set("desk", kind, **params)
+        lost = step(40)
+        assert lost > 40
+        rig.fault.clear("desk")
+        assert step(25) == 0
+        cam.delete()
+        pushed, missed = map(int, reader.communicate(timeout=30)[0].split())
+        assert missed == lost and pushed > lost
+    finally:
+        reader.kill()
+        reader.wait()
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_delayed_packets_come_behind_those_of_later_pictures_and_none_is_lost(rig):
+    cam = rig.create_camera("desk", size=(640, 480), fps=25, place="lobby", outputs=[{"kind": "rtsp", "bitrate_kbps": 20_000}])
+    packets, pictures = RtpPackets(f"{rig.rtsp_url}/desk/mjpeg"), {}
+
+    def take(count):
+        """(number, how many pictures behind the newest it came) of each packet."""
+        taken = []
+        while len(taken) < count:
+            channel, packet = packets.next()
+            if channel == 0:
+                number, stamp = struct.unpack(">xxHI", packet[:8])
+                picture = pictures.setdefault(stamp, len(pictures))
+                taken.append((number, len(pictures) - 1 - picture))
+        return taken
+
+    with stepping(rig):  # which goes on: no step waits for a packet that comes with a later one
+        assert all(behind == 0 for _, behind in take(100))
+        rig.fault.set(cam.name, "packet_delay", probability=0.3, delay_s=0.2)
+        take(400)
+        some = take(1500)
+        late = sum(behind > 0 for _, behind in some)
+        assert {behind for _, behind in some} == {0, 4}, "it comes before what is sent five pictures later"
+        assert 0.2 < late / len(some) < 0.4
+        rig.fault.clear("desk")
+        rest = take(1500)
+    numbers = [(number - some[0][0] + 32768) % 65536 for number, _ in some + rest]
+    assert len(set(numbers)) == len(numbers)
+    begin, end = max(numbers[:200]), min(numbers[-200:])
+    assert set(range(begin, end)) <= set(numbers), "but for the ends of what was looked at, all are there"
+    assert all(behind == 0 for _, behind in rest[-500:])
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")

@@ -1,12 +1,19 @@
 """Streams that fail: damaged H.264, HTTP parts that lie, and the truth of what dirt hides."""
 
+import contextlib
+import json
+import os
 import subprocess
+import threading
 import urllib.request
 
 import numpy as np
 import pytest
 
+import camrig
+from conftest import wait_until
 from fault_books import books_balance  # noqa: F401 (a fixture)
+from test_faults import RtpPackets
 
 
 def decoded(rig, name, frames=40):
@@ -51,6 +58,21 @@ def test_slices_of_h264_are_missing_or_those_of_key_frames(rig, tmp_path):
     keyless = nals(rig, "desk", 150, tmp_path / "keyless")
     assert keyless.count(5) == 0 and keyless.count(1) > 20
     assert keyless.count(7) > 3, "parameter sets still come"
+
+
+def keep_parts(stream, into):
+    """Each whole JPEG of an MJPEG stream by its frame's number, until the stream ends."""
+    try:
+        while line := stream.readline():
+            if line.startswith(b"Content-Length: "):
+                length = int(line.split()[1])
+            if line.startswith(b"X-Sequence: "):
+                sequence = int(line.split()[1])
+            if line == b"\r\n":
+                into[sequence] = stream.read(length)
+                stream.readline()
+    except (OSError, ValueError, AttributeError):
+        pass  # it was closed
 
 
 def raw_stream(cam, size):
@@ -104,3 +126,190 @@ def test_truth_says_how_much_dirt_hides_and_stays_clean(rig):
     assert truth["objects"] and [one["id"] for one in truth["objects"]] == [one["id"] for one in before["objects"]]
     rows = (shown.sum(axis=(1, 2)) < 0.75 * clean.sum(axis=(1, 2))).mean()  # half of the light is 0.73 of the code
     assert truth["covered_fraction"] == pytest.approx(rows, abs=0.05)
+
+
+def light_of(codes):
+    """Linear light of sRGB codes (IEC 61966-2-1), 0 to 1."""
+    codes = codes / 255.0
+    return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+
+
+def code_of(light):
+    light = np.clip(light, 0.0, 1.0)
+    return 255.0 * np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_the_mask_of_what_dirt_hides_makes_the_picture_of_the_clean_one(rig):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby")
+    twin = rig.create_camera("twin", size=(320, 240), fps=25, place="lobby")
+    rig.step(seconds=0.04)
+    assert not cam.soiling().any()
+    veil = {"red": 0.5, "green": 0.4, "blue": 0.3}
+    rig.fault.set("desk", "dirt", severity=0.8, coverage=0.6, spot=0.2, **veil)
+    rig.step(seconds=0.04)
+    both = rig.grab(["desk", "twin"], ["color", "soiling", "truth"])
+    mask, truth = both["desk"]["soiling"], both["desk"]["truth"]
+    assert mask.shape == (240, 320) and mask.dtype == np.uint8 and not both["twin"]["soiling"].any()
+    assert (mask > 127).mean() == pytest.approx(truth["covered_fraction"], abs=1e-9)
+    assert 0.45 < truth["covered_fraction"] < 0.51
+    # picture = scene * (1 - alpha) + veil * alpha in linear light: within a code, for an alpha that the mask's byte may stand for.
+    scene, front = light_of(both["twin"]["color"]), np.array([veil["blue"], veil["green"], veil["red"]])
+    ends = [code_of((1 - alpha) * scene + alpha * front) for alpha in (np.clip((mask[:, :, None] + half) / 255.0, 0, 1) for half in (-0.5, 0.5))]
+    shown = both["desk"]["color"].astype(float)
+    assert (shown >= np.minimum(*ends) - 1).all() and (shown <= np.maximum(*ends) + 1).all()
+    assert np.abs(shown - both["twin"]["color"]).max() > 30
+    # Of each object truth counts the pixels under it, and stays otherwise as it is for the clean camera.
+    ids = cam.instances()
+    assert truth["objects"]
+    for one, clean in zip(truth["objects"], both["twin"]["truth"]["objects"], strict=True):
+        assert one["pixels_soiled"] == ((ids == one["id"]) & (mask > 127)).sum()
+        assert one["visible_fraction_soiled"] == pytest.approx((one["pixels"] - one["pixels_soiled"]) / one["pixels_alone"])
+        assert {key: value for key, value in one.items() if "soiled" not in key} == {key: value for key, value in clean.items() if "soiled" not in key}
+    with urllib.request.urlopen(f"{rig.http_url}/cameras/desk/soiling.png", timeout=30) as png:
+        import cv2
+
+        assert np.array_equal(cv2.imdecode(np.frombuffer(png.read(), np.uint8), cv2.IMREAD_UNCHANGED), mask)
+    with pytest.raises(camrig.CamrigError, match="soiling comes raw or as png"):
+        cam.frame(kind="soiling", format="jpeg")
+    assert truth["focus_error_px"] == 0
+    rig.fault.set("desk", "defocus", severity=0.5, radius=0.02)
+    rig.step(seconds=0.04)
+    assert cam.truth()["focus_error_px"] == pytest.approx(0.5 * 0.02 * 320)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_wiper_takes_dirt_from_the_glass_and_leaves_tape_and_other_cameras(rig):
+    cams = {name: rig.create_camera(name, size=(320, 240), fps=25, place="lobby") for name in ("desk", "well", "clean")}
+    for name in ("desk", "well"):
+        for kind in ("dirt", "drops", "condensation"):
+            rig.fault.set(name, kind)
+    rig.step(seconds=0.04)
+    assert cams["desk"].truth()["covered_fraction"] > 0.5
+    assert rig.fault.wipe("desk") == 3 and rig.fault.wipe("desk") == 0
+    rig.step(seconds=0.04)
+    shown = rig.grab(list(cams), ["color", "soiling"])
+    assert np.array_equal(shown["desk"]["color"], shown["clean"]["color"]) and not shown["desk"]["soiling"].any()
+    assert not np.array_equal(shown["well"]["color"], shown["clean"]["color"])
+    rig.fault.set("desk", "covered")
+    rig.fault.set("desk", "knock")
+    assert rig.fault.wipe("desk") == 0 and len(rig.fault.list("desk")) == 2
+    done = subprocess.run([os.environ["CAMRIG_BIN"], "fault", "wipe", "well", "--control", rig.call("server.info")["control"]], capture_output=True,
+                          text=True, timeout=60)
+    assert done.stdout.strip() == "3 wiped away", done.stderr
+    with pytest.raises(camrig.CamrigError, match="nobody"):
+        rig.fault.wipe("nobody")
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+@pytest.mark.parametrize("mode", ["bitflip", "zero", "truncate", "cut"])
+def test_truth_says_which_bytes_of_a_jpeg_came_wrong(rig, mode):
+    cams = {name: rig.create_camera(name, size=(320, 240), fps=25, place="lobby") for name in ("desk", "well")}
+    got = {name: {} for name in cams}
+    with contextlib.ExitStack() as stack:
+        for name, cam in cams.items():
+            stream = stack.enter_context(urllib.request.urlopen(cam.url(), timeout=30))
+            threading.Thread(target=keep_parts, args=(stream, got[name]), daemon=True).start()
+        wait_until(lambda: all(got.values()), what="the first pictures")
+        fault = rig.fault.set("desk", "corrupt_jpeg", mode=mode, amount=300, output="mjpeg")
+        rig.step(seconds=0.04)
+        outputs = cams["desk"].truth()["outputs"]
+        wait_until(lambda: all(1 in pictures for pictures in got.values()), what="the pictures")
+    damaged, whole = got["desk"][1], got["well"][1]  # of one scene: the same but for the fault
+    (harm,) = outputs["mjpeg"]["damaged"]
+    assert outputs["rtsp"]["damaged"] == [] and outputs["mjpeg"]["more_damaged"] == 0
+    assert (harm["fault"], harm["kind"], harm["mode"], harm["size"], harm["times"]) == (fault["id"], "corrupt_jpeg", mode, len(whole), 1)
+    if mode in ("truncate", "cut"):
+        ((offset, count),) = harm["runs"]
+        assert count == harm["bytes"] == 300 and damaged == whole[:offset] + whole[offset + count:]
+    else:
+        wrong = [i for i in range(len(whole)) if damaged[i] != whole[i]]
+        told = [i for offset, count in harm["runs"] for i in range(offset, offset + count)]
+        assert harm["bytes"] == len(wrong) and told == wrong[:len(told)]
+        assert len(told) == len(wrong) or len(harm["runs"]) == 64
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_truth_says_where_a_part_was_cut_and_how_often(rig):
+    cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby")
+    got = [{}, {}]
+    with contextlib.ExitStack() as stack:
+        for into in got:
+            stream = stack.enter_context(urllib.request.urlopen(cam.url(), timeout=30))
+            threading.Thread(target=keep_parts, args=(stream, into), daemon=True).start()
+        wait_until(lambda: all(got), what="the first pictures")
+        rig.fault.set("desk", "cut_part", probability=1.0)
+        rig.step(seconds=0.04)
+        (harm,) = cam.truth()["outputs"]["mjpeg"]["damaged"]
+    assert (harm["kind"], harm["mode"], harm["times"]) == ("cut_part", "truncate", 2)
+    assert harm["runs"] == [[harm["size"] // 2, harm["bytes"]]] and harm["bytes"] == harm["size"] - harm["size"] // 2
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_truth_says_which_bytes_of_h264_came_wrong(rig):
+    rig.create_camera("desk", size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.4}])
+    packets = RtpPackets(f"{rig.rtsp_url}/desk")
+    try:
+        rig.step(seconds=0.4)
+        rig.fault.set("desk", "corrupt_video", mode="bitflip", amount=30, probability=1.0)
+        for _ in range(5):
+            rig.step(seconds=0.04)
+            (harm,) = rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"]
+            assert (harm["kind"], harm["mode"]) == ("corrupt_video", "bitflip")
+            assert 0 < harm["bytes"] < harm["size"] and harm["runs"][0][0] > 12, "headers stay"
+        rig.fault.clear("desk")
+        rig.fault.set("desk", "corrupt_video", mode="drop_nal", probability=1.0)
+        rig.step(seconds=0.04)
+        (harm,) = rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"]
+        assert harm["mode"] == "drop_nal" and harm["bytes"] == sum(count for _, count in harm["runs"])
+        rig.fault.clear("desk")
+        rig.step(seconds=0.04)
+        assert rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"] == []
+    finally:
+        packets.socket.close()
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_a_recording_has_the_masks_of_what_dirt_hides(rig, tmp_path):
+    import cv2
+
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, place="lobby")
+    rig.fault.set("desk", "dirt", severity=0.5)
+    rig.record(tmp_path / "set", [cam], frames=2, soiling=True)
+    truths = [json.loads(line) for line in (tmp_path / "set/desk/truth.jsonl").read_text().splitlines()]
+    for number, truth in enumerate(truths, 1):
+        mask = cv2.imread(str(tmp_path / f"set/desk/soiling/{number:06}.png"), cv2.IMREAD_UNCHANGED)
+        assert mask.shape == (120, 160) and (mask > 127).mean() == pytest.approx(truth["covered_fraction"])
+    assert len(truths) == 2 and truths[-1]["covered_fraction"] > 0.2
+
+
+def philox_unit(seed, stream, counter):
+    """Philox4x32-10 (Salmon et al., SC 2011), the first 53 bits of a block as a number in [0, 1)."""
+    low, high = (lambda v: v & 0xFFFFFFFF), (lambda v: v >> 32)
+    words, keys = [low(counter), high(counter), low(stream), high(stream)], [low(seed), high(seed)]
+    for _ in range(10):
+        first, second = 0xD2511F53 * words[0], 0xCD9E8D57 * words[2]
+        words = [high(second) ^ words[1] ^ keys[0], low(second), high(first) ^ words[3] ^ keys[1], low(first)]
+        keys = [low(keys[0] + 0x9E3779B9), low(keys[1] + 0xBB67AE85)]
+    return ((words[1] << 32 | words[0]) >> 11) / 2**53
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_the_frames_that_are_lost_are_those_of_the_hash_of_seed_fault_and_frame(rig):
+    cam, got = rig.create_camera("desk", size=(64, 48), fps=25), {}
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        threading.Thread(target=keep_parts, args=(stream, got), daemon=True).start()
+        wait_until(lambda: 0 in got, what="the first picture")
+        fault = rig.fault.set("desk", "drop", probability=0.8, severity=0.5, seed=99)
+        delivered = []
+        for frame in range(1, 101):
+            rig.step(seconds=0.04)
+            truth = cam.truth()
+            assert truth["sequence"] == frame
+            delivered += [frame] * truth["delivered"]
+        rig.fault.clear("desk")
+        rig.step(seconds=0.04)
+        wait_until(lambda: 101 in got, what="the last picture")
+    assert delivered == [frame for frame in range(1, 101) if philox_unit(99, 3 << 60 | fault["id"] << 8, frame) >= 0.4]
+    assert sorted(got) == [0, *delivered, 101]
+    assert 45 < len(delivered) < 75

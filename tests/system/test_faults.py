@@ -1,6 +1,7 @@
 """Cameras that fail: what stock clients get, what truth says, and that nobody else notices."""
 
 import hashlib
+import io
 import json
 import os
 import re
@@ -18,7 +19,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from fault_books import books_balance  # noqa: F401 (a fixture)
+from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
 from rtsp_client import stepping
 
 PICTURE_KINDS = ["defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored",
@@ -41,6 +42,7 @@ def run(scenes, faults, steps=40, fps=25):
                     rig.fault.set("faulty", kind, **params)
             rig.step(seconds=1 / fps)
             shown.append([(frame.sequence, md5(frame.image)) for frame in (camera.frame() for camera in cameras)])
+        check_books(rig)
         return shown
 
 
@@ -80,6 +82,11 @@ def test_a_knocked_camera_shows_what_truth_says_and_believes_its_calibration(rig
                              orientation=truth["pose"]["orientation"])
     difference = np.abs(cam.frame().image.astype(int) - twin.frame().image.astype(int))
     assert difference.mean() < 0.5
+    # And every corner of the world is where that pose puts it, to 1e-4 px, and not where the calibration does.
+    told, seen_by_twin = ({one["id"]: np.array(one["box_full"]) for one in camera["objects"] if not one["clipped"]} for camera in (truth, twin.truth()))
+    assert told.keys() == seen_by_twin.keys() and len(told) > 3
+    assert max(np.abs(told[one] - seen_by_twin[one]).max() for one in told) < 1e-4
+    assert (cam.instances() != twin.instances()).mean() < 1e-4
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
@@ -106,6 +113,23 @@ def test_books_say_what_a_fault_kept_back(rig):
     reader = books["readers"][0]
     assert reader["offered"] == reader["delivered"] + reader["dropped"] == books["received"]
     assert reader["fault"] == 25
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
+def test_books_balance_where_a_failing_camera_is_overloaded_too(rig):
+    cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=60, place="lobby") for i in range(8)]
+    streams = [urllib.request.urlopen(camera.url(), timeout=30) for camera in cameras]
+    for stream in streams:
+        threading.Thread(target=lambda stream=stream: [None for _ in iter(lambda: stream.read1(65536), b"")], daemon=True).start()
+    rig.fault.set("c0", "drop", probability=0.5, burst_frames=3)
+    rig.fault.set("c0", "stall", severity=0.3, period_s=0.3)
+    rig.fault.set("c1", "freeze", severity=0.5)
+    dropped_for = lambda name: next(one for one in rig.stats()["cameras"] if one["name"] == name)["dropped_for"]
+    both = lambda: dropped_for("c0")["fault"] > 30 and dropped_for("c0")["overload"] + dropped_for("c0")["own_cost"] > 30
+    wait_until(both, timeout_s=60, what="frames lost by the fault and by overload")
+    for camera in cameras[1:]:
+        camera.delete()
+    check_books(rig)
 
 
 def parts(stream, count):
@@ -150,6 +174,7 @@ def streamed(scenes, kind):
             rig.fault.set("desk", kind, start_s=0.4, end_s=0.8, severity=0.5 if kind == "black" else 1)
         rig.step(seconds=1.6)
         wait_until(lambda: all(40 in into for into in got.values()), what="the last pictures")
+        check_books(rig)
     return got["desk"], got["well"]
 
 
@@ -187,6 +212,7 @@ def test_a_stream_goes_on_with_the_same_bytes_and_nothing_is_drawn(rig, kind):
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_a_damaged_jpeg_reaches_the_stream_and_nobody_else(rig):
     import cv2
+    import PIL.Image
 
     cam = rig.create_camera("desk", size=(320, 240), fps=20, place="lobby")
     rig.fault.set("desk", "corrupt_jpeg", mode="truncate", amount=3000, probability=0.5, output="mjpeg")
@@ -194,6 +220,10 @@ def test_a_damaged_jpeg_reaches_the_stream_and_nobody_else(rig):
         got = parts(stream, 40)[1:]
     cut = [sequence for jpeg, sequence in got if not jpeg.endswith(b"\xff\xd9")]
     assert 8 < len(cut) < 32
+    for jpeg in (jpeg for jpeg, sequence in got if sequence in cut):
+        assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) is None
+        with pytest.raises(OSError, match="truncated"):
+            PIL.Image.open(io.BytesIO(jpeg)).load()
     with urllib.request.urlopen(f"{rig.http_url}/cameras/desk/snapshot.jpg", timeout=30) as snapshot:
         jpeg = snapshot.read()
     assert jpeg.endswith(b"\xff\xd9") and cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) is not None

@@ -99,7 +99,18 @@ def test_an_unmodified_client_reads_turns_and_follows_a_camera(guarded):
             rig.step(seconds=3)
             assert (await state())[1] == ("IDLE", "IDLE")
             with pytest.raises(zeep.exceptions.Fault, match="Optional Action Not Implemented"):
-                await ptz.SendAuxiliaryCommand({**ask, "AuxiliaryData": "tt:Wiper|On"})
+                await ptz.GetPresetTours(ask)
+
+            (node,) = await ptz.GetNodes()
+            assert node.AuxiliaryCommands == ["tt:Wiper|On", "tt:Wiper|Off"]
+            for kind in ("dirt", "drops", "condensation", "covered", "drop"):
+                rig.fault.set("dome", kind)
+            assert await ptz.SendAuxiliaryCommand({**ask, "AuxiliaryData": "tt:Wiper|Off"}) == "tt:Wiper|Off"
+            assert len(rig.fault.list("dome")) == 5
+            assert await ptz.SendAuxiliaryCommand({**ask, "AuxiliaryData": "tt:Wiper|On"}) == "tt:Wiper|On"
+            assert [fault["kind"] for fault in rig.fault.list("dome")] == ["covered", "drop"]
+            with pytest.raises(zeep.exceptions.Fault, match="one of the node's AuxiliaryCommands"):
+                await ptz.SendAuxiliaryCommand({**ask, "AuxiliaryData": "tt:Washer|On"})
         finally:
             await device.close()
 

@@ -20,6 +20,9 @@ NEW, SAVE = (45, 18), (130, 41)
 VFOV_SLIDER_RIGHT, NEW_RTSP, ADD_RTSP = (1170, 81), (1036, 221), (1023, 422)
 CODE_STRIP = (997, 788)  # below what a new output of RTSP is made with, and the outputs, of which there is one
 STEP_200_MS = (476, 648)
+# Of a camera without outputs. With a fault there is a line more above all but FAULTS.
+FAULTS, FAULT_KIND, DIRT, SEVERITY_QUARTER, SECONDS, COVERAGE_THIRD, SET_DIRT = (1030, 272), (1060, 291), (1030, 384), (1050, 315), (1060, 338), (1060, 361), (1022, 473)
+FIRST_FAULT_X, SHOWN_FAULT = (1016, 289), (1070, 289)
 
 
 class View:
@@ -194,6 +197,32 @@ def test_cameras_are_duplicated_changed_and_deleted_and_the_world_steps_when_tol
     display.xdotool("windowkill", display.wait_window("camrig view"))  # what is left when the X server goes away
     view.process.wait(20)
     assert names(rig) == ["main", "main_2"], view.process.stderr.read()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_its_panel_of_faults_sets_one_as_its_controls_say_shows_and_clears_it(rig, display, view):
+    display.click(60, 65)
+    wait_until(lambda: display.picture()[65, 245].sum() > 60, what="the line in the list to be marked")
+    display.click_to_change(FAULTS, FAULT_KIND)
+    display.click_to_change(FAULT_KIND, DIRT)  # the kinds, of which it is the fifth
+    display.click_to_change(DIRT, SET_DIRT)
+    display.click_to_change(SEVERITY_QUARTER, SEVERITY_QUARTER)
+    display.click_to_change(COVERAGE_THIRD, COVERAGE_THIRD)
+    display.click(*SECONDS)
+    display.key("ctrl+a")
+    display.type("2")
+    display.key("Return")
+    display.click_to_change(SET_DIRT, SHOWN_FAULT)
+    wait_until(lambda: rig.fault.list("main"), what="the fault")
+    (fault,) = rig.fault.list("main")
+    assert fault["kind"] == "dirt" and 0.2 < fault["severity"] < 0.3
+    assert 0.25 < fault["params"]["coverage"] < 0.4 and fault["params"]["spot"] == 0.1, "what nobody touched is the rig's default"
+    assert (fault["start_ns"], fault["end_ns"]) == (0, 2_000_000_000)
+    rig.step(seconds=0.04)
+    assert rig.camera("main").soiling().any()
+    display.click_to_change(FIRST_FAULT_X, SHOWN_FAULT)
+    wait_until(lambda: not rig.fault.list("main"), what="the fault to be cleared")
+    view.close()
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")

@@ -51,6 +51,8 @@ FAULTS: list[dict[str, Any]] = [
     {"kind": "black"},
     {"kind": "freeze"},
     {"kind": "drop"},
+    {"kind": "duplicate"},
+    {"kind": "reduced_rate"},
     {"kind": "drop", "name": "drop, bursts of 50", "severity": 0.9, "params": {"probability": 1, "burst_frames": 50}},
     {"kind": "corrupt_jpeg", "name": "corrupt_jpeg, bitflip"},
     {"kind": "corrupt_jpeg", "name": "corrupt_jpeg, truncate", "params": {"mode": "truncate"}},
@@ -69,6 +71,7 @@ FAULTS: list[dict[str, Any]] = [
     {"kind": "bad_part", "name": "bad_part, boundary", "params": {"mode": "boundary", "probability": 1}},
     {"kind": "packet_loss"},
     {"kind": "packet_reorder"},
+    {"kind": "packet_delay", "params": {"jitter_s": 0.1}},
     {"kind": "new_ssrc", "params": {"period_s": 1}},
     {"kind": "buffer_error", "params": {"probability": 1}},
     {"kind": "wrong_size"},
@@ -79,7 +82,7 @@ FAULTS: list[dict[str, Any]] = [
 #: Of these, the ones that are measured now.
 FAULTS_MEASURED = list(FAULTS)
 #: Faults of one way to readers are tried on those that read by it.
-ONLY = {"corrupt_jpeg": "HTTP", "corrupt_video": "RTSP", "cut_part": "HTTP", "bad_part": "HTTP", "packet_loss": "RTSP", "packet_reorder": "RTSP", "new_ssrc": "RTSP", "other_size": "HTTP", "device_error": "device", "buffer_error": "device",
+ONLY = {"corrupt_jpeg": "HTTP", "corrupt_video": "RTSP", "cut_part": "HTTP", "bad_part": "HTTP", "packet_loss": "RTSP", "packet_reorder": "RTSP", "packet_delay": "RTSP", "new_ssrc": "RTSP", "other_size": "HTTP", "device_error": "device", "buffer_error": "device",
         "wrong_size": "device", "unplug": "device"}
 
 

@@ -76,6 +76,21 @@ void add_clear(CLI::App& group, CliContext& context) {
     });
 }
 
+void add_wipe(CLI::App& group, CliContext& context) {
+    CLI::App* const app = group.add_subcommand("wipe", "wipes the glass before a lens: ends dirt, drops, condensation");
+    const MethodParams params = make_params();
+    app->add_option_function<std::string>(
+           "NAME", [params](const std::string& name) { (*params)["camera"] = name; }, "the camera")
+        ->required();
+    app->callback([params, &context] {
+        context.action = [params, &context] {
+            auto done = context.call("fault.wipe", *params);
+            if (!done) return context.fail(done.error());
+            return context.print(*done, plain_text(done->at("cleared")) + " wiped away");
+        };
+    });
+}
+
 void add_list(CLI::App& group, CliContext& context) {
     CLI::App* const app = group.add_subcommand("list", "the faults that are not over");
     const MethodParams params = make_params();
@@ -116,6 +131,7 @@ void add_fault_commands(CLI::App& app, CliContext& context, const CliHooks& hook
     fault->require_subcommand(1);
     add_set(*fault, context);
     add_clear(*fault, context);
+    add_wipe(*fault, context);
     add_list(*fault, context);
     add_kinds(*fault, context);
     add_python_command(*fault, context, hooks, "run", "camrig.campaign",

@@ -39,6 +39,7 @@ struct RecordOptions {
     std::string depth;  ///< npy, png, or empty: none
     bool flow = false;
     bool masks = false;
+    bool soiling = false;
     bool yolo = false;
     bool repairs = false;
 };
@@ -122,6 +123,7 @@ private:
     Result<std::vector<std::byte>> picture(const json& params, const json& truth);
     Result<DatasetWriter::FrameFile> depth(const RecordedCamera& camera, const json& truth);
     Result<DatasetWriter::FrameFile> flow(const RecordedCamera& camera, const json& truth);
+    Result<DatasetWriter::FrameFile> soiling(const RecordedCamera& camera, const json& truth);
     Result<DatasetWriter::FrameFile> masks(const RecordedCamera& camera, json& truth);
 
     const CliContext& context_;
@@ -211,6 +213,13 @@ Result<DatasetWriter::FrameFile> Recorder::flow(const RecordedCamera& camera, co
     return DatasetWriter::FrameFile{"flow", ".npy", std::move(*bytes)};
 }
 
+Result<DatasetWriter::FrameFile> Recorder::soiling(const RecordedCamera& camera, const json& truth) {
+    auto bytes = picture(
+        {{"camera", camera.name}, {"min_ns", truth.at("time_ns")}, {"kind", "soiling"}, {"format", "png"}}, truth);
+    if (!bytes) return std::unexpected(bytes.error());
+    return DatasetWriter::FrameFile{"soiling", ".png", std::move(*bytes)};
+}
+
 /// The instance picture; the masks of its objects go into the truth.
 Result<DatasetWriter::FrameFile> Recorder::masks(const RecordedCamera& camera, json& truth) {
     auto bytes = picture(
@@ -263,13 +272,18 @@ Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
         if (!file) return std::unexpected(file.error());
         further.push_back(std::move(*file));
     }
+    if (options_.soiling) {
+        auto file = soiling(camera, *truth);
+        if (!file) return std::unexpected(file.error());
+        further.push_back(std::move(*file));
+    }
     return writer_->add(*truth, *color, further, camera.rate.to_string());
 }
 
 Result<void> Recorder::begin_dataset() {
     const json description{{"scene", world_.at("scene")}, {"seed", world_.at("seed")}, {"cameras", names_},
                            {"depth", options_.depth},     {"flow", options_.flow},     {"masks", options_.masks},
-                           {"yolo", options_.yolo}};
+                           {"soiling", options_.soiling}, {"yolo", options_.yolo}};
     auto writer = DatasetWriter::create(options_.folder, description, options_.format == "png" ? ".png" : ".jpg");
     if (!writer) return std::unexpected(writer.error());
     writer_ = std::move(*writer);
@@ -364,6 +378,7 @@ void add_record_command(CLI::App& app, CliContext& context) {
         ->check(CLI::IsMember({"npy", "png"}));
     record->add_flag("--flow", options->flow, "optical flow too (npy, float32, pixels until the camera's next frame)");
     record->add_flag("--masks", options->masks, "instance pictures (16-bit PNG of ids) and COCO masks too");
+    record->add_flag("--soiling", options->soiling, "what dirt and covers on the lens hide too (8-bit PNG)");
     record->add_flag("--yolo", options->yolo, "YOLO labels too");
     record->add_flag("--repair", options->repairs, "completes a data set whose recording was killed, without a rig");
     record->callback(

@@ -172,7 +172,9 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
     in_lockstep_ = unit.latch != nullptr;
     clock_error_ns_ = unit.info.steady_ns() - unit.info.monotonic_ns;
     const fault::FrameFaults* const faults = unit.info.faults.get();
-    const std::span<const std::byte> sent = faults ? bytes.first(fault::bytes_kept(*faults, bytes.size())) : bytes;
+    const auto missing = faults ? fault::bytes_missing(*faults, bytes.size()) : std::nullopt;
+    const std::span<const std::byte> sent = bytes.first(bytes.size() - (missing ? missing->bytes : 0));
+    if (missing) fault::note(*faults, to_string(fault::Output::device), *missing);
     const bool is_bad = faults && fault::has_buffer_error(*faults);
     publish({sent, sequence, is_bad}, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
     if (stats_ && (is_bad || sent.size() != bytes.size())) ++stats_->damaged;

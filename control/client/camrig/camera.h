@@ -60,6 +60,8 @@ public:
     Frame depth(std::int64_t min_ns = 0) const;
     /// Optical flow, pixels until the camera's next frame (docs/truth.md): flow32f, two floats a pixel.
     Frame flow(std::int64_t min_ns = 0) const;
+    /// How much of each pixel's light dirt and covers on the lens take (docs/faults.md): gray8, 255: all.
+    Frame soiling(std::int64_t min_ns = 0) const;
     /// Ids of objects, the same in all cameras and in truth().
     Frame instances(std::int64_t min_ns = 0) const;
     /// The truth of the latest due frame, as docs/truth.md explains it: camera, pose and every object in view.

@@ -11,7 +11,7 @@ namespace camrig::client {
 
 /// Which frame, and how it travels.
 struct FrameRequest {
-    std::string kind = "color";  ///< color, depth, instance, semantic, normal, sensor or flow
+    std::string kind = "color";  ///< color, depth, instance, semantic, normal, sensor, flow or soiling
     std::int64_t min_ns = 0;     ///< the first frame that shows this world time or a later one; waits up to 10 s for it
     std::string format = "raw";  ///< raw and png are exact; jpeg is color only
     int quality = 90;            ///< of jpeg, 1 to 100
@@ -21,8 +21,9 @@ struct FrameRequest {
 ///
 /// Raw pictures are rows from the top without padding: rgba8 (color), depth32f (metres along the optical axis, infinite
 /// where nothing is), id32 (instance, semantic; 0 where nothing is), normal32f (x, y, z), flow32f (pixels to
-/// the right and down until the next frame, NaN where nothing is), or 16-bit numbers of a sensor: gray16, bayer_rggb16,
-/// bayer_grbg16, bayer_gbrg16, bayer_bggr16, rgb16_planes. For cv::Mat see <camrig/opencv.h>.
+/// the right and down until the next frame, NaN where nothing is), gray8 (soiling; 255: all light is taken), or 16-bit
+/// numbers of a sensor: gray16, bayer_rggb16, bayer_grbg16, bayer_gbrg16, bayer_bggr16, rgb16_planes. For cv::Mat see
+/// <camrig/opencv.h>.
 struct Frame {
     std::string camera = {};
     std::string kind = {};

@@ -10,12 +10,13 @@
 namespace camrig::client {
 
 /// A raw frame as OpenCV likes it, a copy: color is CV_8UC3 in BGR, depth CV_32FC1 in metres, instance and semantic
-/// CV_32SC1, normal CV_32FC3, flow CV_32FC2, numbers of a sensor CV_16UC1 (not of filter rgb). Error invalid_argument
-/// for a frame that travelled as png or jpeg: cv::imdecode takes its data.
+/// CV_32SC1, normal CV_32FC3, flow CV_32FC2, soiling CV_8UC1, numbers of a sensor CV_16UC1 (not of filter rgb). Error
+/// invalid_argument for a frame that travelled as png or jpeg: cv::imdecode takes its data.
 inline cv::Mat to_mat(const Frame& frame) {
     const bool is_color = frame.pixels == "rgba8";
     const int type = is_color                                                           ? CV_8UC4
                      : frame.pixels == "flow32f"                                        ? CV_32FC2
+                     : frame.pixels == "gray8"                                          ? CV_8UC1
                      : frame.pixels == "depth32f"                                       ? CV_32FC1
                      : frame.pixels == "id32"                                           ? CV_32SC1
                      : frame.pixels == "normal32f"                                      ? CV_32FC3

@@ -83,6 +83,8 @@ public:
     /// Ends the faults of a camera, or one fault by its id; how many.
     std::int64_t clear_faults(const std::string& camera) const;
     std::int64_t clear_fault(std::int64_t id) const;
+    /// Wipes the glass before a camera's lens: ends dirt, drops and condensation; how many.
+    std::int64_t wipe(const std::string& camera) const;
     /// The faults that are not over.
     std::vector<FaultState> faults() const;
     /// Who sees whom, and what cameras share (truth.network, docs/truth.md). `params`: cameras, classes, ..

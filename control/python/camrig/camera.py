@@ -65,6 +65,10 @@ class Camera:
         """
         return self.frame(min_ns, kind="flow").image
 
+    def soiling(self, min_ns: int | None = None) -> np.ndarray:
+        """HxW uint8: how much of a pixel's light dirt, drops, condensation and covers on the lens take; 0: none, 255: all."""
+        return self.frame(min_ns, kind="soiling").image
+
     def instances(self, min_ns: int | None = None) -> np.ndarray:
         """HxW uint32: ids of objects, the same in all cameras and in truth(); 0 where nothing is."""
         return self.frame(min_ns, kind="instance").image

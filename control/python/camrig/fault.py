@@ -33,6 +33,10 @@ class Faults:
         """Ends one fault, or those of a camera, of all kinds or one. How many."""
         return self._rig.call("fault.clear", **_given({"camera": camera, "id": id, "kind": kind}))["cleared"]
 
+    def wipe(self, camera: str) -> int:
+        """Wipes the glass before its lens: ends dirt, drops and condensation. How many."""
+        return self._rig.call("fault.wipe", camera=camera)["cleared"]
+
     def list(self, camera: str | None = None) -> list[dict[str, Any]]:
         """Those that are not over."""
         return self._rig.call("fault.list", **_given({"camera": camera}))["faults"]

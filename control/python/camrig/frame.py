@@ -17,7 +17,7 @@ class Frame:
     """One picture and the instant it shows.
 
     ``image`` is HxWx3 uint8 BGR for color, HxW float32 metres for depth (inf where nothing is), HxW uint32 for instance
-    and semantic (0 where nothing is), HxWx3 float32 for normal, HxWx2 float32 for flow (as Camera.flow), HxW uint16 (of filter rgb HxWx3, BGR) for sensor. Cameras due at one instant have the same ``time_ns``.
+    and semantic (0 where nothing is), HxWx3 float32 for normal, HxWx2 float32 for flow (as Camera.flow), HxW uint8 for soiling (as Camera.soiling), HxW uint16 (of filter rgb HxWx3, BGR) for sensor. Cameras due at one instant have the same ``time_ns``.
     ``stamp_ns`` and ``steady_ns`` are that instant as the camera's own clock says it, beside ``time_ns`` and
     ``monotonic_ns``: the same unless it has a ``clock``.
     """
@@ -51,7 +51,7 @@ _LAYOUTS: dict[str, tuple[np.dtype[Any], int]] = {
     "bayer_bggr16": (np.dtype("<u2"), 1),
     "rgb16_planes": (np.dtype("<u2"), 3),
 }
-_FORMAT_OF_KIND = {"color": "rgba8", "depth": "depth32f", "instance": "id32", "semantic": "id32", "normal": "normal32f", "flow": "flow32f"}
+_FORMAT_OF_KIND = {"color": "rgba8", "depth": "depth32f", "instance": "id32", "semantic": "id32", "normal": "normal32f", "flow": "flow32f", "soiling": "gray8"}
 
 
 def data_of(reply: Mapping[str, Any]) -> bytes | bytearray:

@@ -13,7 +13,7 @@ from .frame_times import next_due_ns, rate_of
 if TYPE_CHECKING:
     from .rig import Rig
 
-KINDS = ("color", "depth", "instance", "semantic", "normal", "sensor", "flow", "truth")
+KINDS = ("color", "depth", "instance", "semantic", "normal", "sensor", "flow", "soiling", "truth")
 #: Each picture that is asked for waits for the instant on a connection of its own.
 _MAX_REQUESTS = 32
 #: In real time the first instant that is tried lies so far ahead, the next ones up to the most.

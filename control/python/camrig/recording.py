@@ -53,6 +53,7 @@ def record_options(
     depth: str | None,
     flow: bool,
     masks: bool,
+    soiling: bool,
     yolo: bool,
 ) -> list[str]:
     """The command line of it."""
@@ -62,7 +63,7 @@ def record_options(
     for option, value in (("--seconds", seconds), ("--frames", frames), ("--depth", depth)):
         if value is not None:
             options += [option, str(value)]
-    return options + [option for option, is_wanted in (("--flow", flow), ("--masks", masks), ("--yolo", yolo)) if is_wanted]
+    return options + [option for option, is_wanted in (("--flow", flow), ("--masks", masks), ("--soiling", soiling), ("--yolo", yolo)) if is_wanted]
 
 
 def _finish(child: subprocess.Popen[str]) -> None:

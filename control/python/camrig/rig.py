@@ -83,7 +83,7 @@ class Rig:
     def grab(self, cameras: Sequence[Camera | str] = (), kinds: Sequence[str] = ("color",), *, timeout: float = 20.0) -> Instant:
         """Pictures and truth of these cameras (none: all), all of one instant: ``grabbed[camera][kind]``, and ``grabbed.time_ns``.
 
-        kinds: color, depth, instance, semantic, normal, flow (arrays, as in Camera.frame) and truth (as Camera.truth). While the world stands
+        kinds: color, depth, instance, semantic, normal, flow, soiling (arrays, as in Camera.frame) and truth (as Camera.truth). While the world stands
         (lockstep, pause) it is the instant of the cameras' latest due frames; while it runs, the next at which all are due. CamrigError when
         there is none: the frames do not fall together, or each within ``timeout`` seconds was dropped for one of the cameras.
         """
@@ -181,16 +181,16 @@ class Rig:
 
     def record(self, folder: str | os.PathLike[str], cameras: Sequence[Camera | str] = (), *, seconds: float | None = None,
                frames: int | None = None, format: str = "png", depth: str | None = None, flow: bool = False, masks: bool = False,
-               yolo: bool = False, timeout: float | None = None) -> dict[str, Any]:
+               soiling: bool = False, yolo: bool = False, timeout: float | None = None) -> dict[str, Any]:
         """Writes a data set on this machine with `camrig record` (docs/truth.md): every due frame of these cameras, or of all, with labels.
 
         seconds of world time, or instants; a running world stands meanwhile. format: png or jpeg, of the pictures; depth: npy or png; flow: optical flow;
-        masks: instance pictures and COCO masks; yolo: YOLO labels. The rig may be another machine's (connect with ``port``).
+        masks: instance pictures and COCO masks; soiling: what hides the scene; yolo: YOLO labels. The rig may be another machine's (connect with ``port``).
         """
         if self._control is None:
             raise CamrigError("unsupported", "record: goes over the Unix socket or TCP (serve --tcp, connect(host=, port=)), not over HTTP")
         names = [camera if isinstance(camera, str) else camera.name for camera in cameras]
-        options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, flow=flow, masks=masks, yolo=yolo)
+        options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, flow=flow, masks=masks, soiling=soiling, yolo=yolo)
         return record(self._control, self.token, options, timeout)
 
     def stats(self) -> dict[str, Any]:

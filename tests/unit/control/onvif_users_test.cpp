@@ -205,7 +205,7 @@ TEST(OnvifAccess, OperationsThatChangeSomethingAreOfAClassThatDoes) {
             if (one.name == "SetSynchronizationPoint" || one.name == "CreatePullPointSubscription") continue;
             const bool names_change = std::ranges::any_of(
                 std::initializer_list<std::string_view>{"Set", "Create", "Delete", "Remove", "Goto", "Stop", "Absolute",
-                                                        "Relative", "Continuous", "Add", "Start"},
+                                                        "Relative", "Continuous", "Add", "Start", "Send"},
                 [&](std::string_view begin) { return one.name.starts_with(begin); });
             EXPECT_EQ(is_change(one.access), names_change) << one.name;
             changes += names_change;

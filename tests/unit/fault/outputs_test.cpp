@@ -77,6 +77,28 @@ TEST(PacketReorder, LetsTheShareBeOvertakenAndTheSameOnesAtAHigherSeverity) {
     }
 }
 
+TEST(PacketDelay, LetsTheShareComeLateByWhatItWasToldAndTheSameOnesAtAHigherSeverity) {
+    std::vector<TimeNs> milder(20'000, 0);
+    for (const double severity : {0.25, 0.5, 1.0}) {
+        const FaultRef fault = fault_of(PacketDelay{.probability = 0.4, .delay_s = 0.2, .jitter_s = 0.1}, severity);
+        const FrameFaults faults = at_frame(fault, 3);
+        int late = 0;
+        double sum_s = 0.0;
+        for (std::size_t i = 0; i < milder.size(); ++i) {
+            const TimeNs now_ns = packet_delay_ns(faults, i);
+            ASSERT_TRUE(milder[i] == 0 || now_ns == milder[i]) << i;
+            milder[i] = now_ns;
+            if (now_ns == 0) continue;
+            ASSERT_GE(now_ns, 200 * ns_per_ms);
+            ASSERT_LE(now_ns, 300 * ns_per_ms);
+            ++late;
+            sum_s += static_cast<double>(now_ns) * 1e-9;
+        }
+        EXPECT_NEAR(late / 20'000.0, 0.4 * severity, 0.01);
+        EXPECT_NEAR(sum_s / late, 0.25, 0.005);
+    }
+}
+
 TEST(NewSsrc, ChangesAtItsBeginAndOncePerPeriodAndMoreOftenAtAHigherSeverity) {
     const auto changes = [](double severity) {
         std::uint64_t last = 0;

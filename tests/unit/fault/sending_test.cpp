@@ -28,7 +28,9 @@ std::size_t differing(const std::vector<std::byte>& damaged) {
 }
 
 std::vector<std::byte> damaged(const CorruptJpeg& how, double severity = 1.0, std::int64_t frame = 5) {
-    return damaged_jpeg(at_frame(fault_of(how, severity), frame), "mjpeg", jpeg()).value_or(jpeg());
+    return damaged_jpeg(at_frame(fault_of(how, severity), frame), "mjpeg", jpeg())
+        .value_or(Damaged{.bytes = jpeg(), .harms = {}})
+        .bytes;
 }
 
 TEST(CorruptJpeg, DamagesAsManyBytesAsItIsToldBehindTheHeader) {
@@ -127,7 +129,7 @@ TEST(CutPart, CutsTheShareOfFramesAndTheSameOnesAtAHigherSeverity) {
         const FaultRef fault = fault_of(CutPart{.probability = 0.4}, severity);
         int cut = 0;
         for (std::size_t i = 0; i < milder.size(); ++i) {
-            const bool is_now = is_cut(at_frame(fault, static_cast<std::int64_t>(i)));
+            const bool is_now = cut_part(at_frame(fault, static_cast<std::int64_t>(i)), 100).has_value();
             ASSERT_TRUE(is_now || !milder[i]);
             milder[i] = is_now;
             cut += is_now;
@@ -142,7 +144,7 @@ TEST(PacketLoss, LosesTheShareOfPacketsAndTheSameOnesAtAHigherSeverity) {
         const FrameFaults faults = at_frame(fault_of(PacketLoss{.probability = 0.4}, severity), 3);
         int lost = 0;
         for (std::size_t i = 0; i < milder.size(); ++i) {
-            const bool is_lost = is_packet_lost(faults, i);
+            const bool is_lost = (packet_loser(faults, i) != nullptr);
             ASSERT_TRUE(is_lost || !milder[i]);
             milder[i] = is_lost;
             lost += is_lost;
@@ -165,7 +167,7 @@ TEST(CorruptVideo, DropsSlicesOrKeyFramesAndMoreOfThemAtAHigherSeverity) {
         std::vector<int> found;
         for (int i = 0; i < 1000; ++i)
             for (std::uint64_t slice = 0; slice < 3; ++slice)
-                if (is_slice_dropped(at_frame(fault, i), slice, is_key))
+                if (slice_dropper(at_frame(fault, i), slice, is_key) != nullptr)
                     found.push_back(3 * i + static_cast<int>(slice));
         return found;
     };
@@ -184,13 +186,22 @@ TEST(CorruptVideo, DropsSlicesOrKeyFramesAndMoreOfThemAtAHigherSeverity) {
 TEST(CorruptVideo, FlipsBitsButMakesNoStartCode) {
     std::vector<std::byte> slice(3000, std::byte{0x40});
     const FaultRef fault = fault_of(CorruptVideo{.amount = 5000, .probability = 1.0});
-    damage_slice(at_frame(fault, 3), 0, slice);
-    EXPECT_GT(std::ranges::count_if(slice, [](std::byte byte) { return byte != std::byte{0x40}; }), 1000);
+    std::vector<Harm> harms;
+    damage_slice(at_frame(fault, 3), 0, slice, 500, 9000, harms);
+    const auto hurt = std::ranges::count_if(slice, [](std::byte byte) { return byte != std::byte{0x40}; });
+    EXPECT_GT(hurt, 1000);
+    ASSERT_EQ(harms.size(), 1U);
+    EXPECT_EQ(harms[0].bytes, static_cast<std::size_t>(hurt));
+    EXPECT_EQ(harms[0].size, 9000U);
+    EXPECT_EQ(harms[0].mode, "bitflip");
+    const auto first = std::ranges::find_if(slice, [](std::byte byte) { return byte != std::byte{0x40}; });
+    EXPECT_EQ(harms[0].first.front().offset, 500U + static_cast<std::size_t>(first - slice.begin()));
     EXPECT_TRUE(std::ranges::none_of(slice, [](std::byte byte) { return byte <= std::byte{3}; }));
     std::size_t less = 0;
     for (const double severity : {0.1, 0.5, 1.0}) {
         std::vector<std::byte> again(3000, std::byte{0x40});
-        damage_slice(at_frame(fault_of(CorruptVideo{.amount = 400, .probability = 1.0}, severity), 3), 0, again);
+        damage_slice(at_frame(fault_of(CorruptVideo{.amount = 400, .probability = 1.0}, severity), 3), 0, again, 0,
+                     3000, harms);
         const auto hit = static_cast<std::size_t>(
             std::ranges::count_if(again, [](std::byte byte) { return byte != std::byte{0x40}; }));
         EXPECT_GT(hit, less);
@@ -205,10 +216,11 @@ TEST(BufferError, HitsItsShareOfFrames) {
 }
 
 TEST(WrongSize, LeavesOutMoreAtAHigherSeverity) {
-    for (const auto& [severity, kept] : {std::pair(0.5, 750U), {1.0, 500U}, {0.001, 999U}})
-        EXPECT_EQ(bytes_kept(at_frame(fault_of(WrongSize{.share = 0.5}, severity), 1), 1000), kept);
-    EXPECT_EQ(bytes_kept(at_frame(fault_of(WrongSize{.share = 1.0}), 1), 1000), 0U);
-    EXPECT_EQ(bytes_kept(at_frame(fault_of(Stall{}), 1), 1000), 1000U);
+    for (const auto& [severity, kept] : {std::pair(0.5, std::size_t{750}), {1.0, 500}, {0.001, 999}})
+        EXPECT_EQ(bytes_missing(at_frame(fault_of(WrongSize{.share = 0.5}, severity), 1), 1000)->first,
+                  std::vector({Harm::Run{kept, 1000 - kept}}));
+    EXPECT_EQ(bytes_missing(at_frame(fault_of(WrongSize{.share = 1.0}), 1), 1000)->bytes, 1000U);
+    EXPECT_FALSE(bytes_missing(at_frame(fault_of(Stall{}), 1), 1000));
 }
 
 TEST(Unplug, LastsForItsShareOfEachPeriod) {

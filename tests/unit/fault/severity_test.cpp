@@ -36,16 +36,17 @@ double jpeg_harm(const FrameFaults& faults) {
     std::copy(std::begin(head), std::end(head), jpeg.begin());
     const auto damaged = damaged_jpeg(faults, "mjpeg", jpeg);
     double harm = 0.0;
-    for (std::size_t i = 0; damaged && i < std::min(jpeg.size(), damaged->size()); ++i)
-        harm += (*damaged)[i] != jpeg[i];
+    for (std::size_t i = 0; damaged && i < std::min(jpeg.size(), damaged->bytes.size()); ++i)
+        harm += damaged->bytes[i] != jpeg[i];
     return harm;
 }
 
 double slice_harm(const FrameFaults& faults) {
     std::vector<std::byte> slice(2000, std::byte{0x7F});
-    damage_slice(faults, 0, slice);
+    std::vector<Harm> harms;
+    damage_slice(faults, 0, slice, 0, slice.size(), harms);
     return static_cast<double>(std::ranges::count_if(slice, [](std::byte one) { return one != std::byte{0x7F}; })) +
-           1000.0 * is_slice_dropped(faults, 0, true);
+           1000.0 * (slice_dropper(faults, 0, true) != nullptr);
 }
 
 double body_harm(const FrameFaults& faults) {
@@ -61,17 +62,19 @@ double harm(const FaultKind& kind, double severity) {
     for (int i = 0; i < 250; ++i) {
         FrameFaults faults = at_frame(fault_of(kind, severity), i);
         sum += is_dropped(faults) + is_repeat(faults, faults.frame.world_ns - 1) + is_stalled(faults, "rtsp") +
-               is_disconnected(faults, "rtsp") + is_cut(faults) + part_error(faults).has_value() +
+               is_disconnected(faults, "rtsp") + cut_part(faults, 100).has_value() + part_error(faults).has_value() +
                has_buffer_error(faults) + (unplug_of(faults) != nullptr) +
                static_cast<double>(frames_late(faults, "rtsp")) + standing_of(faults).refused +
-               standing_of(faults).device_errors + static_cast<double>(10'000 - bytes_kept(faults, 10'000)) +
+               standing_of(faults).device_errors +
+               static_cast<double>(bytes_missing(faults, 10'000).value_or(Harm{}).bytes) +
                !line.takes(line_rate(faults, "rtsp"), faults.frame.world_ns, 10'000) + body_harm(faults);
         if (const auto other = other_size(faults, "mjpeg", size))
             sum += static_cast<double>(size.pixels() - other->pixels());
         sum += std::exchange(epoch, ssrc_epoch(faults)) != epoch;
         for (std::uint64_t packet = 0; packet < 20; ++packet)
-            sum += is_packet_lost(faults, static_cast<std::uint64_t>(i) << 16 | packet) +
-                   packet_distance(faults, static_cast<std::uint64_t>(i) << 16 | packet);
+            sum += (packet_loser(faults, static_cast<std::uint64_t>(i) << 16 | packet) != nullptr) +
+                   packet_distance(faults, static_cast<std::uint64_t>(i) << 16 | packet) +
+                   1e-9 * static_cast<double>(packet_delay_ns(faults, static_cast<std::uint64_t>(i) << 16 | packet));
         sum += jpeg_harm(faults) + slice_harm(faults);
         if (i == 40) sum += pixel_harm(faults);
     }

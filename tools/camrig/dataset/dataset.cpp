@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr const char* description_name = "dataset.json";
 constexpr const char* journal_name = "truth.jsonl";
 /// Where a camera has one file a frame.
-constexpr std::array frame_folders{"image_2", "label_2", "calib", "labels", "depth", "flow", "instance"};
+constexpr std::array frame_folders{"image_2", "label_2", "calib", "labels", "depth", "flow", "instance", "soiling"};
 
 std::span<const std::byte> bytes_of_text(const std::string& text) {
     return std::as_bytes(std::span(text));

@@ -23,7 +23,7 @@ namespace camrig::cli {
 ///     CAMERA/gt/gt.txt, seqinfo.ini    MOTChallenge
 ///     CAMERA/camera_info.yaml          calibration for ROS    CAMERA/opencv.yml         for OpenCV
 ///     CAMERA/labels/000001.txt         YOLO, where it is asked for; CAMERA/images leads to image_2, where YOLO looks
-///     CAMERA/depth, flow, instance     further pictures of each frame, as the caller gives them
+///     CAMERA/depth, flow, instance, soiling   further pictures of each frame, as the caller gives them
 ///     coco.json, yolo.yaml             COCO and YOLO's description, of all cameras: made by finish_dataset() from the
 ///                                      journals
 ///
@@ -44,7 +44,7 @@ public:
                                         const std::string& picture_suffix);
 
     /// Adds one frame of a camera; the first of a camera makes its folders and calibration. `further`: depth, flow,
-    /// instance.
+    /// instance, soiling.
     Result<void> add(const nlohmann::json& truth, std::span<const std::byte> picture,
                      const std::vector<FrameFile>& further, const std::string& frame_rate);
 

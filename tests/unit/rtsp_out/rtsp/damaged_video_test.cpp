@@ -19,7 +19,7 @@ std::vector<std::byte> unit(int slice_header) {
 }
 
 std::vector<std::byte> damaged(const fault::CorruptVideo& how, int slice_header) {
-    return damaged_video(fault::at_frame(fault::fault_of(how), 1), unit(slice_header), NalCodec::h264);
+    return damaged_video(fault::at_frame(fault::fault_of(how), 1), unit(slice_header), NalCodec::h264).bytes;
 }
 
 constexpr int idr = 0x65, other = 0x41;
@@ -39,7 +39,26 @@ TEST(DamagedVideo, LeavesOutSlicesOrThoseOfKeyFrames) {
 }
 
 TEST(DamagedVideo, LeavesTheBytesOfOtherFaults) {
-    EXPECT_EQ(damaged_video(fault::at_frame(fault::fault_of(fault::Stall{}), 1), unit(idr), NalCodec::h264), unit(idr));
+    const auto sent = damaged_video(fault::at_frame(fault::fault_of(fault::Stall{}), 1), unit(idr), NalCodec::h264);
+    EXPECT_EQ(sent.bytes, unit(idr));
+    EXPECT_TRUE(sent.harms.empty());
+}
+
+TEST(DamagedVideo, SaysWhichBytesOfTheAccessUnitAreWrongOrMissing) {
+    const auto before = unit(idr);
+    const auto frame = [](const fault::CorruptVideo& how) { return fault::at_frame(fault::fault_of(how), 1); };
+    const auto flipped = damaged_video(frame({.mode = fault::VideoDamage::bitflip, .amount = 9, .probability = 1.0}),
+                                       before, NalCodec::h264);
+    ASSERT_EQ(flipped.harms.size(), 1U) << "of both slices";
+    std::vector<std::byte> healed = flipped.bytes;
+    for (const fault::Harm::Run& run : flipped.harms[0].first)
+        std::copy_n(&before[run.offset], run.bytes, &healed[run.offset]);
+    EXPECT_EQ(healed, before);
+    EXPECT_GT(flipped.harms[0].bytes, 9U);
+    const auto dropped =
+        damaged_video(frame({.mode = fault::VideoDamage::drop_nal, .probability = 1.0}), before, NalCodec::h264);
+    EXPECT_EQ(dropped.harms[0].first, std::vector({fault::Harm::Run{8, 208}}));
+    EXPECT_EQ(dropped.harms[0].size, before.size());
 }
 
 }  // namespace

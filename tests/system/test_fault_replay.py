@@ -1,0 +1,250 @@
+"""A run replays to the byte under every kind of fault: pictures, truth, streams by HTTP, packets by RTSP, and buffers of devices."""
+
+import hashlib
+import json
+import os
+import struct
+import subprocess
+import sys
+import threading
+import urllib.error
+import urllib.request
+
+import pytest
+
+import camrig
+from fault_books import check_books
+from test_fault_devices import under_exec
+from test_faults import RtpPackets
+
+STEPS, BEGIN = 30, 8  # of 0.04 s; before this one the faults are set
+#: What else a kind is told, so that it shows in a second.
+PARAMS = {"sag": {"tilt_deg_per_h": -36000}, "freeze": {"period_s": 0.4}, "drop": {"burst_frames": 3}, "late": {"frames": 3}, "corrupt_jpeg": {"probability": 0.7},
+          "other_size": {"probability": 0.7}, "stall": {"period_s": 0.4}, "disconnect": {"period_s": 0.6}, "refuse": {"period_s": 0.4}, "restart": {"period_s": 0.4},
+          "bandwidth": {"kbit_per_s": 100, "queue_s": 0.02}, "cut_part": {"probability": 0.2}, "new_ssrc": {"period_s": 0.2}, "packet_loss": {"probability": 0.3},
+          "packet_reorder": {"probability": 0.3}, "packet_delay": {"probability": 0.3, "jitter_s": 0.1}, "bad_part": {"probability": 0.5},
+          "corrupt_video": {"probability": 0.7}, "unplug": {"period_s": 0.6}, "device_error": {"at": "streaming", "period_s": 0.6}}
+SEVERITY = 0.6
+RTP_KINDS = ["packet_loss", "packet_reorder", "packet_delay", "new_ssrc", "bandwidth", "stall", "corrupt_video"]
+DEVICE_KINDS = ["buffer_error", "wrong_size", "device_error", "unplug"]
+#: What a reader by HTTP gets of them is what it would get anyhow.
+NOT_BY_HTTP = [kind for kind in RTP_KINDS if kind not in ("bandwidth", "stall")] + DEVICE_KINDS
+
+# Reads a device until it cannot be read any more: sequence, bytes, error flag and digest of each buffer, and how it ended.
+READER = """
+import errno, fcntl, hashlib, mmap, os, select, struct, sys
+REQBUFS, QUERYBUF, QBUF, DQBUF, STREAMON = 0xC0145608, 0xC0585609, 0xC058560F, 0xC0585611, 0x40045612
+buffer = lambda index: bytearray(struct.pack("2I", index, 1) + bytes(52) + struct.pack("I", 1) + bytes(24))
+fd = os.open(sys.argv[1], os.O_RDWR)
+fcntl.ioctl(fd, REQBUFS, bytearray(struct.pack("5I", 4, 1, 1, 0, 0)))
+maps = []
+for index in range(4):
+    told = buffer(index)
+    fcntl.ioctl(fd, QUERYBUF, told)
+    maps.append(mmap.mmap(fd, struct.unpack_from("I", told, 72)[0], offset=struct.unpack_from("I", told, 64)[0]))
+    fcntl.ioctl(fd, QBUF, buffer(index))
+fcntl.ioctl(fd, STREAMON, struct.pack("I", 1))
+poll = select.poll()
+poll.register(fd, select.POLLIN)
+print("streams", flush=True)
+try:
+    while not poll.poll()[0][1] & select.POLLHUP:
+        got = buffer(0)
+        fcntl.ioctl(fd, DQBUF, got)
+        index, _, used, flags = struct.unpack_from("4I", got)
+        print(struct.unpack_from("I", got, 56)[0], used, int(bool(flags & 0x40)), hashlib.md5(maps[index][:used]).hexdigest(), flush=True)
+        fcntl.ioctl(fd, QBUF, buffer(index))
+    print("POLLHUP", flush=True)
+except OSError as problem:
+    print(errno.errorcode[problem.errno], flush=True)
+"""
+
+
+def kinds_of_table():
+    told = subprocess.run([os.environ["CAMRIG_BIN"], "fault", "kinds", "--json"], capture_output=True, text=True, timeout=60, check=True)
+    return [kind["name"] for kind in json.loads(told.stdout)]
+
+
+class HttpReader:
+    """Digests of the parts of a stream by their frames' numbers, heads and all, without what tells the time of this run."""
+
+    def __init__(self, url):
+        self.stream, self.parts, self.begun = urllib.request.urlopen(url, timeout=60), {}, threading.Event()
+        self.thread = threading.Thread(target=self._read, daemon=True)
+        self.thread.start()
+        assert self.begun.wait(30)
+
+    def _read(self):
+        part, sequence = hashlib.md5(), None
+
+        def keep():
+            if sequence is not None:
+                self.parts.setdefault(sequence, part.hexdigest())  # one that is sent again, when nothing comes, is the same
+
+        try:
+            while line := self.stream.readline():  # within a picture, a piece of it
+                if line.startswith(b"Content-Type: image/jpeg"):
+                    keep()
+                    part, sequence = hashlib.md5(), None
+                if line.startswith(b"X-Sequence: "):
+                    sequence = int(line.split()[1])
+                    self.begun.set()
+                if not line.startswith((b"X-Monotonic-Ns", b"X-Timestamp")):
+                    part.update(line)
+        except (OSError, ValueError, AttributeError):
+            pass  # it was cut
+        keep()
+
+    def all(self):
+        self.thread.join(30)
+        assert not self.thread.is_alive()
+        return self.parts
+
+
+def answer_of(url):
+    """What somebody is told who comes now."""
+    try:
+        with urllib.request.urlopen(url, timeout=30) as stream:
+            return stream.status
+    except urllib.error.HTTPError as refused:
+        return refused.code
+
+
+def set_fault(rig, name, kind):
+    rig.fault.set(name, kind, severity=SEVERITY, **PARAMS.get(kind, {}))
+
+
+def pictures_and_streams(scenes, kinds):
+    """By kind: number, digest and truth of each frame, what comes by HTTP, and who is let in."""
+    shown = {kind: [] for kind in kinds}
+    with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
+        cameras = {kind: rig.create_camera(f"c_{kind}", size=(64, 48), fps=25, place="lobby", outputs=[{"kind": "mjpeg"}]) for kind in kinds}
+        readers = {kind: HttpReader(camera.url()) for kind, camera in cameras.items()}
+        for step in range(STEPS):
+            if step == BEGIN:
+                for kind, camera in cameras.items():
+                    set_fault(rig, camera.name, kind)
+            rig.step(seconds=0.04)
+            for kind, camera in cameras.items():
+                frame, truth = camera.frame(), camera.truth()
+                del truth["monotonic_ns"]
+                shown[kind].append((frame.sequence, frame.time_ns, hashlib.md5(frame.image.tobytes()).hexdigest(), hashlib.md5(json.dumps(truth).encode()).hexdigest()))
+                if kind in ("refuse", "restart", "disconnect") and step % 5 == 0:
+                    shown[kind].append(answer_of(camera.url()))
+        check_books(rig, on_way=40)
+        for kind, camera in cameras.items():
+            camera.delete()
+        for kind, reader in readers.items():
+            shown[kind].append(reader.all())
+    return shown
+
+
+def packets_and_damage(scenes):
+    """By kind: source, number and digest of each packet of its pictures by RTSP, in order, and what truth says of the bytes."""
+    shown = {kind: [] for kind in RTP_KINDS}
+    with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
+        readers = {}
+        for kind in RTP_KINDS:
+            rig.create_camera(kind, size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.2}])
+            packets = RtpPackets(f"{rig.rtsp_url}/{kind}" + ("" if kind == "corrupt_video" else "/mjpeg"))
+            thread = threading.Thread(target=keep_packets, args=(packets, shown[kind]), daemon=True)
+            thread.start()
+            readers[kind] = packets, thread
+        damage = []
+        for step in range(STEPS):
+            if step == BEGIN:
+                for kind in RTP_KINDS:
+                    set_fault(rig, kind, kind)
+            rig.step(seconds=0.04)
+            damage.append([place_free(harm) for harm in rig.camera("corrupt_video").truth()["outputs"]["rtsp"]["damaged"]])
+        check_books(rig, on_way=40)
+        for kind in RTP_KINDS:
+            rig.camera(kind).delete()
+        for packets, thread in readers.values():
+            thread.join(30)
+            packets.socket.close()
+    assert any(damage)
+    of_steps = {kind: by_picture(packets) for kind, packets in shown.items()}
+    # Of H.264 the times in the stream are those of this run.
+    return {**of_steps, "corrupt_video": [len(picture) for picture in of_steps["corrupt_video"]]}, damage
+
+
+def place_free(harm):
+    """Where the access unit's message with the times of this run ends may differ by a byte (ITU-T H.264, 7.4.1)."""
+    begin = harm["runs"][0][0]
+    return {**harm, "size": None, "runs": [[offset - begin, count] for offset, count in harm["runs"]]}
+
+
+def keep_packets(packets, into):
+    try:
+        while True:
+            channel, packet = packets.next()
+            if channel == 0:
+                into.append(packet)
+    except (OSError, ValueError, struct.error):
+        pass  # it has ended
+
+
+def by_picture(packets):
+    """Sources and numbers count from their first: RTP begins at random (RFC 3550, 5.1)."""
+    pictures, sources = {}, {}
+    for place, packet in enumerate(packets):
+        number, stamp, source = struct.unpack(">xxHII", packet[:12])
+        index, first = sources.setdefault(source, (len(sources), number))
+        pictures.setdefault(stamp, []).append((place, index, (number - first) % 65536, hashlib.md5(packet[12:]).hexdigest()))
+    if not pictures:
+        return []
+    last = list(pictures.values())[-12:]
+    begin = min(place for picture in last for place, *_ in picture)
+    numbers = [number for picture in last for _, _, number, _ in picture]
+    return [[(place - begin, index, (number - numbers[0]) % 65536, digest) for place, index, number, digest in picture] for picture in last]
+
+
+def buffers(scenes):
+    """By kind: what a program reads off the device until it cannot."""
+    with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
+        programs = {}
+        for number, kind in enumerate(DEVICE_KINDS, 60):
+            rig.create_camera(kind, size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": number}])
+            programs[kind] = subprocess.Popen(under_exec(rig, sys.executable, "-c", READER, f"/dev/video{number}"), stdout=subprocess.PIPE, text=True)
+        try:
+            assert all(program.stdout.readline() == "streams\n" for program in programs.values())
+            damage = []
+            for step in range(STEPS):
+                if step == BEGIN:
+                    for kind in DEVICE_KINDS:
+                        set_fault(rig, kind, kind)
+                rig.step(seconds=0.04)
+                damage.append(rig.camera("wrong_size").truth()["outputs"]["device"]["damaged"])
+            check_books(rig)
+            for kind in DEVICE_KINDS:
+                rig.camera(kind).delete()
+            lines = {kind: program.communicate(timeout=60)[0].splitlines() for kind, program in programs.items()}
+        finally:
+            for program in programs.values():
+                program.kill()
+                program.communicate()
+    assert any(damage)
+    # What was shown before the program came is sent again until the world goes on.
+    return {kind: told[-STEPS:] for kind, told in lines.items()}, damage
+
+
+def test_pictures_truth_and_http_streams_replay_under_every_kind(scenes):
+    kinds = [kind for kind in kinds_of_table() if kind not in NOT_BY_HTTP]
+    assert len(kinds) + len(NOT_BY_HTTP) == len(kinds_of_table()), "those have a test of their own, below"
+    first, again = pictures_and_streams(scenes, kinds), pictures_and_streams(scenes, kinds)
+    assert [kind for kind in kinds if first[kind] != again[kind]] == []
+    assert len({json.dumps(shown) for shown in first.values()}) == len(kinds), "each kind does something of its own"
+
+
+def test_rtp_packets_replay_under_every_kind_that_is_of_them(scenes):
+    (first, damage), (again, damage_again) = packets_and_damage(scenes), packets_and_damage(scenes)
+    assert [kind for kind in RTP_KINDS if first[kind] != again[kind]] == []
+    assert all(len(pictures) > 5 for pictures in first.values())
+    assert damage == damage_again
+
+
+def test_buffers_of_devices_replay_under_every_kind_that_is_of_them(scenes):
+    (first, damage), (again, damage_again) = buffers(scenes), buffers(scenes)
+    assert [kind for kind in DEVICE_KINDS if first[kind] != again[kind]] == []
+    assert damage == damage_again
