@@ -551,7 +551,7 @@ TEST(LensSameBytes, WithAndWithoutWideLanesWithLayersAndByAnyNumberOfThreads) {
             spec->intrinsics = camera.view().spec->intrinsics;
             spec->antialias = antialias;
             view.spec = spec;
-            std::ranges::fill(view.kinds, true);
+            std::fill_n(view.kinds, frame::scene_kind_count, true);
             views.push_back(view);
         }
     }

@@ -153,8 +153,9 @@ struct Sensor {
     std::optional<double> hot_e_per_s = {};  ///< e/s; 0 to 1e6: their mean dark current
     std::optional<int> bits = {};  ///< 8 to 16: of the converter
     std::optional<double> black_level = {};  ///< 0 to 16384: the number of no electrons, at most a quarter of the range; null: 1/16 of the range; 0 without noise, here empty
-    std::optional<double> f_number = {};  ///< 0.5 to 64: counts where lux is given
-    std::optional<double> pixel_pitch_m = {};  ///< m; 1e-7 to 0.001: counts where lux is given
+    std::optional<double> f_number = {};  ///< 0.5 to 64: counts where lux or focus_m is given
+    std::optional<double> focus_m = {};  ///< m; 0.01 to 1e6: what is so far along the optical axis is sharp, what is nearer or farther less; null: all is sharp, here empty
+    std::optional<double> pixel_pitch_m = {};  ///< m; 1e-7 to 0.001: of the picture's pixels; counts where lux or focus_m is given
     std::optional<double> vignetting = {};  ///< 0 to 4: 1 is the natural falloff of a lens, cos^4 of the angle
     std::optional<NumberOrAuto> white_balance = {};  ///< K; 2000 to 12000: the light that is taken for white
     std::optional<double> flicker_hz = {};  ///< Hz; 0 to 400: of the mains: automatic exposures last whole periods of its lamps; 0: any
@@ -183,6 +184,7 @@ struct Sensor {
         visit("bits", self.bits);
         visit("black_level", self.black_level);
         visit("f_number", self.f_number);
+        visit("focus_m", self.focus_m);
         visit("pixel_pitch_m", self.pixel_pitch_m);
         visit("vignetting", self.vignetting);
         visit("white_balance", self.white_balance);

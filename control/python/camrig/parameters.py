@@ -154,9 +154,11 @@ class Sensor(TypedDict, total=False):
     black_level: Union[float, None]
     """0 to 16384: the number of no electrons, at most a quarter of the range; null: 1/16 of the range; 0 without noise"""
     f_number: float
-    """0.5 to 64: counts where lux is given"""
+    """0.5 to 64: counts where lux or focus_m is given"""
+    focus_m: Union[float, None]
+    """m; 0.01 to 1e6: what is so far along the optical axis is sharp, what is nearer or farther less; null: all is sharp"""
     pixel_pitch_m: float
-    """m; 1e-7 to 0.001: counts where lux is given"""
+    """m; 1e-7 to 0.001: of the picture's pixels; counts where lux or focus_m is given"""
     vignetting: float
     """0 to 4: 1 is the natural falloff of a lens, cos^4 of the angle"""
     white_balance: Union[float, Literal["auto"]]
