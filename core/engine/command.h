@@ -284,13 +284,13 @@ struct Request {
 
 using Command =
     std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
-                 Request<ListCameras>, Request<MovePtz>, Request<PtzPresets>, Request<PtzTours>,
-                 Request<StopPtz>, Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>,
-                 Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>,
-                 Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
-                 Request<SteerActors>, Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>,
-                 Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>,
-                 Request<GetStats>, Request<GetTruth>>;
+                 Request<ListCameras>, Request<MovePtz>, Request<PtzPresets>, Request<PtzTours>, Request<StopPtz>,
+                 Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>, Request<LoadWorld>,
+                 Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>,
+                 Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>, Request<SteerActors>,
+                 Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>, Request<ListEvents>,
+                 Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>, Request<GetStats>,
+                 Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {
