@@ -253,7 +253,7 @@ def test_a_recording_of_a_rig_of_another_version_lets_its_world_go(tmp_path, wha
     """An exception in the middle left the world paused."""
     import threading
 
-    camera = {"name": "a", "size": [64, 48], "fps": 25}
+    camera = {"name": "a", "size": [64, 48], "fps": 25, "clock": None}
     status = {"mode": "realtime", "paused": False, "world_ns": 0, "scene": "s", "seed": 1}
     results = {
         "camera.list": {} if what_lacks == "cameras" else {"cameras": [camera]},
