@@ -11,7 +11,7 @@
 
 namespace camrig::render {
 
-/// What moves, or flickers, while a picture of a camera with a sensor is taken.
+/// What moves, or flickers, while a picture of a camera with a sensor is taken; nothing, where it has a focus alone.
 struct ViewMotion {
     sensor::RowTimes times;                            ///< as far back as the world's past is kept
     std::array<world::CameraPast::Moment, 3> moments;  ///< begin, middle and end

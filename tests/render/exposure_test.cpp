@@ -491,5 +491,14 @@ TEST(Focus, IsTheSameByAnyThreadsAndGrainOfTimes) {
     EXPECT_EQ(once.numbers, taken(moving, focused(1.0), {.threads = 3}).numbers);
 }
 
+TEST(Focus, LeavesIdsAndDepthSharp) {
+    Scenery standing;
+    standing.begin.objects = {half_wall()};
+    const Taken sharp = taken(standing, quiet(0.01, 0.0)), soft = taken(standing, focused(0.5));
+    EXPECT_NE(sharp.numbers, soft.numbers);
+    EXPECT_TRUE(std::ranges::equal(sharp.ids->bytes(), soft.ids->bytes()));
+    EXPECT_TRUE(std::ranges::equal(sharp.depth->bytes(), soft.depth->bytes()));
+}
+
 }  // namespace
 }  // namespace camrig::render::exposure_test

@@ -82,7 +82,7 @@ bool is_moving(const ViewMotion& motion, const scene::SeenSurface& seen) {
 
 bool SoftwareDrawer::is_exposed(const View& view) const {
     const auto exposure = exposure_of(view, *scene_.snapshot());
-    return exposure && *exposure && (aperture_of(*view.spec) || motion_of(view, (*exposure)->times));
+    return exposure && *exposure && motion_of(view, (*exposure)->times);
 }
 
 void SoftwareDrawer::draw_exposed(TimeNs monotonic_ns) {

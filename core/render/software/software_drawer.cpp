@@ -160,7 +160,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.rays = lens_of(view)->rays;
     work.exposure = exposure_of(view, *scene_.snapshot()).value();
     work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;
-    if (work.exposure && !work.motion && aperture_of(*view.spec))
+    if (work.exposure && is_shaded && !work.motion && aperture_of(*view.spec))
         work.motion = standing_still(view, work.exposure->times, scene_.snapshot());
     // Chosen objects are another picture than the one that is kept, and light is not kept.
     const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded) && !work.motion;
