@@ -129,21 +129,25 @@ def test_the_code_strip_is_read_whatever_the_controls_do(rig):
     assert camrig.read_code(dark.frame().image) is not None
 
 
-def test_programs_hear_of_changes_that_others_make(rig, camera):
-    control = rig.call("server.info")["control"]
-    listener = subprocess.Popen([CAMRIG, "exec", "--control", control, "--", "v4l2-ctl", "-d", DEVICE, "--wait-for-event=ctrl=zoom_absolute"],
+def told_of(rig, control, change):
+    """What v4l2-ctl prints of its first event of this control, while change() is made over and over."""
+    listener = subprocess.Popen([CAMRIG, "exec", "--control", rig.call("server.info")["control"], "--", "v4l2-ctl", "-d", DEVICE, f"--wait-for-event=ctrl={control}"],
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    zooms = itertools.cycle((1.5, 2.5))
 
     def heard():
-        camera.set(zoom=next(zooms))
+        change()
         return listener.poll() is not None
 
     try:
         wait_until(heard, 30, "a control event")
-        output = listener.stdout.read()
+        return listener.stdout.read()
     finally:
         listener.kill()
+
+
+def test_programs_hear_of_changes_that_others_make(rig, camera):
+    zooms = itertools.cycle((1.5, 2.5))
+    output = told_of(rig, "zoom_absolute", lambda: camera.set(zoom=next(zooms)))
     assert "zoom_absolute" in output or re.search(r"value: (150|250)", output), output
 
 
@@ -195,20 +199,8 @@ def test_of_a_camera_with_a_sensor_they_are_the_sensors(rig, sensing):
 
 
 def test_programs_hear_what_others_do_to_a_sensor(rig, sensing):
-    control = rig.call("server.info")["control"]
-    listener = subprocess.Popen([CAMRIG, "exec", "--control", control, "--", "v4l2-ctl", "-d", DEVICE, "--wait-for-event=ctrl=exposure_absolute"],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     exposures = itertools.cycle((0.003, 0.007))
-
-    def heard():
-        sensing.set(sensor={"exposure_s": next(exposures)})
-        return listener.poll() is not None
-
-    try:
-        wait_until(heard, 30, "a control event")
-        output = listener.stdout.read()
-    finally:
-        listener.kill()
+    output = told_of(rig, "exposure_absolute", lambda: sensing.set(sensor={"exposure_s": next(exposures)}))
     assert "exposure_absolute" in output or re.search(r"value: (30|70)\b", output), output
 
 
