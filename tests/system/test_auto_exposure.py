@@ -139,3 +139,15 @@ def test_steps_of_light_are_followed_in_the_times_of_the_table_in_delivered_pict
         found[factor] = max(i + 1 for i, mean in enumerate(means) if abs(mean / 0.16 - 1) > 0.05)
     for factor, frames in {1 / 16: 14, 1 / 2: 10, 2: 12, 4: 17, 16: 25}.items():
         assert abs(found[factor] - frames) <= 2, found
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_optical_flow_reaches_to_the_next_picture_that_comes(rig):
+    """Five periods of a rate that has fallen: five times the way of a camera whose rate has not."""
+    slow = rig.create_camera("slow", size=(320, 240), fps=25, place="above", sensor={"exposure_s": 0.2, "dynamic_framerate": True, "blur": False})
+    fast = rig.create_camera("fast", size=(320, 240), fps=25, place="above", sensor={"exposure_s": 0.2, "blur": False})
+    rig.step(seconds=0.44)
+    assert slow.frame().time_ns == fast.frame().time_ns
+    mover = next(one for one in fast.truth()["objects"] if one["name"] == "mover")["id"]
+    ways = [np.hypot(*flow[cam.instances() == mover].mean(axis=0)) for cam, flow in ((cam, cam.flow()) for cam in (slow, fast))]
+    assert ways[1] > 0.3 and ways[0] == pytest.approx(5 * ways[1], rel=0.03)
