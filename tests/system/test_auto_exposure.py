@@ -4,6 +4,7 @@ import concurrent.futures
 import json
 import re
 import urllib.request
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -71,7 +72,7 @@ def test_exposures_that_fill_periods_to_the_nanosecond_take_no_more(rig, fps, hz
         rig.step(seconds=1 / 60)
         frames[cam.frame().sequence] = cam.frame()
     last, before = [frames[number] for number in sorted(frames)[-1:-3:-1]]
-    rate = eval(str(fps))
+    rate = float(Fraction(fps))
     assert last.sensor["exposure_s"] == pytest.approx(0.2)
     assert last.sensor["fps"] == pytest.approx(rate / np.ceil(0.2 * rate - 1e-3)) and last.sensor["fps"] > 4.9
     assert last.time_ns - before.time_ns == pytest.approx(1e9 / last.sensor["fps"], abs=2)

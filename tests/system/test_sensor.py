@@ -115,7 +115,7 @@ def test_what_cannot_be_is_said_with_its_unit(rig):
         ({"bits": 8, "black_level": 65}, "sensor.black_level: must be at most 64"),
         ({"shutter": 1}, "sensor.shutter: unknown key"),
     ):
-        with pytest.raises(camrig.CamrigError, match="") as refused:
+        with pytest.raises(camrig.CamrigError) as refused:
             cam.set(sensor=sensor)
         assert words in str(refused.value), refused.value
     with pytest.raises(camrig.CamrigError, match="has no sensor"):
