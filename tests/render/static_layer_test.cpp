@@ -118,10 +118,9 @@ TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
                 // Of the third and fourth picture; where colour is drawn apart from the rest, both have a layer.
                 const bool is_together = software::SoftwareDrawer::is_plain(view) &&
                                          software::SoftwareDrawer::is_plain(view, frame::FrameKind::depth);
-                // Of shadows through a lens or on areas nothing is kept.
+                // Of shadows through a lens nothing is kept.
                 const bool keeps_none = is_together && cpu_renderer().is_on_cpu() &&
-                                        quality == world::Quality::beautiful &&
-                                        (lens != camera::Lens{} || antialias == world::Antialias::coverage);
+                                        quality == world::Quality::beautiful && lens != camera::Lens{};
                 EXPECT_EQ(reused() - before, keeps_none ? 0u : is_together ? 2u : 4u);
             }
         }

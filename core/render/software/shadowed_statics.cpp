@@ -1,5 +1,8 @@
 #include "core/render/software/shadowed_statics.h"
 
+#include <algorithm>
+
+#include "core/render/software/coverage.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 
@@ -30,6 +33,42 @@ CAMRIG_LANES void find_shadowed_body(const ViewGeometry& geometry, const PixelRe
     }
 }
 
+/// Of its triangle, at the nearest subpixel.
+CAMRIG_LANES float depth_of(const ViewGeometry& geometry, const ShadedPlace& place) {
+    const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[place.triangle]);
+    const DepthPlane plane = depth_plane(s);
+    const auto x = static_cast<std::int64_t>(place.x), y = static_cast<std::int64_t>(place.y);
+    return static_cast<float>(plane.base + static_cast<double>(edge(s, 1, x, y)) * plane.second +
+                              static_cast<double>(edge(s, 2, x, y)) * plane.third);
+}
+
+template <typename Isa>
+CAMRIG_LANES void find_shadowed_places_body(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
+                                            std::span<std::uint8_t> to) {
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
+    const auto farthest = geometry.farthest();
+    const auto depth_shift = static_cast<float>(geometry.transform().depth_shift);
+    for (std::size_t first = 0; first < places.size(); first += lane_count) {
+        const std::size_t count = std::min<std::size_t>(lane_count, places.size() - first);
+        Lanes x{}, y{}, depth{};
+        for (std::size_t i = 0; i < lane_count; ++i) {
+            const std::size_t at = first + std::min(i, count - 1);
+            const auto lane = static_cast<int>(i);
+            x[lane] = static_cast<float>((places[at].x / subpixels - k.cx) / k.fx);
+            y[lane] = static_cast<float>((places[at].y / subpixels - k.cy) / k.fy);
+            depth[lane] = depth_of(geometry, places[at]);
+        }
+        const Lanes3 position = Lanes3{x, y, lanes(1.0f)} * (depth_shift / (depth - farthest));
+        IntLanes shadowed{};
+        for (const ShadowInView& map : geometry.shadows()) shadowed |= may_show_movers<Isa>(map, position);
+        for (std::size_t i = 0; i < count; ++i) to[first + i] = shadowed[static_cast<int>(i)] != 0;
+    }
+}
+CAMRIG_WIDE void find_shadowed_places_wide(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
+                                           std::span<std::uint8_t> to) {
+    find_shadowed_places_body<Avx2Isa>(geometry, places, to);
+}
+
 CAMRIG_WIDE void find_shadowed_wide(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depths,
                                     Rows<std::uint32_t> numbers, Rows<std::uint32_t> to) {
     find_shadowed_body<Avx2Isa>(geometry, rect, depths, numbers, to);
@@ -41,6 +80,11 @@ void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<flo
                    Rows<std::uint32_t> to) {
     if (geometry.wide_lanes()) return find_shadowed_wide(geometry, rect, depth, numbers, to);
     find_shadowed_body<PlainIsa>(geometry, rect, depth, numbers, to);
+}
+
+void find_shadowed(const ViewGeometry& geometry, std::span<const ShadedPlace> places, std::span<std::uint8_t> to) {
+    if (geometry.wide_lanes()) return find_shadowed_places_wide(geometry, places, to);
+    find_shadowed_places_body<PlainIsa>(geometry, places, to);
 }
 
 }  // namespace camrig::render::software
