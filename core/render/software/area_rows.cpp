@@ -456,9 +456,18 @@ CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of) {
 void mark_movers(const RowsOfView& of) {
     AreaBand& band = of.band;
     band.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
-    for (const PixelRect& rect : of.work.rects)
+    const auto mark = [&](const PixelRect& rect) {
         mark_crossings(of.scratch.geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
                        of.scratch.statics.count, band.marked);
+    };
+    for (const PixelRect& rect : of.work.rects) {
+        if (of.work.layer == nullptr) {
+            mark(rect);
+            continue;
+        }
+        // What stands still is mixed already, in shadows of movers too.
+        for (const PixelRect& mover : of.work.movers.rects) mark(common(mover, rect));
+    }
     unmark_blind(of, band.marked);
     band.marked.number();
 }

@@ -350,7 +350,7 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
 }
 
 void SoftwareDrawer::find_changed_rects(ViewWork& work) {
-    work.rects.swap(work.movers.rects);
+    work.rects.assign(work.movers.rects.begin(), work.movers.rects.end());
     if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene.transform, work.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
 }
