@@ -1,8 +1,10 @@
 #include "core/render/software/shadowed_statics.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/render/software/coverage.h"
+#include "core/render/software/ray_pixels.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 
@@ -33,32 +35,49 @@ CAMRIG_LANES void find_shadowed_body(const ViewGeometry& geometry, const PixelRe
     }
 }
 
-/// Of its triangle, at the nearest subpixel.
-CAMRIG_LANES float depth_of(const ViewGeometry& geometry, const ShadedPlace& place) {
+/// The ray through a place, and the depth of its triangle there, at the nearest subpixel.
+struct PlaceInView {
+    glm::vec3 ray;
+    float depth;
+};
+CAMRIG_LANES PlaceInView place_in_view(const ViewGeometry& geometry, const ShadedPlace& place) {
+    const double column = place.x / subpixels, row = place.y / subpixels;
+    if (geometry.rays() != nullptr) {
+        const auto x = static_cast<int>(std::lround(column)), y = static_cast<int>(std::lround(row));
+        const PixelRay pixel(*geometry.rays(), x, y);
+        const glm::vec3 ray =
+            pixel.at + pixel.dx * static_cast<float>(column - x) + pixel.dy * static_cast<float>(row - y);
+        const auto farthest = static_cast<float>(geometry.farthest());
+        return {ray, along(geometry.ray_triangles()[place.triangle].depth, ray) + farthest};
+    }
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
     const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[place.triangle]);
     const DepthPlane plane = depth_plane(s);
     const auto x = static_cast<std::int64_t>(place.x), y = static_cast<std::int64_t>(place.y);
-    return static_cast<float>(plane.base + static_cast<double>(edge(s, 1, x, y)) * plane.second +
-                              static_cast<double>(edge(s, 2, x, y)) * plane.third);
+    return {{(column - k.cx) / k.fx, (row - k.cy) / k.fy, 1.0},
+            static_cast<float>(plane.base + static_cast<double>(edge(s, 1, x, y)) * plane.second +
+                               static_cast<double>(edge(s, 2, x, y)) * plane.third)};
 }
 
 template <typename Isa>
 CAMRIG_LANES void find_shadowed_places_body(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
                                             std::span<std::uint8_t> to) {
-    const camera::Intrinsics& k = geometry.transform().intrinsics;
     const auto farthest = geometry.farthest();
     const auto depth_shift = static_cast<float>(geometry.transform().depth_shift);
     for (std::size_t first = 0; first < places.size(); first += lane_count) {
         const std::size_t count = std::min<std::size_t>(lane_count, places.size() - first);
-        Lanes x{}, y{}, depth{};
+        Lanes3 ray{};
+        Lanes depth{};
         for (std::size_t i = 0; i < lane_count; ++i) {
             const std::size_t at = first + std::min(i, count - 1);
             const auto lane = static_cast<int>(i);
-            x[lane] = static_cast<float>((places[at].x / subpixels - k.cx) / k.fx);
-            y[lane] = static_cast<float>((places[at].y / subpixels - k.cy) / k.fy);
-            depth[lane] = depth_of(geometry, places[at]);
+            const PlaceInView place = place_in_view(geometry, places[at]);
+            ray.x[lane] = place.ray.x;
+            ray.y[lane] = place.ray.y;
+            ray.z[lane] = place.ray.z;
+            depth[lane] = place.depth;
         }
-        const Lanes3 position = Lanes3{x, y, lanes(1.0f)} * (depth_shift / (depth - farthest));
+        const Lanes3 position = ray * (depth_shift / (depth - farthest));
         IntLanes shadowed{};
         for (const ShadowInView& map : geometry.shadows()) shadowed |= may_show_movers<Isa>(map, position);
         for (std::size_t i = 0; i < count; ++i) to[first + i] = shadowed[static_cast<int>(i)] != 0;

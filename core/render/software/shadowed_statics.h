@@ -18,7 +18,7 @@ struct ShadowedStatics {
 };
 
 /// Where movers may be in the way of the light of a pixel, sets its number in `to` to that of its static triangle.
-/// depth: of what stands still. Without a lens.
+/// depth: of what stands still.
 void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depth, Rows<std::uint32_t> numbers,
                    Rows<std::uint32_t> to);
 /// The same of places: whether movers may be in the way of their light.

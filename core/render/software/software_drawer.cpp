@@ -339,8 +339,8 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         shadows_instant_ = instant_;
         if (shadows_.empty()) continue;
         work->shadows = shadows_.in_view(work->scene.transform);
-        // Where shadows of movers fall is known of no lens, nor of areas of the picture of a backdrop.
-        if (work->scene.lens != nullptr || (work->backdrop != nullptr && has_areas(*work->view))) work->layer = nullptr;
+        // Where shadows of movers fall is not known of areas of the picture of a backdrop.
+        if (work->backdrop != nullptr && has_areas(*work->view)) work->layer = nullptr;
     }
     if (cost_ns == 0) return;
     const auto is_beautiful = [](const ViewWork* work) { return work->scene.quality == world::Quality::beautiful; };
@@ -351,7 +351,7 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
 
 void SoftwareDrawer::find_changed_rects(ViewWork& work) {
     work.rects.assign(work.movers.rects.begin(), work.movers.rects.end());
-    if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene.transform, work.rects);
+    if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene, work.whole, work.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
 }
 
