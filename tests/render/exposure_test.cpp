@@ -320,9 +320,39 @@ TEST(Exposures, AreTheSameWithAnyThreadsAndPartsAsInFull) {
     }
 }
 
-/// Pictures of four instants, of colour and numbers, and how many of them came of a layer.
-std::pair<std::vector<std::byte>, std::uint64_t> four_pictures(const Scenery& scenery, const sensor::SensorSpec& spec,
-                                                               const Wishes& wishes, std::int64_t layer_bytes) {
+TEST(Exposures, LeaveNothingBehindInPicturesThatComeNext) {
+    // Two things move far apart. Between them are statics, and what may move but stands reaches from one to the other.
+    const auto beam = instance_of(model_of(rectangle({3.8f, 0.0f, 0.0f}, {0.0f, -1.5f, 0.0f}, {0.0f, 0.0f, 0.1f}),
+                                           colored({0.2f, 0.3f, 0.8f}, true)),
+                                  glm::dvec3(0.0), 92);
+    Scenery moving{.begin = gallery(), .end = {bar(90, -0.6), bar(91, 1.1), beam}};
+    moving.begin.movers = {bar(90, -1.1), bar(91, 0.6), beam};
+    TestWorld wall;
+    wall.objects = {half_wall()};
+    const world::SnapshotRef next = wall.snapshot(now_ns);
+    const auto picture_of = [](software::SoftwareDrawer& by, const world::SnapshotRef& instant, const View& view) {
+        by.begin_instant(instant);
+        std::vector<frame::FrameRef> frames;
+        by.draw(std::vector<const View*>{&view}, 0, frames);
+        return frames.at(0);
+    };
+    for (const auto antialias : {world::Antialias::none, world::Antialias::coverage}) {
+        const View second = TestCamera{.size = size, .focal_px = focal_px, .antialias = antialias}.view(2);
+        const auto expected = picture_of(*drawer(2), next, second);
+        for (const std::int64_t layer_bytes : {std::int64_t{0}, std::int64_t{64} << 20}) {
+            const auto [view, instant] = set_up(moving, quiet(0.02, 0.02), {.antialias = antialias, .has_ids = false});
+            const auto by = drawer(2, layer_bytes);
+            // The second picture makes a layer, the third is drawn over it.
+            for (int n = 0; n < 3; ++n) picture_of(*by, instant, view);
+            EXPECT_TRUE(std::ranges::equal(picture_of(*by, next, second)->bytes(), expected->bytes()))
+                << to_string(antialias) << " " << layer_bytes;
+        }
+    }
+}
+
+/// Pictures of four instants, of colour and numbers, and what was kept meanwhile.
+std::pair<std::vector<std::byte>, RenderCounters> four_pictures(const Scenery& scenery, const sensor::SensorSpec& spec,
+                                                                const Wishes& wishes, std::int64_t layer_bytes) {
     View view = set_up(scenery, spec, wishes).view;
     const auto by = drawer(wishes.threads, layer_bytes);
     std::vector<std::byte> made;
@@ -334,7 +364,7 @@ std::pair<std::vector<std::byte>, std::uint64_t> four_pictures(const Scenery& sc
         for (const frame::FrameRef& frame : frames)
             made.insert(made.end(), frame->bytes().begin(), frame->bytes().end());
     }
-    return {made, by->counters().layers_drawn};
+    return {made, by->counters()};
 }
 
 TEST(Exposures, OverALayerThatIsKeptAreThoseWithoutOne) {
@@ -361,12 +391,18 @@ TEST(Exposures, OverALayerThatIsKeptAreThoseWithoutOne) {
             for (const auto antialias : {world::Antialias::none, world::Antialias::coverage}) {
                 for (const camera::Lens& lens : {camera::Lens{}, barrel}) {
                     const Wishes wishes{.threads = 2, .antialias = antialias, .lens = lens, .quality = quality};
-                    const auto [with, layers] = four_pictures(scenery, spec, wishes, std::int64_t{64} << 20);
+                    const std::string what = std::to_string(*spec.exposure_s) + " " + std::string(to_string(quality)) +
+                                             " " + std::string(to_string(antialias)) + " " +
+                                             std::string(to_string(lens.model));
+                    const auto [with, kept] = four_pictures(scenery, spec, wishes, std::int64_t{64} << 20);
                     const auto [without, none] = four_pictures(scenery, spec, wishes, 0);
-                    EXPECT_TRUE(with == without) << *spec.exposure_s << " " << to_string(quality) << " "
-                                                 << to_string(antialias) << " " << to_string(lens.model);
-                    EXPECT_EQ(none, 0u);
-                    EXPECT_EQ(layers, 1u);
+                    EXPECT_TRUE(with == without) << what;
+                    EXPECT_EQ(none.layers_drawn, 0u);
+                    EXPECT_EQ(kept.layers_drawn, 1u);
+                    // What lacks room in the end is given up in the middle of a picture.
+                    const auto [refused, left] = four_pictures(scenery, spec, wishes, kept.layer_bytes - 1);
+                    EXPECT_TRUE(refused == without) << what << ", refused";
+                    EXPECT_EQ(left.layer_bytes, 0) << what;
                 }
             }
         }

@@ -487,7 +487,7 @@ void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
     StaticPixels& pixels = work.layer->areas.pixels;
     const std::int64_t before = pixels.bytes();
     scratch.areas.gather(pixels);
-    charge_for(*work.layer, pixels.bytes() - before);
+    charge_for(work, pixels.bytes() - before);
 }
 
 void SoftwareDrawer::keep_shadowed(ViewWork& work, ViewScratch& scratch) {
@@ -495,23 +495,24 @@ void SoftwareDrawer::keep_shadowed(ViewWork& work, ViewScratch& scratch) {
     const std::int64_t before = shadowed.bytes();
     shadowed.geometry = std::exchange(scratch.geometry, {});
     shadowed.proxies = scratch.proxies;
-    charge_for(*work.layer, shadowed.bytes() - before);
+    charge_for(work, shadowed.bytes() - before);
 }
 
-void SoftwareDrawer::charge_for(StaticLayer& layer, std::int64_t bytes) {
+void SoftwareDrawer::charge_for(ViewWork& work, std::int64_t bytes) {
     const std::lock_guard lock(layers_mutex_);
     // In use it is never freed for another: a picture's edges are a part of its memory that is known only now.
     if (layers_.make_room(bytes)) {
-        layers_.charge(layer, bytes);
+        layers_.charge(*work.layer, bytes);
     } else {
-        layers_.refuse(layer);
+        layers_.refuse(*work.layer);
+        work.layer = nullptr;
     }
 }
 
 void SoftwareDrawer::keep_what_was_drawn(ViewWork& work, ViewScratch& scratch) {
     if (work.layer == nullptr || work.is_in_parts) return;
     if (work.has_areas) keep_areas(work, scratch);
-    if (work.is_shaded() && work.layer->shadowed != nullptr) keep_shadowed(work, scratch);
+    if (work.layer != nullptr && work.is_shaded() && work.layer->shadowed != nullptr) keep_shadowed(work, scratch);
 }
 
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {

@@ -108,8 +108,8 @@ private:
     void keep_what_was_drawn(ViewWork& work, ViewScratch& scratch);
     /// What the picture of a backdrop shows, before all that is drawn.
     void add_proxies(ViewWork& work, ViewScratch& scratch);
-    /// Says that the layer takes so much more; without room it is given up.
-    void charge_for(StaticLayer& layer, std::int64_t bytes);
+    /// Says that the view's layer takes so much more; without room it is given up, and the view goes on without.
+    void charge_for(ViewWork& work, std::int64_t bytes);
     /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
     /// is placed as it was afterwards.
     void draw_exposed(TimeNs monotonic_ns);

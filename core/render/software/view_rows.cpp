@@ -135,6 +135,8 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
 
 void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     draw_blended(scratch, scratch.blended, work, band, true);
+    // Of a moment surfaces are found beside its rectangles too, and shaded in them alone.
+    if (work.is_moment) fill(scratch.numbers.rows(), band, 0u);
     if (work.is_in_frame || work.canvas.light) return;
     for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
 }
