@@ -106,9 +106,9 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
         CameraEntry& entry = rig_.cameras.at(next.camera);
         rig_.show(entry, next.sequence, due.snapshot, monotonic_ns, past);
         // The next one's exposure begins when this one's is over.
-        if (const auto& sensor = entry.spec().sensor)
-            rig_.schedule.set_stride(entry.id,
-                                     sensor->periods_of(entry.sensor->longest_ahead_s(*sensor), entry.spec().rate));
+        const auto& sensor = entry.spec().sensor;
+        rig_.schedule.set_stride(
+            entry.id, sensor ? sensor->periods_of(entry.sensor->longest_ahead_s(*sensor), entry.spec().rate) : 1);
         if (rig_.cameras.follow_outputs(entry, world_ns)) {
             rig_.bus.change_camera(stream_of(entry));
             rig_.bus.adjust_camera(stream_of(entry));

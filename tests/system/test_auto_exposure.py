@@ -89,6 +89,18 @@ def test_exposures_by_hand_take_their_time_too(rig):
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_rate_that_has_fallen_comes_back_with_the_sensor_gone(rig):
+    cam = rig.create_camera("slow", size=(64, 48), fps=25, **SKY, sensor={"exposure_s": 0.3, "dynamic_framerate": True})
+    rig.step(seconds=1)
+    cam.set(sensor=None)
+    rig.step(seconds=0.4)
+    first = cam.frame()
+    rig.step(seconds=0.4)
+    last = cam.frame()
+    assert last.sequence - first.sequence == 10 and last.time_ns - first.time_ns == 10 * PERIOD_NS
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
 def test_a_reader_gets_what_is_due_and_nothing_else_is_missed(rig):
     """The books: instants that an exposure passes over were not due, so they are not dropped either."""
     cam = rig.create_camera("dark", size=(64, 48), fps=25, **SKY, sensor={"preset": "imx290", "exposure_s": "auto", "lux": 0.01, "dynamic_framerate": True})
