@@ -49,6 +49,8 @@ Result<Renderer::Finished> ComposedRenderer::draw_all(const world::SnapshotRef& 
     finished.cost_ns.resize(views.size());
     here_.clear();
     places_here_.clear();
+    parts_.clear();
+    parts_.reserve(views.size());
     rest_.clear();
     places_of_rest_.clear();
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -61,14 +63,17 @@ Result<Renderer::Finished> ComposedRenderer::draw_all(const world::SnapshotRef& 
         }
         finished.cost_ns[i] = thread_cpu_ns() - begin_ns;
         if (is_here) {
-            here_.push_back(&view);
+            here_.push_back(is_elsewhere ? &parts_.emplace_back(view) : &view);
             places_here_.push_back(i);
         }
         if (!is_elsewhere) continue;
         rest_.push_back(view);
         places_of_rest_.push_back(i);
-        for (int k = 0; k < frame::frame_kind_count; ++k)
-            rest_.back().kinds[k] &= !draws(view, static_cast<frame::FrameKind>(k));
+        for (int k = 0; k < frame::frame_kind_count; ++k) {
+            const bool is_drawn_here = draws(view, static_cast<frame::FrameKind>(k));
+            if (is_here) parts_.back().kinds[k] &= is_drawn_here;
+            rest_.back().kinds[k] &= !is_drawn_here;
+        }
     }
     drawer_.draw(here_, monotonic_ns, finished.set.frames);
     for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] += drawer_.cost_ns()[i];

@@ -54,6 +54,7 @@ private:
     std::optional<Error> other_failed_;            ///< why it could not be made
     // Of one call of draw(), kept for their memory.
     std::vector<const View*> here_;
+    std::vector<View> parts_;                                ///< of views that both draw: what is drawn here
     std::vector<View> rest_;                                 ///< what the other renderer draws
     std::vector<std::size_t> places_here_, places_of_rest_;  ///< among all views
     ThreadCheck thread_;
