@@ -327,6 +327,29 @@ TEST_F(StaticLayer, ViewsOfAnInstantInTurnsShowWhatTheyShowTogether) {
     cpu_renderer().forget(CameraId{fresh});
 }
 
+TEST_F(StaticLayer, ShadowsOfMoversSideBySideFallOnEdgesOfAll) {
+    // Each has a rectangle of its own, with edges of boxes in it.
+    TestWorld world = room();
+    world.lights = {light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(0.3, 0.1, -1.0)))};
+    world.movers[1] = instance_of(model_of(box({0.3f, 0.3f, 0.5f}), colored({0.9f, 0.9f, 0.1f})), {}, 50);
+    const world::SnapshotRef first = world.snapshot();
+    const View view = TestCamera{.eye = {0.0, 0.0, 1.0},
+                                 .size = {320, 200},
+                                 .focal_px = 150.0,
+                                 .antialias = world::Antialias::coverage,
+                                 .quality = world::Quality::beautiful}
+                          .view(standing);
+    const std::uint64_t before = reused();
+    for (int n = 0; n < 5; ++n) {
+        auto snapshot = std::make_shared<world::Snapshot>(*first);
+        for (auto& mover : snapshot->movers) mover.scale = 0.5;
+        snapshot->movers[0].position = {4.7, 2.2 - 0.05 * n, 0.8};
+        snapshot->movers[1].position = {4.7, -1.1 + 0.05 * n, 0.9};
+        expect_same(snapshot, view, "picture " + std::to_string(n));
+    }
+    EXPECT_EQ(reused() - before, 3u);
+}
+
 TEST_F(StaticLayer, ACameraThatMovesKeepsNone) {
     View view = TestCamera{.size = {80, 60}}.view(standing);
     const RenderCounters before = cpu_renderer().counters();

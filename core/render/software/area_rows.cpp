@@ -285,9 +285,12 @@ void draw_shadows_of_movers(const RowsOfView& of) {
         for (int y = part.y0; y < part.y1; ++y) {
             statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
                 if (x < part.x0 || x >= part.x1 || next == band.fragment_of_place.end()) return;
-                const std::uint32_t end = statics.first[pixel + 1];
-                if (*next < statics.first[pixel] || *next >= end) return;
-                while (next != band.fragment_of_place.end() && *next < end) ++next;
+                const auto is_of_pixel = [&](std::uint32_t fragment) {
+                    return fragment >= statics.first[pixel] && fragment < statics.first[pixel + 1];
+                };
+                if (!is_of_pixel(*next)) return;
+                // Those of the next rectangle may come before these.
+                next = std::find_if_not(next, band.fragment_of_place.end(), is_of_pixel);
                 mixed.begin(x, y);
                 add_statics(statics.at(x, y), mixed);
             });
