@@ -16,8 +16,8 @@ bool happens(const Fault& fault, const FrameFaults& faults, double probability) 
 std::string_view mode_of(const FaultKind& kind) {
     if (const auto* const how = std::get_if<CorruptJpeg>(&kind)) return to_string(how->mode);
     if (const auto* const how = std::get_if<CorruptVideo>(&kind)) return to_string(how->mode);
-    const bool is_of_packets = std::holds_alternative<PacketLoss>(kind) || std::holds_alternative<Bandwidth>(kind);
-    return is_of_packets ? "lost" : to_string(Damage::truncate);
+    const bool is_lost = std::holds_alternative<PacketLoss>(kind) || std::holds_alternative<Bandwidth>(kind);
+    return is_lost ? "lost" : to_string(Damage::truncate);
 }
 
 /// Nothing yet, of a picture of so many bytes.
@@ -130,6 +130,12 @@ std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes) {
         return harm;
     }
     return std::nullopt;
+}
+
+Harm whole_loss(const Fault& fault, std::size_t bytes) {
+    Harm harm = harm_by(fault, bytes);
+    harm.add(0, bytes);
+    return harm;
 }
 
 int packet_distance(const FrameFaults& faults, std::uint64_t packet) {

@@ -29,6 +29,8 @@ std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view 
 /// The connection is closed in the middle of this frame's part of an HTTP stream: what of so many bytes is missing;
 /// nullopt: nothing.
 std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes);
+/// What a fault does to a picture of so many bytes that it keeps back whole.
+Harm whole_loss(const Fault& fault, std::size_t bytes);
 /// The fault by which the RTP packet of that number, sent while this frame was the newest, is lost; null: it is not.
 const Fault* packet_loser(const FrameFaults& faults, std::uint64_t packet);
 /// So many later packets of its picture overtake this one, numbered so too.

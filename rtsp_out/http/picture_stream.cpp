@@ -41,8 +41,10 @@ Result<std::unique_ptr<PictureStream>> PictureStream::open_mjpeg(ServerState& st
     stream->follows_output_ = !params.quality;
     const auto found = state.options.bus->find(camera);
     if (!found) return std::unexpected(found.error());
-    if (found->standing.refuses("mjpeg"))
+    if (found->standing.refuses("mjpeg")) {
+        state.options.bus->note_refused(camera, "mjpeg", peer);
         return error(ErrorKind::unavailable, "camera " + camera + " refuses connections (a fault)");
+    }
     const int quality = params.quality.value_or(mjpeg_options_of(found->outputs).quality);
     if (auto added = stream->add(camera, jpeg_of(quality)); !added) return std::unexpected(added.error());
     return stream;

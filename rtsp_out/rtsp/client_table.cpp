@@ -173,7 +173,7 @@ GstRTSPStatusCode ClientTable::on_ask(GstRTSPClient* client, const GstRTSPContex
     const auto found = clients_.find(client);
     if (found == clients_.end() || !context->uri || !context->uri->abspath) return GST_RTSP_STS_OK;
     const std::string path = mount_path_of(context->uri->abspath);
-    auto good = refusal_(path);
+    auto good = refusal_(path, found->second.address);
     // A session lives on for RtspLimits::session_timeout_s; nothing else bounds them.
     if (good && context->method == GST_RTSP_SETUP && !context->session &&
         sessions_of(client) >= limits_.sessions_per_connection)

@@ -25,8 +25,8 @@ namespace camrig::rtsp {
 /// what programs show to their users. Server thread for every call but counts().
 class ClientTable {
 public:
-    /// Why a path cannot be had; no error when it can.
-    using Refusal = std::function<Result<void>(const std::string& path)>;
+    /// Why a path cannot be had by who asks from this address; no error when it can.
+    using Refusal = std::function<Result<void>(const std::string& path, const std::string& address)>;
 
     ClientTable(const RtspLimits& limits, Refusal refusal) : limits_(limits), refusal_(std::move(refusal)) {}
     ~ClientTable();

@@ -127,6 +127,24 @@ def test_books_balance_where_a_failing_camera_is_overloaded_too(rig):
     dropped_for = lambda name: next(one for one in rig.stats()["cameras"] if one["name"] == name)["dropped_for"]
     both = lambda: dropped_for("c0")["fault"] > 30 and dropped_for("c0")["overload"] + dropped_for("c0")["own_cost"] > 30
     wait_until(both, timeout_s=60, what="frames lost by the fault and by overload")
+
+    def state():
+        """While nothing moves: the number of the newest frame that was due, the frames in the books of the camera, and in those of its output."""
+        rig.pause()
+        check_books(rig)
+        books = next(one for one in rig.stats()["cameras"] if one["name"] == "c0")
+        counted = cameras[0].get()["sequence"], books["due"] + books["idle"], books["outputs"][0]["due"]
+        rig.resume()
+        return counted
+
+    begin = state()
+    time.sleep(1)
+    due, booked, offered = (after - before for before, after in zip(begin, state()))
+    assert due == booked == offered > 30
+    not_drawn = []
+    wait_until(lambda: not_drawn or not_drawn.extend(truth for truth in [cameras[2].truth()] if truth["not_drawn"]), timeout_s=60, what="the truth of a frame that was not drawn")
+    assert not_drawn[0]["not_drawn"] in ("overload", "own_cost", "request")
+    assert {way["fate"] for way in not_drawn[0]["outputs"].values()} == {"not_drawn"}
     for camera in cameras[1:]:
         camera.delete()
     check_books(rig)
