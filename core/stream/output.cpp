@@ -212,7 +212,9 @@ void Output::deliver(Item item) {
 Result<void> Output::write_in_time(Reader& reader, MediaUnit unit) {
     const fault::FrameFaults* const faults = unit.info.faults.get();
     const std::string& kind = reader.options.kind;
-    const auto rate = faults && unit.bytes ? fault::line_rate(*faults, kind) : std::nullopt;
+    // RTSP's line takes packets, behind the payloader.
+    const bool has_line = unit.bytes && kind != to_string(fault::Output::rtsp);
+    const auto rate = faults && has_line ? fault::line_rate(*faults, kind) : std::nullopt;
     if (!reader.line.takes(rate, unit.info.world_ns, unit.bytes ? unit.bytes->size() : 0)) {
         reader.stats->dropped.fetch_add(1, std::memory_order_relaxed);
         reader.stats->fault.fetch_add(1, std::memory_order_relaxed);

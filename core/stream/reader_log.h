@@ -27,8 +27,8 @@ std::span<const Named<ReaderEventKind>> names_of(std::type_identity<ReaderEventK
 struct ReaderEvent {
     std::uint64_t number = 0;  ///< counts from 1
     ReaderEventKind kind = ReaderEventKind::closed;
-    std::string camera;
-    std::string output;                    ///< its kind: "mjpeg", "rtsp", "device", "v4l2"
+    std::string camera = {};
+    std::string output = {};               ///< its kind: "mjpeg", "rtsp", "device", "v4l2"
     std::string peer = {};                 ///< who; empty: nobody in particular
     TimeNs world_ns = 0;                   ///< of the frame, else of the newest instant
     TimeNs monotonic_ns = 0, real_ns = 0;  ///< when it happened: CLOCK_MONOTONIC, CLOCK_REALTIME

@@ -131,7 +131,7 @@ def test_the_log_says_who_was_refused_and_when_readers_came_back(rig):
     times = [one["real_ns"] for one in log["events"]]
     assert before_ns < times[0] and times == sorted(times) and times[-1] < time.time_ns()
     said = subprocess.run([os.environ["CAMRIG_BIN"], "fault", "log", "desk", "--since", "9", "--control", rig.control], capture_output=True, text=True, check=True, timeout=30)
-    assert [line.split()[2:5] for line in said.stdout.splitlines()[1:]] == [["desk", "rtsp", "closed"], ["desk", "rtsp", "refused"]]
+    assert [line.split()[3:6] for line in said.stdout.splitlines()[1:]] == [["desk", "rtsp", "closed"], ["desk", "rtsp", "refused"]]
     with pytest.raises(camrig.CamrigError, match="no camera"):
         rig.fault.log("nobody")
     assert rig.fault.log("well")["events"] == []
