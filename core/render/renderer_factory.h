@@ -20,8 +20,8 @@ enum class Conversion : std::uint8_t {
 
 struct RendererOptions {
     /// "null": deterministic pattern, no GL. "cpu": camrig's own rasteriser, and Mesa llvmpipe for what it does not
-    /// draw (CpuRenderer). "llvmpipe": all by that. "N": EGL device N. "": a hardware device if there is one, else
-    /// "cpu".
+    /// draw. "llvmpipe": by that. "N": by EGL device N. "": by a hardware device if there is one, else "cpu".
+    /// What OpenGL does not draw, camrig's rasteriser does on all of them (ComposedRenderer).
     std::string device;
     std::shared_ptr<frame::FramePool> pool;
     SharedCaches caches{};  ///< shared with other renderers; empty: its own

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/camera/lens_map.h"
-#include "core/render/software/cpu_renderer.h"
+#include "core/render/composed_renderer.h"
 #include "core/stream/transcoder.h"
 #include "tests/render/support/test_rig.h"
 
@@ -145,7 +145,7 @@ TEST(Exhausted, MemoryIsAnErrorOfThePictureAndTheNextOneIsAsItWouldHaveBeen) {
         TestCamera{.size = {48, 32}, .antialias = world::Antialias::coverage, .quality = world::Quality::beautiful}
             .view(3)};
     views[0].kinds[static_cast<int>(frame::FrameKind::instance)] = true;
-    software::CpuRenderer renderer(
+    ComposedRenderer renderer(
         {.pool = std::make_shared<frame::FramePool>(), .static_layer_bytes = 1 << 28, .threads = 2},
         [] { return error(ErrorKind::unsupported, "nothing here is drawn elsewhere"); });
     const auto bytes_now = [&] {

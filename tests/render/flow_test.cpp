@@ -353,15 +353,25 @@ TEST(Flow, IsTheSameBytesHoweverTheWorkIsDoneAndWhateverIsDrawnBesideIt) {
 
 TEST(Flow, IsRefusedWithTheReasonByWhoDoesNotDrawIt) {
     const Shot shot = shoot(scene_of(false), standing);
-    for (const char* const device : {"llvmpipe", "null"}) {
-        auto renderer = create_renderer({.device = device, .pool = std::make_shared<frame::FramePool>()});
-        if (!renderer && std::string(device) == "null") continue;
-        const auto finished = (*renderer)->draw(shot.now, 0, {&shot.view, 1}).value();
-        EXPECT_TRUE(finished.set.frames.empty());
-        ASSERT_EQ(finished.failures.size(), 1u);
-        EXPECT_EQ(finished.failures[0].error.kind, ErrorKind::unsupported);
-        EXPECT_NE(finished.failures[0].error.message.find("rasteriser"), std::string::npos);
-    }
+    const auto renderer = create_renderer({.device = "null", .pool = std::make_shared<frame::FramePool>()}).value();
+    const auto finished = renderer->draw(shot.now, 0, {&shot.view, 1}).value();
+    EXPECT_TRUE(finished.set.frames.empty());
+    ASSERT_EQ(finished.failures.size(), 1u);
+    EXPECT_EQ(finished.failures[0].error.kind, ErrorKind::unsupported);
+    EXPECT_NE(finished.failures[0].error.message.find("rasteriser"), std::string::npos);
+}
+
+TEST(Flow, BesideADevicesPicturesIsWhatItIsAlone) {
+    const Shot shot = shoot(scene_of(false), standing);
+    View view = shot.view;
+    view.kinds[static_cast<std::size_t>(frame::FrameKind::color)] = true;
+    const auto renderer = create_renderer({.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>()}).value();
+    const auto finished = renderer->draw(shot.now, 0, {&view, 1}).value();
+    EXPECT_TRUE(finished.failures.empty());
+    ASSERT_FALSE(finished.set.frames.empty());
+    EXPECT_EQ(finished.set.frames.front()->info().kind, frame::FrameKind::color);
+    EXPECT_EQ(finished.set.frames.back()->info().kind, frame::FrameKind::flow);
+    EXPECT_TRUE(std::ranges::equal(finished.set.frames.back()->bytes(), shot.frames.back()->bytes()));
 }
 
 }  // namespace

@@ -50,6 +50,43 @@ std::vector<frame::FrameRef> film_on(const std::string& device, bool is_buffered
     return film(**renderer);
 }
 
+/// A picture of a camera with a sensor, all its kinds, beside one without.
+std::vector<frame::FrameRef> taken_on(const std::string& device, const sensor::SensorSpec& spec,
+                                      world::Antialias antialias = world::Antialias::none) {
+    View with = TestCamera{.size = {80, 60}, .focal_px = 50.0, .antialias = antialias}.view(2);
+    auto seen_by_sensor = std::make_shared<world::CameraSpec>(*with.spec);
+    seen_by_sensor->sensor = spec;
+    with.spec = seen_by_sensor;
+    std::fill_n(with.kinds, frame::scene_kind_count, true);
+    with.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)] = true;
+    const std::vector<View> views{TestCamera{.size = {160, 120}, .focal_px = 100.0}.view(1), with};
+    const auto renderer = create_renderer({.device = device, .pool = std::make_shared<frame::FramePool>()}).value();
+    auto finished = renderer->draw(boxes().snapshot(), 0, views).value();
+    for (const auto& failure : finished.failures) {
+        EXPECT_EQ(failure.camera, CameraId{2});
+        EXPECT_NE(failure.error.message.find("rasteriser"), std::string::npos) << failure.error.message;
+    }
+    return finished.set.frames;
+}
+
+TEST(ADevice, LeavesCamerasWithASensorToOurRasteriser) {
+    const sensor::SensorSpec spec = sensor::sensor_preset(sensor::SensorPreset::imx219);
+    const auto on_cpu = taken_on("cpu", spec), on_device = taken_on("llvmpipe", spec);
+    ASSERT_EQ(on_cpu.size(), 2u + frame::scene_kind_count);
+    ASSERT_EQ(on_device.size(), on_cpu.size());
+    // The first is of the other camera, which the device draws its own way.
+    EXPECT_EQ(on_device[0]->info().camera_id, CameraId{1});
+    for (std::size_t i = 1; i < on_cpu.size(); ++i) {
+        EXPECT_EQ(on_device[i]->info().kind, on_cpu[i]->info().kind);
+        EXPECT_TRUE(std::ranges::equal(on_device[i]->bytes(), on_cpu[i]->bytes())) << "picture " << i;
+    }
+    // What neither draws is refused with the reason, and costs the other camera nothing.
+    const auto refused = taken_on("llvmpipe", spec, world::Antialias::msaa4);
+    ASSERT_FALSE(refused.empty());
+    EXPECT_EQ(refused[0]->info().camera_id, CameraId{1});
+    EXPECT_LT(refused.size(), on_cpu.size());
+}
+
 TEST(BufferedReadback, GivesTheBytesOfDirectReading) {
     const auto direct = film_on("llvmpipe"), buffered = film_on("llvmpipe", true);
     ASSERT_EQ(direct.size(), 3u * 2u * frame::scene_kind_count);

@@ -134,6 +134,30 @@ TEST(DeliveredNumbers, AreOfLightThatIsNotClamped) {
     }
 }
 
+TEST(DeliveredNumbers, AtTheEdgeOfWhatIsBrightAreItsShareOfTheLight) {
+    // A wall that ends in the middle of a column, before nothing.
+    TestWorld world;
+    world.environment.background = glm::vec3(0.0f);
+    const auto end = static_cast<float>(4.0 / 300.0 * 0.5);
+    world.objects.push_back(
+        instance_of(model_of(rectangle({4.0f, end - 40.0f, 0.0f}, {0.0f, -40.0f, 0.0f}, {0.0f, 0.0f, 40.0f}),
+                             colored(glm::vec3(8.0f), true))));
+    sensor::SensorSpec spec = plain_mono();
+    spec.exposure_s = full_scale_s / 16.0;
+    const auto numbers = shown(*drawer(), world.snapshot(), view_of(spec, 0, world::Antialias::coverage)).numbers();
+    std::vector<double> shares;
+    for (int x = 0; x < size.width; ++x) {
+        std::vector<double> column;
+        for (int y = 0; y < size.height; ++y) column.push_back(numbers[static_cast<std::size_t>(y * size.width + x)]);
+        shares.push_back(mean_of(column) / (0.5 * spec.max_number()));
+    }
+    // Left of it nothing, right of it all; what is between is of one column, and adds up to where the edge is.
+    double sum = 0.0;
+    for (const double share : shares) sum += share;
+    EXPECT_NEAR(sum, size.width / 2 + 0.5 - 0.0, 0.02);
+    EXPECT_NEAR(*std::ranges::max_element(shares), 1.0, 0.01);
+}
+
 TEST(DeliveredNumbers, OfWhatIsBlendedAreTheSumOfBothLights) {
     TestWorld world = wall(8.0f);
     world::Material glass = colored(glm::vec3(4.0f), true);

@@ -164,7 +164,7 @@ CAMRIG_WIDE void resolve_statics_wide(const RowsOfView& of) {
 }
 
 void shade_static_fragments(const RowsOfView& of) {
-    shade_places(of.scratch.geometry, of.band.places);
+    shade_places(of.scratch.geometry, static_cast<bool>(of.work.canvas.light), of.band.places);
     for (std::size_t i = 0; i < of.band.place_of_fragment.size(); ++i) {
         const std::uint32_t place = of.band.place_of_fragment[i];
         if (place != no_triangle) of.band.statics.fragments[i].color = of.band.places.colors[place];
@@ -310,7 +310,7 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
     Shown& whole = to.append(all_samples, {}, 0.0f);
     if (const StaticLayer* const layer = of.work.layer; layer != nullptr) {
         whole.plane = plane_of(layer->depth.rows()(y)[x], layer->areas.steps.rows()(y)[x]);
-        whole.color = linear_of(layer->color.rows()(y)[x]);
+        whole.color = shown_by(layer->picture.canvas(), x, y);
     } else {
         const std::uint32_t number = of.scratch.areas.statics_behind.rows()(y)[x];
         whole.plane = plane_of(of.scratch.areas.depth_behind.rows()(y)[x],
@@ -393,7 +393,7 @@ void draw_movers(const RowsOfView& of) {
     } else {
         resolve_movers_body<PlainIsa>(of);
     }
-    shade_places(geometry, band.places);
+    shade_places(geometry, static_cast<bool>(of.work.canvas.light), band.places);
     if (of.work.layer == nullptr) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
         for (const PixelRect& rect : of.work.movers.rects) {

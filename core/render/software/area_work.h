@@ -16,7 +16,7 @@ namespace camrig::render::software {
 struct StaticFragment {
     SampleMask mask = 0;
     PixelPlane plane;
-    glm::vec3 color{0.0f};  ///< linear light, from 0 to 1
+    glm::vec3 color{0.0f};  ///< linear light
 };
 
 /// The marked pixels of static surfaces that show more than one of them. Any other shows one, as its centre does.

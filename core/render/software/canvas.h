@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -71,6 +72,10 @@ struct LightRows {
 
     explicit operator bool() const { return red.data != nullptr; }
 };
+
+inline LightRows light_rows(const std::array<Plane<float>, 3>& planes) {
+    return {planes[0].rows(), planes[1].rows(), planes[2].rows()};
+}
 
 /// What a view is drawn into: rows of whole groups of lanes; those of depth are aligned to them.
 struct Canvas {

@@ -16,8 +16,8 @@ namespace camrig::render::software {
 namespace {
 
 constexpr std::size_t max_moving_rects = 16;
-/// Pixels of areas look at so many rows beside theirs.
-constexpr int area_margin_rows = 2;
+/// Pixels of areas look at so many pixels beside theirs.
+constexpr int area_margin = 2;
 
 /// to += weight of the row * (from - minus), in a rectangle.
 void add(const LightRows& to, const LightRows& from, const LightRows& minus, const PixelRect& rect,
@@ -74,6 +74,14 @@ world::CameraPast::Moment moment_at(const ViewWork& work, TimeNs world_ns) {
     return work.view->past ? work.view->past->at(world_ns) : work.motion->moments[1];
 }
 
+/// Disjoint, as these are.
+std::vector<PixelRect> with_margin(std::vector<PixelRect> rects, const PixelRect& whole) {
+    for (PixelRect& rect : rects)
+        rect =
+            common({rect.x0 - area_margin, rect.y0 - area_margin, rect.x1 + area_margin, rect.y1 + area_margin}, whole);
+    return disjoint_cover(std::move(rects), max_moving_rects);
+}
+
 bool is_moving(const ViewMotion& motion, const scene::SeenSurface& seen) {
     return std::ranges::binary_search(motion.moving, seen.placed->object->id);
 }
@@ -115,7 +123,9 @@ void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
             return work.channels[static_cast<std::size_t>(kind)].frame != nullptr;
         }))
         draw_moment_channels(work, spread.moved_px);
+    work.layer = nullptr;
     end_band(work, scratch_[0]);
+    work.cost_ns += moment_.cost_ns.exchange(0);
 }
 
 void SoftwareDrawer::in_bands(ViewWork& work, const PixelRect& rows,
@@ -154,8 +164,10 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
     scratch.depth.fit(work.view->spec->size);
     moment.canvas = {{}, scratch.depth.rows(), {}};
     moment.ahead = nullptr;
-    moment.moment = MomentPart::everything;
-    moment.is_light = moment.has_areas = false;
+    moment.layer = nullptr;
+    moment.stale = {};
+    moment.is_moment = true;
+    moment.is_light = moment.has_areas = moment.is_in_parts = moment.is_in_frame = false;
 }
 
 SoftwareDrawer::Spread SoftwareDrawer::spread_of(ViewWork& work, TimeNs monotonic_ns) {
@@ -230,43 +242,37 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
 }
 
-void SoftwareDrawer::draw_moment_light(const ViewWork& work, MomentPart part, std::span<const PixelRect> rects) {
+void SoftwareDrawer::draw_moment_light(const ViewWork& work) {
     ViewScratch& scratch = scratch_[0];
     ViewWork& moment = moment_;
-    moment.has_areas = has_areas(*work.view);
     moment.is_light = true;
-    moment.moment = moment.has_areas && part == MomentPart::moving ? MomentPart::everything : part;
-    moment.rects.assign(rects.begin(), rects.end());
-    const PixelRect hull = hull_of(rects);
-    PixelRect rows{0, hull.y0, work.whole.x1, hull.y1};
-    if (moment.has_areas) {
-        rows.y0 = std::max(0, rows.y0 - area_margin_rows);
-        rows.y1 = std::min(work.whole.y1, rows.y1 + area_margin_rows);
-        moment.rects.assign(1, rows);
-    }
-    const auto leave_out = [&](std::vector<scene::SeenSurface>& list, bool moves) {
-        std::erase_if(list, [&](const scene::SeenSurface& seen) { return is_moving(*work.motion, seen) == moves; });
-    };
-    if (moment.moment == MomentPart::moving) leave_out(moment.movers.opaque, false);
-    if (moment.moment == MomentPart::standing) {
-        leave_out(moment.movers.opaque, true);
-        leave_out(moment.movers.blended, true);
-    }
-    deform_seen(std::vector<ViewWork*>{&moment});
+    moment.has_areas = has_areas(*work.view);
     for (Plane<float>& plane : scratch.light) plane.fit(work.view->spec->size);
     moment.canvas.light = light_rows(scratch.light);
-    add_triangles(moment, scratch);
-    if (moment.has_areas) {
-        scratch.areas.begin(work.view->spec->size, team_.size());
-        for (int pass = 0; pass < area_passes; ++pass)
-            in_bands(moment, rows,
-                     [&](int i, const PixelRect& band) { draw_area_rows(moment, scratch, pass, i, band); });
-        return;
+    moment.is_in_parts = moment.layer != nullptr && moment.layer->picture;
+    deform_seen(std::vector<ViewWork*>{&moment});
+    begin_drawing(moment, scratch, team_.size());
+    for (int pass = 0; pass < passes_of(moment); ++pass)
+        in_bands(moment, moment.whole,
+                 [&](int i, const PixelRect&) { draw_rows(moment, scratch, pass, i, team_.size()); });
+    keep_what_was_drawn(moment, scratch);
+}
+
+void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving) {
+    ViewWork& moment = moment_;
+    moment.is_moment = false;
+    moment.layer = moment.scene.lamps_hz == 0.0 ? work.layer : nullptr;
+    if (moment.layer != nullptr && moment.layer->picture) {
+        find_changed_rects(moment);
+        moment.stale = std::span(&work.whole, 1);
+    } else {
+        moment.rects.assign(1, work.whole);
     }
-    scratch.movers = {0, scratch.movers.first + scratch.movers.count};
-    in_bands(moment, rows, [&](int, const PixelRect& band) {
-        draw_moment_rows(moment, scratch, band, light_rows(exposure_scratch_.opaque), exposure_scratch_.depth.rows());
-    });
+    for (auto* const list : {&moment.movers.opaque, &moment.movers.blended})
+        std::erase_if(*list,
+                      [&](const scene::SeenSurface& seen) { return !with_moving && is_moving(*work.motion, seen); });
+    draw_moment_light(work);
+    if (moment.scene.lamps_hz == 0.0) work.layer = moment.layer;
 }
 
 std::vector<PixelRect> SoftwareDrawer::moving_rects(const ViewWork& work, int first_row, int end_row) const {
@@ -292,13 +298,9 @@ void SoftwareDrawer::sum_light(ViewWork& work, const Spread& spread) {
     const int count = count_of_points(spread.disc_px);
     const int points_of_cell = count == 1 ? 1 : (count + cells_of_row - 1) / cells_of_row;
     const auto points = points_of_opening(count == 1 ? 1 : points_of_cell * cells_of_row);
-    const bool stands = !motion.camera_moves && !motion.statics_change && moments.count() > 1 && points.size() == 1;
-    if (stands) {
-        for (auto* const planes : {&exposure_scratch_.standing, &exposure_scratch_.opaque})
-            for (Plane<float>& plane : *planes) plane.fit(work.view->spec->size);
-        exposure_scratch_.depth.fit(work.view->spec->size);
-    }
-    const LightRows sum = work.canvas.light, standing = light_rows(exposure_scratch_.standing);
+    const bool stands = !motion.camera_moves && !motion.statics_change && points.size() == 1;
+    const bool is_one = moments.count() == 1;
+    const LightRows sum = work.canvas.light;
     std::vector<float> weights(static_cast<std::size_t>(work.whole.y1));
     const auto add_moment = [&](std::span<const PixelRect> rects, const LightRows& minus) {
         in_bands(work, {0, 0, 0, work.whole.y1}, [&](int, const PixelRect& band) {
@@ -307,20 +309,27 @@ void SoftwareDrawer::sum_light(ViewWork& work, const Spread& spread) {
                     {rect.x0, std::max(rect.y0, band.y0), rect.x1, std::min(rect.y1, band.y1)}, weights);
         });
     };
-    for (const auto& rows : {sum.red, sum.green, sum.blue}) fill(rows, work.whole, 0.0f);
+    const bool flickers = !motion.flicker_hz.empty();
+    if (!stands || flickers)
+        for (const auto& rows : {sum.red, sum.green, sum.blue}) fill(rows, work.whole, 0.0f);
     for (std::size_t lamps = 0; lamps <= motion.flicker_hz.size(); ++lamps) {
         const double lamps_hz = lamps == 0 ? 0.0 : motion.flicker_hz[lamps - 1];
         if (stands) {
-            begin_moment(work, motion.moments[1], lamps_hz);
-            draw_moment_light(work, MomentPart::standing, std::span(&work.whole, 1));
+            begin_moment(work, is_one ? moment_at(work, moments.time(0)) : motion.moments[1], lamps_hz);
+            draw_standing_light(work, is_one);
             std::ranges::fill(weights, 0.0f);
-            for (int y = 0; y < work.whole.y1; ++y)
+            for (int y = 0; y < work.whole.y1 && flickers; ++y)
                 for (int cell = 0; cell < moments.count(); ++cell)
                     weights[static_cast<std::size_t>(y)] += shares.of(cell, y, lamps);
-            add_moment(std::span(&work.whole, 1), {});
-            copy(moment_.canvas.light.red, standing.red, work.whole);
-            copy(moment_.canvas.light.green, standing.green, work.whole);
-            copy(moment_.canvas.light.blue, standing.blue, work.whole);
+            if (flickers) {
+                add_moment(std::span(&work.whole, 1), {});
+            } else {
+                // All shares of a row make a whole.
+                in_bands(work, work.whole,
+                         [&](int, const PixelRect& band) { copy_picture(moment_.canvas, work.canvas, band); });
+            }
+            if (is_one) continue;
+            std::swap(scratch_[0].light, exposure_scratch_.standing);
         }
         for (int cell = 0; cell < moments.count(); ++cell) {
             const auto [first, end] = moments.rows(cell);
@@ -333,8 +342,10 @@ void SoftwareDrawer::sum_light(ViewWork& work, const Spread& spread) {
                 const std::vector<PixelRect> rects =
                     stands ? moving_rects(work, first, end) : std::vector<PixelRect>{{0, first, work.whole.x1, end}};
                 if (rects.empty()) continue;
-                draw_moment_light(work, stands ? MomentPart::moving : MomentPart::everything, rects);
-                add_moment(rects, stands ? standing : LightRows{});
+                moment_.rects = with_margin(rects, work.whole);
+                moment_.layer = stands && lamps == 0 ? work.layer : nullptr;
+                draw_moment_light(work);
+                add_moment(rects, stands ? light_rows(exposure_scratch_.standing) : LightRows{});
             }
         }
     }

@@ -12,22 +12,23 @@ glm::vec3 linear_of(std::uint32_t pixel) {
     return {linear[pixel & 0xFF], linear[pixel >> 8 & 0xFF], linear[pixel >> 16 & 0xFF]};
 }
 
+glm::vec3 shown_by(const Canvas& canvas, int x, int y) {
+    const LightRows& light = canvas.light;
+    if (light) return {light.red(y)[x], light.green(y)[x], light.blue(y)[x]};
+    return linear_of(canvas.color(y)[x]);
+}
+
 void MixedPixels::leave_out(Rows<std::uint32_t> numbers) const {
     for (const Pixel& pixel : pixels_) numbers(pixel.y)[pixel.x] = 0;
 }
 
 void MixedPixels::take_behind(const Canvas& canvas) {
-    const auto shown = [&](int x, int y) {
-        const LightRows& light = canvas.light;
-        if (light) return glm::vec3(light.red(y)[x], light.green(y)[x], light.blue(y)[x]);
-        return linear_of(canvas.color(y)[x]);
-    };
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         const std::size_t end = i + 1 < pixels_.size() ? pixels_[i + 1].first : parts_.size();
         for (std::size_t k = pixels_[i].first; k < end; ++k) {
             if (parts_[k].place != is_behind) continue;
             parts_[k].place = is_known;
-            parts_[k].color = shown(pixels_[i].x, pixels_[i].y);
+            parts_[k].color = shown_by(canvas, pixels_[i].x, pixels_[i].y);
         }
     }
 }

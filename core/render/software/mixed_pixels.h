@@ -16,6 +16,7 @@ constexpr float share_of(int samples) {
 }
 /// Linear light of a pixel as a picture has it.
 glm::vec3 linear_of(std::uint32_t pixel);
+glm::vec3 shown_by(const Canvas& canvas, int x, int y);
 
 /// Pixels to mix, and of what. One after the other: begin(), what is in it, end().
 class MixedPixels {

@@ -17,7 +17,7 @@ struct ShadedPlace {
 /// Points to shade, and their colours. Those of one draw are shaded together, eight at a time.
 struct ShadedPlaces {
     std::vector<ShadedPlace> places;
-    std::vector<glm::vec3> colors;  ///< linear light, from 0 to 1
+    std::vector<glm::vec3> colors;  ///< linear light
     std::vector<std::uint32_t> order, first_of_draw;
 
     void clear() { places.clear(); }
@@ -26,6 +26,7 @@ struct ShadedPlaces {
         return static_cast<std::uint32_t>(places.size()) - 1;
     }
 };
-void shade_places(const ViewGeometry& geometry, ShadedPlaces& of);
+/// is_light: not clamped to what a picture of codes can show.
+void shade_places(const ViewGeometry& geometry, bool is_light, ShadedPlaces& of);
 
 }  // namespace camrig::render::software

@@ -30,6 +30,14 @@ void copy(Rows<T> from, Rows<T> to, const PixelRect& rect) {
     for (int y = rect.y0; y < rect.y1; ++y) std::memcpy(to(y) + rect.x0, from(y) + rect.x0, bytes);
 }
 
+/// Of its codes or, where there is some, of its light.
+inline void copy_picture(const Canvas& from, const Canvas& to, const PixelRect& rect) {
+    if (!to.light) return copy(from.color, to.color, rect);
+    copy(from.light.red, to.light.red, rect);
+    copy(from.light.green, to.light.green, rect);
+    copy(from.light.blue, to.light.blue, rect);
+}
+
 template <typename T>
 void fill(Rows<T> rows, const PixelRect& rect, T value) {
     for (int y = rect.y0; y < rect.y1; ++y) std::fill_n(rows(y) + rect.x0, std::max(0, rect.width()), value);

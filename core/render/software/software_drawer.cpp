@@ -36,7 +36,7 @@ bool is_within_reach(double principal_point, int side) {
 constexpr auto flow_number = static_cast<std::size_t>(frame::FrameKind::flow);
 
 bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
-    if (layer.number == 0 || (work.frame != nullptr && !layer.color)) return false;
+    if (layer.number == 0 || (work.is_shaded() && !layer.picture)) return false;
     return std::ranges::all_of(channel_kinds, [&](frame::FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
         return work.channels[k].frame == nullptr || layer.channels[k];
@@ -162,9 +162,8 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;
     if (work.exposure && is_shaded && !work.motion && aperture_of(*view.spec))
         work.motion = standing_still(view, work.exposure->times, scene_.snapshot());
-    // Chosen objects are another picture than the one that is kept, and light is not kept.
-    const bool is_kept = view.only_objects.empty() && !(work.exposure && is_shaded) && !work.motion;
-    work.layer = is_kept ? layer_of(view, work.scene) : nullptr;
+    // Chosen objects are another picture than the one that is kept.
+    work.layer = view.only_objects.empty() ? layer_of(view, work.scene) : nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
@@ -176,7 +175,7 @@ void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
         for (const auto* list : {&work->movers.opaque, &work->movers.blended}) {
             for (const scene::SeenSurface& seen : *list) {
                 const scene::PlacedSurface& surface = *seen.placed;
-                if (surface.deformation < 0) continue;
+                if (surface.deformation < 0 || (work->is_moment && !work->scene.touches(seen, work->rects))) continue;
                 const scene::LevelSet levels =
                     scene_.movers().deformed(surface).missing(scene::LevelSet{1} << seen.level);
                 if (levels == 0) continue;
@@ -315,12 +314,16 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
         work.rects.assign(1, work.whole);
         if (work.frame != nullptr) work.history->picture.next(view.sequence, {});
     }
+    begin_drawing(work, scratch, bands);
+}
+
+void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int bands) {
     add_triangles(work, scratch);
-    if (work.has_areas) scratch.areas.begin(size, bands);
+    if (work.has_areas) scratch.areas.begin(work.view->spec->size, bands);
     name_draws(scratch);
     if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
-    const bool has_picture = work.backdrop != nullptr && work.frame != nullptr;
+    const bool has_picture = work.backdrop != nullptr && work.is_shaded();
     if (work.layer == nullptr && !work.has_areas && !has_picture)
         scratch.movers = {0, scratch.movers.first + scratch.movers.count};
 }
@@ -346,12 +349,16 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         if (is_beautiful(work)) work->cost_ns += share_ns;
 }
 
-void SoftwareDrawer::find_changes(ViewWork& work) {
-    const StaticLayer& layer = *work.layer;
-    const FrameHistory& history = *work.history;
+void SoftwareDrawer::find_changed_rects(ViewWork& work) {
     work.rects.swap(work.movers.rects);
     if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene.transform, work.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
+}
+
+void SoftwareDrawer::find_changes(ViewWork& work) {
+    const StaticLayer& layer = *work.layer;
+    const FrameHistory& history = *work.history;
+    find_changed_rects(work);
     const auto stale = [&](const frame::Frame& frame) {
         const std::uint64_t held = frame.held_before();
         const auto& frames = history.kinds[static_cast<std::size_t>(frame.info().kind)].frames;
@@ -363,6 +370,12 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
     for (ChannelFrame& channel : work.channels)
         if (channel.frame != nullptr) channel.stale = stale(*channel.frame);
     if (work.frame == nullptr) return;
+    if (work.takes_picture()) {
+        // Its light is in memory of all cameras, and no two pictures have the same noise.
+        work.stale = std::span(&work.whole, 1);
+        work.history->picture.next(work.view->sequence, {});
+        return;
+    }
     work.stale = stale(*work.frame);
     frame::Damage since_layer = frame::Damage::since(static_cast<std::int64_t>(layer.number));
     for (const PixelRect& rect : work.rects) since_layer.add(rect.y0, rect.y1);
@@ -383,12 +396,11 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     scratch.blending.clear();
     scratch.proxies = 0;
     const bool is_shaded = work.is_shaded();
-    const bool has_statics = work.is_in_parts || work.moment == MomentPart::moving;
-    work.scene.see_all(true, has_statics ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
+    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
     if (work.backdrop != nullptr) add_proxies(work, scratch);
     keep_only(work.view->only_objects, scratch.opaque);
     keep_only(work.view->only_objects, work.movers.opaque);
-    if (work.moment) {
+    if (work.is_moment) {
         for (auto* const list : {&scratch.opaque, &scratch.blending, &work.movers.opaque, &work.movers.blended})
             std::erase_if(*list, [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
     }
@@ -433,14 +445,16 @@ void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
 void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
     StaticLayer& layer = *work.layer;
-    const bool is_shaded = work.frame != nullptr && !layer.color, is_new = layer.number == 0;
+    const bool is_shaded = work.is_shaded() && !layer.picture, is_new = layer.number == 0;
     const bool is_blended = is_shaded && has_blended, has_steps = is_shaded && work.has_areas;
     const bool is_shadowed = is_shaded && !work.shadows.empty();
     const auto is_missing = [&](frame::FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
         return work.channels[k].frame != nullptr && !layer.channels[k];
     };
-    std::int64_t bytes = (is_new + is_shaded + is_blended + has_steps + is_shadowed) * Plane<float>::bytes_for(size);
+    const auto is_light = static_cast<bool>(work.canvas.light);
+    std::int64_t bytes = (is_new + has_steps + is_shadowed) * Plane<float>::bytes_for(size) +
+                         (is_shaded + is_blended) * KeptPicture::bytes_for(size, is_light);
     for (const frame::FrameKind kind : channel_kinds)
         if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {
@@ -456,8 +470,8 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
         }
     }
     if (is_new) layer.depth = Plane<float>(size);
-    if (is_shaded) layer.color = Plane<std::uint32_t>(size);
-    if (is_blended) layer.finished = Plane<std::uint32_t>(size);
+    if (is_shaded) layer.picture = KeptPicture(size, is_light);
+    if (is_blended) layer.finished = KeptPicture(size, is_light);
     if (is_shadowed) {
         layer.shadowed = std::make_unique<ShadowedStatics>();
         layer.shadowed->numbers = TriangleNumbers(size);
@@ -494,15 +508,18 @@ void SoftwareDrawer::charge_for(StaticLayer& layer, std::int64_t bytes) {
     }
 }
 
+void SoftwareDrawer::keep_what_was_drawn(ViewWork& work, ViewScratch& scratch) {
+    if (work.layer == nullptr || work.is_in_parts) return;
+    if (work.has_areas) {
+        keep_areas(work, scratch);
+    } else if (work.is_shaded() && work.layer->shadowed != nullptr) {
+        keep_shadowed(work, scratch);
+    }
+}
+
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     if (--work.bands_left > 0) return;
-    if (work.layer != nullptr && !work.is_in_parts) {
-        if (work.has_areas) {
-            keep_areas(work, scratch);
-        } else if (work.frame != nullptr && work.layer->shadowed != nullptr) {
-            keep_shadowed(work, scratch);
-        }
-    }
+    keep_what_was_drawn(work, scratch);
     const auto note = [&](frame::Frame& frame, bool is_as_drawn) {
         FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
         history.last = (history.last + 1) % history.frames.size();
@@ -521,7 +538,7 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     if (work.takes_picture()) end_taking(work);
     finish_color(*work.view, *work.frame);
     // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    note(*work.frame, frame::changes_nothing(work.view->spec->controls));
+    note(*work.frame, !work.takes_picture() && frame::changes_nothing(work.view->spec->controls));
 }
 
 void SoftwareDrawer::forget(CameraId camera) {

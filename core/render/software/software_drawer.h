@@ -81,6 +81,8 @@ private:
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
     void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
+    /// Its last step, when the rectangles are known.
+    void begin_drawing(ViewWork& work, ViewScratch& scratch, int bands);
     /// Notes what is asked for, and says what is to be drawn for it.
     KindSet kinds_to_draw(const View& view, ViewWork& work);
     scene::SceneView scene_view_of(const View& view, world::Quality quality);
@@ -90,6 +92,7 @@ private:
     /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
     /// holds, which may be earlier pictures of the camera.
     void find_changes(ViewWork& work);
+    void find_changed_rects(ViewWork& work);
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Those that were asked for; what was drawn beside them is kept.
     static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);
@@ -100,9 +103,11 @@ private:
     /// The layer's part whose size only the picture tells; without room for it the layer is given up.
     void keep_areas(ViewWork& work, const ViewScratch& scratch);
     /// What the layer shades anew; it is the geometry that drew it. As keep_areas.
+    void keep_shadowed(ViewWork& work, ViewScratch& scratch);
+    /// Of a picture whose layer is new: both.
+    void keep_what_was_drawn(ViewWork& work, ViewScratch& scratch);
     /// What the picture of a backdrop shows, before all that is drawn.
     void add_proxies(ViewWork& work, ViewScratch& scratch);
-    void keep_shadowed(ViewWork& work, ViewScratch& scratch);
     /// Says that the layer takes so much more; without room it is given up.
     void charge_for(StaticLayer& layer, std::int64_t bytes);
     /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
@@ -124,7 +129,11 @@ private:
     /// drawn, come next.
     void begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz,
                       glm::dvec2 point = glm::dvec2(0.0));
-    void draw_moment_light(const ViewWork& work, MomentPart part, std::span<const PixelRect> rects);
+    /// The light of the moment, by all threads, of its rectangles; a picture in parts if the view has a layer.
+    void draw_moment_light(const ViewWork& work);
+    /// The light of all that stands still while the picture is taken or, with what moves, of the moment: in full or in
+    /// parts over the view's layer, which is made if there is none yet.
+    void draw_standing_light(ViewWork& work, bool with_moving);
     void draw_moment_rows_of_channels(const PixelRect& rows);
     std::vector<PixelRect> moving_rects(const ViewWork& work, int first_row, int end_row) const;
     /// In bands of these rows, numbered, by all threads.

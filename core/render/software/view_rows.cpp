@@ -93,11 +93,12 @@ void cover_blind(const scene::SceneView& view, const Canvas& canvas, const Pixel
 
 void put_back(ViewWork& work, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
-    const Rows<std::uint32_t> color = layer.color.rows();
-    const Rows<std::uint32_t> finished = layer.finished ? layer.finished.rows() : color;
-    for (const PixelRect& rect : work.stale) copy(finished, rows_of(*work.frame), common(rect, band));
+    const Canvas opaque = layer.picture.canvas();
+    const Canvas finished = layer.finished ? layer.finished.canvas() : opaque;
+    const Canvas held = work.canvas.light ? work.canvas : Canvas{rows_of(*work.frame), {}, {}};
+    for (const PixelRect& rect : work.stale) copy_picture(finished, held, common(rect, band));
     for (const PixelRect& rect : work.rects) {
-        if (!work.is_in_frame || layer.finished) copy(color, work.canvas.color, common(rect, band));
+        if (!work.is_in_frame || layer.finished) copy_picture(opaque, work.canvas, common(rect, band));
         copy(layer.depth.rows(), work.canvas.depth, common(rect, band));
     }
 }
@@ -123,13 +124,13 @@ void draw_background(ViewWork& work, const PixelRect& rect) {
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     const Canvas& canvas = work.canvas;
     const StaticLayer& layer = *work.layer;
-    copy(canvas.color, layer.color.rows(), band);
+    copy_picture(canvas, layer.picture.canvas(), band);
     copy(canvas.depth, layer.depth.rows(), band);
     keep_channels(work, band);
     if (!layer.finished) return;
     draw_blended(scratch, scratch.blended_statics, work, band, false);
-    copy(canvas.color, layer.finished.rows(), band);
-    copy(layer.color.rows(), canvas.color, band);
+    copy_picture(canvas, layer.finished.canvas(), band);
+    copy_picture(layer.picture.canvas(), canvas, band);
 }
 
 void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
@@ -138,38 +139,11 @@ void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
 }
 
-void draw_moment_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band, const LightRows& opaque,
-                      Rows<float> depth) {
-    const auto copy_light = [](const LightRows& from, const LightRows& to, const PixelRect& rect) {
-        copy(from.red, to.red, rect);
-        copy(from.green, to.green, rect);
-        copy(from.blue, to.blue, rect);
-    };
-    for (const PixelRect& rect : work.rects) {
-        const PixelRect part = common(rect, band);
-        if (work.moment == MomentPart::moving) {
-            copy_light(opaque, work.canvas.light, part);
-            copy(depth, work.canvas.depth, part);
-        } else {
-            draw_background(work, part);
-        }
-    }
-    draw_opaque(scratch, scratch.movers, work, band, true);
-    if (work.moment == MomentPart::standing) {
-        for (const PixelRect& rect : work.rects) {
-            copy_light(work.canvas.light, opaque, common(rect, band));
-            copy(work.canvas.depth, depth, common(rect, band));
-        }
-    }
-    draw_blended(scratch, scratch.blended, work, band, true);
-}
-
 PixelRect band_of(const ViewWork& work, int band, int bands) {
     // The work lies where the rectangles are.
     const PixelRect busy = work.rects.empty() ? work.whole : hull_of(work.rects);
-    const auto row = [&](int i) {
-        return i == 0 ? 0 : i == bands ? work.whole.y1 : busy.y0 + busy.height() * i / bands;
-    };
+    const PixelRect& all = work.is_moment ? busy : work.whole;
+    const auto row = [&](int i) { return i == 0 ? all.y0 : i == bands ? all.y1 : busy.y0 + busy.height() * i / bands; };
     return {0, row(band), work.whole.x1, row(band + 1)};
 }
 
@@ -182,12 +156,12 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int b
     if (const int taking = pass - light_passes_of(work); taking >= 0)
         return taking == 0 ? expose_rows(work, band) : develop_rows(work, band);
     if (work.has_areas) return draw_area_rows(work, scratch, pass, number, band);
-    if (work.frame == nullptr) return draw_channel_rows(work, scratch, band);
+    if (!work.is_shaded()) return draw_channel_rows(work, scratch, band);
     begin_channels(work, band);
     if (work.is_in_parts) {
         put_back(work, band);
     } else {
-        draw_background(work, band);
+        for (const PixelRect& rect : work.rects) draw_background(work, common(rect, band));
         if (work.layer != nullptr) {
             draw_opaque(scratch, scratch.statics, work, band, false);
             keep_layer(work, scratch, band);

@@ -21,11 +21,6 @@ std::span<const scene::LensView::BlindRun> blind_runs(const scene::LensView& len
 /// canvas may be without colour.
 void cover_blind(const scene::SceneView& view, const Canvas& canvas, const PixelRect& rect);
 
-/// Light of a moment in its rectangles (ViewWork::moment), not of areas: over what stands, or all of it. `opaque` and
-/// `depth`, if there: where what is opaque is put, or comes from.
-void draw_moment_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band, const LightRows& opaque,
-                      Rows<float> depth);
-
 /// Steps of draw_rows, each of a band: what is there before anything is drawn, of a picture in parts or in full.
 void put_back(ViewWork& work, const PixelRect& band);
 void draw_background(ViewWork& work, const PixelRect& band);

@@ -19,13 +19,31 @@
 /// What is known of a view from instant to instant, and while it is drawn.
 namespace camrig::render::software {
 
+/// A picture that is kept: its codes or, of a camera with a sensor, its light.
+struct KeptPicture {
+    Plane<std::uint32_t> color;
+    std::array<Plane<float>, 3> light;
+
+    KeptPicture() = default;
+    KeptPicture(ImageSize size, bool is_light) {
+        if (!is_light) color = Plane<std::uint32_t>(size);
+        for (Plane<float>& plane : light)
+            if (is_light) plane = Plane<float>(size);
+    }
+    static std::int64_t bytes_for(ImageSize size, bool is_light) {
+        return (is_light ? 3 : 1) * Plane<float>::bytes_for(size);
+    }
+    explicit operator bool() const { return color || light[0]; }
+    Canvas canvas() const { return {color.rows(), {}, light_rows(light)}; }
+};
+
 /// What is kept of a camera that stands still.
 struct StaticLayer {
     Plane<float> depth;
-    Plane<std::uint32_t> color;                 ///< empty: nobody asked for colour yet
-    Plane<std::uint32_t> finished;              ///< empty: nothing is blended, it is `color`
-    StaticAreas areas;                          ///< of pictures of exact areas, with `color`
-    std::unique_ptr<ShadowedStatics> shadowed;  ///< with `color`, where there are shadows
+    KeptPicture picture;                        ///< what is opaque; empty: nobody asked for colour yet
+    KeptPicture finished;                       ///< empty: nothing is blended, it is `picture`
+    StaticAreas areas;                          ///< of pictures of exact areas, with `picture`
+    std::unique_ptr<ShadowedStatics> shadowed;  ///< with `picture`, where there are shadows
     /// By kind, as their frames are; empty: nobody asked for it yet.
     std::array<Plane<std::uint32_t>, frame::frame_kind_count> channels;
     std::map<ObjectId, frame::Silhouette> silhouettes;  ///< of static objects whose were asked for
@@ -55,13 +73,6 @@ struct ChannelFrame {
     std::span<const PixelRect> stale;     ///< if a layer is kept: where the frame's memory holds something else
 };
 
-/// What of a moment is drawn (exposed_views.cpp).
-enum class MomentPart : std::uint8_t {
-    everything,
-    standing,  ///< without what moves
-    moving,    ///< over what stands, which is there
-};
-
 struct ViewWork {
     const View* view = nullptr;
     KindSet kinds;  ///< that are drawn
@@ -85,10 +96,9 @@ struct ViewWork {
     std::span<std::uint16_t> numbers;          ///< of that sensor: of its frame or in scratch memory
     bool is_in_frame = false;                  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
-    bool has_areas = false;            ///< Antialias::coverage
-    std::optional<ViewMotion> motion;  ///< while it is taken; nullopt: the view is drawn as of its instant
-    /// Of a moment of such a view: what of it is drawn, in the rectangles alone; nullopt: it is no moment.
-    std::optional<MomentPart> moment;
+    bool has_areas = false;             ///< Antialias::coverage
+    std::optional<ViewMotion> motion;   ///< while it is taken; nullopt: the view is drawn as of its instant
+    bool is_moment = false;             ///< of such a view: it is drawn in the rectangles alone
     SceneAhead* ahead = nullptr;        ///< of a moment whose flow is drawn
     bool is_light = false;              ///< of a moment: light is drawn, no frame
     std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
@@ -123,15 +133,10 @@ struct ViewScratch {
 
 /// Of views that are taken while something moves: light before a sensor.
 struct ExposureScratch {
-    std::array<Plane<float>, 3> sum;               ///< of all moments so far
-    std::array<Plane<float>, 3> standing, opaque;  ///< what stands still; the same before anything is blended
-    Plane<float> depth;                            ///< of `opaque`
-    std::vector<std::uint16_t> numbers;            ///< as ViewScratch::sensor_numbers
+    std::array<Plane<float>, 3> sum;       ///< of all moments so far
+    std::array<Plane<float>, 3> standing;  ///< what stands still
+    std::vector<std::uint16_t> numbers;    ///< as ViewScratch::sensor_numbers
 };
-
-inline LightRows light_rows(const std::array<Plane<float>, 3>& planes) {
-    return {planes[0].rows(), planes[1].rows(), planes[2].rows()};
-}
 
 inline Rows<std::uint32_t> rows_of(frame::Frame& frame) {
     return {reinterpret_cast<std::uint32_t*>(frame.mutable_bytes().data()), frame.info().size.width};

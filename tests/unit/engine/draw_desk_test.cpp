@@ -9,7 +9,7 @@
 #include "core/base/clock.h"
 #include "core/camera/lens_map.h"
 #include "core/render/null_renderer.h"
-#include "core/render/software/cpu_renderer.h"
+#include "core/render/composed_renderer.h"
 
 namespace camrig::engine::draw_desk_test {
 namespace {
@@ -374,7 +374,7 @@ protected:
     std::unique_ptr<render::Renderer> make_renderer() override {
         render::software::SoftwareDrawer::Options options{
             .pool = pool, .caches = caches, .static_layer_bytes = 1 << 28};
-        return std::make_unique<Priced>(std::make_unique<render::software::CpuRenderer>(
+        return std::make_unique<Priced>(std::make_unique<render::ComposedRenderer>(
             options, [] { return error(ErrorKind::unsupported, "nothing here is drawn elsewhere"); }));
     }
     render::SharedCaches caches = render::make_shared_caches();

@@ -10,6 +10,7 @@ from .figures import figure, lines
 from .meter import percentile
 from .others import difference_of_tiny, other_renderers
 from .plan import FULL_HD, HD, QUICK, VGA, Plan, table
+from .sensors import sensors
 from .sharing import sharing
 from .soak import soak
 from .targets import pictures, targets
@@ -157,6 +158,6 @@ def peers(plan: Plan) -> str:
 
 
 ALL: dict[str, Callable[[Plan], str]] = {
-    "targets": targets, "cameras": cameras, "sizes": sizes, "outputs": outputs, "load": load, "overload": overload, "sharing": sharing, "limits": machine_limits,
+    "targets": targets, "cameras": cameras, "sizes": sizes, "outputs": outputs, "load": load, "overload": overload, "sharing": sharing, "sensors": sensors, "limits": machine_limits,
     "kernels": kernels, "peers": peers, "soak": soak,
 }

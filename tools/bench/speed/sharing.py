@@ -34,7 +34,7 @@ def _rig(scene: str) -> Iterator[camrig.Rig]:
         yield rig
 
 
-def _watch(rig: camrig.Rig, names: list[str], seconds: float, meanwhile: Callable[[float], None] = time.sleep) -> tuple[dict[str, Stream], float]:
+def watch(rig: camrig.Rig, names: list[str], seconds: float, meanwhile: Callable[[float], None] = time.sleep) -> tuple[dict[str, Stream], float]:
     """What readers of these cameras see while something else goes on for about so long, and for how long it did."""
     with MjpegReaders(rig.call("server.info")["http"], names) as readers:
         time.sleep(WARM_UP_S)
@@ -45,7 +45,7 @@ def _watch(rig: camrig.Rig, names: list[str], seconds: float, meanwhile: Callabl
         return {stream.camera: stream for stream in readers.close()}, lasted_s
 
 
-def _row(what: str, wanted: str, streams: list[Stream], due: float, seconds: float, reached: Callable[[float, float], bool]) -> list[object]:
+def row(what: str, wanted: str, streams: list[Stream], due: float, seconds: float, reached: Callable[[float, float], bool]) -> list[object]:
     pictures = sum(stream.pictures for stream in streams)
     latencies = [ms for stream in streams for ms in stream.latencies_ms]
     lost, p99 = max(0.0, 1 - pictures / due), percentile(latencies, 0.99)
@@ -60,10 +60,10 @@ def _corner(plan: Plan, *, beside: bool) -> list[object]:
         if beside:
             rig.create_camera("dear", place="corner", size=HD, fps=1, quality="beautiful")
             names.append("dear")
-        streams, seconds = _watch(rig, names, seconds)
+        streams, seconds = watch(rig, names, seconds)
     what = "street `corner` 640x480 at 25/s" + (", 1280x720 `beautiful` at 1/s beside it" if beside else " alone")
     wanted = "24.5/s, p99 below 80 ms" if beside else ""
-    return _row(what, wanted, [streams["corner_watched"]], 25 * seconds, seconds, lambda lost, p99: not beside or (lost <= 0.02 and p99 < 80))
+    return row(what, wanted, [streams["corner_watched"]], 25 * seconds, seconds, lambda lost, p99: not beside or (lost <= 0.02 and p99 < 80))
 
 
 def _twelve(plan: Plan) -> list[list[object]]:
@@ -73,8 +73,8 @@ def _twelve(plan: Plan) -> list[list[object]]:
         plain, dear = [f"plain{i}" for i in range(9)], [f"dear{i}" for i in range(3)]
         for i, name in enumerate(plain + dear):
             rig.create_camera(name, place=places[i % len(places)], size=VGA, fps=25, quality="beautiful" if name in dear else "simple")
-        streams, seconds = _watch(rig, plain + dear, seconds)
-    return [_row(f"hall, 12 cameras 640x480 at 25/s, three of them `beautiful`: the {len(group)} {kind}", wanted, [streams[name] for name in group], 25 * len(group) * seconds, seconds, reached)
+        streams, seconds = watch(rig, plain + dear, seconds)
+    return [row(f"hall, 12 cameras 640x480 at 25/s, three of them `beautiful`: the {len(group)} {kind}", wanted, [streams[name] for name in group], 25 * len(group) * seconds, seconds, reached)
             for kind, group, wanted, reached in (("others", plain, "at most 2 % lost", lambda lost, _: lost <= 0.02), ("dear ones", dear, "", lambda *_: True))]
 
 
@@ -96,9 +96,9 @@ def _newcomers(plan: Plan) -> list[object]:
                 if time.monotonic() >= end:
                     break
 
-        streams, seconds = _watch(rig, ["running"], seconds, meanwhile)
+        streams, seconds = watch(rig, ["running"], seconds, meanwhile)
     what = "hall, one camera 640x480 at 25/s while others come and go, each for 2 s: 1920x1080, 1280x720 through a lens, 640x480 `beautiful`"
-    return _row(what, "at most 2 % lost, p99 below 80 ms", [streams["running"]], 25 * seconds, seconds, lambda lost, p99: lost <= 0.02 and p99 < 80)
+    return row(what, "at most 2 % lost, p99 below 80 ms", [streams["running"]], 25 * seconds, seconds, lambda lost, p99: lost <= 0.02 and p99 < 80)
 
 
 def _requests(plan: Plan) -> list[object]:
@@ -133,7 +133,7 @@ def _requests(plan: Plan) -> list[object]:
                         break
                 pool.shutdown(cancel_futures=True)  # what was asked is waited for
 
-        streams, seconds = _watch(rig, running, seconds, meanwhile)
+        streams, seconds = watch(rig, running, seconds, meanwhile)
     what = (f"hall, 4 cameras 640x480 at 25/s while 200 snapshots and 50 truths a second are asked of 4 others ({answered['snapshots'] / seconds:.0f} and {answered['truths'] / seconds:.0f}/s "
             f"answered, {answered['refused'] / seconds:.0f}/s refused)")
-    return _row(what, "at most 2 % lost", [streams[name] for name in running], 100 * seconds, seconds, lambda lost, _: lost <= 0.02)
+    return row(what, "at most 2 % lost", [streams[name] for name in running], 100 * seconds, seconds, lambda lost, _: lost <= 0.02)

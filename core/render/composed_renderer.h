@@ -8,15 +8,21 @@
 #include "core/base/thread_check.h"
 #include "core/render/software/software_drawer.h"
 
-namespace camrig::render::software {
+namespace camrig::render {
 
-/// The Renderer of a machine without a GPU: pictures by camrig's own rasteriser where it can draw them, all else
-/// (colour with several samples a pixel; points and lines through a lens) by another one, made when it is first needed.
-class CpuRenderer final : public Renderer {
+/// Pictures by camrig's own rasteriser and by a renderer of OpenGL, which share the views of an instant.
+class ComposedRenderer final : public Renderer {
 public:
     using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;
-    CpuRenderer(const SoftwareDrawer::Options& options, MakeRenderer make_other)
+
+    /// Of a machine without a GPU: our rasteriser draws what it can, another one, made when it is first needed, the
+    /// rest: colour with several samples a pixel; points and lines through a lens.
+    ComposedRenderer(const software::SoftwareDrawer::Options& options, MakeRenderer make_other)
         : drawer_(options), make_other_(std::move(make_other)) {}
+    /// Of a machine with one: the device draws, our rasteriser what OpenGL has no light, plates or motion for: cameras
+    /// with a sensor or a backdrop, and optical flow.
+    ComposedRenderer(const software::SoftwareDrawer::Options& options, std::unique_ptr<Renderer> device)
+        : drawer_(options), is_first_(false), other_(std::move(device)) {}
 
     Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                           std::span<const View> views) override;
@@ -24,7 +30,8 @@ public:
                                                               std::span<const ObjectId> objects) override;
     bool is_plain(const View& view) const override;
     TimeNs expected_cost_ns(const View& view) const override;
-    bool is_on_cpu() const override { return true; }
+    bool makes(frame::PixelFormat format, const View& view) const override;
+    bool is_on_cpu() const override { return is_first_ || other_->is_on_cpu(); }
     void forget(CameraId camera) override;
     void hand_over(CameraId camera) override;
     RenderCounters counters() const override;
@@ -35,7 +42,12 @@ private:
     Result<Finished> draw_all(const world::SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     Result<Finished> draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns);
 
-    SoftwareDrawer drawer_;
+    /// Whether our rasteriser draws such a picture of the view, where it can.
+    bool is_ours(const View& view, frame::FrameKind kind) const;
+    bool is_ours(const View& view) const { return is_ours(view, frame::FrameKind::color); }
+
+    software::SoftwareDrawer drawer_;
+    bool is_first_ = true;  ///< it draws whatever it can
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
     std::atomic<bool> has_only_triangles_ = true;  ///< the last instant; others ask is_plain()
@@ -47,4 +59,4 @@ private:
     ThreadCheck thread_;
 };
 
-}  // namespace camrig::render::software
+}  // namespace camrig::render

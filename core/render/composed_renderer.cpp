@@ -1,4 +1,4 @@
-#include "core/render/software/cpu_renderer.h"
+#include "core/render/composed_renderer.h"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 #include "core/base/out_of_memory.h"
 #include "core/render/view_frames.h"
 
-namespace camrig::render::software {
+namespace camrig::render {
 namespace {
 
 /// CPU time of a pixel of a whole picture of the hall (docs/decisions 0105, 0116, 0118), and beside it of its ray
@@ -16,8 +16,12 @@ constexpr double plain_pixel_ns = 150.0, coverage_pixel_ns = 200.0, beautiful_pi
 
 }  // namespace
 
-Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
-                                             std::span<const View> views) {
+bool ComposedRenderer::is_ours(const View& view, frame::FrameKind kind) const {
+    return is_first_ || view.spec->sensor || view.spec->backdrop || kind == frame::FrameKind::flow;
+}
+
+Result<Renderer::Finished> ComposedRenderer::draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                                                  std::span<const View> views) {
     thread_.check();
     auto finished = or_out_of_memory("drawing", [&] { return draw_all(snapshot, monotonic_ns, views); });
     // What was being made is half made.
@@ -25,9 +29,19 @@ Result<Renderer::Finished> CpuRenderer::draw(const world::SnapshotRef& snapshot,
     return finished;
 }
 
-Result<Renderer::Finished> CpuRenderer::draw_all(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
-                                                 std::span<const View> views) {
+Result<Renderer::Finished> ComposedRenderer::draw_all(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
+                                                      std::span<const View> views) {
+    const auto wants_ours = [&](const View& view) {
+        for (int k = 0; k < frame::frame_kind_count; ++k)
+            if (view.kinds[k] && is_ours(view, static_cast<frame::FrameKind>(k))) return true;
+        return false;
+    };
+    // Placing the scene for nobody costs.
+    if (!is_first_ && std::ranges::none_of(views, wants_ours)) return other_->draw(snapshot, monotonic_ns, views);
     begin_instant(snapshot);
+    const auto draws = [&](const View& view, frame::FrameKind kind) {
+        return is_ours(view, kind) && drawer_.can_draw(view, kind);
+    };
     Finished finished;
     finished.set.world_ns = snapshot->world_ns;
     finished.set.monotonic_ns = monotonic_ns;
@@ -43,7 +57,7 @@ Result<Renderer::Finished> CpuRenderer::draw_all(const world::SnapshotRef& snaps
         bool is_here = false, is_elsewhere = false;
         for (int k = 0; k < frame::frame_kind_count; ++k) {
             if (!wants(view, static_cast<frame::FrameKind>(k))) continue;
-            (drawer_.can_draw(view, static_cast<frame::FrameKind>(k)) ? is_here : is_elsewhere) = true;
+            (draws(view, static_cast<frame::FrameKind>(k)) ? is_here : is_elsewhere) = true;
         }
         finished.cost_ns[i] = thread_cpu_ns() - begin_ns;
         if (is_here) {
@@ -54,7 +68,7 @@ Result<Renderer::Finished> CpuRenderer::draw_all(const world::SnapshotRef& snaps
         rest_.push_back(view);
         places_of_rest_.push_back(i);
         for (int k = 0; k < frame::frame_kind_count; ++k)
-            rest_.back().kinds[k] &= !drawer_.can_draw(view, static_cast<frame::FrameKind>(k));
+            rest_.back().kinds[k] &= !draws(view, static_cast<frame::FrameKind>(k));
     }
     drawer_.draw(here_, monotonic_ns, finished.set.frames);
     for (std::size_t i = 0; i < here_.size(); ++i) finished.cost_ns[places_here_[i]] += drawer_.cost_ns()[i];
@@ -77,13 +91,13 @@ Result<Renderer::Finished> CpuRenderer::draw_all(const world::SnapshotRef& snaps
     return finished;
 }
 
-void CpuRenderer::begin_instant(const world::SnapshotRef& snapshot) {
+void ComposedRenderer::begin_instant(const world::SnapshotRef& snapshot) {
     if (snapshot == drawer_.snapshot()) return;
     drawer_.begin_instant(snapshot);
     has_only_triangles_ = drawer_.has_only_triangles();
 }
 
-Result<Renderer::Finished> CpuRenderer::draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns) {
+Result<Renderer::Finished> ComposedRenderer::draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns) {
     if (other_ == nullptr && !other_failed_) {
         auto made = make_other_();
         if (made) {
@@ -96,10 +110,11 @@ Result<Renderer::Finished> CpuRenderer::draw_rest(const world::SnapshotRef& snap
     return other_->draw(snapshot, monotonic_ns, rest_);
 }
 
-std::optional<std::vector<frame::Silhouette>> CpuRenderer::silhouettes(const world::SnapshotRef& snapshot,
-                                                                       const View& view,
-                                                                       std::span<const ObjectId> objects) {
+std::optional<std::vector<frame::Silhouette>> ComposedRenderer::silhouettes(const world::SnapshotRef& snapshot,
+                                                                            const View& view,
+                                                                            std::span<const ObjectId> objects) {
     thread_.check();
+    if (!is_ours(view)) return std::nullopt;
     try {
         begin_instant(snapshot);
         if (!drawer_.can_draw(view, frame::FrameKind::instance) || drawer_.is_exposed(view)) return std::nullopt;
@@ -110,42 +125,49 @@ std::optional<std::vector<frame::Silhouette>> CpuRenderer::silhouettes(const wor
     }
 }
 
-void CpuRenderer::forget(CameraId camera) {
+void ComposedRenderer::forget(CameraId camera) {
     thread_.check();
     drawer_.forget(camera);
     if (other_ != nullptr) other_->forget(camera);
 }
 
-RenderCounters CpuRenderer::counters() const {
+RenderCounters ComposedRenderer::counters() const {
     RenderCounters sum = drawer_.counters();
     if (other_ != nullptr) sum += other_->counters();
     return sum;
 }
 
-void CpuRenderer::hand_over(CameraId camera) {
+void ComposedRenderer::hand_over(CameraId camera) {
     thread_.check();
     drawer_.hand_over(camera);
     if (other_ != nullptr) other_->forget(camera);
 }
 
-bool CpuRenderer::is_plain(const View& view) const {
+bool ComposedRenderer::makes(frame::PixelFormat format, const View& view) const {
+    return is_ours(view) ? format == frame::PixelFormat::rgba8 : other_->makes(format, view);
+}
+
+bool ComposedRenderer::is_plain(const View& view) const {
+    if (!is_ours(view)) return other_->is_plain(view);
     // Shadow maps are made for all beautiful views of a renderer, and textures for their materials.
-    if (view.quality == world::Quality::beautiful || !SoftwareDrawer::is_plain(view)) return false;
+    if (view.quality == world::Quality::beautiful || !software::SoftwareDrawer::is_plain(view)) return false;
     return has_only_triangles_ || view.spec->lens.model == camera::LensModel::pinhole;
 }
 
-TimeNs CpuRenderer::expected_cost_ns(const View& view) const {
+TimeNs ComposedRenderer::expected_cost_ns(const View& view) const {
+    if (!is_ours(view)) return other_->expected_cost_ns(view);
     const bool has_lens = view.spec->lens.model != camera::LensModel::pinhole;
-    double pixel_ns = SoftwareDrawer::has_areas(view) ? coverage_pixel_ns : plain_pixel_ns;
+    double pixel_ns = software::SoftwareDrawer::has_areas(view) ? coverage_pixel_ns : plain_pixel_ns;
     if (view.quality == world::Quality::beautiful) pixel_ns = beautiful_pixel_ns;
     if (has_lens) pixel_ns += lens_pixel_ns;
     if (view.spec->sensor) pixel_ns += sensor_pixel_ns;
     return static_cast<TimeNs>(pixel_ns * static_cast<double>(view.spec->size.pixels()));
 }
 
-std::string CpuRenderer::description() const {
-    const std::string own = "camrig's rasteriser (" + std::string(has_wide_lanes() ? "AVX2" : "SSE2") + ")";
+std::string ComposedRenderer::description() const {
+    if (!is_first_) return other_->description();
+    const std::string own = "camrig's rasteriser (" + std::string(software::has_wide_lanes() ? "AVX2" : "SSE2") + ")";
     return other_ == nullptr ? own : own + "; " + other_->description();
 }
 
-}  // namespace camrig::render::software
+}  // namespace camrig::render
