@@ -107,6 +107,14 @@ bool is_disconnected(const FrameFaults& faults, std::string_view output) {
     });
 }
 
+bool is_reset(const FrameFaults& faults, std::string_view output) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const out = std::get_if<Disconnect>(&one->kind);
+        return out && out->reset && is_for(out->output, output) &&
+               is_in_period(*one, faults.frame.world_ns, out->period_s);
+    });
+}
+
 std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view output,
                                     std::span<const std::byte> jpeg) {
     std::optional<Damaged> damaged;

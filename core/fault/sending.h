@@ -18,6 +18,8 @@ namespace camrig::fault {
 bool is_stalled(const FrameFaults& faults, std::string_view output);
 /// Its readers are thrown out. Never those of "v4l2": a loopback device cannot be unplugged while it is open.
 bool is_disconnected(const FrameFaults& faults, std::string_view output);
+/// They are, and their connections are reset, without a word.
+bool is_reset(const FrameFaults& faults, std::string_view output);
 /// A picture as it arrives, and what is wrong with it by each fault that did something.
 struct Damaged {
     std::vector<std::byte> bytes;

@@ -151,6 +151,10 @@ void Output::leave_out_failing(Item& item) {
             if (std::erase(readers_, reader) == 0) return true;
         }
         note(ReaderEventKind::thrown_out, *reader, info.world_ns);
+        if (is_reset(*info.faults, reader->options.kind)) {
+            std::lock_guard lock(reader->mutex);
+            reader->sink->reset();
+        }
         end_reader(reader, {ErrorKind::not_found, "camera " + camera_.name + " is disconnected (a fault)"});
         return true;
     });

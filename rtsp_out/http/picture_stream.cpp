@@ -24,6 +24,13 @@ ImageSize scaled_to(const ImageSize& own, int width) {
     return {width, static_cast<int>(std::clamp<std::int64_t>(height, min_image_size.height, max_image_size.height))};
 }
 
+/// The peer gets RST: nothing that waits is sent, and no end.
+void break_off(beast::tcp_stream& socket) {
+    beast::error_code ignored;
+    socket.socket().set_option(asio::socket_base::linger(true, 0), ignored);
+    socket.close();
+}
+
 stream::MediaFormat jpeg_of(int quality, ImageSize size = {}) {
     stream::MediaFormat format;
     format.codec = codec::Codec::jpeg;
@@ -110,6 +117,7 @@ asio::awaitable<void> PictureStream::run(beast::tcp_stream& socket, unsigned htt
     while (!failed && !ended) {
         int sent = 0;
         failed = co_await send_round(socket, sent, ended);
+        if (!failed && ended && channels_.front()->is_reset()) co_return break_off(socket);
         if (!failed && ended) failed = co_await send_text(socket, closing);
         if (!failed && !ended) failed = co_await follow_output(socket);
         if (!failed && !ended && sent == 0) failed = co_await wait(socket);

@@ -95,6 +95,9 @@ private:
     std::uint64_t last_number_ = 0;
 };
 
+/// Its connection ends with RST, and what waits to be sent is not (socket(7), SO_LINGER).
+void break_when_closed(GstRTSPClient* client);
+
 /// Closes a connection from the main loop, not from inside one of its callbacks.
 void close_later(GMainContext* context, GstRTSPClient* client);
 

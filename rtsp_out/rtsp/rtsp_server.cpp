@@ -245,7 +245,10 @@ void RtspServer::Impl::do_regular_work() {
             feed->repeat_if_idle(now_ns);
             // Whoever stays after the end would keep it, and who comes would share it with him.
             if (!feed->has_ended(now_ns)) continue;
-            for (const auto& client : clients.clients_of(path)) gst_rtsp_client_close(client.get());
+            for (const auto& client : clients.clients_of(path)) {
+                if (feed->is_reset()) break_when_closed(client.get());
+                gst_rtsp_client_close(client.get());
+            }
         }
     gst_rtsp_session_pool_cleanup(sessions.get());
     clients.close_idle(now_ns);

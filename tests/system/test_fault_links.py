@@ -16,7 +16,7 @@ import camrig
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
 from rtsp_client import jitter_program, stepping  # noqa: F401 (a fixture)
-from test_faults import RtpPackets, parts
+from test_faults import RtpPackets, parts, rtcp_starts
 
 
 def camera_books(rig, name):
@@ -181,13 +181,6 @@ def test_a_restart_throws_readers_out_refuses_them_and_comes_back_as_another_sou
     wait_until(is_back, what="the server")
     assert len(before) == len(after) == 1 and before != after
     check_books(rig)
-
-
-def rtcp_starts(packet):
-    at = 0
-    while at + 4 <= len(packet):
-        yield at
-        at += 4 * (1 + struct.unpack(">H", packet[at + 2:at + 4])[0])
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")

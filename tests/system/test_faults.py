@@ -270,6 +270,29 @@ def test_a_disconnected_stream_ends_and_can_be_opened_again(rig):
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_connections_are_reset_without_an_end(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "mjpeg"}, {"kind": "rtsp"}])
+    other = RtpPackets(rig.create_camera("other", size=(160, 120), fps=25, outputs=[{"kind": "rtsp"}]).url("rtsp"))
+    by_rtsp = RtpPackets(cam.url("rtsp"))
+    place = urllib.parse.urlparse(cam.url())
+    by_http = socket.create_connection((place.hostname, place.port), timeout=20)
+    by_http.sendall(f"GET {place.path} HTTP/1.1\r\nHost: {place.hostname}\r\n\r\n".encode())
+    assert by_http.recv(1000)
+    by_rtsp.take(5)
+    rig.fault.set("desk", "disconnect", reset=True)
+    with pytest.raises(ConnectionResetError):
+        while by_http.recv(1 << 16):
+            pass
+    reports = []
+    with pytest.raises(ConnectionResetError):
+        while True:
+            channel, packet = by_rtsp.next()
+            reports += [packet] * (channel == 1)
+    assert 203 not in [packet[at + 1] for packet in reports for at in rtcp_starts(packet)], "a BYE"
+    other.take(20)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 def test_a_cut_part_ends_the_stream_in_the_middle_of_a_picture(rig):
     cam = rig.create_camera("lobby", size=(320, 240), fps=25)
     rig.fault.set("lobby", "cut_part", probability=1.0)
@@ -410,6 +433,14 @@ class RtpPackets:
             if channel == 0:
                 numbers.append(struct.unpack(">H", packet[2:4])[0])
         return numbers
+
+
+def rtcp_starts(packet):
+    """Where the reports of a compound RTCP packet begin (RFC 3550, 6.1)."""
+    at = 0
+    while at + 4 <= len(packet):
+        yield at
+        at += 4 * (1 + struct.unpack(">H", packet[at + 2:at + 4])[0])
 
 
 def lost_of(numbers):
